@@ -1,0 +1,26 @@
+# The libraries segcast stands on; each is linked by exactly one module.
+find_package(PkgConfig REQUIRED)
+find_package(OpenMP REQUIRED COMPONENTS C)
+find_package(Threads REQUIRED)
+find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
+if(SC_ENABLE_MPI)
+  find_package(MPI REQUIRED COMPONENTS C)
+endif()
+pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
+pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+
+# Teem and nifticlib install CMake files that differ between versions: look for the library itself.
+find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
+find_library(TEEM_LIBRARY teem REQUIRED)
+add_library(Teem::teem INTERFACE IMPORTED)
+target_include_directories(Teem::teem SYSTEM INTERFACE ${TEEM_INCLUDE_DIR})
+target_link_libraries(Teem::teem INTERFACE ${TEEM_LIBRARY} m)
+
+find_path(NIFTI2_INCLUDE_DIR nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
+find_library(NIFTI2_LIBRARY nifti2 REQUIRED)
+add_library(Nifti::nifti2 INTERFACE IMPORTED)
+target_include_directories(Nifti::nifti2 SYSTEM INTERFACE ${NIFTI2_INCLUDE_DIR})
+target_link_libraries(Nifti::nifti2 INTERFACE ${NIFTI2_LIBRARY} ZLIB::ZLIB m)

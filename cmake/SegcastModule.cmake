@@ -1,0 +1,33 @@
+# segcast_add_module(NAME SOURCES file... [USES target...])
+#
+# One static library per module of src/. USES names the modules and libraries it may include from
+# and link; tests/style/check_floors proves the order of the floors from the sources themselves.
+
+add_library(segcast_options INTERFACE)
+target_compile_features(segcast_options INTERFACE c_std_17)
+# No fused multiply-add and no fast-math: pixels must not depend on compiler or processor.
+target_compile_options(segcast_options INTERFACE
+  -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpointer-arith -Wvla
+  -Wundef -Wformat=2 -ffp-contract=off -fno-math-errno
+  $<$<BOOL:${SC_WERROR}>:-Werror>)
+target_compile_definitions(segcast_options INTERFACE _XOPEN_SOURCE=700)
+target_include_directories(segcast_options INTERFACE ${PROJECT_SOURCE_DIR}/include)
+if(SC_SANITIZE)
+  target_compile_options(segcast_options INTERFACE
+    -fsanitize=${SC_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(segcast_options INTERFACE -fsanitize=${SC_SANITIZE})
+endif()
+
+function(segcast_add_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
+  add_library(sc_${name} STATIC ${ARG_SOURCES})
+  target_include_directories(sc_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(sc_${name} PUBLIC segcast_options)
+  foreach(use IN LISTS ARG_USES)
+    if(TARGET sc_${use})
+      target_link_libraries(sc_${name} PUBLIC sc_${use})
+    else()
+      target_link_libraries(sc_${name} PRIVATE ${use})
+    endif()
+  endforeach()
+endfunction()
