@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/base.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT_BYTES = 64 };
+
+bool sc_mul_size(size_t a, size_t b, size_t *out)
+{
+    if (b != 0 && a > SIZE_MAX / b)
+        return false;
+    *out = a * b;
+    return true;
+}
+
+sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
+{
+    size_t bytes;
+    void *ptr = NULL;
+
+    if (!sc_mul_size(count, size, &bytes) || bytes > SIZE_MAX / 2)
+        return sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count,
+                       size);
+    bytes = bytes ? bytes : 1;
+    if (ctx && ctx->alloc_budget && --*ctx->alloc_budget < 0)
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory: %zu bytes were needed", bytes);
+    if (posix_memalign(&ptr, ALIGNMENT_BYTES, bytes))
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory: %zu bytes were needed", bytes);
+    *out = ptr;
+    return SC_OK;
+}
+
+sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
+{
+    sc_status status = sc_alloc(ctx, count, size, out);
+
+    if (status == SC_OK)
+        memset(*out, 0, count * size);
+    return status;
+}
+
+void sc_free(void *ptr)
+{
+    free(ptr);
+}

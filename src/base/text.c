@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/base.h"
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <string.h>
+
+static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
+{
+    const size_t needed = text->length_bytes + more_bytes + 1;
+    size_t capacity = text->capacity_bytes ? text->capacity_bytes : 256;
+    void *data;
+    sc_status status;
+
+    if (needed <= text->capacity_bytes)
+        return SC_OK;
+    while (capacity < needed)
+        capacity *= 2;
+    status = sc_alloc(ctx, capacity, 1, &data);
+    if (status != SC_OK)
+        return status;
+    if (text->length_bytes)
+        memcpy(data, text->data, text->length_bytes);
+    sc_free(text->data);
+    text->data = data;
+    text->capacity_bytes = capacity;
+    return SC_OK;
+}
+
+sc_status sc_text_add_bytes(const sc_ctx *ctx, sc_text *text, const void *bytes, size_t count)
+{
+    sc_status status = reserve(ctx, text, count);
+
+    if (status != SC_OK)
+        return status;
+    if (count)
+        memcpy(text->data + text->length_bytes, bytes, count);
+    text->length_bytes += count;
+    text->data[text->length_bytes] = '\0';
+    return SC_OK;
+}
+
+sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
+{
+    va_list args, again;
+    sc_status status;
+    int count;
+
+    va_start(args, fmt);
+    va_copy(again, args);
+    count = vsnprintf(NULL, 0, fmt, args);
+    status = count < 0 ? sc_fail(ctx, SC_ERR_INTERNAL, "cannot format text")
+                       : reserve(ctx, text, (size_t)count);
+    if (status == SC_OK) {
+        vsnprintf(text->data + text->length_bytes, (size_t)count + 1, fmt, again);
+        text->length_bytes += (size_t)count;
+    }
+    va_end(again);
+    va_end(args);
+    return status;
+}
+
+void sc_text_clear(sc_text *text)
+{
+    sc_free(text->data);
+    *text = (sc_text){0};
+}
+
+enum { WORD_MAX = 64 };
+
+/* Levenshtein distance over the first WORD_MAX characters, case ignored. */
+static size_t edit_distance(const char *a, const char *b)
+{
+    size_t row[WORD_MAX + 1], columns = strlen(b);
+
+    columns = columns < WORD_MAX ? columns : WORD_MAX;
+    for (size_t j = 0; j <= columns; j++)
+        row[j] = j;
+    for (size_t i = 0; a[i] && i < WORD_MAX; i++) {
+        size_t diagonal = row[0];
+
+        row[0] = i + 1;
+        for (size_t j = 0; j < columns; j++) {
+            const bool same = tolower((unsigned char)a[i]) == tolower((unsigned char)b[j]);
+            size_t best = diagonal + !same;
+
+            diagonal = row[j + 1];
+            best = best < row[j] + 1 ? best : row[j] + 1;
+            row[j + 1] = best < diagonal + 1 ? best : diagonal + 1;
+        }
+    }
+    return row[columns];
+}
+
+const char *sc_nearest_word(const char *word, const char *const *candidates, size_t count)
+{
+    const char *best = NULL;
+    size_t best_distance = strlen(word) / 3 + 2;
+
+    for (size_t i = 0; i < count; i++) {
+        size_t distance;
+
+        if (!candidates[i])
+            continue;
+        distance = edit_distance(word, candidates[i]);
+        if (distance < best_distance) {
+            best_distance = distance;
+            best = candidates[i];
+        }
+    }
+    return best;
+}
