@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/image.h"
+
+#include <math.h>
+#include <stdlib.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out)
+{
+    sc_image image = {.width_px = width_px, .height_px = height_px};
+    void *rgb;
+    sc_status status = sc_alloc(ctx, (size_t)width_px * 3, (size_t)height_px, &rgb);
+
+    if (status != SC_OK)
+        return status;
+    image.rgb = rgb;
+    *out = image;
+    return SC_OK;
+}
+
+void sc_image_clear(sc_image *image)
+{
+    sc_free(image->rgb);
+    *image = (sc_image){0};
+}
+
+size_t sc_image_bytes(const sc_image *image)
+{
+    return (size_t)image->width_px * (size_t)image->height_px * 3;
+}
+
+uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed)
+{
+    return XXH3_64bits_withSeed(data, bytes, seed);
+}
+
+uint64_t sc_image_hash(const sc_image *image)
+{
+    const uint64_t seed = ((uint64_t)(uint32_t)image->width_px << 32) | (uint32_t)image->height_px;
+
+    return sc_hash_bytes(image->rgb, sc_image_bytes(image), seed);
+}
+
+bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out)
+{
+    const size_t pixels = (size_t)a->width_px * (size_t)a->height_px;
+    sc_image_difference difference = {0};
+    double squares = 0;
+
+    if (a->width_px != b->width_px || a->height_px != b->height_px)
+        return false;
+    for (size_t i = 0; i < pixels; i++) {
+        bool same = true;
+
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            const int step = abs(a->rgb[c] - b->rgb[c]);
+
+            same = same && step == 0;
+            squares += (double)step * step;
+            difference.largest = step > difference.largest ? step : difference.largest;
+        }
+        difference.differing_px += !same;
+    }
+    difference.rms = pixels ? sqrt(squares / (3.0 * (double)pixels)) : 0;
+    *out = difference;
+    return true;
+}
+
+double sc_srgb_to_linear(double srgb)
+{
+    return srgb <= 0.04045 ? srgb / 12.92 : pow((srgb + 0.055) / 1.055, 2.4);
+}
+
+void sc_srgb_table_init(sc_srgb_table *table)
+{
+    int level = 0;
+
+    for (int i = 0; i < 255; i++)
+        table->threshold[i] = (float)sc_srgb_to_linear((i + 0.5) / 255);
+    for (int i = 0; i < 1024; i++) {
+        while (level < 255 && table->threshold[level] <= (float)i / 1024)
+            level++;
+        table->start[i] = (uint8_t)level;
+    }
+}
+
+uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
+{
+    int level;
+
+    if (!(linear > 0))
+        return 0;
+    if (linear >= 1)
+        return 255;
+    level = table->start[(int)(linear * 1024)];
+    while (level < 255 && table->threshold[level] <= linear)
+        level++;
+    return (uint8_t)level;
+}

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The only user of libpng, through its simplified interface for reading. */
+#include "segcast/image.h"
+
+#include <errno.h>
+#include <png.h>
+#include <setjmp.h>
+#include <string.h>
+
+typedef struct png_job {
+    const sc_ctx *ctx;
+    const char *name;
+} png_job;
+
+static void on_error(png_structp png, png_const_charp message)
+{
+    const png_job *job = png_get_error_ptr(png);
+
+    sc_fail(job->ctx, SC_ERR_WRITE, "%s: cannot be written: %s%s%s", job->name, message,
+            errno ? ": " : "", errno ? strerror(errno) : "");
+    png_longjmp(png, 1);
+}
+
+static void on_warning(png_structp png, png_const_charp message)
+{
+    (void)png;
+    (void)message;
+}
+
+static void write_pixels(png_structp png, png_infop info, const sc_image *image, FILE *stream)
+{
+    png_init_io(png, stream);
+    png_set_IHDR(png, info, (png_uint_32)image->width_px, (png_uint_32)image->height_px, 8,
+                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_set_compression_level(png, 3);
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB | PNG_FILTER_UP);
+    png_write_info(png, info);
+    for (int y = 0; y < image->height_px; y++)
+        png_write_row(png, image->rgb + (size_t)y * (size_t)image->width_px * 3);
+    png_write_end(png, info);
+}
+
+sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
+                             const char *name)
+{
+    png_job job = {.ctx = ctx, .name = name};
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+    png_infop info = png ? png_create_info_struct(png) : NULL;
+
+    if (!info) {
+        png_destroy_write_struct(&png, NULL);
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", name);
+    }
+    errno = 0;
+    if (setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, &info);
+        return SC_ERR_WRITE;
+    }
+    write_pixels(png, info, image, stream);
+    png_destroy_write_struct(&png, &info);
+    return SC_OK;
+}
+
+sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path)
+{
+    sc_outfile file = {0};
+    sc_status status = sc_outfile_open(ctx, path, &file);
+
+    if (status != SC_OK)
+        return status;
+    status = sc_image_write_png(ctx, image, file.stream, path);
+    if (status == SC_OK)
+        return sc_outfile_commit(ctx, &file);
+    sc_outfile_discard(&file);
+    return status;
+}
+
+sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
+{
+    png_image png = {.version = PNG_IMAGE_VERSION};
+    sc_image image = {0};
+    sc_status status;
+    FILE *stream = fopen(path, "rb");
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+    if (!png_image_begin_read_from_stdio(&png, stream)) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
+        goto out;
+    }
+    png.format = PNG_FORMAT_RGB;
+    SC_TRY(sc_image_init(ctx, (int)png.width, (int)png.height, &image));
+    if (!png_image_finish_read(&png, NULL, image.rgb, 0, NULL)) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
+        goto out;
+    }
+    *out = image;
+    image.rgb = NULL;
+out:
+    png_image_free(&png);
+    sc_image_clear(&image);
+    fclose(stream);
+    return status;
+}
