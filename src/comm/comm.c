@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "comm_ops.h"
+
+sc_status sc_comm_open(const sc_ctx *ctx, bool launched, sc_comm **out)
+{
+#if SC_HAVE_MPI
+    if (launched)
+        return sc_comm_mpi_open(ctx, out);
+#else
+    if (launched)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "started by an MPI launcher, but this segcast was built without MPI");
+#endif
+    return sc_comm_self_open(ctx, out);
+}
+
+void sc_comm_library(char *text, size_t size)
+{
+#if SC_HAVE_MPI
+    sc_comm_mpi_library(text, size);
+#else
+    snprintf(text, size, "none");
+#endif
+}
+
+void sc_comm_close(sc_comm *comm)
+{
+    if (comm)
+        comm->ops->close(comm);
+}
+
+int sc_comm_rank(const sc_comm *comm)
+{
+    return comm->rank;
+}
+
+int sc_comm_size(const sc_comm *comm)
+{
+    return comm->size;
+}
+
+int sc_comm_node_rank(const sc_comm *comm)
+{
+    return comm->node_rank;
+}
+
+int sc_comm_node_size(const sc_comm *comm)
+{
+    return comm->node_size;
+}
+
+int sc_comm_node_count(const sc_comm *comm)
+{
+    return comm->node_count;
+}
+
+sc_status sc_comm_agree(sc_comm *comm, sc_status mine)
+{
+    return comm->ops->agree(comm, mine);
+}
+
+void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes)
+{
+    comm->ops->broadcast(comm, data, bytes);
+}
+
+void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
+{
+    comm->ops->gather(comm, mine, bytes, all);
+}
+
+void sc_comm_barrier(sc_comm *comm)
+{
+    comm->ops->barrier(comm);
+}
+
+sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+{
+    return comm->ops->share(ctx, comm, bytes, out);
+}
+
+void *sc_shared_data(const sc_shared *shared)
+{
+    return shared->data;
+}
+
+void sc_shared_publish(sc_comm *comm, sc_shared *shared)
+{
+    comm->ops->publish(comm, shared);
+}
+
+void sc_shared_free(sc_shared *shared)
+{
+    if (shared)
+        shared->free(shared);
+}
+
+sc_status sc_comm_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
+                       size_t bytes)
+{
+    return comm->ops->post(ctx, comm, target, tag, data, bytes);
+}
+
+void sc_comm_flush(sc_comm *comm)
+{
+    comm->ops->flush(comm);
+}
+
+bool sc_comm_poll(sc_comm *comm, sc_message *out)
+{
+    return comm->ops->poll(comm, out);
+}
+
+void sc_comm_receive(sc_comm *comm, const sc_message *message, void *data)
+{
+    comm->ops->receive(comm, message, data);
+}

@@ -1,0 +1,273 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The group of an MPI job; the only file that includes <mpi.h>.
+ *
+ * Only messages and one shared window per node are used: one-sided communication between nodes
+ * fails in widespread builds. Every wait is a test and a nap, because a blocked MPI call spins on
+ * a core that a neighbour's threads need. */
+#include "comm_ops.h"
+
+#include <mpi.h>
+#include <string.h>
+
+typedef struct mpi_comm {
+    sc_comm base;
+    MPI_Comm world, node, leaders; /* leaders: rank 0 of every node; MPI_COMM_NULL elsewhere */
+    MPI_Request *requests;
+    int request_count, request_capacity;
+} mpi_comm;
+
+typedef struct mpi_shared {
+    sc_shared base;
+    MPI_Win window;
+} mpi_shared;
+
+enum { CHUNK_BYTES = 64 << 20 }; /* counts of MPI are ints */
+
+static void wait_asleep(MPI_Request *request)
+{
+    double nap_s = 20e-6;
+    int done = 0;
+
+    for (;;) {
+        MPI_Test(request, &done, MPI_STATUS_IGNORE);
+        if (done)
+            return;
+        sc_sleep_s(nap_s);
+        nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
+    }
+}
+
+static void broadcast_in(MPI_Comm group, char *data, size_t bytes)
+{
+    MPI_Request request;
+
+    for (size_t at = 0; at < bytes; at += CHUNK_BYTES) {
+        const size_t count = bytes - at < CHUNK_BYTES ? bytes - at : CHUNK_BYTES;
+
+        MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, group, &request);
+        wait_asleep(&request);
+    }
+}
+
+static void mpi_broadcast(sc_comm *base, void *data, size_t bytes)
+{
+    broadcast_in(((mpi_comm *)base)->world, data, bytes);
+}
+
+static sc_status mpi_agree(sc_comm *base, sc_status mine)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+    int local = mine, smallest = mine;
+    MPI_Request request;
+
+    MPI_Iallreduce(&local, &smallest, 1, MPI_INT, MPI_MIN, comm->world, &request);
+    wait_asleep(&request);
+    return (sc_status)smallest;
+}
+
+static void mpi_gather(sc_comm *base, const void *mine, size_t bytes, void *all)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+    MPI_Request request;
+
+    MPI_Igather(mine, (int)bytes, MPI_BYTE, all, (int)bytes, MPI_BYTE, 0, comm->world, &request);
+    wait_asleep(&request);
+}
+
+static void mpi_barrier(sc_comm *base)
+{
+    MPI_Request request;
+
+    MPI_Ibarrier(((mpi_comm *)base)->world, &request);
+    wait_asleep(&request);
+}
+
+static void mpi_unshare(sc_shared *base)
+{
+    mpi_shared *shared = (mpi_shared *)base;
+
+    MPI_Win_free(&shared->window);
+    sc_free(shared);
+}
+
+static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_shared **out)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+    const MPI_Aint mine = base->node_rank == 0 ? (MPI_Aint)bytes : 0;
+    MPI_Aint size;
+    int unit;
+    void *data = NULL, *block = NULL;
+    mpi_shared *shared;
+    sc_status status;
+
+    status = sc_comm_agree(base, sc_zalloc(ctx, 1, sizeof(mpi_shared), &block));
+    if (status != SC_OK) {
+        sc_free(block);
+        return status;
+    }
+    shared = block;
+    MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_RETURN);
+    if (MPI_Win_allocate_shared(mine, 1, MPI_INFO_NULL, comm->node, &data, &shared->window))
+        status = sc_fail(ctx, SC_ERR_MEMORY,
+                         "%zu bytes of shared memory could not be had; is /dev/shm too small?",
+                         bytes);
+    MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_ARE_FATAL);
+    status = sc_comm_agree(base, status);
+    if (status != SC_OK) {
+        sc_free(block);
+        return status;
+    }
+    MPI_Win_shared_query(shared->window, 0, &size, &unit, &data);
+    shared->base = (sc_shared){.data = data, .bytes = bytes, .free = mpi_unshare};
+    *out = &shared->base;
+    return SC_OK;
+}
+
+static void mpi_publish(sc_comm *base, sc_shared *shared)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+
+    if (comm->leaders != MPI_COMM_NULL)
+        broadcast_in(comm->leaders, shared->data, shared->bytes);
+    MPI_Win_fence(0, ((mpi_shared *)shared)->window);
+    mpi_barrier(base);
+}
+
+static sc_status mpi_post(const sc_ctx *ctx, sc_comm *base, int target, int tag, const void *data,
+                          size_t bytes)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+
+    if (bytes > INT32_MAX)
+        return sc_fail(ctx, SC_ERR_INTERNAL, "a message of %zu bytes is too long", bytes);
+    for (int i = 0; i < comm->request_count;) { /* forget what has left */
+        int done = 0;
+
+        MPI_Test(&comm->requests[i], &done, MPI_STATUS_IGNORE);
+        if (done)
+            comm->requests[i] = comm->requests[--comm->request_count];
+        else
+            i++;
+    }
+    if (comm->request_count == comm->request_capacity) {
+        const int capacity = comm->request_capacity ? 2 * comm->request_capacity : 64;
+        void *grown;
+        sc_status status = sc_alloc(ctx, (size_t)capacity, sizeof(MPI_Request), &grown);
+
+        if (status != SC_OK)
+            return status;
+        for (int i = 0; i < comm->request_count; i++)
+            ((MPI_Request *)grown)[i] = comm->requests[i];
+        sc_free(comm->requests);
+        comm->requests = grown;
+        comm->request_capacity = capacity;
+    }
+    MPI_Isend(data, (int)bytes, MPI_BYTE, target, tag, comm->world,
+              &comm->requests[comm->request_count++]);
+    return SC_OK;
+}
+
+static void mpi_flush(sc_comm *base)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+
+    for (int i = 0; i < comm->request_count; i++)
+        wait_asleep(&comm->requests[i]);
+    comm->request_count = 0;
+}
+
+static bool mpi_poll(sc_comm *base, sc_message *out)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+    MPI_Status status;
+    int here = 0, bytes = 0;
+
+    MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, comm->world, &here, &status);
+    if (!here)
+        return false;
+    MPI_Get_count(&status, MPI_BYTE, &bytes);
+    *out = (sc_message){
+        .source = status.MPI_SOURCE, .tag = status.MPI_TAG, .bytes = (size_t)bytes};
+    return true;
+}
+
+static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
+{
+    MPI_Recv(data, (int)message->bytes, MPI_BYTE, message->source, message->tag,
+             ((mpi_comm *)base)->world, MPI_STATUS_IGNORE);
+}
+
+static void mpi_close(sc_comm *base)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+
+    mpi_flush(base);
+    sc_free(comm->requests);
+    if (comm->leaders != MPI_COMM_NULL)
+        MPI_Comm_free(&comm->leaders);
+    MPI_Comm_free(&comm->node);
+    MPI_Comm_free(&comm->world);
+    sc_free(comm);
+    MPI_Finalize();
+}
+
+static const sc_comm_ops mpi_ops = {
+    .close = mpi_close,
+    .agree = mpi_agree,
+    .broadcast = mpi_broadcast,
+    .gather = mpi_gather,
+    .barrier = mpi_barrier,
+    .share = mpi_share,
+    .publish = mpi_publish,
+    .post = mpi_post,
+    .flush = mpi_flush,
+    .poll = mpi_poll,
+    .receive = mpi_receive,
+};
+
+static void fill_ranks(mpi_comm *comm)
+{
+    int leader, nodes;
+
+    MPI_Comm_rank(comm->world, &comm->base.rank);
+    MPI_Comm_size(comm->world, &comm->base.size);
+    MPI_Comm_split_type(comm->world, MPI_COMM_TYPE_SHARED, comm->base.rank, MPI_INFO_NULL,
+                        &comm->node);
+    MPI_Comm_rank(comm->node, &comm->base.node_rank);
+    MPI_Comm_size(comm->node, &comm->base.node_size);
+    leader = comm->base.node_rank == 0;
+    MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
+    MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);
+    comm->base.node_count = nodes;
+}
+
+sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
+{
+    int granted;
+    void *block;
+    mpi_comm *comm;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(mpi_comm), &block);
+
+    if (status != SC_OK)
+        return status;
+    /* Funneled: rendering threads never call MPI. */
+    if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted)) {
+        sc_free(block);
+        return sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
+    }
+    comm = block;
+    comm->base.ops = &mpi_ops;
+    MPI_Comm_dup(MPI_COMM_WORLD, &comm->world);
+    fill_ranks(comm);
+    *out = &comm->base;
+    return SC_OK;
+}
+
+void sc_comm_mpi_library(char *text, size_t size)
+{
+    char version[MPI_MAX_LIBRARY_VERSION_STRING];
+    int length;
+
+    MPI_Get_library_version(version, &length);
+    snprintf(text, size, "%.*s", (int)strcspn(version, ",\n"), version);
+}

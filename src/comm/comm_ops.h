@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The table each kind of process group fills in; see segcast/comm.h for what each entry promises. */
+#ifndef SC_COMM_OPS_H
+#define SC_COMM_OPS_H
+
+#include "segcast/comm.h"
+
+typedef struct sc_comm_ops {
+    void (*close)(sc_comm *comm);
+    sc_status (*agree)(sc_comm *comm, sc_status mine);
+    void (*broadcast)(sc_comm *comm, void *data, size_t bytes);
+    void (*gather)(sc_comm *comm, const void *mine, size_t bytes, void *all);
+    void (*barrier)(sc_comm *comm);
+    sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out);
+    void (*publish)(sc_comm *comm, sc_shared *shared);
+    sc_status (*post)(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
+                      size_t bytes);
+    void (*flush)(sc_comm *comm);
+    bool (*poll)(sc_comm *comm, sc_message *out);
+    void (*receive)(sc_comm *comm, const sc_message *message, void *data);
+} sc_comm_ops;
+
+/* First member of every implementation's struct. */
+struct sc_comm {
+    const sc_comm_ops *ops;
+    int rank, size, node_rank, node_size, node_count;
+};
+
+struct sc_shared {
+    void *data;
+    size_t bytes;
+    void (*free)(sc_shared *shared);
+};
+
+sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out);
+sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out);
+void sc_comm_mpi_library(char *text, size_t size);
+
+#endif

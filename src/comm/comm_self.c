@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A group of one: nothing to wait for, and nobody to send to. */
+#include "comm_ops.h"
+
+#include <string.h>
+
+static void self_close(sc_comm *comm)
+{
+    sc_free(comm);
+}
+
+static sc_status self_agree(sc_comm *comm, sc_status mine)
+{
+    (void)comm;
+    return mine;
+}
+
+static void self_broadcast(sc_comm *comm, void *data, size_t bytes)
+{
+    (void)comm;
+    (void)data;
+    (void)bytes;
+}
+
+static void self_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
+{
+    (void)comm;
+    memcpy(all, mine, bytes);
+}
+
+static void self_nothing(sc_comm *comm)
+{
+    (void)comm;
+}
+
+static void self_unshare(sc_shared *shared)
+{
+    sc_free(shared->data);
+    sc_free(shared);
+}
+
+static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+{
+    void *block, *data = NULL;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_shared), &block);
+    sc_shared *shared = block;
+
+    (void)comm;
+    if (status != SC_OK)
+        return status;
+    status = sc_zalloc(ctx, bytes, 1, &data);
+    if (status != SC_OK) {
+        sc_free(shared);
+        return status;
+    }
+    *shared = (sc_shared){.data = data, .bytes = bytes, .free = self_unshare};
+    *out = shared;
+    return SC_OK;
+}
+
+static void self_publish(sc_comm *comm, sc_shared *shared)
+{
+    (void)comm;
+    (void)shared;
+}
+
+static sc_status self_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
+                           size_t bytes)
+{
+    (void)comm;
+    (void)data;
+    return sc_fail(ctx, SC_ERR_INTERNAL, "message %d of %zu bytes to rank %d in a group of one",
+                   tag, bytes, target);
+}
+
+static bool self_poll(sc_comm *comm, sc_message *out)
+{
+    (void)comm;
+    (void)out;
+    return false;
+}
+
+static void self_receive(sc_comm *comm, const sc_message *message, void *data)
+{
+    (void)comm;
+    (void)message;
+    (void)data;
+}
+
+static const sc_comm_ops self_ops = {
+    .close = self_close,
+    .agree = self_agree,
+    .broadcast = self_broadcast,
+    .gather = self_gather,
+    .barrier = self_nothing,
+    .share = self_share,
+    .publish = self_publish,
+    .post = self_post,
+    .flush = self_nothing,
+    .poll = self_poll,
+    .receive = self_receive,
+};
+
+sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
+{
+    void *block;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_comm), &block);
+    sc_comm *comm = block;
+
+    if (status != SC_OK)
+        return status;
+    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_size = 1, .node_count = 1};
+    *out = comm;
+    return SC_OK;
+}
