@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  Floor 2: the phantom, a synthetic heart of closed analytic shapes in patient space (RAS+ mm),
+ *  placed as in a chest: apex to the left, front and below. Fidelity is measured against it. */
+#ifndef SEGCAST_PHANTOM_H
+#define SEGCAST_PHANTOM_H
+
+#include "segcast/volume.h"
+
+typedef struct sc_phantom sc_phantom;
+
+enum { SC_PHANTOM_WIDTH = 469, SC_PHANTOM_DEPTH = 325, SC_PHANTOM_HEIGHT = 487 };
+
+/** Build the shapes. Caller owns: sc_phantom_free. Immutable afterwards: any thread. */
+SC_MUST_USE sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out);
+void sc_phantom_free(sc_phantom *phantom);
+
+/** Number of tissues; labels are 1 to this number, in this order. */
+int sc_phantom_tissue_count(const sc_phantom *phantom);
+/** Name, colour and label value of tissue @p label in [1, count]. */
+const sc_label *sc_phantom_label(const sc_phantom *phantom, int label);
+/** The label that owns a point; 0 outside the heart. */
+int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
+/** Signed distance in mm from a point to the surface of what tissue @p label owns, negative
+ *  inside, and the outward unit normal of the nearest surface point. Exact (1e-3 mm) near smooth
+ *  parts of the surface; along edges where three tissues meet it is the distance to the nearest
+ *  of the smooth sheets. */
+double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm,
+                           sc_vec3 *normal);
+
+/** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part of
+ *  space at any size (voxels are 1/3 mm at the default size).
+ *  @param size voxels along x, y, z, each 2 to 4096. @return SC_ERR_USAGE, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom,
+                                        const int size[3], int threads, sc_volume *out);
+/** Write a phantom volume as NRRD with Slicer's Segment keys, gzip-compressed. */
+SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
+                                          const char *path);
+
+#endif

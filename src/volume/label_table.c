@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Label tables: Slicer's colour tables, FreeSurfer's look-up tables, ITK-SNAP's descriptions.
+ * The first two look alike but mean the opposite by their sixth number. */
+#include "segcast/volume.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TABLE_MAX_BYTES = 64 << 20 };
+
+void sc_label_table_clear(sc_label_table *table)
+{
+    sc_free(table->rows);
+    *table = (sc_label_table){0};
+}
+
+sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_label *row)
+{
+    if (table->count == table->capacity) {
+        const size_t capacity = table->capacity ? 2 * table->capacity : 64;
+        void *rows;
+        sc_status status = sc_alloc(ctx, capacity, sizeof *row, &rows);
+
+        if (status != SC_OK)
+            return status;
+        if (table->count)
+            memcpy(rows, table->rows, table->count * sizeof *row);
+        sc_free(table->rows);
+        table->rows = rows;
+        table->capacity = capacity;
+    }
+    table->rows[table->count++] = *row;
+    return SC_OK;
+}
+
+/* Next blank-separated word; NULL at the end of the line. */
+static char *next_word(char **at)
+{
+    char *word;
+
+    while (**at == ' ' || **at == '\t')
+        (*at)++;
+    if (!**at)
+        return NULL;
+    word = *at;
+    while (**at && **at != ' ' && **at != '\t')
+        (*at)++;
+    if (**at)
+        *(*at)++ = '\0';
+    return word;
+}
+
+static bool next_number(char **at, double *out)
+{
+    char *word = next_word(at), *end;
+
+    if (!word)
+        return false;
+    *out = strtod(word, &end);
+    return end != word && !*end && isfinite(*out);
+}
+
+static uint8_t level(double value)
+{
+    return value <= 0 ? 0 : value >= 255 ? 255 : (uint8_t)(value + 0.5);
+}
+
+/* "id name R G B [A]"; @p transparency: the last number is 255 - opacity. */
+static bool parse_named(char *line, bool transparency, sc_label *row)
+{
+    double id, rgb[3], last;
+    char *at = line, *name;
+
+    if (!next_number(&at, &id) || id != floor(id) || fabs(id) > 9e15 || !(name = next_word(&at)) ||
+        !next_number(&at, &rgb[0]) || !next_number(&at, &rgb[1]) || !next_number(&at, &rgb[2]))
+        return false;
+    row->value = (int64_t)id;
+    snprintf(row->name, sizeof row->name, "%s", strcmp(name, "_") ? name : "");
+    for (char *c = row->name; *c && !transparency; c++)
+        *c = *c == '_' ? ' ' : *c;
+    for (int i = 0; i < 3; i++)
+        row->rgb[i] = level(rgb[i]);
+    row->has_color = true;
+    if (next_number(&at, &last)) {
+        const double opacity = level(transparency ? 255 - last : last) / 255.0;
+
+        /* 255 is what every table holds that says nothing about opacity. */
+        row->opacity = opacity < 1 ? (float)opacity : -1;
+        row->hidden = opacity == 0;
+    }
+    return true;
+}
+
+static bool parse_slicer(char *line, sc_label *row)
+{
+    return parse_named(line, false, row);
+}
+
+static bool parse_freesurfer(char *line, sc_label *row)
+{
+    return parse_named(line, true, row);
+}
+
+/* "id R G B A VIS MSH "name""; A from 0 to 1; MSH: shown in 3D. */
+static bool parse_itksnap(char *line, sc_label *row)
+{
+    double number[7];
+    char *at = line, *quote, *end;
+
+    for (int i = 0; i < 7; i++) {
+        if (!next_number(&at, &number[i]))
+            return false;
+    }
+    quote = strchr(at, '"');
+    end = quote ? strchr(quote + 1, '"') : NULL;
+    if (!end || number[0] != floor(number[0]) || number[0] < 0 || number[0] > 65535)
+        return false;
+    *end = '\0';
+    row->value = (int64_t)number[0];
+    snprintf(row->name, sizeof row->name, "%s", quote + 1);
+    for (int i = 0; i < 3; i++)
+        row->rgb[i] = level(number[i + 1]);
+    row->has_color = true;
+    row->opacity = number[4] < 1 ? (float)(number[4] < 0 ? 0 : number[4]) : -1;
+    row->hidden = number[6] == 0;
+    return true;
+}
+
+static const struct {
+    const char *name;
+    bool (*parse)(char *line, sc_label *row);
+} formats[] = {[SC_TABLE_AUTO] = {"", NULL},
+               [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
+               [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
+               [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap}};
+
+static bool is_blank_or_comment(const char *line)
+{
+    while (isspace((unsigned char)*line))
+        line++;
+    return !*line || *line == '#';
+}
+
+/* ITK-SNAP by its header or quotes; Slicer's tables say 255 for opaque, FreeSurfer's 0. */
+static sc_table_format guess(const char *text)
+{
+    size_t opaque_255 = 0, opaque_0 = 0;
+    const char *line = text;
+
+    if (strstr(text, "ITK-SnAP") || strstr(text, "ITK-SNAP"))
+        return SC_TABLE_ITKSNAP;
+    while (*line) {
+        int count = 0;
+        double last = 0;
+
+        if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
+            sscanf(line, "%*d %*s %*d %*d %*d %lf%n", &last, &count) == 1) {
+            opaque_255 += last == 255;
+            opaque_0 += last == 0;
+        } else if (!is_blank_or_comment(line) &&
+                   sscanf(line, "%*d %*d %*d %*d %*f %*d %*d %n\"", &count) == 0 && count > 0 &&
+                   line[count] == '"') {
+            return SC_TABLE_ITKSNAP;
+        }
+        line += strcspn(line, "\n");
+        line += *line == '\n';
+    }
+    return opaque_0 > opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
+}
+
+static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_format format,
+                             char *text, sc_label_table *table)
+{
+    int number = 0, skipped = 0, first_skipped = 0;
+    sc_status status = SC_OK;
+
+    for (char *line = text, *next; status == SC_OK && line; line = next) {
+        const size_t length = strcspn(line, "\r\n");
+        sc_label row = {.opacity = -1};
+
+        number++;
+        next = line[length] ? line + length + (line[length] == '\r' && line[length + 1] == '\n') + 1
+                            : NULL;
+        line[length] = '\0';
+        if (is_blank_or_comment(line))
+            continue;
+        if (!formats[format].parse(line, &row)) {
+            first_skipped = skipped++ ? first_skipped : number;
+            continue;
+        }
+        if (row.value == 0) /* background has no look */
+            continue;
+        status = sc_label_table_add(ctx, table, &row);
+    }
+    if (status == SC_OK && skipped && table->count == 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
+                       first_skipped, formats[format].name);
+    if (status == SC_OK && skipped)
+        sc_warn(ctx, "%s:%d: %d line%s not of the form of a %s label table and not used", path,
+                first_skipped, skipped, skipped == 1 ? " is" : "s are", formats[format].name);
+    return status;
+}
+
+sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_format format,
+                              sc_label_table *out)
+{
+    sc_label_table table = {0};
+    char *text = NULL, *begin;
+    size_t bytes;
+    sc_status status;
+
+    SC_TRY(sc_file_read(ctx, path, TABLE_MAX_BYTES, &text, &bytes));
+    begin = text;
+    if (bytes >= 3 && !memcmp(begin, "\xef\xbb\xbf", 3)) /* UTF-8 byte order mark */
+        begin += 3;
+    if (strlen(text) != bytes) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: byte %zu is NUL; expected a text in UTF-8", path,
+                         strlen(text));
+        goto out;
+    }
+    if (strstr(begin, "# Color procedural file")) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table",
+                         path);
+        goto out;
+    }
+    if (format == SC_TABLE_AUTO) {
+        format = guess(begin);
+        sc_info(ctx, "%s: read as a %s label table", path, formats[format].name);
+    }
+    SC_TRY(parse_lines(ctx, path, format, begin, &table));
+    *out = table;
+    table = (sc_label_table){0};
+out:
+    sc_label_table_clear(&table);
+    sc_free(text);
+    return status;
+}
+
+static sc_label *find_label(sc_volume *volume, int64_t value)
+{
+    int low = 1, high = volume->label_count - 1; /* all but background are sorted */
+
+    while (low <= high) {
+        const int middle = (low + high) / 2;
+
+        if (volume->labels[middle].value == value)
+            return &volume->labels[middle];
+        if (volume->labels[middle].value < value)
+            low = middle + 1;
+        else
+            high = middle - 1;
+    }
+    return NULL;
+}
+
+void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
+{
+    for (int i = 0; i < volume->label_count; i++) {
+        if (!volume->labels[i].has_color)
+            sc_label_hash_color(volume->labels[i].value, volume->labels[i].rgb);
+    }
+    for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
+        const sc_label *row = &table->rows[i];
+        sc_label *label = find_label(volume, row->value);
+
+        if (!label)
+            continue;
+        if (row->name[0])
+            memcpy(label->name, row->name, sizeof label->name);
+        if (row->has_color) {
+            memcpy(label->rgb, row->rgb, sizeof label->rgb);
+            label->has_color = true;
+        }
+        label->opacity = row->opacity >= 0 ? row->opacity : label->opacity;
+        label->hidden = row->hidden;
+    }
+}

@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The synthetic heart: measures of an adult heart, in mm, RAS+ (x to the right, y to the front,
+ * z up), origin at the centre of the grid. Shapes overlap; the tissue listed first owns a point. */
+#include "phantom_model.h"
+
+#include <string.h>
+
+typedef enum shape_id {
+    LV, LV_CAVITY, RV, LA, RA, AORTA, PULMONARY, SVC, IVC, VEINS, CORONARIES, FAT,
+    MITRAL, AORTIC_VALVE, TRICUSPID, PULMONARY_VALVE, SHAPES
+} shape_id;
+
+enum { NONE = -1, TUBE_POINTS = 40, TUBES = 20, COURSES = 6 };
+
+/* A tissue is what its shape, moved outward by grow_mm, covers; and within another one, if named. */
+typedef struct tissue {
+    const char *name;
+    uint8_t rgb[3];
+    int shape;
+    double grow_mm;
+    int within;
+    double within_grow_mm;
+} tissue;
+
+static const tissue tissues[] = {
+    {"aortic valve", {250, 240, 200}, AORTIC_VALVE, 0, NONE, 0},
+    {"pulmonary valve", {235, 240, 215}, PULMONARY_VALVE, 0, NONE, 0},
+    {"mitral valve", {250, 230, 190}, MITRAL, 0, NONE, 0},
+    {"tricuspid valve", {235, 230, 205}, TRICUSPID, 0, NONE, 0},
+    {"coronary arteries", {225, 30, 30}, CORONARIES, 0, NONE, 0},
+    {"aorta", {214, 66, 58}, AORTA, 0, NONE, 0},
+    {"pulmonary artery", {66, 116, 196}, PULMONARY, 0, NONE, 0},
+    {"left ventricle", {172, 24, 38}, LV_CAVITY, 0, NONE, 0},
+    {"interventricular septum", {170, 88, 78}, LV, 0, RV, 5},
+    {"left ventricular myocardium", {186, 98, 84}, LV, 0, NONE, 0},
+    {"right ventricle", {52, 74, 150}, RV, -3.5, NONE, 0},
+    {"right ventricular myocardium", {198, 122, 100}, RV, 0, NONE, 0},
+    {"superior vena cava", {78, 108, 190}, SVC, 0, NONE, 0},
+    {"inferior vena cava", {60, 90, 172}, IVC, 0, NONE, 0},
+    {"pulmonary veins", {222, 112, 110}, VEINS, 0, NONE, 0},
+    {"left atrium", {196, 62, 72}, LA, -2.5, NONE, 0},
+    {"left atrial wall", {208, 136, 122}, LA, 0, NONE, 0},
+    {"right atrium", {70, 92, 168}, RA, -2.5, NONE, 0},
+    {"right atrial wall", {192, 128, 124}, RA, 0, NONE, 0},
+    {"epicardial fat", {240, 214, 140}, FAT, 0, NONE, 0},
+};
+
+enum { TISSUES = SC_COUNT_OF(tissues) };
+
+struct sc_phantom {
+    sc_shape shapes[SHAPES];
+    sc_vec3 points[TUBES][TUBE_POINTS];
+    int tubes;
+    sc_label labels[TISSUES];
+};
+
+static sc_part *add_part(sc_phantom *phantom, shape_id id, sc_part part)
+{
+    sc_shape *shape = &phantom->shapes[id];
+
+    shape->parts[shape->part_count] = part;
+    return &shape->parts[shape->part_count++];
+}
+
+static void add_cone(sc_phantom *phantom, shape_id id, sc_vec3 a, double radius_a, sc_vec3 b,
+                     double radius_b, double blend)
+{
+    add_part(phantom, id, (sc_part){.kind = SC_PART_CONE, .blend_mm = blend, .a = a, .b = b,
+                                    .radius_a_mm = radius_a, .radius_b_mm = radius_b});
+}
+
+static void add_ellipsoid(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 radii,
+                          double blend)
+{
+    add_part(phantom, id, (sc_part){.kind = SC_PART_ELLIPSOID, .blend_mm = blend, .a = centre,
+                                    .b = radii});
+}
+
+static sc_vec3 *add_tube(sc_phantom *phantom, shape_id id, const sc_vec3 *controls, int count,
+                         double radius_a, double radius_b)
+{
+    sc_vec3 *points = phantom->points[phantom->tubes++];
+
+    sc_spline_points(controls, count, points, TUBE_POINTS);
+    add_part(phantom, id, (sc_part){.kind = SC_PART_TUBE, .blend_mm = 4, .points = points,
+                                    .point_count = TUBE_POINTS, .radius_a_mm = radius_a,
+                                    .radius_b_mm = radius_b});
+    return points;
+}
+
+static void add_cut(sc_phantom *phantom, shape_id id, sc_vec3 point, sc_vec3 normal, double blend)
+{
+    sc_shape *shape = &phantom->shapes[id];
+
+    shape->cuts[shape->cut_count++] =
+        (sc_cut){.point = point, .normal = sc_vec3_unit(normal), .blend_mm = blend};
+}
+
+static void add_leaflet(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 axis,
+                        double radius)
+{
+    add_part(phantom, id, (sc_part){.kind = SC_PART_LEAFLET, .a = centre,
+                                    .b = sc_vec3_unit(axis), .radius_a_mm = radius,
+                                    .radius_b_mm = 0.9});
+}
+
+/* From the apex (left, front, below) towards the base. */
+static const sc_vec3 base_axis = {0.62, -0.42, 0.66};
+static const sc_vec3 mitral_centre = {1, -14, 9};
+static const sc_vec3 tricuspid_centre = {27, 6, 3};
+static const sc_vec3 tricuspid_axis = {0.78, -0.52, 0.34};
+
+static void build_ventricles(sc_phantom *phantom)
+{
+    add_cone(phantom, LV, (sc_vec3){-7, -9, 2}, 32, (sc_vec3){-43, 17, -38}, 19, 0);
+    add_cut(phantom, LV, sc_vec3_along(mitral_centre, 3, base_axis), base_axis, 8);
+    add_cone(phantom, LV_CAVITY, (sc_vec3){-7, -9, 2}, 21.5, (sc_vec3){-40, 15, -34}, 9, 0);
+    add_cut(phantom, LV_CAVITY, sc_vec3_along(mitral_centre, 1, base_axis), base_axis, 3);
+    add_cone(phantom, RV, (sc_vec3){11, 15, -3}, 25, (sc_vec3){-30, 28, -36}, 12, 0);
+    add_cone(phantom, RV, (sc_vec3){3, 24, 8}, 18, (sc_vec3){-8, 22, 35}, 12.5, 14);
+    add_cut(phantom, RV, sc_vec3_along(tricuspid_centre, 2, tricuspid_axis), tricuspid_axis, 6);
+    add_leaflet(phantom, MITRAL, mitral_centre, (sc_vec3){-0.62, 0.42, -0.66}, 15);
+    add_leaflet(phantom, TRICUSPID, tricuspid_centre, (sc_vec3){-0.78, 0.52, -0.34}, 16);
+}
+
+static void build_atria(sc_phantom *phantom)
+{
+    static const sc_vec3 left_auricle[] = {{-14, -20, 28}, {-28, -10, 30}, {-35, 4, 27}};
+    static const sc_vec3 right_auricle[] = {{36, 6, 26}, {28, 19, 29}, {17, 25, 26}};
+
+    add_ellipsoid(phantom, LA, (sc_vec3){5, -28, 23}, (sc_vec3){28, 18, 20}, 0);
+    add_tube(phantom, LA, left_auricle, 3, 9, 6);
+    phantom->shapes[LA].parts[1].blend_mm = 9;
+    add_ellipsoid(phantom, RA, (sc_vec3){39, -6, 12}, (sc_vec3){22, 23, 27}, 0);
+    add_tube(phantom, RA, right_auricle, 3, 11, 7);
+    phantom->shapes[RA].parts[1].blend_mm = 9;
+}
+
+static void build_great_arteries(sc_phantom *phantom)
+{
+    static const sc_vec3 trunk[] = {{-7, 23, 30}, {-9, 17, 42}, {-11, 4, 50}, {-11, -9, 50}};
+    static const sc_vec3 right[] = {{-11, -4, 50}, {4, -17, 49}, {24, -20, 47}, {52, -22, 43}};
+    static const sc_vec3 left[] = {{-11, -5, 50}, {-20, -14, 51}, {-34, -22, 51}, {-52, -30, 46}};
+    static const sc_vec3 aorta[] = {{3, 0, 13},     {9, 4, 28},     {13, 7, 45},
+                                    {7, 2, 62},     {-7, -13, 68},  {-19, -30, 60},
+                                    {-24, -41, 40}, {-24, -43, 5},  {-22, -43, -40},
+                                    {-20, -43, -84}};
+    static const sc_vec3 brachiocephalic[] = {{6, 1, 64}, {13, 0, 75}, {20, 0, 88}};
+    static const sc_vec3 carotid[] = {{-4, -9, 68}, {-7, -8, 78}, {-9, -8, 90}};
+    static const sc_vec3 subclavian[] = {{-14, -21, 66}, {-19, -20, 76}, {-24, -19, 90}};
+    const sc_vec3 top = {0, 0, 79.5}, up = {0, 0, 1}, bottom = {0, 0, -79.5}, down = {0, 0, -1};
+
+    add_tube(phantom, AORTA, aorta, 10, 13.5, 9.5);
+    add_tube(phantom, AORTA, brachiocephalic, 3, 5.5, 5);
+    add_tube(phantom, AORTA, carotid, 3, 3.6, 3.4);
+    add_tube(phantom, AORTA, subclavian, 3, 4.2, 4);
+    add_cut(phantom, AORTA, top, up, 0.5);
+    add_cut(phantom, AORTA, bottom, down, 0.5);
+    add_tube(phantom, PULMONARY, trunk, 4, 13, 11.5);
+    add_tube(phantom, PULMONARY, right, 4, 9.5, 7);
+    add_tube(phantom, PULMONARY, left, 4, 9.5, 7);
+    add_cut(phantom, PULMONARY, (sc_vec3){48, -22, 44}, (sc_vec3){1, -0.07, -0.14}, 0.5);
+    add_cut(phantom, PULMONARY, (sc_vec3){-48, -28, 47}, (sc_vec3){-0.9, -0.4, -0.25}, 0.5);
+    add_leaflet(phantom, AORTIC_VALVE, (sc_vec3){6, 2, 20}, (sc_vec3){-0.35, -0.2, -0.9}, 13);
+    add_leaflet(phantom, PULMONARY_VALVE, (sc_vec3){-7.5, 21, 34}, (sc_vec3){0.1, 0.4, -0.9}, 12);
+}
+
+static void build_veins(sc_phantom *phantom)
+{
+    static const sc_vec3 svc[] = {{38, -4, 28}, {36, -2, 48}, {32, 0, 66}, {29, 2, 86}};
+    static const sc_vec3 ivc[] = {{40, -12, -4}, {38, -15, -22}, {35, -17, -42}, {33, -18, -70}};
+    static const sc_vec3 veins[4][3] = {{{20, -30, 32}, {40, -30, 35}, {64, -34, 40}},
+                                        {{20, -36, 17}, {40, -38, 13}, {62, -42, 8}},
+                                        {{-10, -29, 32}, {-28, -27, 35}, {-56, -28, 38}},
+                                        {{-8, -31, 18}, {-28, -29, 20}, {-56, -32, 17}}};
+
+    add_tube(phantom, SVC, svc, 4, 10, 8.5);
+    add_cut(phantom, SVC, (sc_vec3){0, 0, 79.5}, (sc_vec3){0, 0, 1}, 0.5);
+    add_tube(phantom, IVC, ivc, 4, 12, 11);
+    add_cut(phantom, IVC, (sc_vec3){0, 0, -62}, (sc_vec3){0, 0, -1}, 0.5);
+    for (int i = 0; i < 4; i++)
+        add_tube(phantom, VEINS, veins[i], 3, 7, 5.5);
+    add_cut(phantom, VEINS, (sc_vec3){58, 0, 0}, (sc_vec3){1, 0, 0}, 0.5);
+    add_cut(phantom, VEINS, (sc_vec3){-51, 0, 0}, (sc_vec3){-1, 0, 0}, 0.5);
+}
+
+/* The muscle's outer surface, on which the coronary arteries run. */
+static double surface_field(const sc_phantom *phantom, sc_vec3 p)
+{
+    double field = sc_shape_field(&phantom->shapes[LV], p);
+
+    for (int id = RV; id <= PULMONARY; id++)
+        field = sc_smooth_min(field, sc_shape_field(&phantom->shapes[id], p), 5);
+    return field;
+}
+
+typedef double field_fn(const sc_phantom *phantom, int which, sc_vec3 p);
+
+static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, sc_vec3 p)
+{
+    const double h = 1e-4;
+    const sc_vec3 steps[3] = {{h, 0, 0}, {0, h, 0}, {0, 0, h}};
+    double out[3];
+
+    for (int i = 0; i < 3; i++)
+        out[i] = (field(phantom, which, sc_vec3_add(p, steps[i])) -
+                  field(phantom, which, sc_vec3_sub(p, steps[i]))) / (2 * h);
+    return (sc_vec3){out[0], out[1], out[2]};
+}
+
+static double surface_of_muscle(const sc_phantom *phantom, int which, sc_vec3 p)
+{
+    (void)which;
+    return surface_field(phantom, p);
+}
+
+/* Move a course onto the surface, @p lift_mm above it, and make it smooth again. */
+static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double lift_mm)
+{
+    for (int pass = 0; pass < 6; pass++) {
+        for (int i = 0; i < TUBE_POINTS; i++) {
+            for (int step = 0; step < 8; step++) {
+                const sc_vec3 slope = gradient(surface_of_muscle, phantom, 0, points[i]);
+                const double field = surface_field(phantom, points[i]) - lift_mm;
+
+                points[i] = sc_vec3_along(points[i],
+                                          -field / fmax(sc_vec3_dot(slope, slope), 0.1), slope);
+            }
+        }
+        for (int i = 1; i + 1 < TUBE_POINTS && pass < 5; i++) {
+            const sc_vec3 middle =
+                sc_vec3_scale(sc_vec3_add(points[i - 1], points[i + 1]), 0.5);
+
+            points[i] = sc_vec3_scale(sc_vec3_add(points[i], middle), 0.5);
+        }
+    }
+}
+
+static void build_coronaries(sc_phantom *phantom)
+{
+    static const struct {
+        sc_vec3 controls[6];
+        int count;
+        double radius_a, radius_b, fat;
+    } courses[COURSES] = {
+        /* right coronary in the groove between right atrium and ventricle */
+        {{{17, 16, 24}, {27, 27, 14}, {38, 22, -8}, {33, 8, -24}, {14, -8, -32}}, 5, 2.0, 1.6, 6},
+        /* posterior descending, along the lower groove to the apex */
+        {{{14, -8, -32}, {0, 4, -38}, {-18, 16, -48}, {-36, 24, -54}}, 4, 1.6, 1.1, 4},
+        /* left anterior descending, along the front groove to the apex */
+        {{{-5, 10, 28}, {-18, 20, 24}, {-26, 34, 6}, {-38, 38, -16}, {-50, 36, -40}}, 5, 2.1, 1.1,
+         5.5},
+        /* circumflex in the groove between left atrium and ventricle */
+        {{{-12, 14, 27}, {-30, 0, 18}, {-36, -18, 10}, {-26, -36, 2}, {-6, -40, -6}}, 5, 1.9, 1.3,
+         6},
+        /* obtuse marginal */
+        {{{-33, -8, 14}, {-46, -8, -6}, {-54, 2, -26}, {-58, 14, -42}}, 4, 1.5, 1.0, 0},
+        /* diagonal */
+        {{{-24, 30, 12}, {-40, 26, -2}, {-52, 20, -18}, {-60, 18, -36}}, 4, 1.5, 1.0, 0},
+    };
+
+    for (int i = 0; i < COURSES; i++) {
+        sc_vec3 *points = add_tube(phantom, CORONARIES, courses[i].controls, courses[i].count,
+                                   courses[i].radius_a, courses[i].radius_b);
+
+        lay_on_surface(phantom, points, 0.9);
+        phantom->shapes[CORONARIES].parts[i].blend_mm = 1.5;
+        if (courses[i].fat > 0)
+            add_part(phantom, FAT, (sc_part){.kind = SC_PART_TUBE, .blend_mm = 8,
+                                             .points = points, .point_count = TUBE_POINTS,
+                                             .radius_a_mm = courses[i].fat,
+                                             .radius_b_mm = 0.5 * courses[i].fat});
+    }
+}
+
+double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p)
+{
+    const tissue *t = &tissues[label - 1];
+    double field = sc_shape_field(&phantom->shapes[t->shape], p) - t->grow_mm;
+
+    if (t->within != NONE) {
+        const double limit = sc_shape_field(&phantom->shapes[t->within], p) - t->within_grow_mm;
+
+        field = field > limit ? field : limit;
+    }
+    return field;
+}
+
+sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
+{
+    void *block;
+    sc_phantom *phantom;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_phantom), &block);
+
+    if (status != SC_OK)
+        return status;
+    phantom = block;
+    build_ventricles(phantom);
+    build_atria(phantom);
+    build_great_arteries(phantom);
+    build_veins(phantom);
+    build_coronaries(phantom);
+    for (int i = 0; i < TISSUES; i++) {
+        sc_label *label = &phantom->labels[i];
+
+        label->value = i + 1;
+        snprintf(label->name, sizeof label->name, "%s", tissues[i].name);
+        memcpy(label->rgb, tissues[i].rgb, sizeof label->rgb);
+        label->has_color = true;
+        label->opacity = -1;
+    }
+    *out = phantom;
+    return SC_OK;
+}
+
+void sc_phantom_free(sc_phantom *phantom)
+{
+    sc_free(phantom);
+}
+
+int sc_phantom_tissue_count(const sc_phantom *phantom)
+{
+    (void)phantom;
+    return TISSUES;
+}
+
+const sc_label *sc_phantom_label(const sc_phantom *phantom, int label)
+{
+    return &phantom->labels[label - 1];
+}
+
+int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
+{
+    for (int label = 1; label <= TISSUES; label++) {
+        if (sc_phantom_field(phantom, label, point_mm) < 0)
+            return label;
+    }
+    return 0;
+}
+
+/* Negative exactly where the tissue owns the point: inside its field, outside all before it. */
+static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
+{
+    double field = sc_phantom_field(phantom, label, p);
+
+    for (int before = 1; before < label; before++) {
+        const double other = -sc_phantom_field(phantom, before, p);
+
+        field = other > field ? other : field;
+    }
+    return field;
+}
+
+/* Foot point by alternating a Newton step onto the surface with a slide along it (Hartmann 1999,
+ * "On the curvature of curves and surfaces defined by normalforms"). */
+double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm,
+                           sc_vec3 *normal)
+{
+    const bool inside = owned_field(phantom, label, point_mm) < 0;
+    sc_vec3 foot = point_mm, slope = {0, 0, 1};
+    double distance;
+
+    for (int step = 0; step < 30; step++) {
+        sc_vec3 rest;
+        double off;
+
+        slope = gradient(owned_field, phantom, label, foot);
+        off = owned_field(phantom, label, foot) / fmax(sc_vec3_dot(slope, slope), 1e-6);
+        foot = sc_vec3_along(foot, -off, slope);
+        slope = sc_vec3_unit(slope);
+        rest = sc_vec3_sub(point_mm, foot);
+        rest = sc_vec3_along(rest, -sc_vec3_dot(rest, slope), slope);
+        if (step < 24)
+            foot = sc_vec3_along(foot, 0.7, rest);
+    }
+    if (normal)
+        *normal = sc_vec3_unit(gradient(owned_field, phantom, label, foot));
+    distance = sc_vec3_length(sc_vec3_sub(point_mm, foot));
+    return inside ? -distance : distance;
+}

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Voxelising by descent: a block whose centre is further from every surface than its corners is
+ * filled at once; others are halved, with only the tissues that can still reach them. */
+#include "phantom_model.h"
+
+#include <string.h>
+
+enum { BLOCK_VOXELS = 32, TISSUES_MAX = 64 };
+
+typedef struct voxeliser {
+    const sc_phantom *phantom;
+    int size[3], blocks[3];
+    double spacing_mm[3];
+    sc_vec3 origin_mm; /* centre of voxel (0, 0, 0) */
+    uint8_t *ids;
+} voxeliser;
+
+typedef struct block {
+    int low[3], extent[3];
+} block;
+
+static void fill(const voxeliser *v, const block *b, uint8_t label)
+{
+    for (int z = b->low[2]; z < b->low[2] + b->extent[2]; z++) {
+        for (int y = b->low[1]; y < b->low[1] + b->extent[1]; y++)
+            memset(v->ids + ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
+                       b->low[0],
+                   label, (size_t)b->extent[0]);
+    }
+}
+
+/* Keep of @p candidates those that can own some voxel of the block. @return how many; the first
+ * kept owns the whole block if *settled. */
+static int prune(const voxeliser *v, const block *b, const uint8_t *candidates, int count,
+                 uint8_t *kept, bool *settled)
+{
+    double centre[3], reach2 = 0, reach;
+    int left = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const double half = 0.5 * (b->extent[i] - 1) * v->spacing_mm[i];
+
+        centre[i] = b->low[i] * v->spacing_mm[i] + half;
+        reach2 += half * half;
+    }
+    reach = SC_SHAPE_LIPSCHITZ * sqrt(reach2);
+    *settled = false;
+    for (int i = 0; i < count; i++) {
+        const sc_vec3 offset = {centre[0], centre[1], centre[2]};
+        const double field =
+            sc_phantom_field(v->phantom, candidates[i], sc_vec3_add(v->origin_mm, offset));
+
+        if (field >= reach && field >= 0)
+            continue;
+        kept[left++] = candidates[i];
+        if (field < -reach || (reach == 0 && field < 0)) {
+            *settled = left == 1;
+            break; /* whatever is listed later owns nothing here */
+        }
+    }
+    return left;
+}
+
+static void descend(const voxeliser *v, const block *b, const uint8_t *candidates, int count)
+{
+    uint8_t kept[TISSUES_MAX];
+    bool settled;
+    const int left = prune(v, b, candidates, count, kept, &settled);
+
+    if (left == 0 || settled) {
+        fill(v, b, left ? kept[0] : 0);
+        return;
+    }
+    for (int part = 0; part < 8; part++) {
+        block child;
+        bool empty = false;
+
+        for (int i = 0; i < 3; i++) {
+            const int half = (b->extent[i] + 1) / 2;
+            const bool upper = part >> i & 1;
+
+            child.low[i] = b->low[i] + (upper ? half : 0);
+            child.extent[i] = upper ? b->extent[i] - half : half;
+            empty = empty || child.extent[i] == 0;
+        }
+        if (!empty)
+            descend(v, &child, kept, left);
+    }
+}
+
+static void voxelise_blocks(void *user, size_t begin, size_t end, int thread)
+{
+    const voxeliser *v = user;
+    uint8_t all[TISSUES_MAX];
+    const int count = sc_phantom_tissue_count(v->phantom);
+
+    (void)thread;
+    for (int i = 0; i < count; i++)
+        all[i] = (uint8_t)(i + 1);
+    for (size_t n = begin; n < end; n++) {
+        const size_t at[3] = {n % (size_t)v->blocks[0],
+                              n / (size_t)v->blocks[0] % (size_t)v->blocks[1],
+                              n / (size_t)v->blocks[0] / (size_t)v->blocks[1]};
+        block b;
+
+        for (int i = 0; i < 3; i++) {
+            const int rest = v->size[i] - (int)at[i] * BLOCK_VOXELS;
+
+            b.low[i] = (int)at[i] * BLOCK_VOXELS;
+            b.extent[i] = rest < BLOCK_VOXELS ? rest : BLOCK_VOXELS;
+        }
+        descend(v, &b, all, count);
+    }
+}
+
+static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_volume *volume)
+{
+    const int count = sc_phantom_tissue_count(phantom) + 1;
+    void *labels;
+    sc_status status = sc_zalloc(ctx, (size_t)count, sizeof(sc_label), &labels);
+
+    if (status != SC_OK)
+        return status;
+    volume->labels = labels;
+    volume->label_count = count;
+    volume->label_bytes = 1;
+    for (int i = 1; i < count; i++)
+        volume->labels[i] = *sc_phantom_label(phantom, i);
+    return SC_OK;
+}
+
+sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
+                            int threads, sc_volume *out)
+{
+    static const double grid_mm[3] = {SC_PHANTOM_WIDTH / 3.0, SC_PHANTOM_DEPTH / 3.0,
+                                      SC_PHANTOM_HEIGHT / 3.0};
+    voxeliser v = {.phantom = phantom};
+    sc_volume volume = {.oriented = true};
+    double *origin[3] = {&v.origin_mm.x, &v.origin_mm.y, &v.origin_mm.z};
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < 3; i++) {
+        if (size[i] < 2 || size[i] > 4096)
+            return sc_fail(ctx, SC_ERR_USAGE, "a phantom of %d x %d x %d voxels; expected 2 to "
+                                              "4096 along each axis", size[0], size[1], size[2]);
+        v.size[i] = volume.size[i] = size[i];
+        v.blocks[i] = (size[i] + BLOCK_VOXELS - 1) / BLOCK_VOXELS;
+        v.spacing_mm[i] = grid_mm[i] / size[i];
+        *origin[i] = 0.5 * (v.spacing_mm[i] - grid_mm[i]);
+        volume.to_ras_mm.m[i][i] = v.spacing_mm[i];
+        volume.to_ras_mm.m[i][3] = *origin[i];
+    }
+    SC_TRY(make_labels(ctx, phantom, &volume));
+    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
+    v.ids = volume.ids;
+    sc_parallel_for(threads,
+                    (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2], 1,
+                    voxelise_blocks, &v);
+    *out = volume;
+    volume = (sc_volume){0};
+out:
+    sc_volume_clear(&volume);
+    return status;
+}

@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* NIfTI-1 and NIfTI-2. Our own check of the header comes first: nifticlib believes what a header
+ * claims. nifticlib then interprets it (byte order, extensions, sform, qform), and the voxels are
+ * read here, so that a short or damaged stream is noticed and no value is changed silently. */
+#include "raw.h"
+
+#include <errno.h>
+#include <nifti2_io.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+/* The fields that can mislead a reader, of either version of the header. */
+typedef struct fields {
+    int version;
+    int64_t dim[8];
+    double pixdim[8];
+    int datatype, bitpix;
+    double voxel_offset;
+    char magic[4];
+} fields;
+
+enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };
+
+static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char *bytes, int *count)
+{
+    gzFile file = gzopen(path, "rb");
+
+    if (!file)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+    *count = gzread(file, bytes, HEADER2_BYTES);
+    gzclose_r(file);
+    if (*count < HEADER1_BYTES)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d", path,
+                       *count < 0 ? 0 : *count, HEADER1_BYTES);
+    return SC_OK;
+}
+
+static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *out)
+{
+    nifti_1_header header;
+
+    memcpy(&header, bytes, sizeof header);
+    if (swapped)
+        nifti_swap_as_nifti1(&header);
+    out->version = 1;
+    for (int i = 0; i < 8; i++) {
+        out->dim[i] = header.dim[i];
+        out->pixdim[i] = header.pixdim[i];
+    }
+    out->datatype = header.datatype;
+    out->bitpix = header.bitpix;
+    out->voxel_offset = header.vox_offset;
+    memcpy(out->magic, header.magic, 4);
+}
+
+static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *out)
+{
+    nifti_2_header header;
+
+    memcpy(&header, bytes, sizeof header);
+    if (swapped)
+        nifti_swap_as_nifti2(&header);
+    out->version = 2;
+    for (int i = 0; i < 8; i++) {
+        out->dim[i] = header.dim[i];
+        out->pixdim[i] = header.pixdim[i];
+    }
+    out->datatype = header.datatype;
+    out->bitpix = header.bitpix;
+    out->voxel_offset = (double)header.vox_offset;
+    memcpy(out->magic, header.magic, 4);
+}
+
+static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
+{
+    unsigned char bytes[HEADER2_BYTES] = {0};
+    int32_t size;
+    int count = 0;
+    sc_status status = read_header(ctx, path, bytes, &count);
+
+    if (status != SC_OK)
+        return status;
+    memcpy(&size, bytes, sizeof size);
+    if (size == HEADER1_BYTES || size == 0x5c010000)
+        fields_of_header1(bytes, size != HEADER1_BYTES, out);
+    else if (count == HEADER2_BYTES)
+        fields_of_header2(bytes, size != HEADER2_BYTES, out);
+    else
+        return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d", path,
+                       count, HEADER2_BYTES);
+    return SC_OK;
+}
+
+static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
+                            sc_raw_type *out)
+{
+    static const struct {
+        int nifti;
+        sc_raw_type raw;
+    } types[] = {{DT_INT8, SC_RAW_INT8},       {DT_UINT8, SC_RAW_UINT8},
+                 {DT_INT16, SC_RAW_INT16},     {DT_UINT16, SC_RAW_UINT16},
+                 {DT_INT32, SC_RAW_INT32},     {DT_UINT32, SC_RAW_UINT32},
+                 {DT_INT64, SC_RAW_INT64},     {DT_UINT64, SC_RAW_UINT64},
+                 {DT_FLOAT32, SC_RAW_FLOAT},   {DT_FLOAT64, SC_RAW_DOUBLE}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
+        if (types[i].nifti != f->datatype)
+            continue;
+        if (f->bitpix != 8 * (int)sc_raw_type_bytes(types[i].raw))
+            sc_warn(ctx, "%s: bitpix is %d, datatype %d has %d; the datatype is used", path,
+                    f->bitpix, f->datatype, 8 * (int)sc_raw_type_bytes(types[i].raw));
+        *out = types[i].raw;
+        return SC_OK;
+    }
+    return sc_fail(ctx, SC_ERR_DATA, "%s: datatype is %d (%s), expected integers or floats", path,
+                   f->datatype, nifti_datatype_string(f->datatype));
+}
+
+static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f, int64_t size[3])
+{
+    if (f->dim[0] < 1 || f->dim[0] > 7)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: dim[0] is %lld, expected 1 to 7", path,
+                       (long long)f->dim[0]);
+    for (int i = 1; i <= f->dim[0]; i++) {
+        if (f->dim[i] < 1)
+            return sc_fail(ctx, SC_ERR_DATA, "%s: dim[%d] is %lld, expected at least 1", path, i,
+                           (long long)f->dim[i]);
+        if (i > 3 && f->dim[i] > 1)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: dim[%d] is %lld; series are not supported, expected one volume",
+                           path, i, (long long)f->dim[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        size[i] = i < f->dim[0] ? f->dim[i + 1] : 1;
+        if (i < f->dim[0] && (!isfinite(f->pixdim[i + 1]) || f->pixdim[i + 1] == 0))
+            return sc_fail(ctx, SC_ERR_DATA, "%s: pixdim[%d] is %g, expected a voxel size", path,
+                           i + 1, f->pixdim[i + 1]);
+    }
+    return SC_OK;
+}
+
+/* Where the voxels begin, in the file that holds them. */
+static sc_status check_offset(const sc_ctx *ctx, const char *path, const fields *f, bool pair)
+{
+    const double least = pair ? 0 : f->version == 1 ? HEADER1_BYTES + 4 : HEADER2_BYTES + 4;
+
+    if (!isfinite(f->voxel_offset) || f->voxel_offset != floor(f->voxel_offset) ||
+        f->voxel_offset < least || f->voxel_offset > 1e15)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: vox_offset is %g, expected a byte at or after %g",
+                       path, f->voxel_offset, least);
+    return SC_OK;
+}
+
+static sc_status check_magic(const sc_ctx *ctx, const char *path, const fields *f, bool *pair)
+{
+    static const char single[2][4] = {"n+1", "n+2"}, two[2][4] = {"ni1", "ni2"};
+
+    if (!memcmp(f->magic, single[f->version - 1], 4))
+        *pair = false;
+    else if (!memcmp(f->magic, two[f->version - 1], 4))
+        *pair = true;
+    else
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: magic is \"%.3s\", expected \"%s\" or \"%s\" (ANALYZE 7.5 does not "
+                       "say where left is)",
+                       path, f->magic[0] >= ' ' && f->magic[0] < 127 ? f->magic : "?",
+                       single[f->version - 1], two[f->version - 1]);
+    return SC_OK;
+}
+
+/* The file that holds the voxels: @p path itself or, of a pair, the .img beside the .hdr. */
+static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char **out)
+{
+    static const char *const endings[] = {".img", ".img.gz", ".IMG"};
+    const char *dot = strstr(strrchr(path, '/') ? strrchr(path, '/') : path, ".hdr");
+    struct stat info;
+    sc_text text = {0};
+    sc_status status;
+
+    if (!pair) {
+        status = sc_text_add(ctx, &text, "%s", path);
+        if (status == SC_OK)
+            *out = text.data;
+        return status;
+    }
+    for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
+        status = sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]);
+        if (status != SC_OK)
+            return status;
+        if (!stat(text.data, &info)) {
+            *out = text.data;
+            return SC_OK;
+        }
+        sc_text_clear(&text);
+    }
+    return sc_fail(ctx, SC_ERR_DATA, "%s: is the header of a pair, but its .img is not there",
+                   path);
+}
+
+static sc_status check_file_size(const sc_ctx *ctx, const char *path, double needed)
+{
+    struct stat info;
+    gzFile file = gzopen(path, "rb");
+    bool plain;
+
+    if (!file || stat(path, &info)) {
+        if (file)
+            gzclose_r(file);
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+    }
+    plain = gzdirect(file);
+    gzclose_r(file);
+    if (needed > (double)info.st_size * (plain ? 1 : SC_DEFLATE_RATIO_MAX))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the header promises %.0f bytes, more than the file can hold (%lld%s)",
+                       path, needed, (long long)info.st_size, plain ? "" : ", compressed");
+    return SC_OK;
+}
+
+static bool usable(const nifti_dmat44 *m)
+{
+    sc_affine a, inverse;
+
+    for (int i = 0; i < 12; i++)
+        a.m[i / 4][i % 4] = m->m[i / 4][i % 4];
+    for (int i = 0; i < 12; i++) {
+        if (!isfinite(a.m[i / 4][i % 4]) || fabs(a.m[i / 4][i % 4]) > 1e9)
+            return false;
+    }
+    return sc_affine_invert(&a, &inverse);
+}
+
+/* sform, then qform, then voxel sizes alone; each only if it can be used. */
+static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_raw *raw)
+{
+    double mm = 1;
+    const nifti_dmat44 *chosen = NULL;
+
+    if (nim->xyz_units == NIFTI_UNITS_METER)
+        mm = 1000;
+    else if (nim->xyz_units == NIFTI_UNITS_MICRON)
+        mm = 1e-3;
+    if (nim->sform_code > 0 && usable(&nim->sto_xyz))
+        chosen = &nim->sto_xyz;
+    else if (nim->qform_code > 0 && usable(&nim->qto_xyz))
+        chosen = &nim->qto_xyz;
+    if (nim->sform_code > 0 && chosen != &nim->sto_xyz)
+        sc_warn(ctx, "%s: sform is not a usable matrix; %s is used", path,
+                chosen ? "qform" : "the voxel size alone");
+    raw->oriented = chosen != NULL;
+    if (!chosen) {
+        const double size[3] = {nim->dx, nim->dy, nim->dz};
+
+        for (int i = 0; i < 3; i++)
+            raw->to_ras_mm.m[i][i] = size[i] != 0 ? fabs(size[i]) * mm : mm;
+        return;
+    }
+    for (int i = 0; i < 12; i++)
+        raw->to_ras_mm.m[i / 4][i % 4] = mm * chosen->m[i / 4][i % 4];
+}
+
+static void scaling(const nifti_image *nim, sc_raw *raw)
+{
+    const bool scaled = isfinite(nim->scl_slope) && nim->scl_slope != 0;
+
+    raw->slope = scaled ? nim->scl_slope : 1;
+    raw->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
+}
+
+static sc_status read_voxels(const sc_ctx *ctx, const char *path, const fields *f,
+                             const nifti_image *nim, sc_raw *raw)
+{
+    const size_t each = sc_raw_type_bytes(raw->type);
+    const int64_t size[3] = {raw->size[0], raw->size[1], raw->size[2]};
+    size_t voxels;
+    sc_status status;
+
+    SC_TRY(sc_grid_voxels(ctx, path, size, each, &voxels));
+    SC_TRY(check_file_size(ctx, path, f->voxel_offset + (double)voxels * (double)each));
+    SC_TRY(sc_alloc(ctx, voxels, each, &raw->data));
+    SC_TRY(sc_read_gz(ctx, path, (uint64_t)f->voxel_offset, raw->data, voxels * each));
+    if (nim->byteorder != nifti_short_order() && each > 1)
+        nifti_swap_Nbytes((int64_t)voxels, (int)each, raw->data);
+out:
+    return status;
+}
+
+sc_status sc_read_nifti(const sc_ctx *ctx, const char *path, sc_raw *out)
+{
+    fields f = {0};
+    sc_raw raw = {.slope = 1, .release = sc_free};
+    nifti_image *nim = NULL;
+    char *voxels = NULL;
+    int64_t size[3];
+    bool pair = false;
+    sc_status status;
+
+    nifti_set_debug_level(0);
+    SC_TRY(parse_header(ctx, path, &f));
+    SC_TRY(check_magic(ctx, path, &f, &pair));
+    SC_TRY(check_dims(ctx, path, &f, size));
+    SC_TRY(check_type(ctx, path, &f, &raw.type));
+    SC_TRY(check_offset(ctx, path, &f, pair));
+    SC_TRY(voxel_file(ctx, path, pair, &voxels));
+    nim = nifti_image_read(path, 0);
+    if (!nim) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: not a readable NIfTI file (a compressed one must be named .nii.gz, "
+                         "a plain one .nii, a pair .hdr and .img)",
+                         path);
+        goto out;
+    }
+    for (int i = 0; i < 3; i++)
+        raw.size[i] = size[i] > INT32_MAX ? 0 : (int)size[i];
+    geometry(ctx, path, nim, &raw);
+    scaling(nim, &raw);
+    SC_TRY(read_voxels(ctx, voxels, &f, nim, &raw));
+    *out = raw;
+    raw = (sc_raw){0};
+out:
+    nifti_image_free(nim);
+    sc_free(voxels);
+    sc_raw_clear(&raw);
+    return status;
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "raw.h"
+#include "segcast/image.h"
+
+#include <string.h>
+
+void sc_volume_clear(sc_volume *volume)
+{
+    sc_free(volume->ids);
+    sc_free(volume->labels);
+    *volume = (sc_volume){0};
+}
+
+size_t sc_volume_voxels(const sc_volume *volume)
+{
+    return (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
+}
+
+uint64_t sc_volume_hash(const sc_volume *volume)
+{
+    uint64_t hash = sc_hash_bytes(volume->size, sizeof volume->size, 0);
+
+    hash = sc_hash_bytes(&volume->to_ras_mm, sizeof volume->to_ras_mm, hash);
+    for (int i = 0; i < volume->label_count; i++)
+        hash = sc_hash_bytes(&volume->labels[i].value, sizeof(int64_t), hash);
+    return sc_hash_bytes(volume->ids, sc_volume_voxels(volume) * (size_t)volume->label_bytes,
+                         hash);
+}
+
+void sc_raw_clear(sc_raw *raw)
+{
+    if (raw->release)
+        raw->release(raw->data);
+    sc_label_table_clear(&raw->table);
+    *raw = (sc_raw){0};
+}
+
+size_t sc_raw_type_bytes(sc_raw_type type)
+{
+    static const uint8_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+
+    return bytes[type];
+}
+
+sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
+                         size_t bytes_per_voxel, size_t *out)
+{
+    double bytes = (double)bytes_per_voxel;
+    size_t voxels = 1;
+
+    for (int i = 0; i < 3; i++) {
+        if (size[i] < 1 || size[i] > INT32_MAX)
+            return sc_fail(ctx, SC_ERR_DATA, "%s: size %lld along axis %d, expected 1 to %d", path,
+                           (long long)size[i], i, INT32_MAX);
+        bytes *= (double)size[i];
+        voxels *= bytes < 9e18 ? (size_t)size[i] : 1;
+    }
+    if (bytes > (double)SC_VOLUME_BYTES_MAX)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %lld x %lld x %lld voxels are more than 1 TiB", path,
+                       (long long)size[0], (long long)size[1], (long long)size[2]);
+    *out = voxels;
+    return SC_OK;
+}
+
+sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
+{
+    sc_affine inverse;
+
+    for (int i = 0; i < 12; i++) {
+        const double value = to_mm->m[i / 4][i % 4];
+
+        if (!isfinite(value) || fabs(value) > 1e9)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: geometry holds %g, expected finite millimetres", path, value);
+    }
+    if (!sc_affine_invert(to_mm, &inverse))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the voxel axes are not independent (singular geometry)", path);
+    return SC_OK;
+}
