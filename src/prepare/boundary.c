@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Boundary voxels by the 3x3x3 rule, a row at a time: a voxel's differences to its 26 neighbours
+ * are collected by OR over nine rows, which compilers turn into wide instructions. */
+#include "internal.h"
+
+#include <string.h>
+
+/* Bits that differ between a row and three shifted copies of a neighbouring row, into @p out.
+ * Columns 0 and n - 1 touch the outside and are handled by the caller. */
+#define DEFINE_ROW_DIFFERENCE(name, type)                                                          \
+    static void name(const type *row, const type *other, size_t n, type *out)                      \
+    {                                                                                              \
+        for (size_t x = 1; x + 1 < n; x++)                                                         \
+            out[x] = (type)(out[x] | (row[x] ^ other[x - 1]) | (row[x] ^ other[x]) |               \
+                            (row[x] ^ other[x + 1]));                                              \
+    }
+DEFINE_ROW_DIFFERENCE(row_difference_8, uint8_t)
+DEFINE_ROW_DIFFERENCE(row_difference_16, uint16_t)
+
+typedef struct finder {
+    sc_preparation *p;
+    sc_label_stats *stats; /* [threads][label_count] */
+    uint16_t *rows;        /* [threads][size x]: differences of the row in work */
+} finder;
+
+/* Differences of row (y, z) to its neighbours; rows at the volume's faces differ throughout. */
+static void difference_of_row(const sc_volume *v, int y, int z, void *out)
+{
+    const size_t nx = (size_t)v->size[0], each = (size_t)v->label_bytes;
+    const char *ids = v->ids;
+    const char *row = ids + ((size_t)z * (size_t)v->size[1] + (size_t)y) * nx * each;
+
+    if (y == 0 || z == 0 || y == v->size[1] - 1 || z == v->size[2] - 1) {
+        memset(out, 0xff, nx * each);
+        return;
+    }
+    memset(out, 0, nx * each);
+    for (int dz = -1; dz <= 1; dz++) {
+        for (int dy = -1; dy <= 1; dy++) {
+            const char *other = ids + ((size_t)(z + dz) * (size_t)v->size[1] + (size_t)(y + dy)) *
+                                          nx * each;
+
+            if (each == 1)
+                row_difference_8((const uint8_t *)row, (const uint8_t *)other, nx, out);
+            else
+                row_difference_16((const uint16_t *)row, (const uint16_t *)other, nx, out);
+        }
+    }
+    memset(out, 0xff, each);
+    memset((char *)out + (nx - 1) * each, 0xff, each);
+}
+
+static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
+{
+    const int low[3] = {x0, y, z}, high[3] = {x1, y, z};
+
+    for (int i = 0; i < 3; i++) {
+        s->low[i] = low[i] < s->low[i] ? low[i] : s->low[i];
+        s->high[i] = high[i] > s->high[i] ? high[i] : s->high[i];
+    }
+}
+
+/* Set the bits of one row and count its voxels by runs of equal labels. */
+static void take_row(finder *f, int y, int z, const void *difference, sc_label_stats *stats)
+{
+    const sc_volume *v = f->p->volume;
+    const int nx = v->size[0];
+    const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)nx;
+    uint64_t *masks = f->p->boundary + ((size_t)(z / SC_BRICK) * (size_t)f->p->bricks[1] +
+                                        (size_t)(y / SC_BRICK)) * (size_t)f->p->bricks[0];
+    const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
+
+    for (int x = 0, end; x < nx; x = end) {
+        const uint32_t id = sc_id_at(v, row + (size_t)x);
+        uint64_t boundary = 0;
+
+        for (end = x; end < nx && sc_id_at(v, row + (size_t)end) == id; end++) {
+            const bool differs = v->label_bytes == 1 ? ((const uint8_t *)difference)[end] != 0
+                                                     : ((const uint16_t *)difference)[end] != 0;
+
+            if (differs && id) {
+                masks[end / SC_BRICK] |= 1ull << (shift + end % SC_BRICK);
+                boundary++;
+            }
+        }
+        stats[id].voxels += (uint64_t)(end - x);
+        stats[id].boundary_voxels += boundary;
+        note_box(&stats[id], x, end - 1, y, z);
+    }
+}
+
+/* Layers of bricks [begin, end) along z: no two threads touch one mask. */
+static void find_layers(void *user, size_t begin, size_t end, int thread)
+{
+    finder *f = user;
+    const sc_volume *v = f->p->volume;
+    uint16_t *difference = f->rows + (size_t)thread * (size_t)v->size[0];
+    sc_label_stats *stats = f->stats + (size_t)thread * (size_t)v->label_count;
+    const int last = (int)end * SC_BRICK < v->size[2] ? (int)end * SC_BRICK : v->size[2];
+
+    for (int z = (int)begin * SC_BRICK; z < last; z++) {
+        for (int y = 0; y < v->size[1]; y++) {
+            difference_of_row(v, y, z, difference);
+            take_row(f, y, z, difference, stats);
+        }
+    }
+}
+
+static void merge_stats(const finder *f)
+{
+    const int labels = f->p->volume->label_count;
+
+    for (int thread = 0; thread < f->p->threads; thread++) {
+        for (int id = 0; id < labels; id++) {
+            const sc_label_stats *from = &f->stats[thread * labels + id];
+            sc_label_stats *to = &f->p->stats[id];
+
+            to->voxels += from->voxels;
+            to->boundary_voxels += from->boundary_voxels;
+            for (int i = 0; i < 3; i++) {
+                to->low[i] = from->low[i] < to->low[i] ? from->low[i] : to->low[i];
+                to->high[i] = from->high[i] > to->high[i] ? from->high[i] : to->high[i];
+            }
+        }
+    }
+}
+
+static void clear_stats(sc_label_stats *stats, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        stats[i] = (sc_label_stats){.low = {INT32_MAX, INT32_MAX, INT32_MAX},
+                                    .high = {-1, -1, -1}};
+    }
+}
+
+sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
+{
+    const sc_volume *v = p->volume;
+    const size_t labels = (size_t)v->label_count, threads = (size_t)p->threads;
+    finder f = {.p = p};
+    void *block = NULL, *rows = NULL, *stats = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof(uint64_t), &block));
+    p->boundary = block;
+    SC_TRY(sc_alloc(ctx, labels, sizeof(sc_label_stats), &block));
+    p->stats = block;
+    SC_TRY(sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats));
+    SC_TRY(sc_alloc(ctx, threads * (size_t)v->size[0], sizeof(uint16_t), &rows));
+    f.stats = stats;
+    f.rows = rows;
+    clear_stats(p->stats, labels);
+    clear_stats(f.stats, labels * threads);
+    sc_parallel_for(p->threads, (size_t)p->bricks[2], 1, find_layers, &f);
+    merge_stats(&f);
+out:
+    sc_free(stats);
+    sc_free(rows);
+    return status;
+}
+
+sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
+{
+    void *block;
+    sc_status status = sc_alloc(ctx, p->brick_count, sizeof(uint32_t), &block);
+
+    if (status != SC_OK)
+        return status;
+    p->normal_start = block;
+    for (size_t brick = 0; brick < p->brick_count; brick++) {
+        p->normal_start[brick] = (uint32_t)p->boundary_count;
+        p->boundary_count += (uint64_t)__builtin_popcountll(p->boundary[brick]);
+        if (p->boundary_count > UINT32_MAX)
+            return sc_fail(ctx, SC_ERR_MEMORY, "more than %u boundary voxels", UINT32_MAX);
+    }
+    return SC_OK;
+}

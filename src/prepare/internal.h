@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to prepare: the parts of a preparation before they are packed. */
+#ifndef SC_PREPARE_INTERNAL_H
+#define SC_PREPARE_INTERNAL_H
+
+#include "segcast/prepare.h"
+
+struct sc_preparation {
+    const sc_volume *volume;
+    int threads;
+    int bricks[3];
+    size_t brick_count;
+    uint64_t *boundary;
+    uint32_t *normal_start, *normals;
+    uint64_t boundary_count;
+    sc_label_stats *stats;
+    uint64_t volume_hash;
+};
+
+static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)
+{
+    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[index]
+                                    : ((const uint16_t *)volume->ids)[index];
+}
+
+/* One boundary voxel, as visited by sc_each_boundary. */
+typedef struct sc_boundary_voxel {
+    int x, y, z;
+    size_t index;  /* into ids */
+    size_t normal; /* into normals */
+    uint32_t id;
+} sc_boundary_voxel;
+typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
+/* Visit the boundary voxels of bricks [begin, end) in the order of bricks and bits. */
+void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
+                      void *user);
+
+sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p); /* masks, counts, boxes */
+sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* normal_start, count */
+sc_status sc_find_normals(const sc_ctx *ctx, sc_preparation *p);
+sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
+sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p);
+
+#endif

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Normals of boundary voxels: the gradient of the voxel's own label, smoothed by a Gaussian, over
+ * a window of 7x7x7. A row of the window becomes 7 bits ("is it my label?"), and a table gives
+ * its weighted sum and its weighted derivative, so that a voxel costs 49 look-ups. */
+#include "internal.h"
+
+#include <string.h>
+
+enum { RADIUS = 3, WIDTH = 2 * RADIUS + 1 };
+#define SIGMA_VOXELS 1.7
+
+typedef struct normal_tables {
+    const sc_preparation *p;
+    float weight[WIDTH], slope[WIDTH];           /* Gaussian and its derivative */
+    float sum[1 << WIDTH], derivative[1 << WIDTH]; /* of a row, by its bits */
+    double to_mm[3][3];                          /* index-space gradient -> RAS */
+} normal_tables;
+
+static void fill_tables(normal_tables *t)
+{
+    sc_affine inverse = {0};
+
+    for (int i = 0; i < WIDTH; i++) {
+        const double x = i - RADIUS;
+
+        t->weight[i] = (float)exp(-x * x / (2 * SIGMA_VOXELS * SIGMA_VOXELS));
+        t->slope[i] = (float)(x * t->weight[i]);
+    }
+    for (int bits = 0; bits < 1 << WIDTH; bits++) {
+        t->sum[bits] = t->derivative[bits] = 0;
+        for (int i = 0; i < WIDTH; i++) {
+            if (bits >> i & 1) {
+                t->sum[bits] += t->weight[i];
+                t->derivative[bits] += t->slope[i];
+            }
+        }
+    }
+    /* Gradients map by the transposed inverse; the reader has checked that it exists. */
+    (void)sc_affine_invert(&t->p->volume->to_ras_mm, &inverse);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++)
+            t->to_mm[i][j] = inverse.m[j][i];
+    }
+}
+
+/* Bit i is set where byte i of @p x is zero. */
+static unsigned zero_bytes(uint64_t x)
+{
+    const uint64_t low7 = 0x7f7f7f7f7f7f7f7fu;
+    const uint64_t zero = ~(((x & low7) + low7) | x | low7); /* 0x80 in every zero byte */
+
+    return (unsigned)(((zero >> 7) * 0x0102040810204080u) >> 56);
+}
+
+/* "Is it my label?" for the WIDTH voxels from @p row on. */
+static unsigned row_bits(const sc_volume *v, size_t row, uint32_t id)
+{
+    unsigned bits = 0;
+
+    if (v->label_bytes == 1) {
+        uint64_t word;
+
+        memcpy(&word, (const uint8_t *)v->ids + row, sizeof word);
+        return zero_bytes(word ^ (id * 0x0101010101010101u)) & ((1u << WIDTH) - 1);
+    }
+    for (int i = 0; i < WIDTH; i++)
+        bits |= (unsigned)(((const uint16_t *)v->ids)[row + (size_t)i] == id) << i;
+    return bits;
+}
+
+/* The same at the faces of the volume, where part of the row lies outside. */
+static unsigned row_bits_clipped(const sc_volume *v, const int at[3], uint32_t id)
+{
+    const size_t row = ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0];
+    unsigned bits = 0;
+
+    for (int i = 0; i < WIDTH; i++) {
+        const int x = at[0] + i - RADIUS;
+
+        if (x >= 0 && x < v->size[0])
+            bits |= (unsigned)(sc_id_at(v, row + (size_t)x) == id) << i;
+    }
+    return bits;
+}
+
+static void gradient(const normal_tables *t, const sc_boundary_voxel *voxel, double out[3])
+{
+    const sc_volume *v = t->p->volume;
+    /* One column to spare: eight bytes are read for a row of seven. */
+    const bool inside = voxel->x >= RADIUS && voxel->x + RADIUS + 1 < v->size[0];
+    float g[3] = {0, 0, 0};
+
+    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
+        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
+            const int at[3] = {voxel->x, voxel->y + dy, voxel->z + dz};
+            const float wy = t->weight[dy + RADIUS], wz = t->weight[dz + RADIUS];
+            unsigned bits;
+
+            if (at[1] < 0 || at[2] < 0 || at[1] >= v->size[1] || at[2] >= v->size[2])
+                continue;
+            bits = inside ? row_bits(v, ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) *
+                                                (size_t)v->size[0] +
+                                            (size_t)(voxel->x - RADIUS), voxel->id)
+                          : row_bits_clipped(v, at, voxel->id);
+            g[0] += wy * wz * t->derivative[bits];
+            g[1] += t->slope[dy + RADIUS] * wz * t->sum[bits];
+            g[2] += wy * t->slope[dz + RADIUS] * t->sum[bits];
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = g[i];
+}
+
+static void take_normal(void *user, const sc_boundary_voxel *voxel)
+{
+    const normal_tables *t = user;
+    double g[3], n[3], length;
+
+    gradient(t, voxel, g);
+    for (int i = 0; i < 3; i++) /* outward: against the rise of the own label */
+        n[i] = -(t->to_mm[i][0] * g[0] + t->to_mm[i][1] * g[1] + t->to_mm[i][2] * g[2]);
+    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    t->p->normals[voxel->normal] =
+        length > 1e-6 ? sc_normal_pack(n[0] / length, n[1] / length, n[2] / length) : 0;
+}
+
+static void normals_of_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const normal_tables *t = user;
+
+    (void)thread;
+    sc_each_boundary(t->p, begin, end, take_normal, user);
+}
+
+uint32_t sc_normal_pack(double x, double y, double z)
+{
+    const double n[3] = {x, y, z};
+    uint32_t packed = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const int32_t level = (int32_t)(n[i] * 511 + (n[i] < 0 ? -0.5 : 0.5));
+
+        packed |= ((uint32_t)level & 0x3ff) << (10 * i);
+    }
+    return packed;
+}
+
+sc_status sc_find_normals(const sc_ctx *ctx, sc_preparation *p)
+{
+    normal_tables t = {.p = p};
+    void *block;
+    sc_status status = sc_alloc(ctx, p->boundary_count, sizeof(uint32_t), &block);
+
+    if (status != SC_OK)
+        return status;
+    p->normals = block;
+    fill_tables(&t);
+    sc_parallel_for(p->threads, p->brick_count, 4096, normals_of_bricks, &t);
+    return SC_OK;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume, int threads, sc_preparation **out)
+{
+    sc_preparation *p = NULL;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
+    p = block;
+    p->volume = volume;
+    p->threads = threads;
+    p->brick_count = 1;
+    for (int i = 0; i < 3; i++) {
+        p->bricks[i] = (volume->size[i] + SC_BRICK - 1) / SC_BRICK;
+        p->brick_count *= (size_t)p->bricks[i];
+    }
+    p->volume_hash = sc_volume_hash(volume);
+    SC_TRY(sc_find_boundary(ctx, p));
+    SC_TRY(sc_index_boundary(ctx, p));
+    SC_TRY(sc_find_normals(ctx, p));
+    SC_TRY(sc_measure_surface(ctx, p));
+    SC_TRY(sc_measure_thickness(ctx, p));
+    *out = p;
+    return SC_OK;
+out:
+    sc_preparation_free(p);
+    return status;
+}
+
+void sc_preparation_free(sc_preparation *p)
+{
+    if (!p)
+        return;
+    sc_free(p->boundary);
+    sc_free(p->normal_start);
+    sc_free(p->normals);
+    sc_free(p->stats);
+    sc_free(p);
+}
+
+void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
+                      void *user)
+{
+    const size_t bx = (size_t)p->bricks[0], by = (size_t)p->bricks[1];
+    const sc_volume *volume = p->volume;
+
+    for (size_t brick = begin; brick < end; brick++) {
+        uint64_t mask = p->boundary[brick];
+        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
+                            (int)(brick / bx / by) * SC_BRICK};
+        sc_boundary_voxel voxel = {.normal = p->normal_start[brick]};
+
+        for (; mask; mask &= mask - 1, voxel.normal++) {
+            const int bit = __builtin_ctzll(mask);
+
+            voxel.x = low[0] + (bit & 3);
+            voxel.y = low[1] + (bit >> 2 & 3);
+            voxel.z = low[2] + (bit >> 4);
+            voxel.index = ((size_t)voxel.z * (size_t)volume->size[1] + (size_t)voxel.y) *
+                              (size_t)volume->size[0] +
+                          (size_t)voxel.x;
+            voxel.id = sc_id_at(volume, voxel.index);
+            visit(user, &voxel);
+        }
+    }
+}

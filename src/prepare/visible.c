@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which voxels a picture can show, and how far they reach. */
+#include "segcast/prepare.h"
+
+typedef struct mask_builder {
+    const sc_prepared *volume;
+    const uint8_t *show;
+    bool interior; /* some label shows its interior */
+    uint64_t *masks;
+} mask_builder;
+
+static uint32_t id_at(const sc_prepared *v, size_t x, size_t y, size_t z)
+{
+    const size_t index = (z * (size_t)v->size[1] + y) * (size_t)v->size[0] + x;
+
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
+                               : ((const uint16_t *)v->ids)[index];
+}
+
+/* Bits of the brick that lie inside the volume. */
+static uint64_t inside_bits(const sc_prepared *v, const size_t low[3])
+{
+    uint64_t bits = 0;
+
+    for (int bit = 0; bit < 64; bit++) {
+        const size_t x = low[0] + (size_t)(bit & 3), y = low[1] + (size_t)(bit >> 2 & 3);
+        const size_t z = low[2] + (size_t)(bit >> 4);
+
+        if (x < (size_t)v->size[0] && y < (size_t)v->size[1] && z < (size_t)v->size[2])
+            bits |= 1ull << bit;
+    }
+    return bits;
+}
+
+static void build_masks(void *user, size_t begin, size_t end, int thread)
+{
+    const mask_builder *b = user;
+    const sc_prepared *v = b->volume;
+    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const size_t low[3] = {brick % bx * SC_BRICK, brick / bx % by * SC_BRICK,
+                               brick / bx / by * SC_BRICK};
+        const uint64_t boundary = v->boundary[brick];
+        uint64_t left = b->interior ? inside_bits(v, low) : boundary, mask = 0;
+
+        for (; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            const uint32_t id = id_at(v, low[0] + (size_t)(bit & 3),
+                                      low[1] + (size_t)(bit >> 2 & 3), low[2] + (size_t)(bit >> 4));
+            const int needs = boundary >> bit & 1 ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
+
+            if (b->show[id] & needs)
+                mask |= 1ull << bit;
+        }
+        b->masks[brick] = mask;
+    }
+}
+
+sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
+                           int threads, uint64_t **out)
+{
+    const size_t count =
+        (size_t)volume->bricks[0] * (size_t)volume->bricks[1] * (size_t)volume->bricks[2];
+    mask_builder builder = {.volume = volume, .show = show};
+    void *block;
+    sc_status status = sc_alloc(ctx, count, sizeof(uint64_t), &block);
+
+    if (status != SC_OK)
+        return status;
+    builder.masks = block;
+    for (int id = 1; id < volume->label_count; id++)
+        builder.interior = builder.interior || show[id] & SC_SHOW_INTERIOR;
+    sc_parallel_for(threads, count, 16384, build_masks, &builder);
+    *out = builder.masks;
+    return SC_OK;
+}
+
+/* First or last set voxel along x of row (y, z); -1 if there is none. */
+static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
+{
+    const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
+    const uint64_t *row = masks + ((size_t)(z / SC_BRICK) * (size_t)v->bricks[1] +
+                                   (size_t)(y / SC_BRICK)) * (size_t)v->bricks[0];
+
+    for (int i = 0; i < v->bricks[0]; i++) {
+        const int brick = last ? v->bricks[0] - 1 - i : i;
+        const unsigned bits = (unsigned)(row[brick] >> shift) & 15u;
+
+        if (bits)
+            return brick * SC_BRICK + (last ? 31 - __builtin_clz(bits) : __builtin_ctz(bits));
+    }
+    return -1;
+}
+
+sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
+                         sc_vec3 **out, size_t *count)
+{
+    const size_t rows = (size_t)volume->size[1] * (size_t)volume->size[2];
+    sc_vec3 *points;
+    size_t found = 0;
+    void *block;
+    sc_status status = sc_alloc(ctx, 2 * rows, sizeof(sc_vec3), &block);
+
+    if (status != SC_OK)
+        return status;
+    points = block;
+    for (int z = 0; z < volume->size[2]; z++) {
+        for (int y = 0; y < volume->size[1]; y++) {
+            const int first = row_end(volume, masks, y, z, false);
+            const int last = first < 0 ? -1 : row_end(volume, masks, y, z, true);
+
+            if (first >= 0)
+                points[found++] =
+                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){first, y, z});
+            if (last > first)
+                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){last, y, z});
+        }
+    }
+    *out = points;
+    *count = found;
+    return SC_OK;
+}
