@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/scene.h"
+
+sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
+                         sc_projection projection, double half_height)
+{
+    sc_camera camera = {.projection = projection, .position_mm = position_mm,
+                        .half_height = half_height};
+    sc_vec3 right;
+
+    camera.forward = sc_vec3_unit(sc_vec3_sub(target_mm, position_mm));
+    right = sc_vec3_cross(camera.forward, up);
+    if (sc_vec3_length(right) < 1e-9) /* looking along up: any upright will do */
+        right = sc_vec3_perpendicular(camera.forward);
+    camera.right = sc_vec3_unit(right);
+    camera.up = sc_vec3_cross(camera.right, camera.forward);
+    return camera;
+}
+
+void sc_camera_ray(const sc_camera *camera, double x, double y, double aspect, sc_vec3 *origin_mm,
+                   sc_vec3 *direction)
+{
+    const double across = x * aspect * camera->half_height, upward = y * camera->half_height;
+
+    if (camera->projection == SC_ORTHOGRAPHIC) {
+        *origin_mm = sc_vec3_along(sc_vec3_along(camera->position_mm, across, camera->right),
+                                   upward, camera->up);
+        *direction = camera->forward;
+        return;
+    }
+    *origin_mm = camera->position_mm;
+    *direction = sc_vec3_unit(
+        sc_vec3_along(sc_vec3_along(camera->forward, across, camera->right), upward, camera->up));
+}

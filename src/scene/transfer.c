@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/image.h"
+#include "segcast/scene.h"
+
+#include <ctype.h>
+#include <fnmatch.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void lower(const char *from, char *to)
+{
+    size_t i = 0;
+
+    for (; from[i] && i + 1 < SC_NAME_BYTES; i++)
+        to[i] = (char)tolower((unsigned char)from[i]);
+    to[i] = '\0';
+}
+
+bool sc_label_matches(const sc_label *label, const char *pattern)
+{
+    char name[SC_NAME_BYTES], wanted[SC_NAME_BYTES], *end;
+    const long long number = strtoll(pattern, &end, 10);
+
+    if (end != pattern && !*end)
+        return label->value == number;
+    if (!strcmp(pattern, "*"))
+        return true;
+    lower(label->name, name);
+    lower(pattern, wanted);
+    return name[0] && (!strcmp(name, wanted) || fnmatch(wanted, name, 0) == 0);
+}
+
+double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm)
+{
+    const double least = 0.3, most = 0.9;
+
+    if (!(thickness_mm > 0) || !(thickest_mm > thinnest_mm))
+        return most;
+    return least +
+           (most - least) * log(thickness_mm / thinnest_mm) / log(thickest_mm / thinnest_mm);
+}
+
+static void color_of(const uint8_t rgb[3], float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = (float)sc_srgb_to_linear(rgb[i] / 255.0);
+}
+
+static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
+{
+    if (rule->has_visible)
+        tissue->visible = rule->visible;
+    if (rule->has_color)
+        color_of(rule->rgb, tissue->rgb_linear);
+    if (rule->has_opacity)
+        tissue->opacity = rule->opacity_auto ? -1 : rule->opacity;
+    if (rule->has_interior_opacity)
+        tissue->interior_opacity = rule->interior_opacity;
+}
+
+sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
+                            const char *where)
+{
+    const char **names;
+    const char *nearest;
+    void *block;
+    sc_status status =
+        sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+
+    if (status != SC_OK)
+        return status;
+    names = block;
+    for (int id = 1; id < volume->label_count; id++)
+        names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
+    nearest = sc_nearest_word(pattern, names, (size_t)volume->label_count);
+    status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s%s",
+                     where, where[0] ? ": " : "", pattern,
+                     nearest ? "; did you mean \"" : "", nearest ? nearest : "",
+                     nearest ? "\"?" : "");
+    sc_free(block);
+    return status;
+}
+
+/* Opacities that are left to the thickness; -1 marks them. */
+static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
+{
+    double thinnest = HUGE_VAL, thickest = 0;
+
+    for (int id = 1; id < volume->label_count; id++) {
+        const double thickness = volume->stats[id].thickness_mm;
+
+        if (tissues[id].visible && thickness > 0) {
+            thinnest = thickness < thinnest ? thickness : thinnest;
+            thickest = thickness > thickest ? thickness : thickest;
+        }
+    }
+    for (int id = 1; id < volume->label_count; id++) {
+        if (tissues[id].opacity < 0)
+            tissues[id].opacity =
+                tissues[id].visible
+                    ? sc_auto_opacity(volume->stats[id].thickness_mm, thinnest, thickest)
+                    : 0;
+    }
+}
+
+sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
+                              const sc_tissue_rule *rules, size_t rule_count, sc_tissue *out)
+{
+    out[0] = (sc_tissue){0}; /* background is never shown */
+    for (int id = 1; id < volume->label_count; id++) {
+        const sc_label *label = &volume->labels[id];
+
+        out[id] = (sc_tissue){.visible = !label->hidden, .opacity = label->opacity};
+        color_of(label->rgb, out[id].rgb_linear);
+    }
+    for (size_t r = 0; r < rule_count; r++) {
+        bool matched = !strcmp(rules[r].pattern, "*");
+
+        for (int id = 1; id < volume->label_count; id++) {
+            if (sc_label_matches(&volume->labels[id], rules[r].pattern)) {
+                apply_rule(&rules[r], &out[id]);
+                matched = true;
+            }
+        }
+        if (!matched)
+            return sc_tissue_unknown(ctx, volume, rules[r].pattern, rules[r].where);
+    }
+    fill_auto(volume, out);
+    return SC_OK;
+}
