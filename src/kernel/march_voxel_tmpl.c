@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Template: the voxel surface model, one ray at a time, in plain C: the specification. Compiled
+ * once per skip method (MARCH_SKIPS) and label width (MARCH_LABEL) under the name MARCH_NAME.
+ *
+ * Without skipping, a sample is classified from the labels around it, using nothing that
+ * preprocessing has found; with it, one bit of the visible masks decides. Both must agree. */
+#include "shade.h"
+#include "variants.h"
+
+/* Light behind this share is less than a quarter of the smallest step of 8 bits. */
+#define OPAQUE (1.0f / 1024)
+
+typedef struct cursor {
+    const sc_march *m;
+    const sc_ray *ray;
+    sc_radiance light;
+    uint64_t samples, contributions;
+} cursor;
+
+static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
+{
+    return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
+}
+
+static inline size_t brick_index(const sc_prepared *v, int x, int y, int z)
+{
+    return ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
+           (size_t)(x >> 2);
+}
+
+static inline int brick_bit(int x, int y, int z)
+{
+    return (x & 3) | (y & 3) << 2 | (z & 3) << 4;
+}
+
+static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
+{
+    return (unsigned)x < (unsigned)v->size[0] && (unsigned)y < (unsigned)v->size[1] &&
+           (unsigned)z < (unsigned)v->size[2];
+}
+
+static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
+{
+    return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
+}
+
+/* Position at a distance along the ray, in voxels plus 1.5. */
+static inline void position(const sc_ray *ray, float t, float p[3])
+{
+    for (int i = 0; i < 3; i++)
+        p[i] = ray->origin[i] + ray->direction[i] * t;
+}
+
+/* Mean of the normals of those of the eight nearest voxels that are boundary voxels of the same
+ * label, by distance. @return false where they have no direction. */
+static bool normal_at(const sc_prepared *v, const float p[3], MARCH_LABEL label, float n[3])
+{
+    const int low[3] = {(int)(p[0] - 0.5f) - 1, (int)(p[1] - 0.5f) - 1, (int)(p[2] - 0.5f) - 1};
+    float upper[3], length;
+
+    for (int i = 0; i < 3; i++)
+        upper[i] = p[i] - 0.5f - (float)(low[i] + 1);
+    n[0] = n[1] = n[2] = 0;
+    for (int corner = 0; corner < 8; corner++) {
+        const int x = low[0] + (corner & 1), y = low[1] + (corner >> 1 & 1);
+        const int z = low[2] + (corner >> 2);
+        const float weight = (corner & 1 ? upper[0] : 1 - upper[0]) *
+                             (corner & 2 ? upper[1] : 1 - upper[1]) *
+                             (corner & 4 ? upper[2] : 1 - upper[2]);
+        uint64_t mask, bit;
+        size_t brick;
+        float each[3];
+
+        if (!in_volume(v, x, y, z) || label_at(v, x, y, z) != label)
+            continue;
+        brick = brick_index(v, x, y, z);
+        mask = v->boundary[brick];
+        bit = 1ull << brick_bit(x, y, z);
+        if (!(mask & bit))
+            continue;
+        sc_normal_unpack(
+            v->normals[v->normal_start[brick] + (uint32_t)__builtin_popcountll(mask & (bit - 1))],
+            each);
+        for (int i = 0; i < 3; i++)
+            n[i] += weight * each[i];
+    }
+    length = sqrtf(sc_dot3(n, n));
+    if (!(length > 1.0f)) /* of 511 */
+        return false;
+    for (int i = 0; i < 3; i++)
+        n[i] /= length;
+    return true;
+}
+
+#if !MARCH_SKIPS
+/* The paper's rule: does the 3x3x3 neighbourhood hold another label? */
+static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL label)
+{
+    for (int dz = -1; dz <= 1; dz++) {
+        for (int dy = -1; dy <= 1; dy++) {
+            for (int dx = -1; dx <= 1; dx++) {
+                if (!in_volume(v, x + dx, y + dy, z + dz) ||
+                    label_at(v, x + dx, y + dy, z + dz) != label)
+                    return true;
+            }
+        }
+    }
+    return false;
+}
+#endif
+
+/* What the voxel can contribute: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0; its label. */
+static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *label)
+{
+    const sc_prepared *v = m->volume;
+#if MARCH_SKIPS
+    const size_t brick = brick_index(v, x, y, z);
+    const uint64_t bit = 1ull << brick_bit(x, y, z);
+
+    if (!(m->visible[brick] & bit))
+        return 0;
+    *label = label_at(v, x, y, z);
+    return v->boundary[brick] & bit ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
+#else
+    int kind;
+
+    *label = label_at(v, x, y, z);
+    if (!m->tissues[*label].show)
+        return 0;
+    kind = is_boundary(v, x, y, z, *label) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
+    return m->tissues[*label].show & kind;
+#endif
+}
+
+static inline bool kept(const sc_ray *ray, int group, int k)
+{
+    for (int i = 0; i < ray->parts[group]; i++) {
+        if (k >= ray->first[group][i] && k < ray->last[group][i])
+            return true;
+    }
+    return false;
+}
+
+static inline void blend(sc_radiance *light, const float rgb[3], float alpha)
+{
+    const float share = light->transmittance * alpha;
+
+    for (int i = 0; i < 3; i++)
+        light->rgb[i] += share * rgb[i];
+    light->transmittance *= 1 - alpha;
+}
+
+static void take_sample(cursor *c, int k)
+{
+    const sc_march *m = c->m;
+    const sc_march_tissue *tissue;
+    float p[3], n[3], rgb[3];
+    int x, y, z, kind;
+    MARCH_LABEL label;
+
+    position(c->ray, ((float)k + 0.5f) * m->step_mm, p);
+    x = (int)p[0] - 1;
+    y = (int)p[1] - 1;
+    z = (int)p[2] - 1;
+    c->samples++;
+    if (!in_volume(m->volume, x, y, z))
+        return;
+    kind = classify(m, x, y, z, &label);
+    if (!kind)
+        return;
+    tissue = &m->tissues[label];
+    if (!kept(c->ray, tissue->clip_group, k))
+        return;
+    c->contributions++;
+    if (kind == SC_SHOW_INTERIOR) {
+        blend(&c->light, tissue->rgb, tissue->interior_alpha);
+        return;
+    }
+    if (!normal_at(m->volume, p, label, n)) {
+        for (int i = 0; i < 3; i++)
+            n[i] = c->ray->toward_eye[i];
+    }
+    sc_face_eye(c->ray->toward_eye, n);
+    sc_light(m, c->ray->toward_eye, n, tissue->rgb, rgb);
+    blend(&c->light, rgb, tissue->boundary_alpha);
+}
+
+/* The cut face at the begin of a part: solid where a visible tissue of the group is cut. */
+static void take_cap(cursor *c, int group, int part)
+{
+    const sc_march *m = c->m;
+    const int plane = c->ray->cap_plane[group][part];
+    const sc_march_tissue *tissue;
+    float p[3], n[3], rgb[3];
+    int x, y, z;
+
+    position(c->ray, c->ray->cap_mm[group][part], p);
+    x = (int)p[0] - 1;
+    y = (int)p[1] - 1;
+    z = (int)p[2] - 1;
+    if (!in_volume(m->volume, x, y, z))
+        return;
+    tissue = &m->tissues[label_at(m->volume, x, y, z)];
+    if (!tissue->show || tissue->clip_group != group)
+        return;
+    for (int i = 0; i < 3; i++)
+        n[i] = -m->plane_normals[plane][i];
+    sc_face_eye(c->ray->toward_eye, n);
+    sc_light(m, c->ray->toward_eye, n, tissue->rgb, rgb);
+    c->contributions++;
+    blend(&c->light, rgb, 1);
+}
+
+/* The next part, over all groups, whose first sample is at or after @p k; false if none is. */
+static bool next_part(const sc_ray *ray, int k, int *first, int *last)
+{
+    *first = INT32_MAX;
+    *last = 0;
+    for (int g = 0; g < ray->groups; g++) {
+        for (int i = 0; i < ray->parts[g]; i++) {
+            const int begin = ray->first[g][i] > k ? ray->first[g][i] : k;
+
+            if (begin >= ray->last[g][i])
+                continue;
+            if (begin < *first) {
+                *first = begin;
+                *last = ray->last[g][i];
+            }
+        }
+    }
+    return *first != INT32_MAX;
+}
+
+/* Cut faces that lie between sample k - 1 and sample k, front to back. */
+static void take_caps_before(cursor *c, int k)
+{
+    const sc_ray *ray = c->ray;
+
+    for (int i = 0; i < 2; i++) {
+        for (int g = 0; g < ray->groups; g++) {
+            if (i < ray->parts[g] && ray->cap_plane[g][i] >= 0 && ray->first[g][i] == k)
+                take_cap(c, g, i);
+        }
+    }
+}
+
+/* Is there anything to do at sample k but to look at it: a cut face, or the end of the part? */
+static int next_event(const sc_ray *ray, int k, int last)
+{
+    for (int g = 0; g < ray->groups; g++) {
+        for (int i = 0; i < ray->parts[g]; i++) {
+            if (ray->first[g][i] > k && ray->first[g][i] < last)
+                last = ray->first[g][i];
+        }
+    }
+    return last;
+}
+
+static void march_ray(cursor *c, bool caps)
+{
+    int k = INT32_MIN, last;
+
+    while (c->light.transmittance >= OPAQUE && next_part(c->ray, k, &k, &last)) {
+        if (caps)
+            take_caps_before(c, k);
+        last = next_event(c->ray, k, last);
+        for (; k < last && c->light.transmittance >= OPAQUE; k++)
+            take_sample(c, k);
+    }
+}
+
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
+                sc_march_counters *counters)
+{
+    for (size_t i = 0; i < count; i++) {
+        cursor c = {.m = march, .ray = &rays[i], .light = {.transmittance = 1}};
+
+        march_ray(&c, march->caps);
+        out[i] = c.light;
+        counters->samples += c.samples;
+        counters->contributions += c.contributions;
+    }
+    counters->rays += count;
+}
