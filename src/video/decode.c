@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reading a video back, for checks of what was written. */
+#include "segcast/video.h"
+
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libswscale/swscale.h>
+
+typedef struct decoder {
+    const sc_ctx *ctx;
+    const char *path;
+    AVFormatContext *format;
+    AVCodecContext *codec;
+    AVStream *stream;
+    AVFrame *frame;
+    AVPacket *packet;
+    struct SwsContext *scaler;
+    sc_image image;
+    int count;
+} decoder;
+
+static sc_status broken(const decoder *d, const char *what)
+{
+    return sc_fail(d->ctx, SC_ERR_DATA, "%s: %s", d->path, what);
+}
+
+static sc_status open_decoder(decoder *d)
+{
+    const AVCodec *codec;
+    int index;
+
+    av_log_set_level(AV_LOG_FATAL);
+    if (avformat_open_input(&d->format, d->path, NULL, NULL) < 0)
+        return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened as a video", d->path);
+    if (avformat_find_stream_info(d->format, NULL) < 0)
+        return broken(d, "holds no readable stream");
+    index = av_find_best_stream(d->format, AVMEDIA_TYPE_VIDEO, -1, -1, NULL, 0);
+    if (index < 0)
+        return broken(d, "holds no video stream");
+    d->stream = d->format->streams[index];
+    codec = avcodec_find_decoder(d->stream->codecpar->codec_id);
+    d->codec = codec ? avcodec_alloc_context3(codec) : NULL;
+    d->frame = av_frame_alloc();
+    d->packet = av_packet_alloc();
+    if (!d->codec || !d->frame || !d->packet ||
+        avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0 ||
+        avcodec_open2(d->codec, codec, NULL) < 0)
+        return broken(d, "its codec cannot be opened");
+    return SC_OK;
+}
+
+static sc_status to_rgb(decoder *d)
+{
+    const AVFrame *f = d->frame;
+    const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
+    uint8_t *planes[1];
+    int stride[1];
+
+    if (!d->scaler) {
+        const sc_status status = sc_image_init(d->ctx, f->width, f->height, &d->image);
+
+        if (status != SC_OK)
+            return status;
+        d->scaler = sws_getContext(f->width, f->height, f->format, f->width, f->height,
+                                   AV_PIX_FMT_RGB24, SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL,
+                                   NULL);
+        if (!d->scaler)
+            return broken(d, "its pixel format cannot be converted");
+        sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
+    }
+    planes[0] = d->image.rgb;
+    stride[0] = d->image.width_px * 3;
+    sws_scale(d->scaler, (const uint8_t *const *)f->data, f->linesize, 0, f->height, planes,
+              stride);
+    return SC_OK;
+}
+
+static sc_status take_frames(decoder *d, sc_video_take_fn *take, void *user)
+{
+    sc_status status = SC_OK;
+
+    while (status == SC_OK && avcodec_receive_frame(d->codec, d->frame) >= 0) {
+        const double time_s = (double)d->frame->best_effort_timestamp *
+                              av_q2d(d->stream->time_base);
+
+        status = to_rgb(d);
+        if (status == SC_OK)
+            status = take(user, d->count++, time_s, &d->image);
+    }
+    return status;
+}
+
+sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_take_fn *take, void *user)
+{
+    decoder d = {.ctx = ctx, .path = path};
+    sc_status status;
+
+    SC_TRY(open_decoder(&d));
+    while (av_read_frame(d.format, d.packet) >= 0) {
+        const bool ours = d.packet->stream_index == d.stream->index;
+        const int error = ours ? avcodec_send_packet(d.codec, d.packet) : 0;
+
+        av_packet_unref(d.packet);
+        if (error < 0) {
+            status = broken(&d, "a frame cannot be decoded");
+            goto out;
+        }
+        SC_TRY(take_frames(&d, take, user));
+    }
+    avcodec_send_packet(d.codec, NULL);
+    status = take_frames(&d, take, user);
+out:
+    sc_image_clear(&d.image);
+    sws_freeContext(d.scaler);
+    av_frame_free(&d.frame);
+    av_packet_free(&d.packet);
+    avcodec_free_context(&d.codec);
+    avformat_close_input(&d.format);
+    return status;
+}
