@@ -10,7 +10,7 @@ typedef enum shape_id {
     MITRAL, AORTIC_VALVE, TRICUSPID, PULMONARY_VALVE, SHAPES
 } shape_id;
 
-enum { NONE = -1, TUBE_POINTS = 40, TUBES = 20, COURSES = 6 };
+enum { NONE = -1, TUBE_POINTS = 40, TUBES = 24, COURSES = 6 };
 
 /* A tissue is what its shape, moved outward by grow_mm, covers; and within another one, if named. */
 typedef struct tissue {
@@ -42,7 +42,7 @@ static const tissue tissues[] = {
     {"left atrial wall", {208, 136, 122}, LA, 0, NONE, 0},
     {"right atrium", {70, 92, 168}, RA, -2.5, NONE, 0},
     {"right atrial wall", {192, 128, 124}, RA, 0, NONE, 0},
-    {"epicardial fat", {240, 214, 140}, FAT, 0, NONE, 0},
+    {"epicardial fat", {240, 214, 140}, FAT, -0.8, NONE, 0},
 };
 
 enum { TISSUES = SC_COUNT_OF(tissues) };
@@ -117,18 +117,18 @@ static void build_ventricles(sc_phantom *phantom)
     add_cone(phantom, LV_CAVITY, (sc_vec3){-7, -9, 2}, 21.5, (sc_vec3){-40, 15, -34}, 9, 0);
     add_cut(phantom, LV_CAVITY, sc_vec3_along(mitral_centre, 1, base_axis), base_axis, 3);
     add_cone(phantom, RV, (sc_vec3){11, 15, -3}, 25, (sc_vec3){-30, 28, -36}, 12, 0);
-    add_cone(phantom, RV, (sc_vec3){3, 24, 8}, 18, (sc_vec3){-8, 22, 35}, 12.5, 14);
+    add_cone(phantom, RV, (sc_vec3){3, 24, 8}, 18, (sc_vec3){-8, 22, 27}, 11.5, 14);
     add_cut(phantom, RV, sc_vec3_along(tricuspid_centre, 2, tricuspid_axis), tricuspid_axis, 6);
     add_leaflet(phantom, MITRAL, mitral_centre, (sc_vec3){-0.62, 0.42, -0.66}, 15);
-    add_leaflet(phantom, TRICUSPID, tricuspid_centre, (sc_vec3){-0.78, 0.52, -0.34}, 16);
+    add_leaflet(phantom, TRICUSPID, tricuspid_centre, (sc_vec3){-0.78, 0.52, -0.34}, 14);
 }
 
 static void build_atria(sc_phantom *phantom)
 {
-    static const sc_vec3 left_auricle[] = {{-14, -20, 28}, {-28, -10, 30}, {-35, 4, 27}};
-    static const sc_vec3 right_auricle[] = {{36, 6, 26}, {28, 19, 29}, {17, 25, 26}};
+    static const sc_vec3 left_auricle[] = {{-14, -20, 22}, {-28, -10, 24}, {-35, 4, 22}};
+    static const sc_vec3 right_auricle[] = {{36, 6, 24}, {28, 19, 26}, {17, 25, 24}};
 
-    add_ellipsoid(phantom, LA, (sc_vec3){5, -28, 23}, (sc_vec3){28, 18, 20}, 0);
+    add_ellipsoid(phantom, LA, (sc_vec3){5, -28, 18}, (sc_vec3){28, 18, 18.5}, 0);
     add_tube(phantom, LA, left_auricle, 3, 9, 6);
     phantom->shapes[LA].parts[1].blend_mm = 9;
     add_ellipsoid(phantom, RA, (sc_vec3){39, -6, 12}, (sc_vec3){22, 23, 27}, 0);
@@ -138,41 +138,41 @@ static void build_atria(sc_phantom *phantom)
 
 static void build_great_arteries(sc_phantom *phantom)
 {
-    static const sc_vec3 trunk[] = {{-7, 23, 30}, {-9, 17, 42}, {-11, 4, 50}, {-11, -9, 50}};
-    static const sc_vec3 right[] = {{-11, -4, 50}, {4, -17, 49}, {24, -20, 47}, {52, -22, 43}};
-    static const sc_vec3 left[] = {{-11, -5, 50}, {-20, -14, 51}, {-34, -22, 51}, {-52, -30, 46}};
-    static const sc_vec3 aorta[] = {{3, 0, 13},     {9, 4, 28},     {13, 7, 45},
-                                    {7, 2, 62},     {-7, -13, 68},  {-19, -30, 60},
-                                    {-24, -41, 40}, {-24, -43, 5},  {-22, -43, -40},
+    static const sc_vec3 trunk[] = {{-7, 23, 24}, {-9, 18, 35}, {-11, 5, 43}, {-11, -9, 43}};
+    static const sc_vec3 right[] = {{-11, -4, 43}, {4, -17, 43}, {24, -21, 42}, {52, -23, 39}};
+    static const sc_vec3 left[] = {{-11, -5, 43}, {-20, -14, 44}, {-34, -22, 44}, {-52, -30, 40}};
+    static const sc_vec3 aorta[] = {{3, 0, 13},     {9, 4, 27},     {13, 7, 42},
+                                    {8, 2, 54},     {-6, -12, 60},  {-19, -30, 52},
+                                    {-24, -41, 34}, {-24, -43, 5},  {-22, -43, -40},
                                     {-20, -43, -84}};
-    static const sc_vec3 brachiocephalic[] = {{6, 1, 64}, {13, 0, 75}, {20, 0, 88}};
-    static const sc_vec3 carotid[] = {{-4, -9, 68}, {-7, -8, 78}, {-9, -8, 90}};
-    static const sc_vec3 subclavian[] = {{-14, -21, 66}, {-19, -20, 76}, {-24, -19, 90}};
+    static const sc_vec3 brachiocephalic[] = {{7, 1, 55}, {13, 0, 68}, {21, 0, 88}};
+    static const sc_vec3 carotid[] = {{-3, -9, 59}, {-6, -8, 72}, {-8, -8, 90}};
+    static const sc_vec3 subclavian[] = {{-13, -20, 57}, {-19, -20, 70}, {-26, -19, 90}};
     const sc_vec3 top = {0, 0, 79.5}, up = {0, 0, 1}, bottom = {0, 0, -79.5}, down = {0, 0, -1};
 
-    add_tube(phantom, AORTA, aorta, 10, 13.5, 9.5);
+    add_tube(phantom, AORTA, aorta, 10, 13, 9.5);
     add_tube(phantom, AORTA, brachiocephalic, 3, 5.5, 5);
-    add_tube(phantom, AORTA, carotid, 3, 3.6, 3.4);
-    add_tube(phantom, AORTA, subclavian, 3, 4.2, 4);
+    add_tube(phantom, AORTA, carotid, 3, 3.8, 3.4);
+    add_tube(phantom, AORTA, subclavian, 3, 4.4, 4);
     add_cut(phantom, AORTA, top, up, 0.5);
     add_cut(phantom, AORTA, bottom, down, 0.5);
     add_tube(phantom, PULMONARY, trunk, 4, 13, 11.5);
     add_tube(phantom, PULMONARY, right, 4, 9.5, 7);
     add_tube(phantom, PULMONARY, left, 4, 9.5, 7);
-    add_cut(phantom, PULMONARY, (sc_vec3){48, -22, 44}, (sc_vec3){1, -0.07, -0.14}, 0.5);
-    add_cut(phantom, PULMONARY, (sc_vec3){-48, -28, 47}, (sc_vec3){-0.9, -0.4, -0.25}, 0.5);
-    add_leaflet(phantom, AORTIC_VALVE, (sc_vec3){6, 2, 20}, (sc_vec3){-0.35, -0.2, -0.9}, 13);
-    add_leaflet(phantom, PULMONARY_VALVE, (sc_vec3){-7.5, 21, 34}, (sc_vec3){0.1, 0.4, -0.9}, 12);
+    add_cut(phantom, PULMONARY, (sc_vec3){48, -22, 40}, (sc_vec3){1, -0.07, -0.11}, 0.5);
+    add_cut(phantom, PULMONARY, (sc_vec3){-48, -28, 41}, (sc_vec3){-0.9, -0.4, -0.2}, 0.5);
+    add_leaflet(phantom, AORTIC_VALVE, (sc_vec3){6, 2, 20}, (sc_vec3){-0.35, -0.2, -0.9}, 12);
+    add_leaflet(phantom, PULMONARY_VALVE, (sc_vec3){-7.6, 21, 29}, (sc_vec3){0.1, 0.4, -0.9}, 11);
 }
 
 static void build_veins(sc_phantom *phantom)
 {
     static const sc_vec3 svc[] = {{38, -4, 28}, {36, -2, 48}, {32, 0, 66}, {29, 2, 86}};
     static const sc_vec3 ivc[] = {{40, -12, -4}, {38, -15, -22}, {35, -17, -42}, {33, -18, -70}};
-    static const sc_vec3 veins[4][3] = {{{20, -30, 32}, {40, -30, 35}, {64, -34, 40}},
-                                        {{20, -36, 17}, {40, -38, 13}, {62, -42, 8}},
-                                        {{-10, -29, 32}, {-28, -27, 35}, {-56, -28, 38}},
-                                        {{-8, -31, 18}, {-28, -29, 20}, {-56, -32, 17}}};
+    static const sc_vec3 veins[4][3] = {{{20, -31, 24}, {40, -33, 26}, {64, -37, 29}},
+                                        {{20, -35, 10}, {40, -38, 6}, {62, -42, 1}},
+                                        {{-10, -29, 24}, {-28, -28, 26}, {-56, -30, 28}},
+                                        {{-8, -31, 13}, {-28, -31, 12}, {-56, -35, 8}}};
 
     add_tube(phantom, SVC, svc, 4, 10, 8.5);
     add_cut(phantom, SVC, (sc_vec3){0, 0, 79.5}, (sc_vec3){0, 0, 1}, 0.5);
@@ -184,14 +184,26 @@ static void build_veins(sc_phantom *phantom)
     add_cut(phantom, VEINS, (sc_vec3){-51, 0, 0}, (sc_vec3){-1, 0, 0}, 0.5);
 }
 
-/* The muscle's outer surface, on which the coronary arteries run. */
+/* Fat fills the grooves between the chambers: their union, blended more widely than they are. */
+static void build_fat(sc_phantom *phantom)
+{
+    static const shape_id chambers[] = {LV, RV, LA, RA};
+
+    for (size_t i = 0; i < SC_COUNT_OF(chambers); i++) {
+        const sc_shape *chamber = &phantom->shapes[chambers[i]];
+
+        for (int part = 0; part < chamber->part_count; part++)
+            add_part(phantom, FAT, chamber->parts[part])->blend_mm = 11;
+    }
+}
+
+/* The heart's outer surface, on which the coronary arteries run. */
 static double surface_field(const sc_phantom *phantom, sc_vec3 p)
 {
-    double field = sc_shape_field(&phantom->shapes[LV], p);
+    const double arteries = sc_smooth_min(sc_shape_field(&phantom->shapes[AORTA], p),
+                                          sc_shape_field(&phantom->shapes[PULMONARY], p), 4);
 
-    for (int id = RV; id <= PULMONARY; id++)
-        field = sc_smooth_min(field, sc_shape_field(&phantom->shapes[id], p), 5);
-    return field;
+    return sc_smooth_min(sc_shape_field(&phantom->shapes[FAT], p), arteries, 4);
 }
 
 typedef double field_fn(const sc_phantom *phantom, int which, sc_vec3 p);
@@ -208,7 +220,7 @@ static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, s
     return (sc_vec3){out[0], out[1], out[2]};
 }
 
-static double surface_of_muscle(const sc_phantom *phantom, int which, sc_vec3 p)
+static double outer_surface(const sc_phantom *phantom, int which, sc_vec3 p)
 {
     (void)which;
     return surface_field(phantom, p);
@@ -220,7 +232,7 @@ static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double li
     for (int pass = 0; pass < 6; pass++) {
         for (int i = 0; i < TUBE_POINTS; i++) {
             for (int step = 0; step < 8; step++) {
-                const sc_vec3 slope = gradient(surface_of_muscle, phantom, 0, points[i]);
+                const sc_vec3 slope = gradient(outer_surface, phantom, 0, points[i]);
                 const double field = surface_field(phantom, points[i]) - lift_mm;
 
                 points[i] = sc_vec3_along(points[i],
@@ -241,35 +253,28 @@ static void build_coronaries(sc_phantom *phantom)
     static const struct {
         sc_vec3 controls[6];
         int count;
-        double radius_a, radius_b, fat;
+        double radius_a, radius_b;
     } courses[COURSES] = {
         /* right coronary in the groove between right atrium and ventricle */
-        {{{17, 16, 24}, {27, 27, 14}, {38, 22, -8}, {33, 8, -24}, {14, -8, -32}}, 5, 2.0, 1.6, 6},
+        {{{17, 16, 24}, {27, 27, 14}, {38, 22, -8}, {33, 8, -24}, {14, -8, -32}}, 5, 2.2, 1.7},
         /* posterior descending, along the lower groove to the apex */
-        {{{14, -8, -32}, {0, 4, -38}, {-18, 16, -48}, {-36, 24, -54}}, 4, 1.6, 1.1, 4},
+        {{{14, -8, -32}, {0, 4, -38}, {-18, 16, -48}, {-36, 24, -54}}, 4, 1.7, 1.1},
         /* left anterior descending, along the front groove to the apex */
-        {{{-5, 10, 28}, {-18, 20, 24}, {-26, 34, 6}, {-38, 38, -16}, {-50, 36, -40}}, 5, 2.1, 1.1,
-         5.5},
+        {{{-5, 10, 28}, {-18, 20, 22}, {-26, 34, 6}, {-38, 38, -16}, {-50, 36, -40}}, 5, 2.3, 1.1},
         /* circumflex in the groove between left atrium and ventricle */
-        {{{-12, 14, 27}, {-30, 0, 18}, {-36, -18, 10}, {-26, -36, 2}, {-6, -40, -6}}, 5, 1.9, 1.3,
-         6},
+        {{{-12, 14, 25}, {-30, 0, 16}, {-36, -18, 8}, {-26, -36, 0}, {-6, -40, -8}}, 5, 2.0, 1.4},
         /* obtuse marginal */
-        {{{-33, -8, 14}, {-46, -8, -6}, {-54, 2, -26}, {-58, 14, -42}}, 4, 1.5, 1.0, 0},
+        {{{-33, -8, 12}, {-46, -8, -6}, {-54, 2, -26}, {-58, 14, -42}}, 4, 1.7, 1.0},
         /* diagonal */
-        {{{-24, 30, 12}, {-40, 26, -2}, {-52, 20, -18}, {-60, 18, -36}}, 4, 1.5, 1.0, 0},
+        {{{-24, 30, 12}, {-40, 26, -2}, {-52, 20, -18}, {-60, 18, -36}}, 4, 1.7, 1.0},
     };
 
     for (int i = 0; i < COURSES; i++) {
         sc_vec3 *points = add_tube(phantom, CORONARIES, courses[i].controls, courses[i].count,
                                    courses[i].radius_a, courses[i].radius_b);
 
-        lay_on_surface(phantom, points, 0.9);
+        lay_on_surface(phantom, points, 0.7);
         phantom->shapes[CORONARIES].parts[i].blend_mm = 1.5;
-        if (courses[i].fat > 0)
-            add_part(phantom, FAT, (sc_part){.kind = SC_PART_TUBE, .blend_mm = 8,
-                                             .points = points, .point_count = TUBE_POINTS,
-                                             .radius_a_mm = courses[i].fat,
-                                             .radius_b_mm = 0.5 * courses[i].fat});
     }
 }
 
@@ -299,6 +304,7 @@ sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
     build_atria(phantom);
     build_great_arteries(phantom);
     build_veins(phantom);
+    build_fat(phantom);
     build_coronaries(phantom);
     for (int i = 0; i < TISSUES; i++) {
         sc_label *label = &phantom->labels[i];
