@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Normals of boundary voxels: the gradient of the voxel's own label, smoothed by a Gaussian, over
- * a window of 7x7x7. A row of the window becomes 7 bits ("is it my label?"), and a table gives
- * its weighted sum and its weighted derivative, so that a voxel costs 49 look-ups. */
+ * a window of 11x11x11. A row of the window becomes 11 bits ("is it my label?"), and a table gives
+ * its weighted sum and its weighted derivative, so that a voxel costs 121 look-ups. */
 #include "internal.h"
 
 #include <string.h>
 
-enum { RADIUS = 3, WIDTH = 2 * RADIUS + 1 };
-#define SIGMA_VOXELS 1.7
+enum { RADIUS = 5, WIDTH = 2 * RADIUS + 1 };
+#define SIGMA_VOXELS 2.5
 
 typedef struct normal_tables {
     const sc_preparation *p;
@@ -58,10 +58,12 @@ static unsigned row_bits(const sc_volume *v, size_t row, uint32_t id)
     unsigned bits = 0;
 
     if (v->label_bytes == 1) {
-        uint64_t word;
+        const uint64_t wanted = id * 0x0101010101010101u;
+        uint64_t words[2];
 
-        memcpy(&word, (const uint8_t *)v->ids + row, sizeof word);
-        return zero_bytes(word ^ (id * 0x0101010101010101u)) & ((1u << WIDTH) - 1);
+        memcpy(words, (const uint8_t *)v->ids + row, sizeof words);
+        bits = zero_bytes(words[0] ^ wanted) | zero_bytes(words[1] ^ wanted) << 8;
+        return bits & ((1u << WIDTH) - 1);
     }
     for (int i = 0; i < WIDTH; i++)
         bits |= (unsigned)(((const uint16_t *)v->ids)[row + (size_t)i] == id) << i;
@@ -86,8 +88,8 @@ static unsigned row_bits_clipped(const sc_volume *v, const int at[3], uint32_t i
 static void gradient(const normal_tables *t, const sc_boundary_voxel *voxel, double out[3])
 {
     const sc_volume *v = t->p->volume;
-    /* One column to spare: eight bytes are read for a row of seven. */
-    const bool inside = voxel->x >= RADIUS && voxel->x + RADIUS + 1 < v->size[0];
+    /* Columns to spare: sixteen bytes are read for a row of eleven. */
+    const bool inside = voxel->x >= RADIUS && voxel->x - RADIUS + 16 <= v->size[0];
     float g[3] = {0, 0, 0};
 
     for (int dz = -RADIUS; dz <= RADIUS; dz++) {

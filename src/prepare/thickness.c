@@ -13,10 +13,11 @@ typedef struct transform {
     const sc_preparation *p;
     uint16_t *distance;    /* [voxels], in units */
     double step_units[3];  /* one voxel along each axis */
+    float flank_units[27]; /* rise towards each neighbour that makes a flank */
     int axis;              /* of the pass in work: 1 or 2 */
     float *scratch;        /* [threads][scratch_floats] */
     size_t scratch_floats;
-    uint64_t *sums;        /* [threads][label_count][2]: of distance and its square */
+    uint64_t *sums;        /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 static uint16_t to_units(double value)
@@ -132,28 +133,25 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Deeper than, or as deep as, every neighbour of the same label: on the medial surface. */
+/* On the medial surface the depth rises slowly or not at all; on a flank some neighbour is deeper
+ * by nearly the step to it. */
+#define FLANK_SLOPE 0.4
+
 static bool is_medial(const transform *t, int x, int y, int z, size_t index)
 {
     const sc_volume *v = t->p->volume;
     const uint32_t id = sc_id_at(v, index);
-    const uint16_t depth = t->distance[index];
+    const float depth = t->distance[index];
 
-    for (int dz = -1; dz <= 1; dz++) {
-        for (int dy = -1; dy <= 1; dy++) {
-            for (int dx = -1; dx <= 1; dx++) {
-                const int i = x + dx, j = y + dy, k = z + dz;
-                size_t other;
+    for (int n = 0; n < 27; n++) {
+        const int i = x + n % 3 - 1, j = y + n / 3 % 3 - 1, k = z + n / 9 - 1;
+        size_t other;
 
-                if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] ||
-                    k >= v->size[2])
-                    continue;
-                other = ((size_t)k * (size_t)v->size[1] + (size_t)j) * (size_t)v->size[0] +
-                        (size_t)i;
-                if (t->distance[other] > depth && sc_id_at(v, other) == id)
-                    return false;
-            }
-        }
+        if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
+            continue;
+        other = ((size_t)k * (size_t)v->size[1] + (size_t)j) * (size_t)v->size[0] + (size_t)i;
+        if (t->distance[other] > depth + t->flank_units[n] && sc_id_at(v, other) == id)
+            return false;
     }
     return true;
 }
@@ -172,8 +170,8 @@ static void sum_medial(void *user, size_t begin, size_t end, int thread)
             const uint64_t depth = t->distance[index];
 
             if (depth && is_medial(t, x, y, z, index)) {
-                sums[2 * sc_id_at(v, index)] += depth;
-                sums[2 * sc_id_at(v, index) + 1] += depth * depth;
+                sums[2 * sc_id_at(v, index)] += depth * depth;
+                sums[2 * sc_id_at(v, index) + 1] += depth * depth * depth;
             }
         }
     }
@@ -193,22 +191,23 @@ static void run_passes(transform *t)
     sc_parallel_for(t->p->threads, rows, 64, sum_medial, t);
 }
 
-/* Twice the mean depth, each medial voxel weighted by its depth: it stands for that much tissue.
+/* Twice the mean depth, each medial voxel weighted by the square of its depth: of a tube, that is
+ * the tissue it stands for; and the small depths that rough surfaces leave hardly count.
  * Depth is measured to the next tissue's voxel centre, half a voxel beyond the surface. */
 static void take_sums(const transform *t, double smallest_mm)
 {
     const int labels = t->p->volume->label_count;
 
     for (int id = 1; id < labels; id++) {
-        double depth = 0, squared = 0;
+        double squared = 0, cubed = 0;
 
         for (int thread = 0; thread < t->p->threads; thread++) {
-            depth += (double)t->sums[2 * (thread * labels + id)];
-            squared += (double)t->sums[2 * (thread * labels + id) + 1];
+            squared += (double)t->sums[2 * (thread * labels + id)];
+            cubed += (double)t->sums[2 * (thread * labels + id) + 1];
         }
-        if (depth > 0)
+        if (squared > 0)
             t->p->stats[id].thickness_mm =
-                smallest_mm * (2 * squared / depth / UNITS_PER_VOXEL - 1);
+                smallest_mm * (2 * cubed / squared / UNITS_PER_VOXEL - 1);
     }
 }
 
@@ -228,6 +227,12 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     }
     for (int i = 0; i < 3; i++)
         t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / smallest_mm;
+    for (int n = 0; n < 27; n++) {
+        const sc_vec3 step = {(n % 3 - 1) * t.step_units[0], (n / 3 % 3 - 1) * t.step_units[1],
+                              (n / 9 - 1) * t.step_units[2]};
+
+        t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
+    }
     t.scratch_floats = ((size_t)longest + 4) * 4;
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     SC_TRY(sc_alloc(ctx, t.scratch_floats * (size_t)p->threads, sizeof(float), &scratch));
