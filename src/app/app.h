@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to app: options, the commands, and what they share. */
+#ifndef SC_APP_APP_H
+#define SC_APP_APP_H
+
+#include "job.h"
+#include "segcast/comm.h"
+#include "segcast/study.h"
+
+enum { SC_SETTINGS_MAX = 256 };
+
+/* The command line, read. Pointers into argv or into owned[]. */
+typedef struct sc_options {
+    const char *input;  /* job or volume */
+    const char *output; /* -o */
+    const char *frames; /* --frames */
+    const char *size;   /* --size, as given */
+    long frame;         /* --frame; -1: not given */
+    int threads;        /* 0: not given */
+    bool json, quiet;
+    const char *settings[SC_SETTINGS_MAX];
+    size_t setting_count;
+    char *owned[SC_SETTINGS_MAX];
+    size_t owned_count;
+} sc_options;
+
+/* Standard error: messages, and a progress bar where it is a terminal. */
+typedef struct sc_terminal {
+    bool is_tty, quiet, bar_shown;
+} sc_terminal;
+/* Writer for sc_ctx.write with an sc_terminal as user. */
+void sc_terminal_write(void *user, sc_log_level level, const char *text);
+/* Draw or redraw the bar. */
+void sc_terminal_bar(sc_terminal *terminal, const char *text);
+void sc_terminal_clear(sc_terminal *terminal);
+
+/* What every command gets. */
+typedef struct sc_app {
+    sc_ctx *ctx;
+    sc_comm *comm;
+    sc_terminal *terminal;
+    const char *const *environment;
+    sc_options options;
+    int threads; /* of this rank */
+} sc_app;
+
+typedef struct sc_command {
+    const char *name, *arguments, *help;
+    sc_status (*run)(sc_app *app);
+    bool by_all; /* all ranks take part; else rank 0 alone does it */
+} sc_command;
+const sc_command *sc_command_find(const char *name);
+sc_status sc_command_unknown(const sc_ctx *ctx, const char *name);
+/* Parse argv[first...]; *help is set where only help was asked for (and printed, if @p speak). */
+sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                           bool speak, sc_options *out, bool *help);
+void sc_options_clear(sc_options *options);
+/* Add "key=value" with the value quoted for YAML. */
+sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
+                              const char *value);
+void sc_print_help(FILE *stream);
+void sc_print_version(FILE *stream);
+const char *sc_version(void);
+
+/* "0-35:2,40": whole numbers in [0, total), no doubles, sorted. Grammar: OpenJD IntRangeExpr.
+ * @p text NULL: all. Caller owns *out: sc_free. */
+sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count);
+
+/* ---- a job on its way to pictures; collective unless said otherwise ---- */
+
+typedef struct sc_session {
+    sc_job job;
+    sc_shared *shared;
+    size_t shared_bytes;
+    sc_prepared volume;
+    sc_tissue *tissues;
+    sc_renderer *renderer;
+    sc_timeline timeline;
+    sc_rank_record times;
+} sc_session;
+
+/* Read the job on rank 0 and give it to all. */
+sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
+/* Read, prepare and share the volume; resolve tissues, planes and framing. */
+sc_status sc_session_volume(sc_app *app, sc_session *session);
+void sc_session_clear(sc_session *session);
+/* Read or make a volume and prepare it, on this rank alone. @p times may be NULL. */
+sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
+                         sc_preparation **preparation, sc_rank_record *times);
+
+/* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
+const volatile sig_atomic_t *sc_signals_install(void);
+
+sc_status sc_run_render(sc_app *app);
+sc_status sc_run_orbit(sc_app *app);
+sc_status sc_run_still(sc_app *app);
+sc_status sc_run_check(sc_app *app);
+sc_status sc_run_plan(sc_app *app);
+sc_status sc_run_info(sc_app *app);
+sc_status sc_run_phantom(sc_app *app);
+
+#endif

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast info: what is in a volume. */
+#include "app.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+
+typedef struct info {
+    const sc_prepared *volume;
+    const sc_tissue *tissues;
+    double spacing_mm[3], voxel_mm3;
+    char axes[4]; /* where each voxel axis points, e.g. "LPS"; "?" where unknown */
+} info;
+
+/* The patient direction an axis runs along most. */
+static char axis_letter(sc_vec3 d)
+{
+    const double x = fabs(d.x), y = fabs(d.y), z = fabs(d.z);
+
+    if (x >= y && x >= z)
+        return d.x > 0 ? 'R' : 'L';
+    if (y >= z)
+        return d.y > 0 ? 'A' : 'P';
+    return d.z > 0 ? 'S' : 'I';
+}
+
+static info gather(const sc_prepared *volume, const sc_tissue *tissues)
+{
+    info out = {.volume = volume, .tissues = tissues,
+                .voxel_mm3 = fabs(sc_affine_determinant(&volume->to_ras_mm))};
+
+    for (int i = 0; i < 3; i++) {
+        const sc_vec3 column = sc_affine_column(&volume->to_ras_mm, i);
+
+        out.spacing_mm[i] = sc_vec3_length(column);
+        out.axes[i] = volume->oriented ? axis_letter(column) : '?';
+    }
+    return out;
+}
+
+static json_t *label_json(const info *in, int id)
+{
+    const sc_label *label = &in->volume->labels[id];
+    const sc_label_stats *stats = &in->volume->stats[id];
+
+    return json_pack("{s:I, s:s, s:[i,i,i], s:b, s:f, s:I, s:I, s:f, s:f, s:f}", "value",
+                     (json_int_t)label->value, "name", label->name, "color", label->rgb[0],
+                     label->rgb[1], label->rgb[2], "visible", in->tissues[id].visible, "opacity",
+                     in->tissues[id].opacity, "voxels", (json_int_t)stats->voxels,
+                     "boundary_voxels", (json_int_t)stats->boundary_voxels, "volume_mm3",
+                     (double)stats->voxels * in->voxel_mm3, "thickness_mm", stats->thickness_mm,
+                     "surface_mm2", stats->surface_mm2);
+}
+
+static sc_status print_json(const sc_ctx *ctx, const info *in)
+{
+    const sc_prepared *v = in->volume;
+    json_t *labels = json_array(), *matrix = json_array(), *json;
+    char *text;
+
+    for (int row = 0; row < 3; row++) {
+        const double *m = v->to_ras_mm.m[row];
+
+        json_array_append_new(matrix, json_pack("[f,f,f,f]", m[0], m[1], m[2], m[3]));
+    }
+    for (int id = 0; id < v->label_count; id++)
+        json_array_append_new(labels, label_json(in, id));
+    json = json_pack("{s:s, s:[i,i,i], s:[f,f,f], s:s, s:b, s:o, s:I, s:o}", "schema",
+                     "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
+                     in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "axes", in->axes,
+                     "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
+                     (json_int_t)v->boundary_count, "labels", labels);
+    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(12)) : NULL;
+    json_decref(json);
+    if (!text)
+        return sc_fail(ctx, SC_ERR_INTERNAL, "a label's name is not UTF-8");
+    printf("%s\n", text);
+    free(text);
+    return SC_OK;
+}
+
+static void print_text(const info *in)
+{
+    const sc_prepared *v = in->volume;
+    const double voxels = (double)v->size[0] * v->size[1] * v->size[2];
+
+    printf("size      %d x %d x %d voxels of %.4g x %.4g x %.4g mm\n", v->size[0], v->size[1],
+           v->size[2], in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2]);
+    printf("axes      %s%s\n", in->axes,
+           v->oriented ? "" : "  (the file does not say; taken as RAS)");
+    for (int row = 0; row < 3; row++)
+        printf("%s%10.4f %10.4f %10.4f %12.4f\n", row ? "          " : "to RAS mm ",
+               v->to_ras_mm.m[row][0], v->to_ras_mm.m[row][1], v->to_ras_mm.m[row][2],
+               v->to_ras_mm.m[row][3]);
+    printf("labels    %d, and background\n", v->label_count - 1);
+    printf("boundary  %llu voxels, %.2f %% of all\n\n", (unsigned long long)v->boundary_count,
+           100 * (double)v->boundary_count / voxels);
+    printf("%10s  %11s %9s %10s %9s %8s  %s\n", "label", "voxels", "boundary", "thick. mm",
+           "area cm2", "opacity", "name");
+    for (int id = 0; id < v->label_count; id++) {
+        const sc_label_stats *s = &v->stats[id];
+
+        printf("%10lld  %11llu", (long long)v->labels[id].value, (unsigned long long)s->voxels);
+        if (id == 0) {
+            printf("%43sbackground\n", "");
+            continue;
+        }
+        printf(" %7.1f %% %10.2f %9.1f %8.2f  %s%s\n",
+               s->voxels ? 100.0 * (double)s->boundary_voxels / (double)s->voxels : 0,
+               s->thickness_mm, s->surface_mm2 / 100, in->tissues[id].opacity,
+               v->labels[id].name, in->tissues[id].visible ? "" : "  (hidden)");
+    }
+}
+
+sc_status sc_run_info(sc_app *app)
+{
+    sc_session session = {0};
+    info in;
+    sc_status status;
+
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_session_job(app, NULL, &session));
+    SC_TRY(sc_session_volume(app, &session));
+    in = gather(&session.volume, session.tissues);
+    if (app->options.json)
+        status = print_json(app->ctx, &in);
+    else
+        print_text(&in);
+out:
+    sc_session_clear(&session);
+    return status;
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast still and segcast check: a session without a farm. */
+#include "app.h"
+
+sc_status sc_run_still(sc_app *app)
+{
+    const char *path = app->options.output ? app->options.output : "still.png";
+    sc_session session = {0};
+    sc_image image = {0};
+    sc_render_stats stats;
+    sc_scene scene;
+    sc_status status;
+
+    SC_TRY(sc_session_job(app, app->options.input, &session));
+    if (app->options.frame < 0)
+        app->options.frame = 0;
+    if (app->options.frame >= session.job.animation.frames) {
+        status = sc_fail(app->ctx, SC_ERR_USAGE,
+                         "--frame %ld is not within the animation's frames 0-%d",
+                         app->options.frame, session.job.animation.frames - 1);
+        goto out;
+    }
+    SC_TRY(sc_session_volume(app, &session));
+    SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
+                         &image));
+    scene = sc_timeline_scene(&session.timeline, (int)app->options.frame);
+    sc_render_frame(session.renderer, &scene, &image, &stats);
+    SC_TRY(sc_image_save_png(app->ctx, &image, path));
+    sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
+            stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
+            (unsigned long long)stats.counters.samples, sc_renderer_kernel(session.renderer)->name);
+    printf("%s\n", path);
+out:
+    sc_image_clear(&image);
+    sc_session_clear(&session);
+    return status;
+}
+
+sc_status sc_run_check(sc_app *app)
+{
+    sc_session session = {0};
+    sc_status status;
+
+    SC_TRY(sc_session_job(app, app->options.input, &session));
+    SC_TRY(sc_session_volume(app, &session));
+    printf("%s: ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels\n",
+           app->options.input, session.job.animation.frames, session.job.output.size_px[0],
+           session.job.output.size_px[1], session.volume.size[0], session.volume.size[1],
+           session.volume.size[2], session.volume.label_count - 1);
+out:
+    sc_session_clear(&session);
+    return status;
+}

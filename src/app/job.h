@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to app: a job, read from YAML, command line and environment. */
+#ifndef SC_APP_JOB_H
+#define SC_APP_JOB_H
+
+#include "segcast/render.h"
+#include "segcast/timeline.h"
+
+enum { SC_PATH_BYTES = 1024 };
+
+typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
+
+typedef struct sc_output {
+    char directory[SC_PATH_BYTES];
+    char video[SC_PATH_BYTES]; /* "none": no video */
+    int size_px[2];
+    int fps;
+    int frames; /* sc_frames_kind */
+    int crf, preset;
+} sc_output;
+
+typedef struct sc_render_options {
+    int surface, skip, caps, samples;
+    double step_voxels;
+    uint8_t background[3];
+} sc_render_options;
+
+typedef struct sc_farm_options {
+    int partition, tile_px;
+} sc_farm_options;
+
+/* Plain data but for two arrays, so that it can be sent to other ranks. */
+typedef struct sc_job {
+    char volume[SC_PATH_BYTES]; /* a path, or "phantom", or "phantom:WxDxH" */
+    char labels[SC_PATH_BYTES]; /* empty: from the volume */
+    int labels_format;          /* sc_table_format */
+    sc_output output;
+    sc_render_options render;
+    sc_animation animation;
+    sc_farm_options farm;
+    sc_tissue_rule *rules;
+    size_t rule_count;
+    sc_clip_exception *exceptions;
+    size_t exception_count;
+} sc_job;
+
+/* Where the parts of a job come from, the later winning. */
+typedef struct sc_job_sources {
+    const char *path;            /* job file, or NULL */
+    const char *const *settings; /* "key.path=value" of the command line */
+    size_t setting_count;
+    const char *const *environment; /* "SEGCAST_RENDER_SAMPLES=2", NULL-terminated, or NULL */
+} sc_job_sources;
+
+/* Read, check and resolve a job: paths of the file become relative to the working directory.
+ * SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, with file and line. Caller owns: sc_job_clear. */
+sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
+void sc_job_clear(sc_job *job);
+/* The job as YAML, every key given. @p identity: only what changes the pictures. */
+sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_text *text);
+/* Name of the encoder preset. */
+const char *sc_job_preset(const sc_job *job);
+
+#endif

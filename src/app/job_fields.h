@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to app: the tables of a job's keys. */
+#ifndef SC_APP_JOB_FIELDS_H
+#define SC_APP_JOB_FIELDS_H
+
+#include "job.h"
+#include "schema.h"
+
+extern const sc_field sc_job_fields[];     /* of sc_job */
+extern const char *const sc_preset_names[];
+
+/* Types for parts of the animation and for tissues; see job_types.c. */
+extern const sc_field_type sc_type_place, sc_type_span, sc_type_zoom, sc_type_clip,
+    sc_type_tissues, sc_type_orbit, sc_type_fixed;
+extern const char *const sc_ease_names[], *const sc_projection_names[];
+
+#endif

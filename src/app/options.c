@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* GNU-style options of all commands in one table. */
+#include "app.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct option_row option_row;
+struct option_row {
+    const char *name;
+    char letter;
+    const char *argument; /* NULL: none */
+    const char *help;
+    const char *commands; /* that take it */
+    sc_status (*take)(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                      const char *value);
+    const char *key; /* of the job, for options that are short for --set */
+};
+
+static sc_status add_setting(const sc_ctx *ctx, sc_options *options, const char *setting)
+{
+    if (options->setting_count == SC_SETTINGS_MAX)
+        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
+    options->settings[options->setting_count++] = setting;
+    return SC_OK;
+}
+
+static sc_status add_owned(const sc_ctx *ctx, sc_options *options, sc_text *text)
+{
+    if (options->owned_count == SC_SETTINGS_MAX) {
+        sc_text_clear(text);
+        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
+    }
+    options->owned[options->owned_count++] = text->data;
+    return add_setting(ctx, options, text->data);
+}
+
+sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
+                              const char *value)
+{
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &text, "%s='", key));
+    for (const char *c = value; *c; c++) /* a quote within quotes is doubled */
+        SC_TRY(sc_text_add(ctx, &text, *c == '\'' ? "'%c" : "%c", *c));
+    SC_TRY(sc_text_add(ctx, &text, "'"));
+    return add_owned(ctx, options, &text);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+static sc_status take_key(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                          const char *value)
+{
+    return sc_options_set_text(ctx, options, row->key, value);
+}
+
+static sc_status take_set(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                          const char *value)
+{
+    (void)row;
+    return add_setting(ctx, options, value);
+}
+
+static sc_status take_number(const sc_ctx *ctx, const option_row *row, const char *value, long low,
+                             long high, long *out)
+{
+    char *end;
+    long number;
+
+    errno = 0;
+    number = strtol(value, &end, 10);
+    if (end == value || *end || errno || number < low || number > high)
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected a whole number from %ld to "
+                                          "%ld", row->name, value, low, high);
+    *out = number;
+    return SC_OK;
+}
+
+static sc_status take_threads(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                              const char *value)
+{
+    long threads = 0;
+    sc_status status = take_number(ctx, row, value, 1, 4096, &threads);
+
+    if (status == SC_OK)
+        options->threads = (int)threads;
+    return status;
+}
+
+static sc_status take_frame(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                            const char *value)
+{
+    return take_number(ctx, row, value, 0, 1000000, &options->frame);
+}
+
+static sc_status take_output(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                             const char *value)
+{
+    (void)ctx;
+    (void)row;
+    options->output = value;
+    return SC_OK;
+}
+
+static sc_status take_frames(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                             const char *value)
+{
+    (void)ctx;
+    (void)row;
+    options->frames = value;
+    return SC_OK;
+}
+
+static sc_status take_grid(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                           const char *value)
+{
+    (void)ctx;
+    (void)row;
+    options->size = value;
+    return SC_OK;
+}
+
+static sc_status take_picture_size(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                                   const char *value)
+{
+    int width, height, used = 0;
+    sc_text text = {0};
+    sc_status status;
+
+    if (sscanf(value, "%dx%d%n", &width, &height, &used) != 2 || value[used])
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected for example 1280x720",
+                       row->name, value);
+    status = sc_text_add(ctx, &text, "output.size=[%d, %d]", width, height);
+    return status == SC_OK ? add_owned(ctx, options, &text) : status;
+}
+
+static sc_status take_json(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                           const char *value)
+{
+    (void)ctx;
+    (void)row;
+    (void)value;
+    options->json = true;
+    return SC_OK;
+}
+
+static sc_status take_quiet(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                            const char *value)
+{
+    (void)ctx;
+    (void)row;
+    (void)value;
+    options->quiet = true;
+    return SC_OK;
+}
+
+#define JOBS "render check plan still orbit"
+
+static const option_row rows[] = {
+    {"output", 'o', "DIR", "folder for everything the job makes", "render", take_output, NULL},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom", take_output, NULL},
+    {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_frames, NULL},
+    {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
+    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS, take_set, NULL},
+    {"labels", 0, "FILE", "label table with names and colours", "orbit info", take_key, "labels"},
+    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit info", take_key,
+     "labels_format"},
+    {"size", 0, "WxH", "size of the picture", "orbit", take_picture_size, NULL},
+    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_grid, NULL},
+    {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames"},
+    {"fps", 0, "N", "frames per second", "orbit", take_key, "output.fps"},
+    {"axis", 0, "WORD", "axis of the turn, such as superior", "orbit", take_key,
+     "animation.camera.orbit.axis"},
+    {"elevation", 0, "DEGREES", "height of the camera above the turn's plane", "orbit", take_key,
+     "animation.camera.orbit.elevation"},
+    {"turns", 0, "N", "number of turns", "orbit", take_key, "animation.camera.orbit.turns"},
+    {"zoom", 0, "FACTOR", "scale of the picture", "orbit", take_key, "animation.camera.zoom"},
+    {"samples", 0, "N", "rays per pixel, 1 to 4", "orbit", take_key, "render.samples"},
+    {"json", 0, NULL, "for machines", "info", take_json, NULL},
+    {"threads", 0, "N", "threads of each rank", JOBS " info phantom", take_threads, NULL},
+    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom", take_quiet, NULL},
+};
+
+static bool takes(const option_row *row, const char *command)
+{
+    const char *found = strstr(row->commands, command);
+    const size_t length = strlen(command);
+
+    return found && (found == row->commands || found[-1] == ' ') &&
+           (found[length] == '\0' || found[length] == ' ');
+}
+
+static const option_row *find_row(const sc_command *command, const char *name, size_t length,
+                                  char letter)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(rows); i++) {
+        if (!takes(&rows[i], command->name))
+            continue;
+        if (letter ? rows[i].letter == letter
+                   : strlen(rows[i].name) == length && !strncmp(rows[i].name, name, length))
+            return &rows[i];
+    }
+    return NULL;
+}
+
+static void print_options(const sc_command *command)
+{
+    printf("usage: segcast %s %s [options]\n%s\n\n", command->name, command->arguments,
+           command->help);
+    for (size_t i = 0; i < SC_COUNT_OF(rows); i++) {
+        char left[64];
+
+        if (!takes(&rows[i], command->name))
+            continue;
+        snprintf(left, sizeof left, "%c%c--%s%s%s", rows[i].letter ? '-' : ' ',
+                 rows[i].letter ? rows[i].letter : ' ', rows[i].name,
+                 rows[i].argument ? " " : "", rows[i].argument ? rows[i].argument : "");
+        printf("  %.2s%s %-26s %s\n", left, rows[i].letter ? "," : " ", left + 2, rows[i].help);
+    }
+}
+
+static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command, const char *text)
+{
+    const char *names[SC_COUNT_OF(rows)], *nearest;
+
+    for (size_t i = 0; i < SC_COUNT_OF(rows); i++)
+        names[i] = takes(&rows[i], command->name) ? rows[i].name : NULL;
+    nearest = sc_nearest_word(text + strspn(text, "-"), names, SC_COUNT_OF(rows));
+    return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; %s%s%s", text,
+                   nearest ? "did you mean --" : "try --help", nearest ? nearest : "",
+                   nearest ? "?" : "");
+}
+
+/* One argument; @return how many words of argv it used, or 0 with *status set. */
+static int parse_argument(const sc_ctx *ctx, const sc_command *command, char **argv,
+                          sc_options *out, sc_status *status)
+{
+    const char *text = argv[0], *equals = strchr(text, '='), *value = NULL;
+    const option_row *row;
+    int used = 1;
+
+    if (text[0] != '-' || !text[1]) {
+        *status = out->input || !command->arguments[0]
+                      ? sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", text)
+                      : SC_OK;
+        out->input = text;
+        return *status == SC_OK ? 1 : 0;
+    }
+    if (text[1] == '-')
+        row = find_row(command, text + 2,
+                       equals ? (size_t)(equals - text - 2) : strlen(text + 2), 0);
+    else
+        row = text[2] ? NULL : find_row(command, NULL, 0, text[1]);
+    if (!row) {
+        *status = unknown_option(ctx, command, text);
+        return 0;
+    }
+    if (row->argument) {
+        value = equals && text[1] == '-' ? equals + 1 : argv[1];
+        used = equals && text[1] == '-' ? 1 : 2;
+        if (!value) {
+            *status = sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name,
+                              row->argument);
+            return 0;
+        }
+    }
+    *status = row->take(ctx, out, row, value);
+    return *status == SC_OK ? used : 0;
+}
+
+sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                           bool speak, sc_options *out, bool *help)
+{
+    const char *threads = getenv("SEGCAST_THREADS");
+    sc_options options = {.frame = -1};
+    sc_status status = SC_OK;
+
+    if (threads) {
+        const option_row row = {.name = "threads (SEGCAST_THREADS)"};
+
+        SC_TRY(take_threads(ctx, &options, &row, threads));
+    }
+    for (int i = 2; i < argc;) {
+        int used;
+
+        if (!strcmp(argv[i], "--help")) {
+            if (speak)
+                print_options(command);
+            *help = true;
+            break;
+        }
+        used = parse_argument(ctx, command, argv + i, &options, &status);
+        if (!used)
+            goto out;
+        i += used;
+    }
+    if (!*help && command->arguments[0] && !options.input) {
+        status = sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name,
+                         command->arguments);
+        goto out;
+    }
+    *out = options;
+    return SC_OK;
+out:
+    sc_options_clear(&options);
+    return status;
+}
+
+void sc_options_clear(sc_options *options)
+{
+    for (size_t i = 0; i < options->owned_count; i++)
+        sc_free(options->owned[i]);
+    *options = (sc_options){0};
+}

@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The steps from a job file to a renderer on every rank. Rank 0 reads and decides; after each step
+ * all ranks agree, so that they leave together when something is wrong. */
+#include "app.h"
+
+#include "segcast/phantom.h"
+
+#include <string.h>
+
+static void add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s)
+{
+    if (!times)
+        return;
+    times->phases[phase].wall_s += sc_wall_s() - wall_s;
+    times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
+}
+
+/* Send an array of rank 0 to the others. */
+static sc_status broadcast_array(sc_app *app, void **array, size_t count, size_t size)
+{
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) != 0)
+        status = sc_alloc(app->ctx, count, size, array);
+    status = sc_comm_agree(app->comm, status);
+    if (status == SC_OK && count)
+        sc_comm_broadcast(app->comm, *array, count * size);
+    return status;
+}
+
+sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
+{
+    const sc_job_sources sources = {.path = job_path,
+                                    .settings = app->options.settings,
+                                    .setting_count = app->options.setting_count,
+                                    .environment = app->environment};
+    sc_job *job = &session->job;
+    void *rules, *exceptions;
+    sc_status status = SC_OK;
+
+    *session = (sc_session){.times = {.threads = app->threads}};
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_job_load(app->ctx, &sources, job);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    rules = job->rules;
+    exceptions = job->exceptions;
+    sc_comm_broadcast(app->comm, job, sizeof *job);
+    SC_TRY(broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
+    job->rules = rules;
+    SC_TRY(broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
+    job->exceptions = exceptions;
+out:
+    return status;
+}
+
+static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *out)
+{
+    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
+    sc_phantom *phantom = NULL;
+    sc_status status;
+
+    if (strcmp(text, "phantom") &&
+        (sscanf(text, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
+         text[used]))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
+                       text);
+    status = sc_phantom_new(app->ctx, &phantom);
+    if (status == SC_OK)
+        status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
+    sc_phantom_free(phantom);
+    return status;
+}
+
+static bool is_phantom(const char *volume)
+{
+    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
+}
+
+static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    sc_label_table table = {0};
+    sc_status status;
+
+    if (!job->labels[0])
+        return SC_OK;
+    status = sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format,
+                                 &table);
+    if (status == SC_OK)
+        sc_volume_apply_table(volume, &table);
+    sc_label_table_clear(&table);
+    return status;
+}
+
+sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
+                         sc_preparation **preparation, sc_rank_record *times)
+{
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    if (is_phantom(job->volume))
+        SC_TRY(make_phantom(app, job->volume, volume));
+    else
+        SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
+    SC_TRY(apply_labels(app, job, volume));
+    if (volume->label_count == 1)
+        sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
+    add_time(times, SC_PHASE_READ, wall_s, cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    SC_TRY(sc_prepare(app->ctx, volume, app->threads, preparation));
+    add_time(times, SC_PHASE_PREPARE, wall_s, cpu_s);
+out:
+    return status;
+}
+
+/* Pack what rank 0 has prepared into one block per node. */
+static sc_status share_volume(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_volume volume = {0};
+    sc_preparation *preparation = NULL;
+    uint64_t bytes = 0;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_load_volume(app, &session->job, &volume, &preparation, &session->times);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    if (!first)
+        add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);
+    bytes = first ? sc_preparation_bytes(preparation) : 0;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    session->shared_bytes = bytes;
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, &session->shared));
+    if (first)
+        sc_preparation_pack(preparation, sc_shared_data(session->shared));
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    preparation = NULL;
+    sc_shared_publish(app->comm, session->shared);
+    status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
+                                                       bytes, &session->volume));
+out:
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    return status;
+}
+
+/* Tissues and clip groups; the same on every rank, so only rank 0 speaks of errors. */
+static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *groups,
+                                 int *group_count)
+{
+    const sc_ctx silent = {.rank = 0};
+    const sc_ctx *ctx = sc_comm_rank(app->comm) == 0 ? app->ctx : &silent;
+    const sc_job *job = &session->job;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
+    session->tissues = block;
+    SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
+                               session->tissues));
+    status = sc_clip_groups(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
+                            job->exception_count, session->tissues, groups, group_count);
+out:
+    return status;
+}
+
+static sc_status make_renderer(sc_app *app, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_render_settings settings = {
+        .width_px = job->output.size_px[0],
+        .height_px = job->output.size_px[1],
+        .surface = (sc_surface)job->render.surface,
+        .skip = (sc_skip)job->render.skip,
+        .samples = job->render.samples,
+        .step_voxels = job->render.step_voxels,
+        .caps = job->render.caps != 0,
+        .tile_px = job->farm.tile_px,
+        .threads = app->threads,
+    };
+
+    memcpy(settings.background, job->render.background, sizeof settings.background);
+    return sc_renderer_new(app->ctx, &settings, &session->volume, session->tissues,
+                           &session->renderer);
+}
+
+sc_status sc_session_volume(sc_app *app, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    uint32_t groups[SC_GROUPS_MAX] = {0};
+    int group_count = 1;
+    const sc_vec3 *hull;
+    size_t hull_count;
+    double wall_s, cpu_s;
+    sc_status status;
+
+    SC_TRY(share_volume(app, session));
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    SC_TRY(sc_comm_agree(app->comm, resolve_tissues(app, session, groups, &group_count)));
+    SC_TRY(sc_comm_agree(app->comm, make_renderer(app, session)));
+    hull = sc_renderer_hull(session->renderer, &hull_count);
+    if (hull_count == 0 && session->volume.label_count > 1 && sc_comm_rank(app->comm) == 0)
+        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
+    sc_timeline_resolve(&job->animation, hull, hull_count,
+                        (double)job->output.size_px[0] / job->output.size_px[1],
+                        &session->timeline);
+    memcpy(session->timeline.groups, groups, sizeof groups);
+    session->timeline.group_count = group_count;
+    add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+out:
+    return status;
+}
+
+void sc_session_clear(sc_session *session)
+{
+    sc_renderer_free(session->renderer);
+    sc_free(session->tissues);
+    sc_shared_free(session->shared);
+    sc_job_clear(&session->job);
+    *session = (sc_session){0};
+}

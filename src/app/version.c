@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "version.h"
+
+#include "app.h"
+#include "segcast/video.h"
+
+const char *sc_version(void)
+{
+    return SC_VERSION;
+}
+
+void sc_print_version(FILE *stream)
+{
+    char mpi[256], video[256];
+
+    sc_comm_library(mpi, sizeof mpi);
+    sc_video_libraries(video, sizeof video);
+    fprintf(stream, "segcast %s\ncommit   %s\ncompiler %s, %s\nMPI      %s\nlibav    %s\n",
+            SC_VERSION, SC_COMMIT, SC_COMPILER, SC_BUILD_TYPE, mpi, video);
+}

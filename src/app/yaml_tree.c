@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "yaml_tree.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <yaml.h>
+
+enum { DEPTH_MAX = 12, NODES_MAX = 100000 };
+
+typedef struct reader {
+    const sc_ctx *ctx;
+    const char *origin;
+    yaml_parser_t parser;
+    int depth, nodes;
+} reader;
+
+void sc_yaml_free(sc_yaml *node)
+{
+    if (!node)
+        return;
+    for (size_t i = 0; i < node->count; i++)
+        sc_yaml_free(node->items[i]);
+    sc_free(node->items);
+    sc_free(node->key);
+    sc_free(node->text);
+    sc_free(node);
+}
+
+sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, ...)
+{
+    char text[1024];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(text, sizeof text, fmt, args);
+    va_end(args);
+    if (node->line > 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s:%d: %s", node->origin, node->line, text);
+    return sc_fail(ctx, SC_ERR_USAGE, "%s: %s", node->origin, text);
+}
+
+static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%s", from);
+
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *origin, int line,
+                          sc_yaml **out)
+{
+    void *block;
+    sc_status status = sc_zalloc(ctx, 1, sizeof(sc_yaml), &block);
+
+    if (status == SC_OK) {
+        *out = block;
+        **out = (sc_yaml){.kind = kind, .origin = origin, .line = line};
+    }
+    return status;
+}
+
+/* Append; takes the child over, also on failure. */
+static sc_status append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
+{
+    if (parent->count == parent->capacity) {
+        const size_t capacity = parent->capacity ? 2 * parent->capacity : 8;
+        void *items;
+        sc_status status = sc_alloc(ctx, capacity, sizeof *parent->items, &items);
+
+        if (status != SC_OK) {
+            sc_yaml_free(child);
+            return status;
+        }
+        if (parent->count)
+            memcpy(items, parent->items, parent->count * sizeof *parent->items);
+        sc_free(parent->items);
+        parent->items = items;
+        parent->capacity = capacity;
+    }
+    parent->items[parent->count++] = child;
+    return SC_OK;
+}
+
+sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key)
+{
+    for (size_t i = 0; map->kind == SC_YAML_MAP && i < map->count; i++) {
+        if (!strcmp(map->items[i]->key, key))
+            return map->items[i];
+    }
+    return NULL;
+}
+
+static sc_status next_event(reader *r, yaml_event_t *event)
+{
+    const int line = (int)r->parser.mark.line + 1;
+
+    if (yaml_parser_parse(&r->parser, event))
+        return SC_OK;
+    if (r->parser.error == YAML_MEMORY_ERROR)
+        return sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory", r->origin);
+    return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: not YAML: %s", r->origin,
+                   r->parser.problem_mark.line ? (int)r->parser.problem_mark.line + 1 : line,
+                   r->parser.problem ? r->parser.problem : "cannot be read");
+}
+
+static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out);
+
+static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
+{
+    const int line = (int)event->start_mark.line + 1;
+
+    if (event->type != YAML_SCALAR_EVENT)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: a key must be a plain word", r->origin, line);
+    if (sc_yaml_member(map, (const char *)event->data.scalar.value))
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
+                       r->origin, line, (const char *)event->data.scalar.value,
+                       sc_yaml_member(map, (const char *)event->data.scalar.value)->line);
+    return copy_text(r->ctx, (const char *)event->data.scalar.value, key);
+}
+
+/* Children of a map or list, up to its end event. */
+static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t end)
+{
+    sc_status status = SC_OK;
+
+    while (status == SC_OK) {
+        yaml_event_t event;
+        sc_yaml *child = NULL;
+        char *key = NULL;
+
+        status = next_event(r, &event);
+        if (status != SC_OK)
+            return status;
+        if (event.type == end) {
+            yaml_event_delete(&event);
+            return SC_OK;
+        }
+        if (parent->kind == SC_YAML_MAP) {
+            status = build_key(r, &event, parent, &key);
+            yaml_event_delete(&event);
+            if (status == SC_OK)
+                status = next_event(r, &event);
+            if (status != SC_OK) {
+                sc_free(key);
+                return status;
+            }
+        }
+        status = build(r, &event, &child);
+        yaml_event_delete(&event);
+        if (status != SC_OK) {
+            sc_free(key);
+            return status;
+        }
+        child->key = key;
+        status = append(r->ctx, parent, child);
+    }
+    return status;
+}
+
+static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
+{
+    const int line = (int)event->start_mark.line + 1;
+    sc_yaml *node = NULL;
+    sc_status status;
+
+    if (event->type == YAML_ALIAS_EVENT)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: aliases (*name) are not allowed", r->origin,
+                       line);
+    if (++r->nodes > NODES_MAX)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: more than %d values", r->origin, line,
+                       NODES_MAX);
+    if (++r->depth > DEPTH_MAX)
+        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: nested more than %d deep", r->origin, line,
+                       DEPTH_MAX);
+    if (event->type == YAML_SCALAR_EVENT) {
+        SC_TRY(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
+        SC_TRY(copy_text(r->ctx, (const char *)event->data.scalar.value, &node->text));
+    } else if (event->type == YAML_MAPPING_START_EVENT) {
+        SC_TRY(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));
+        SC_TRY(build_children(r, node, YAML_MAPPING_END_EVENT));
+    } else {
+        SC_TRY(new_node(r->ctx, SC_YAML_LIST, r->origin, line, &node));
+        SC_TRY(build_children(r, node, YAML_SEQUENCE_END_EVENT));
+    }
+    r->depth--;
+    *out = node;
+    return SC_OK;
+out:
+    sc_yaml_free(node);
+    return status;
+}
+
+/* One event of the frame around the document, dropped. */
+static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
+{
+    yaml_event_t event;
+    sc_status status = next_event(r, &event);
+
+    if (status != SC_OK)
+        return status;
+    if (event.type != type)
+        status = sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: %s", r->origin,
+                         (int)event.start_mark.line + 1, what);
+    yaml_event_delete(&event);
+    return status;
+}
+
+static sc_status parse_document(reader *r, sc_yaml **out)
+{
+    yaml_event_t event;
+    sc_yaml *root = NULL;
+    sc_status status;
+
+    SC_TRY(expect(r, YAML_STREAM_START_EVENT, "expected a YAML text"));
+    SC_TRY(next_event(r, &event));
+    if (event.type == YAML_STREAM_END_EVENT) {
+        yaml_event_delete(&event);
+        return new_node(r->ctx, SC_YAML_MAP, r->origin, 1, out);
+    }
+    yaml_event_delete(&event);
+    SC_TRY(next_event(r, &event));
+    status = build(r, &event, &root);
+    yaml_event_delete(&event);
+    if (status != SC_OK)
+        goto out;
+    SC_TRY(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
+    SC_TRY(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
+    *out = root;
+    return SC_OK;
+out:
+    sc_yaml_free(root);
+    return status;
+}
+
+sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
+                        sc_yaml **out)
+{
+    reader r = {.ctx = ctx, .origin = origin};
+    sc_status status;
+
+    if (!yaml_parser_initialize(&r.parser))
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", origin);
+    yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, bytes);
+    status = parse_document(&r, out);
+    yaml_parser_delete(&r.parser);
+    return status;
+}
+
+/* Next element of a dotted path into @p element. @return what follows it, or NULL if malformed. */
+static const char *path_element(const char *path, char *element, size_t size)
+{
+    size_t length = 0;
+
+    if (*path == '"') {
+        const char *close = strchr(path + 1, '"');
+
+        if (!close || (size_t)(close - path) > size)
+            return NULL;
+        length = (size_t)(close - path - 1);
+        memcpy(element, path + 1, length);
+        path = close + 1;
+    } else {
+        length = strcspn(path, ".");
+        if (length == 0 || length >= size)
+            return NULL;
+        memcpy(element, path, length);
+        path += length;
+    }
+    element[length] = '\0';
+    if (*path && *path != '.')
+        return NULL;
+    return *path ? path + 1 : path;
+}
+
+/* The child for one element of a path; made if it is not there. */
+static sc_status step_into(const sc_ctx *ctx, sc_yaml *at, const char *element, bool last,
+                           const sc_yaml *value, sc_yaml ***out)
+{
+    sc_yaml *child = NULL;
+    char *end;
+    const long index = strtol(element, &end, 10);
+    sc_status status;
+
+    if (at->kind == SC_YAML_LIST) {
+        if (*end || index < 0 || (size_t)index >= at->count)
+            return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" is not an item of a list of %zu",
+                           value->origin, element, at->count);
+        *out = &at->items[index];
+        return SC_OK;
+    }
+    for (size_t i = 0; at->kind == SC_YAML_MAP && i < at->count; i++) {
+        if (!strcmp(at->items[i]->key, element)) {
+            *out = &at->items[i];
+            return SC_OK;
+        }
+    }
+    if (at->kind != SC_YAML_MAP)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a single value", value->origin,
+                       element);
+    status = new_node(ctx, last ? SC_YAML_SCALAR : SC_YAML_MAP, value->origin, 0, &child);
+    if (status == SC_OK)
+        status = copy_text(ctx, element, &child->key);
+    if (status != SC_OK) {
+        sc_yaml_free(child);
+        return status;
+    }
+    status = append(ctx, at, child);
+    if (status == SC_OK)
+        *out = &at->items[at->count - 1];
+    return status;
+}
+
+sc_status sc_yaml_set(const sc_ctx *ctx, sc_yaml *root, const char *path, sc_yaml *value)
+{
+    char element[256];
+    sc_yaml **at = &root;
+    sc_status status = SC_OK;
+
+    do {
+        path = path_element(path, element, sizeof element);
+        if (!path) {
+            status = sc_fail(ctx, SC_ERR_USAGE, "%s: expected key.path=value", value->origin);
+            goto out;
+        }
+        SC_TRY(step_into(ctx, *at, element, !*path, value, &at));
+    } while (*path);
+    value->key = (*at)->key;
+    (*at)->key = NULL;
+    sc_yaml_free(*at);
+    *at = value;
+    return SC_OK;
+out:
+    sc_yaml_free(value);
+    return status;
+}
