@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 0: status codes, context (log and allocation budget), memory, text, files, clocks, threads.
+ *  Floor 0: status codes, context (log and allocation budget), memory, text, files, clocks,
+ * threads.
  *
  *  Conventions of every segcast header:
  *  - A fallible function returns sc_status. Outputs come last and are written only on success.
@@ -120,10 +121,10 @@ SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,
                                    char **out);
 
-double sc_wall_s(void);     /**< monotonic time */
-double sc_cpu_s(void);      /**< user and system time of this process, all threads */
+double sc_wall_s(void);       /**< monotonic time */
+double sc_cpu_s(void);        /**< user and system time of this process, all threads */
 double sc_thread_cpu_s(void); /**< of the calling thread */
-uint64_t sc_peak_rss(void); /**< largest resident set of this process so far, in bytes */
+uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, in bytes */
 void sc_sleep_s(double seconds);
 
 /** Body of a parallel loop: items [begin, end), run by thread @p thread of the team. */

@@ -29,7 +29,7 @@ void sc_comm_close(sc_comm *comm);
 
 int sc_comm_rank(const sc_comm *comm);
 int sc_comm_size(const sc_comm *comm);
-int sc_comm_node_rank(const sc_comm *comm);  /**< rank among those that share memory */
+int sc_comm_node_rank(const sc_comm *comm); /**< rank among those that share memory */
 int sc_comm_node_size(const sc_comm *comm);
 int sc_comm_node_count(const sc_comm *comm);
 /** Name and version of the message layer into @p text; callable before sc_comm_open. */

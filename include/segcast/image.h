@@ -13,8 +13,7 @@ typedef struct sc_image {
 } sc_image;
 
 /** @return SC_ERR_MEMORY. Caller owns: sc_image_clear. Pixels are not initialised. */
-SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px,
-                                    sc_image *out);
+SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out);
 void sc_image_clear(sc_image *image);
 size_t sc_image_bytes(const sc_image *image);
 
@@ -25,9 +24,9 @@ uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
 
 /** How two pictures of one size differ. */
 typedef struct sc_image_difference {
-    int largest;            /**< of all channels, in levels of 8 bits */
-    double rms;             /**< over all channels, in levels */
-    size_t differing_px;    /**< pixels with any difference */
+    int largest;         /**< of all channels, in levels of 8 bits */
+    double rms;          /**< over all channels, in levels */
+    size_t differing_px; /**< pixels with any difference */
 } sc_image_difference;
 /** @return false if the sizes differ, @p out untouched. */
 bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out);
@@ -36,8 +35,7 @@ bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference 
 SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
                                          const char *name);
 /** Write a PNG that appears under @p path only when complete. */
-SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image,
-                                        const char *path);
+SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path);
 /** Read a PNG as 8-bit RGB. @return SC_ERR_MISSING or SC_ERR_DATA. Caller owns the pixels. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
 

@@ -20,7 +20,7 @@ typedef struct sc_march_tissue {
     float rgb[3];         /**< linear light */
     float boundary_alpha; /**< of one sample: 1 - (1 - opacity)^(step / voxel length) */
     float interior_alpha;
-    uint8_t show;         /**< SC_SHOW_* */
+    uint8_t show; /**< SC_SHOW_* */
     uint8_t clip_group;
 } sc_march_tissue;
 
@@ -28,10 +28,11 @@ typedef struct sc_march_tissue {
 typedef struct sc_march {
     const sc_prepared *volume;
     const uint64_t *visible;        /**< sc_visible_masks; not read by SC_SKIP_NONE */
+    int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;
-    float key_light[3];             /**< unit, RAS, towards the light */
-    bool caps;                      /**< cut faces are solid */
+    float key_light[3]; /**< unit, RAS, towards the light */
+    bool caps;          /**< cut faces are solid */
     float plane_normals[SC_PLANES_MAX][3];
 } sc_march;
 
@@ -62,8 +63,8 @@ typedef struct sc_march_counters {
 } sc_march_counters;
 
 /** March @p count rays. @param out [count]. Adds to @p counters. Threads: any. */
-typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, size_t count,
-                         sc_radiance *out, sc_march_counters *counters);
+typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
+                         sc_march_counters *counters);
 
 typedef struct sc_kernel {
     const char *name;

@@ -25,8 +25,7 @@ int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
  *  inside, and the outward unit normal of the nearest surface point. Exact (1e-3 mm) near smooth
  *  parts of the surface; along edges where three tissues meet it is the distance to the nearest
  *  of the smooth sheets. */
-double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm,
-                           sc_vec3 *normal);
+double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal);
 
 /** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part of
  *  space at any size (voxels are 1/3 mm at the default size).

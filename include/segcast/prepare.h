@@ -12,10 +12,10 @@ enum { SC_BRICK = 4 /**< edge of a brick in voxels; its 64 voxels are the bits o
 /** What is measured of one label. */
 typedef struct sc_label_stats {
     uint64_t voxels, boundary_voxels;
-    double thickness_mm;  /**< mean local thickness: twice the distance of the medial voxels to
-                               the tissue's surface, weighted by its square; 0 if no voxels */
-    double surface_mm2;   /**< Crofton's formula over 13 directions */
-    int low[3], high[3];  /**< bounding box, voxels, inclusive; low > high if there are none */
+    double thickness_mm; /**< mean local thickness: twice the distance of the medial voxels to
+                              the tissue's surface, weighted by its square; 0 if no voxels */
+    double surface_mm2;  /**< Crofton's formula over 13 directions */
+    int low[3], high[3]; /**< bounding box, voxels, inclusive; low > high if there are none */
 } sc_label_stats;
 
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only and
@@ -67,8 +67,9 @@ static inline void sc_normal_unpack(uint32_t packed, float out[3])
 /** How a label takes part in a picture. */
 enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
 /** Masks of the voxels that can contribute: boundary voxels of labels with SC_SHOW_BOUNDARY in
- *  @p show (by dense id) and interior ones of those with SC_SHOW_INTERIOR.
- *  Shape as sc_prepared.boundary. Caller owns: sc_free. */
+ *  @p show (by dense id) and interior ones of those with SC_SHOW_INTERIOR. Shape
+ *  [bricks z + 2][bricks y + 2][bricks x + 2]: within a frame of empty bricks, so that a look
+ *  just outside the volume needs no test. @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
 /** Centres in mm of the first and last set voxel of every row: all corners of the convex hull of

@@ -26,7 +26,7 @@ typedef struct sc_tissue {
     double opacity;          /**< of boundary voxels, per voxel length, 0 to 1 */
     double interior_opacity; /**< of the others */
     float rgb_linear[3];
-    uint8_t clip_group;      /**< which planes cut it: sc_scene.groups */
+    uint8_t clip_group; /**< which planes cut it: sc_scene.groups */
 } sc_tissue;
 
 /** Does @p label match a pattern? Numbers match the value, "*" every label, all else the name,
@@ -100,10 +100,9 @@ typedef struct sc_clip_exception {
 /** Sort labels into groups by the planes that cut them: fills clip_group of each tissue, and the
  *  planes of each group as bits. @param groups room for SC_GROUPS_MAX. @return SC_ERR_DATA for an
  *  exception that matches no label, SC_ERR_USAGE for more than SC_GROUPS_MAX different sets. */
-SC_MUST_USE sc_status sc_clip_groups(const sc_ctx *ctx, const sc_prepared *volume,
-                                     int plane_count, const sc_clip_exception *exceptions,
-                                     size_t exception_count, sc_tissue *tissues,
-                                     uint32_t *groups, int *group_count);
+SC_MUST_USE sc_status sc_clip_groups(const sc_ctx *ctx, const sc_prepared *volume, int plane_count,
+                                     const sc_clip_exception *exceptions, size_t exception_count,
+                                     sc_tissue *tissues, uint32_t *groups, int *group_count);
 
 /** Everything that changes from frame to frame. */
 typedef struct sc_scene {

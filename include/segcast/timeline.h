@@ -22,14 +22,14 @@ typedef struct sc_ramp {
 } sc_ramp;
 
 typedef struct sc_orbit {
-    bool fixed;                  /**< a still camera; then position, target and up count */
-    sc_vec3 axis;                /**< unit; up in the picture */
+    bool fixed;   /**< a still camera; then position, target and up count */
+    sc_vec3 axis; /**< unit; up in the picture */
     double turns;
     double elevation_deg, start_deg;
     bool has_target, has_distance;
     sc_vec3 position_mm, target_mm, up;
     double distance_mm;
-    double fov_deg;              /**< vertical */
+    double fov_deg; /**< vertical */
     sc_projection projection;
     sc_ramp zoom;
 } sc_orbit;

@@ -25,8 +25,7 @@ SC_MUST_USE sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path,
 SC_MUST_USE sc_status sc_sink_open_png(const sc_ctx *ctx, const char *directory, sc_sink **out);
 
 /** Take frame @p k. @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, int k,
-                                   const sc_image *image);
+SC_MUST_USE sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, int k, const sc_image *image);
 /** Finish and publish the output; what is not @p complete is published as "name.partial.mp4", so
  *  that nothing half-done bears the final name. The sink stays to be closed.
  *  @return SC_ERR_WRITE. */
@@ -42,7 +41,7 @@ void sc_video_libraries(char *text, size_t size);
 /** One decoded frame at a time, for checks: opens @p path, calls @p take for each frame in order
  *  as sRGB. @return SC_ERR_MISSING, SC_ERR_DATA, or what @p take returned. */
 typedef sc_status sc_video_take_fn(void *user, int k, double time_s, const sc_image *image);
-SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path,
-                                      sc_video_take_fn *take, void *user);
+SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_take_fn *take,
+                                      void *user);
 
 #endif

@@ -25,11 +25,11 @@ typedef struct sc_label {
 
 /** A segmented volume. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
-    int size[3];     /**< voxels along x (fastest), y, z */
-    int label_bytes; /**< 1 or 2: width of a dense id */
-    void *ids;       /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background */
-    int label_count; /**< 1 to SC_LABELS_MAX; 1 up to 256 use one byte */
-    sc_label *labels;    /**< by dense id: background, then the other values in rising order */
+    int size[3];      /**< voxels along x (fastest), y, z */
+    int label_bytes;  /**< 1 or 2: width of a dense id */
+    void *ids;        /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background */
+    int label_count;  /**< 1 to SC_LABELS_MAX; 1 up to 256 use one byte */
+    sc_label *labels; /**< by dense id: background, then the other values in rising order */
     sc_affine to_ras_mm; /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
 } sc_volume;

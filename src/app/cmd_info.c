@@ -26,7 +26,8 @@ static char axis_letter(sc_vec3 d)
 
 static info gather(const sc_prepared *volume, const sc_tissue *tissues)
 {
-    info out = {.volume = volume, .tissues = tissues,
+    info out = {.volume = volume,
+                .tissues = tissues,
                 .voxel_mm3 = fabs(sc_affine_determinant(&volume->to_ras_mm))};
 
     for (int i = 0; i < 3; i++) {
@@ -107,8 +108,8 @@ static void print_text(const info *in)
         }
         printf(" %7.1f %% %10.2f %9.1f %8.2f  %s%s\n",
                s->voxels ? 100.0 * (double)s->boundary_voxels / (double)s->voxels : 0,
-               s->thickness_mm, s->surface_mm2 / 100, in->tissues[id].opacity,
-               v->labels[id].name, in->tissues[id].visible ? "" : "  (hidden)");
+               s->thickness_mm, s->surface_mm2 / 100, in->tissues[id].opacity, v->labels[id].name,
+               in->tissues[id].visible ? "" : "  (hidden)");
     }
 }
 

@@ -94,8 +94,8 @@ static void tick(void *user, int taken, int total)
     const double rate = elapsed_s > 0 ? taken / elapsed_s : 0;
     const double remaining_s = rate > 0 ? (total - taken) / rate : 0;
     const bool tty = run->app->terminal->is_tty;
-    const sc_status_report report = {"running", taken, total, now_s - run->begin_s, rate,
-                                     remaining_s};
+    const sc_status_report report = {"running", taken,      total, now_s - run->begin_s,
+                                     rate,      remaining_s};
     char left[32] = "?";
 
     if (rate > 0)
@@ -124,7 +124,8 @@ static sc_status write_job(run_state *run)
     const sc_ctx *ctx = run->app->ctx;
     const sc_session *s = &run->session;
     sc_text text = {0}, identity = {0};
-    sc_manifest_head head = {.version = sc_version(), .volume_hash = s->volume.volume_hash,
+    sc_manifest_head head = {.version = sc_version(),
+                             .volume_hash = s->volume.volume_hash,
                              .frames = s->job.animation.frames,
                              .width_px = s->job.output.size_px[0],
                              .height_px = s->job.output.size_px[1]};
@@ -149,7 +150,8 @@ static sc_status open_video(run_state *run)
     const sc_job *job = &run->session.job;
     const sc_video_settings settings = {.width_px = job->output.size_px[0],
                                         .height_px = job->output.size_px[1],
-                                        .fps = job->output.fps, .crf = job->output.crf,
+                                        .fps = job->output.fps,
+                                        .crf = job->output.crf,
                                         .preset = sc_job_preset(job)};
     sc_status status;
 
@@ -207,8 +209,9 @@ static sc_status write_state(run_state *run, sc_status outcome)
 {
     const double elapsed_s = sc_wall_s() - run->begin_s;
     const sc_status_report report = {
-        .state = outcome == SC_OK ? "complete"
-                                  : outcome == SC_ERR_INCOMPLETE ? "incomplete" : "failed",
+        .state = outcome == SC_OK               ? "complete"
+                 : outcome == SC_ERR_INCOMPLETE ? "incomplete"
+                                                : "failed",
         .done = run->result_count,
         .total = run->frame_count,
         .elapsed_s = elapsed_s,
@@ -252,7 +255,8 @@ static void summarise(const run_state *run, const sc_run_record *record)
     sc_info(run->app->ctx,
             "%d frames in %s (%.2f frames/s): reading %.1f s, preparing %.1f s; drawing %.3f CPU "
             "s/frame, encoding %.3f; imbalance %.0f %%",
-            record->frame_count, wall, record->wall_s > 0 ? record->frame_count / record->wall_s : 0,
+            record->frame_count, wall,
+            record->wall_s > 0 ? record->frame_count / record->wall_s : 0,
             r->phases[SC_PHASE_READ].wall_s, r->phases[SC_PHASE_PREPARE].wall_s,
             record->frame_count ? render_cpu_s / record->frame_count : 0,
             record->frame_count ? r->phases[SC_PHASE_ENCODE].cpu_s / record->frame_count : 0,
@@ -265,11 +269,13 @@ static sc_status write_records(run_state *run)
     sc_app *app = run->app;
     const bool first = sc_comm_rank(app->comm) == 0;
     char host[64] = "unknown";
-    sc_run_record record = {.version = sc_version(), .host = host,
+    sc_run_record record = {.version = sc_version(),
+                            .host = host,
                             .ranks = sc_comm_size(app->comm),
                             .nodes = sc_comm_node_count(app->comm),
                             .wall_s = sc_wall_s() - run->begin_s,
-                            .frames = run->results, .frame_count = run->result_count,
+                            .frames = run->results,
+                            .frame_count = run->result_count,
                             .volume_bytes = (uint64_t)run->session.volume.size[0] *
                                             (uint64_t)run->session.volume.size[1] *
                                             (uint64_t)run->session.volume.size[2] *
@@ -319,9 +325,13 @@ static sc_status run_farm(run_state *run)
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_farm farm = {.width_px = run->session.job.output.size_px[0],
                           .height_px = run->session.job.output.size_px[1],
-                          .frames = run->frames, .frame_count = run->frame_count,
-                          .draw = draw, .take = take, .tick = tick,
-                          .stop = sc_signals_install(), .user = run};
+                          .frames = run->frames,
+                          .frame_count = run->frame_count,
+                          .draw = draw,
+                          .take = take,
+                          .tick = tick,
+                          .stop = sc_signals_install(),
+                          .user = run};
     sc_farm_times times;
     sc_status status;
 
@@ -405,8 +415,8 @@ sc_status sc_run_orbit(sc_app *app)
              slash ? output : ".");
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.video",
-                               slash ? slash + 1 : output));
+    SC_TRY(
+        sc_options_set_text(app->ctx, &app->options, "output.video", slash ? slash + 1 : output));
     app->options.frames = NULL;
     status = run_job(app, NULL, false);
 out:

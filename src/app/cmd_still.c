@@ -15,9 +15,9 @@ sc_status sc_run_still(sc_app *app)
     if (app->options.frame < 0)
         app->options.frame = 0;
     if (app->options.frame >= session.job.animation.frames) {
-        status = sc_fail(app->ctx, SC_ERR_USAGE,
-                         "--frame %ld is not within the animation's frames 0-%d",
-                         app->options.frame, session.job.animation.frames - 1);
+        status =
+            sc_fail(app->ctx, SC_ERR_USAGE, "--frame %ld is not within the animation's frames 0-%d",
+                    app->options.frame, session.job.animation.frames - 1);
         goto out;
     }
     SC_TRY(sc_session_volume(app, &session));

@@ -43,16 +43,15 @@ static sc_status mark(const sc_ctx *ctx, const char *text, int total, char *want
         long first, last, step;
 
         if (!element(&at, &first, &last, &step) || (*at && *at != ','))
-            return sc_fail(ctx, SC_ERR_USAGE,
-                           "--frames is \"%s\", expected for example 0-35:2,40", text);
+            return sc_fail(ctx, SC_ERR_USAGE, "--frames is \"%s\", expected for example 0-35:2,40",
+                           text);
         if (last < first || last >= total)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "--frames %ld-%ld is not within the animation's frames 0-%d", first,
                            last, total - 1);
         for (long k = first; k <= last; k += step) {
             if (wanted[k])
-                return sc_fail(ctx, SC_ERR_USAGE, "--frames \"%s\" names frame %ld twice", text,
-                               k);
+                return sc_fail(ctx, SC_ERR_USAGE, "--frames \"%s\" names frame %ld twice", text, k);
             wanted[k] = 1;
         }
         if (!*at)

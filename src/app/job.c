@@ -14,14 +14,26 @@ enum { JOB_MAX_BYTES = 1 << 20 };
 static void set_defaults(sc_job *job)
 {
     *job = (sc_job){
-        .output = {.directory = "segcast-out", .video = "video.mp4", .size_px = {1280, 720},
-                   .fps = 30, .crf = 18, .preset = 5},
-        .render = {.surface = SC_SURFACE_VOXEL, .skip = SC_SKIP_INTERIOR, .caps = 1, .samples = 2,
-                   .step_voxels = 0.5, .background = {255, 255, 255}},
+        .output = {.directory = "segcast-out",
+                   .video = "video.mp4",
+                   .size_px = {1280, 720},
+                   .fps = 30,
+                   .crf = 18,
+                   .preset = 5},
+        .render = {.surface = SC_SURFACE_VOXEL,
+                   .skip = SC_SKIP_INTERIOR,
+                   .caps = 1,
+                   .samples = 2,
+                   .step_voxels = 0.5,
+                   .background = {255, 255, 255}},
         .farm = {.tile_px = 32},
         .animation = {.frames = 180,
-                      .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 15,
-                                 .fov_deg = 30, .up = {0, 0, 1}, .zoom = {1, 1, 0, 1, 0}}},
+                      .camera = {.axis = {0, 0, 1},
+                                 .turns = 1,
+                                 .elevation_deg = 15,
+                                 .fov_deg = 30,
+                                 .up = {0, 0, 1},
+                                 .zoom = {1, 1, 0, 1, 0}}},
     };
 }
 
@@ -40,8 +52,7 @@ static sc_status apply_setting(const sc_ctx *ctx, sc_yaml *root, const char *ori
     return sc_yaml_set(ctx, root, path, node);
 }
 
-static sc_status apply_command_line(const sc_ctx *ctx, const sc_job_sources *sources,
-                                    sc_yaml *root)
+static sc_status apply_command_line(const sc_ctx *ctx, const sc_job_sources *sources, sc_yaml *root)
 {
     sc_status status = SC_OK;
 
@@ -108,8 +119,8 @@ static sc_status apply_environment(const sc_ctx *ctx, const sc_job_sources *sour
 }
 
 /* A path of the job file is relative to the job file; one of an option, to where we are. */
-static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources,
-                              const sc_yaml *node, char *path)
+static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                              char *path)
 {
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
     char directory[SC_PATH_BYTES], *joined = NULL;
@@ -143,7 +154,8 @@ static sc_status check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         (!sc_video_name_ok(job->output.video) || strchr(job->output.video, '/')))
         return sc_yaml_fail(ctx, video ? video : root,
                             "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
-                            "without a folder, or none", job->output.video);
+                            "without a folder, or none",
+                            job->output.video);
     if (strncmp(job->volume, "phantom", 7))
         SC_TRY(resolve_path(ctx, sources, sc_yaml_member(root, "volume"), job->volume));
     SC_TRY(resolve_path(ctx, sources, sc_yaml_member(root, "labels"), job->labels));

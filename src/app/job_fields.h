@@ -6,12 +6,12 @@
 #include "job.h"
 #include "schema.h"
 
-extern const sc_field sc_job_fields[];     /* of sc_job */
+extern const sc_field sc_job_fields[]; /* of sc_job */
 extern const char *const sc_preset_names[];
 
 /* Types for parts of the animation and for tissues; see job_types.c. */
-extern const sc_field_type sc_type_place, sc_type_span, sc_type_zoom, sc_type_clip,
-    sc_type_tissues, sc_type_orbit, sc_type_fixed;
+extern const sc_field_type sc_type_place, sc_type_span, sc_type_zoom, sc_type_clip, sc_type_tissues,
+    sc_type_orbit, sc_type_fixed;
 extern const char *const sc_ease_names[], *const sc_projection_names[];
 
 #endif

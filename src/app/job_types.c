@@ -37,8 +37,8 @@ static sc_status parse_place(const sc_ctx *ctx, const sc_field *field, const sc_
     return SC_OK;
 }
 
-static sc_status write_place(const sc_ctx *ctx, const sc_field *field, const void *from,
-                             int indent, sc_text *text)
+static sc_status write_place(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
 {
     const sc_place *place = (const sc_place *)((const char *)from + field->offset);
 
@@ -47,8 +47,7 @@ static sc_status write_place(const sc_ctx *ctx, const sc_field *field, const voi
 }
 
 /* Two shares of the animation, from and to, as two doubles. */
-static sc_status parse_span(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
-                            void *to)
+static sc_status parse_span(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
 {
     double *span = (double *)((char *)to + field->offset);
     sc_place ends[2];
@@ -86,17 +85,24 @@ const sc_field_type sc_type_span = {"two rising shares of the animation, such as
 /* ---- camera ---- */
 
 static const sc_field ramp_fields[] = {
-    {.name = "from", .type = &sc_type_real, .offset = offsetof(sc_ramp, from), .low = 0.01,
+    {.name = "from",
+     .type = &sc_type_real,
+     .offset = offsetof(sc_ramp, from),
+     .low = 0.01,
      .high = 1000},
-    {.name = "to", .type = &sc_type_real, .offset = offsetof(sc_ramp, to), .low = 0.01,
+    {.name = "to",
+     .type = &sc_type_real,
+     .offset = offsetof(sc_ramp, to),
+     .low = 0.01,
      .high = 1000},
     {.name = "during", .type = &sc_type_span, .offset = offsetof(sc_ramp, begin)},
-    {.name = "ease", .type = &sc_type_choice, .offset = offsetof(sc_ramp, ease),
+    {.name = "ease",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_ramp, ease),
      .choices = sc_ease_names},
     {0}};
 
-static sc_status parse_zoom(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
-                            void *to)
+static sc_status parse_zoom(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
 {
     sc_ramp *zoom = (sc_ramp *)((char *)to + field->offset);
     sc_status status;
@@ -161,34 +167,61 @@ static const sc_field_type type_distance = {"a number", parse_distance, write_di
                                             no_distance};
 
 #define FOV_FIELD                                                                                  \
-    {.name = "fov", .type = &sc_type_real, .offset = offsetof(sc_orbit, fov_deg), .low = 0.1,      \
-     .high = 170}
+    {                                                                                              \
+        .name = "fov", .type = &sc_type_real, .offset = offsetof(sc_orbit, fov_deg), .low = 0.1,   \
+        .high = 170                                                                                \
+    }
 
-static const sc_field orbit_fields[] = {
-    {.name = "axis", .type = &sc_type_direction, .offset = offsetof(sc_orbit, axis), .low = -1e6,
-     .high = 1e6},
-    {.name = "turns", .type = &sc_type_real, .offset = offsetof(sc_orbit, turns), .low = -1000,
-     .high = 1000},
-    {.name = "elevation", .type = &sc_type_real, .offset = offsetof(sc_orbit, elevation_deg),
-     .low = -89.9, .high = 89.9},
-    {.name = "start", .type = &sc_type_real, .offset = offsetof(sc_orbit, start_deg),
-     .low = -3600, .high = 3600},
-    {.name = "target_mm", .type = &type_target, .offset = offsetof(sc_orbit, target_mm),
-     .low = -1e6, .high = 1e6},
-    {.name = "distance_mm", .type = &type_distance, .offset = offsetof(sc_orbit, distance_mm),
-     .low = 1e-3, .high = 1e6},
-    FOV_FIELD,
-    {0}};
+static const sc_field orbit_fields[] = {{.name = "axis",
+                                         .type = &sc_type_direction,
+                                         .offset = offsetof(sc_orbit, axis),
+                                         .low = -1e6,
+                                         .high = 1e6},
+                                        {.name = "turns",
+                                         .type = &sc_type_real,
+                                         .offset = offsetof(sc_orbit, turns),
+                                         .low = -1000,
+                                         .high = 1000},
+                                        {.name = "elevation",
+                                         .type = &sc_type_real,
+                                         .offset = offsetof(sc_orbit, elevation_deg),
+                                         .low = -89.9,
+                                         .high = 89.9},
+                                        {.name = "start",
+                                         .type = &sc_type_real,
+                                         .offset = offsetof(sc_orbit, start_deg),
+                                         .low = -3600,
+                                         .high = 3600},
+                                        {.name = "target_mm",
+                                         .type = &type_target,
+                                         .offset = offsetof(sc_orbit, target_mm),
+                                         .low = -1e6,
+                                         .high = 1e6},
+                                        {.name = "distance_mm",
+                                         .type = &type_distance,
+                                         .offset = offsetof(sc_orbit, distance_mm),
+                                         .low = 1e-3,
+                                         .high = 1e6},
+                                        FOV_FIELD,
+                                        {0}};
 
-static const sc_field fixed_fields[] = {
-    {.name = "position_mm", .type = &sc_type_point, .offset = offsetof(sc_orbit, position_mm),
-     .low = -1e6, .high = 1e6},
-    {.name = "target_mm", .type = &sc_type_point, .offset = offsetof(sc_orbit, target_mm),
-     .low = -1e6, .high = 1e6},
-    {.name = "up", .type = &sc_type_direction, .offset = offsetof(sc_orbit, up), .low = -1e6,
-     .high = 1e6},
-    FOV_FIELD,
-    {0}};
+static const sc_field fixed_fields[] = {{.name = "position_mm",
+                                         .type = &sc_type_point,
+                                         .offset = offsetof(sc_orbit, position_mm),
+                                         .low = -1e6,
+                                         .high = 1e6},
+                                        {.name = "target_mm",
+                                         .type = &sc_type_point,
+                                         .offset = offsetof(sc_orbit, target_mm),
+                                         .low = -1e6,
+                                         .high = 1e6},
+                                        {.name = "up",
+                                         .type = &sc_type_direction,
+                                         .offset = offsetof(sc_orbit, up),
+                                         .low = -1e6,
+                                         .high = 1e6},
+                                        FOV_FIELD,
+                                        {0}};
 
 static sc_status parse_orbit(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
                              void *to)
@@ -229,16 +262,16 @@ static bool is_orbit(const sc_field *field, const void *from)
     return !is_fixed(field, from);
 }
 
-static sc_status write_orbit(const sc_ctx *ctx, const sc_field *field, const void *from,
-                             int indent, sc_text *text)
+static sc_status write_orbit(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
 {
     (void)field;
     (void)indent;
     return sc_fields_write_flow(ctx, orbit_fields, from, text);
 }
 
-static sc_status write_fixed(const sc_ctx *ctx, const sc_field *field, const void *from,
-                             int indent, sc_text *text)
+static sc_status write_fixed(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
 {
     (void)field;
     (void)indent;
@@ -253,18 +286,26 @@ const sc_field_type sc_type_fixed = {"{position_mm, target_mm, up, fov}", parse_
 /* ---- clip planes ---- */
 
 static const sc_field sweep_fields[] = {
-    {.name = "normal", .type = &sc_type_direction, .offset = offsetof(sc_sweep, normal),
-     .low = -1e6, .high = 1e6},
+    {.name = "normal",
+     .type = &sc_type_direction,
+     .offset = offsetof(sc_sweep, normal),
+     .low = -1e6,
+     .high = 1e6},
     {.name = "from", .type = &sc_type_place, .offset = offsetof(sc_sweep, from)},
     {.name = "to", .type = &sc_type_place, .offset = offsetof(sc_sweep, to)},
     {.name = "during", .type = &sc_type_span, .offset = offsetof(sc_sweep, begin)},
-    {.name = "ease", .type = &sc_type_choice, .offset = offsetof(sc_sweep, ease),
+    {.name = "ease",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_sweep, ease),
      .choices = sc_ease_names},
     {0}};
 
 static const sc_field plane_fields[] = {
-    {.name = "normal", .type = &sc_type_direction, .offset = offsetof(sc_sweep, normal),
-     .low = -1e6, .high = 1e6},
+    {.name = "normal",
+     .type = &sc_type_direction,
+     .offset = offsetof(sc_sweep, normal),
+     .low = -1e6,
+     .high = 1e6},
     {.name = "at", .type = &sc_type_place, .offset = offsetof(sc_sweep, from)},
     {0}};
 
@@ -325,14 +366,13 @@ static sc_status parse_clip_item(const sc_ctx *ctx, const sc_yaml *item, sc_job 
     if (still)
         sweep->to = sweep->from;
     if (sc_yaml_member(item, "except"))
-        status = parse_exceptions(ctx, sc_yaml_member(item, "except"), job->animation.sweep_count,
-                                  job);
+        status =
+            parse_exceptions(ctx, sc_yaml_member(item, "except"), job->animation.sweep_count, job);
     job->animation.sweep_count++;
     return status;
 }
 
-static sc_status parse_clip(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
-                            void *to)
+static sc_status parse_clip(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
 {
     sc_status status = SC_OK;
 
@@ -478,8 +518,11 @@ static const sc_field_type type_interior = {"a number", parse_interior, write_in
 static const sc_field rule_fields[] = {
     {.name = "color", .type = &type_rule_color, .offset = offsetof(sc_tissue_rule, rgb)},
     {.name = "opacity", .type = &type_opacity},
-    {.name = "interior_opacity", .type = &type_interior,
-     .offset = offsetof(sc_tissue_rule, interior_opacity), .low = 0, .high = 1},
+    {.name = "interior_opacity",
+     .type = &type_interior,
+     .offset = offsetof(sc_tissue_rule, interior_opacity),
+     .low = 0,
+     .high = 1},
     {.name = "visible", .type = &type_visible, .offset = offsetof(sc_tissue_rule, visible)},
     {0}};
 

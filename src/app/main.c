@@ -11,17 +11,17 @@ extern char **environ;
 static int exit_code(sc_status status)
 {
     static const int codes[] = {
-        [SC_OK] = 0,           [-SC_ERR_INCOMPLETE] = 75, [-SC_ERR_USAGE] = 64,
-        [-SC_ERR_DATA] = 65,   [-SC_ERR_MISSING] = 66,    [-SC_ERR_CREATE] = 73,
-        [-SC_ERR_WRITE] = 74,  [-SC_ERR_MEMORY] = 70,     [-SC_ERR_INTERNAL] = 70};
+        [SC_OK] = 0,          [-SC_ERR_INCOMPLETE] = 75, [-SC_ERR_USAGE] = 64,
+        [-SC_ERR_DATA] = 65,  [-SC_ERR_MISSING] = 66,    [-SC_ERR_CREATE] = 73,
+        [-SC_ERR_WRITE] = 74, [-SC_ERR_MEMORY] = 70,     [-SC_ERR_INTERNAL] = 70};
 
     return codes[-status];
 }
 
 static bool launched_by_mpi(void)
 {
-    static const char *const marks[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK",
-                                        "PMI_SIZE", "PMI_FD"};
+    static const char *const marks[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE",
+                                        "PMI_FD"};
 
     for (size_t i = 0; i < SC_COUNT_OF(marks); i++) {
         if (getenv(marks[i]))
@@ -38,7 +38,8 @@ static sc_status check_group(const sc_ctx *ctx, const sc_comm *comm)
     if (tasks && atoi(tasks) > 1 && sc_comm_size(comm) == 1)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "srun started %s tasks that cannot see each other; use srun --mpi=pmix (or "
-                       "what `srun --mpi=list` offers for this MPI), or mpirun", tasks);
+                       "what `srun --mpi=list` offers for this MPI), or mpirun",
+                       tasks);
     return SC_OK;
 }
 
@@ -91,8 +92,7 @@ int main(int argc, char **argv)
 {
     sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM")};
     sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal};
-    sc_app app = {.ctx = &ctx, .terminal = &terminal,
-                  .environment = (const char *const *)environ};
+    sc_app app = {.ctx = &ctx, .terminal = &terminal, .environment = (const char *const *)environ};
     sc_status status = sc_comm_open(&ctx, launched_by_mpi(), &app.comm);
 
     if (status != SC_OK)

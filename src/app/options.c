@@ -74,8 +74,10 @@ static sc_status take_number(const sc_ctx *ctx, const option_row *row, const cha
     errno = 0;
     number = strtol(value, &end, 10);
     if (end == value || *end || errno || number < low || number > high)
-        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected a whole number from %ld to "
-                                          "%ld", row->name, value, low, high);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected a whole number from %ld to "
+                       "%ld",
+                       row->name, value, low, high);
     *out = number;
     return SC_OK;
 }
@@ -217,8 +219,8 @@ static void print_options(const sc_command *command)
         if (!takes(&rows[i], command->name))
             continue;
         snprintf(left, sizeof left, "%c%c--%s%s%s", rows[i].letter ? '-' : ' ',
-                 rows[i].letter ? rows[i].letter : ' ', rows[i].name,
-                 rows[i].argument ? " " : "", rows[i].argument ? rows[i].argument : "");
+                 rows[i].letter ? rows[i].letter : ' ', rows[i].name, rows[i].argument ? " " : "",
+                 rows[i].argument ? rows[i].argument : "");
         printf("  %.2s%s %-26s %s\n", left, rows[i].letter ? "," : " ", left + 2, rows[i].help);
     }
 }
@@ -251,8 +253,8 @@ static int parse_argument(const sc_ctx *ctx, const sc_command *command, char **a
         return *status == SC_OK ? 1 : 0;
     }
     if (text[1] == '-')
-        row = find_row(command, text + 2,
-                       equals ? (size_t)(equals - text - 2) : strlen(text + 2), 0);
+        row =
+            find_row(command, text + 2, equals ? (size_t)(equals - text - 2) : strlen(text + 2), 0);
     else
         row = text[2] ? NULL : find_row(command, NULL, 0, text[1]);
     if (!row) {
@@ -263,8 +265,8 @@ static int parse_argument(const sc_ctx *ctx, const sc_command *command, char **a
         value = equals && text[1] == '-' ? equals + 1 : argv[1];
         used = equals && text[1] == '-' ? 1 : 2;
         if (!value) {
-            *status = sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name,
-                              row->argument);
+            *status =
+                sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name, row->argument);
             return 0;
         }
     }
@@ -299,8 +301,8 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
         i += used;
     }
     if (!*help && command->arguments[0] && !options.input) {
-        status = sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name,
-                         command->arguments);
+        status =
+            sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name, command->arguments);
         goto out;
     }
     *out = options;

@@ -118,8 +118,8 @@ static sc_status parse_text(const sc_ctx *ctx, const sc_field *field, const sc_y
     if (node->kind != SC_YAML_SCALAR)
         return sc_wrong_type(ctx, node, field->type->expected);
     if (strlen(node->text) >= size)
-        return sc_yaml_fail(ctx, node, "%s has %zu characters, expected less than %zu",
-                            field->name, strlen(node->text), size);
+        return sc_yaml_fail(ctx, node, "%s has %zu characters, expected less than %zu", field->name,
+                            strlen(node->text), size);
     strcpy(place(field, to), node->text);
     return SC_OK;
 }
@@ -197,8 +197,8 @@ static sc_status parse_color(const sc_ctx *ctx, const sc_field *field, const sc_
     return SC_OK;
 }
 
-static sc_status write_color(const sc_ctx *ctx, const sc_field *field, const void *from,
-                             int indent, sc_text *text)
+static sc_status write_color(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
 {
     const uint8_t *rgb = source(field, from);
 
@@ -239,8 +239,8 @@ static sc_status parse_point(const sc_ctx *ctx, const sc_field *field, const sc_
     return status;
 }
 
-static sc_status write_point(const sc_ctx *ctx, const sc_field *field, const void *from,
-                             int indent, sc_text *text)
+static sc_status write_point(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
 {
     const sc_vec3 *p = source(field, from);
 

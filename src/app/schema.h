@@ -25,7 +25,7 @@ struct sc_field {
     double low, high;           /* numbers: range; text: high = size of the buffer */
     const char *const *choices; /* NULL-terminated */
     const sc_field *fields;     /* nested map */
-    bool aside; /* does not change the pictures: left out of the job's hash */
+    bool aside;                 /* does not change the pictures: left out of the job's hash */
 };
 
 extern const sc_field_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
@@ -33,8 +33,7 @@ extern const sc_field_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 
 /* Read all keys of @p node into @p to; unknown keys are errors with the nearest name. Values are
  * written as they are read: on failure @p to is half filled. */
-sc_status sc_fields_parse(const sc_ctx *ctx, const sc_field *fields, const sc_yaml *node,
-                          void *to);
+sc_status sc_fields_parse(const sc_ctx *ctx, const sc_field *fields, const sc_yaml *node, void *to);
 /* Write "key: value" lines. @p identity: only what changes the pictures. */
 sc_status sc_fields_write(const sc_ctx *ctx, const sc_field *fields, const void *from, int indent,
                           bool identity, sc_text *text);

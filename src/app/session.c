@@ -84,8 +84,8 @@ static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *v
 
     if (!job->labels[0])
         return SC_OK;
-    status = sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format,
-                                 &table);
+    status =
+        sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, &table);
     if (status == SC_OK)
         sc_volume_apply_table(volume, &table);
     sc_label_table_clear(&table);
@@ -159,8 +159,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *gro
 
     SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
-    SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
-                               session->tissues));
+    SC_TRY(
+        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
     status = sc_clip_groups(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                             job->exception_count, session->tissues, groups, group_count);
 out:

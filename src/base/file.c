@@ -103,8 +103,8 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
         error = errno;
     file->stream = NULL;
     if (error)
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", file->path,
-                         strerror(error));
+        status =
+            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", file->path, strerror(error));
     else
         status = sc_file_publish(ctx, file->temporary, file->path);
     if (status == SC_OK) {

@@ -108,9 +108,9 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_sh
     shared = block;
     MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_RETURN);
     if (MPI_Win_allocate_shared(mine, 1, MPI_INFO_NULL, comm->node, &data, &shared->window))
-        status = sc_fail(ctx, SC_ERR_MEMORY,
-                         "%zu bytes of shared memory could not be had; is /dev/shm too small?",
-                         bytes);
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY,
+                    "%zu bytes of shared memory could not be had; is /dev/shm too small?", bytes);
     MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_ARE_FATAL);
     status = sc_comm_agree(base, status);
     if (status != SC_OK) {
@@ -186,8 +186,7 @@ static bool mpi_poll(sc_comm *base, sc_message *out)
     if (!here)
         return false;
     MPI_Get_count(&status, MPI_BYTE, &bytes);
-    *out = (sc_message){
-        .source = status.MPI_SOURCE, .tag = status.MPI_TAG, .bytes = (size_t)bytes};
+    *out = (sc_message){.source = status.MPI_SOURCE, .tag = status.MPI_TAG, .bytes = (size_t)bytes};
     return true;
 }
 

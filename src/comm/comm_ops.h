@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table each kind of process group fills in; see segcast/comm.h for what each entry promises. */
+/* The table each kind of process group fills in; see segcast/comm.h for what each entry promises.
+ */
 #ifndef SC_COMM_OPS_H
 #define SC_COMM_OPS_H
 

@@ -37,7 +37,6 @@ void sc_local_stop(sc_local *local, sc_farm_times *times);
 
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                         sc_farm_times *times);
-sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
-                       sc_farm_times *times);
+sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times);
 
 #endif

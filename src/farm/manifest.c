@@ -54,8 +54,8 @@ sc_status sc_manifest_open(const sc_ctx *ctx, const char *directory, const sc_ma
     SC_TRY(add_line(ctx, manifest,
                     json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i]}", "schema", "segcast-manifest-1",
                               "version", head->version, "job_hash", hex(head->job_hash),
-                              "volume_hash", hex(head->volume_hash), "frames", head->frames,
-                              "size", head->width_px, head->height_px)));
+                              "volume_hash", hex(head->volume_hash), "frames", head->frames, "size",
+                              head->width_px, head->height_px)));
     *out = manifest;
     return SC_OK;
 out:
@@ -85,8 +85,8 @@ sc_status sc_status_write(const sc_ctx *ctx, const char *directory, const sc_sta
 {
     json_t *json = json_pack("{s:s, s:s, s:i, s:i, s:f, s:f, s:f}", "schema", "segcast-status-1",
                              "state", report->state, "done", report->done, "total", report->total,
-                             "elapsed_s", report->elapsed_s, "frames_per_s",
-                             report->frames_per_s, "remaining_s", report->remaining_s);
+                             "elapsed_s", report->elapsed_s, "frames_per_s", report->frames_per_s,
+                             "remaining_s", report->remaining_s);
     char *text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
     char *path = NULL;
     sc_status status;

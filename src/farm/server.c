@@ -17,10 +17,10 @@ typedef struct server {
     const sc_farm *farm;
     sc_farm_times *times;
     sc_handout handout;
-    slot *slots;      /* [window]; unit u waits in slot u % window */
-    char *inbox;      /* one message with its pixels */
+    slot *slots; /* [window]; unit u waits in slot u % window */
+    char *inbox; /* one message with its pixels */
     sc_local *local;
-    int *ready;       /* ranks that wait for a unit, oldest first, each up to SC_UNITS_AHEAD times */
+    int *ready; /* ranks that wait for a unit, oldest first, each up to SC_UNITS_AHEAD times */
     int ready_count;
     int32_t *answers; /* [ready capacity]: words of posted messages, which must stay */
     int answer_next, answer_capacity;
@@ -178,7 +178,8 @@ static void serve(server *s)
 {
     double nap_s = 50e-6, tick_s = 0;
 
-    while (!sc_handout_finished(&s->handout) || s->slots[s->handout.taken % s->handout.window].full) {
+    while (!sc_handout_finished(&s->handout) ||
+           s->slots[s->handout.taken % s->handout.window].full) {
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
         bool busy = false;
 
@@ -219,8 +220,7 @@ static void dismiss(server *s)
     sc_comm_flush(s->comm);
 }
 
-sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
-                        sc_farm_times *times)
+sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
 {
     server s = {.ctx = ctx, .comm = comm, .farm = farm, .times = times};
     sc_status status = sc_comm_agree(comm, open_server(&s));

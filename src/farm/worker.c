@@ -10,7 +10,7 @@ typedef struct worker {
     sc_comm *comm;
     const sc_farm *farm;
     sc_farm_times *times;
-    char *buffers[2];   /* message and pixels; one is filled while the other is sent */
+    char *buffers[2]; /* message and pixels; one is filled while the other is sent */
     int32_t stop_words[SC_UNITS_AHEAD];
     int units[SC_UNITS_AHEAD], unit_count;
     bool sent_home;
@@ -86,8 +86,7 @@ static sc_status draw_and_send(worker *w, double wait_s, int turn)
     return status;
 }
 
-sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
-                       sc_farm_times *times)
+sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
 {
     const size_t bytes = (size_t)farm->width_px * (size_t)farm->height_px * 3;
     worker w = {.ctx = ctx, .comm = comm, .farm = farm, .times = times};

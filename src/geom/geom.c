@@ -56,8 +56,7 @@ bool sc_affine_invert(const sc_affine *a, sc_affine *out)
     const sc_vec3 rows[3] = {sc_vec3_cross(y, z), sc_vec3_cross(z, x), sc_vec3_cross(x, y)};
     sc_affine inverse;
 
-    if (!isfinite(determinant) || !isfinite(1 / determinant) ||
-        fabs(determinant) <= 1e-9 * scale)
+    if (!isfinite(determinant) || !isfinite(1 / determinant) || fabs(determinant) <= 1e-9 * scale)
         return false;
     for (int i = 0; i < 3; i++) {
         const sc_vec3 row = sc_vec3_scale(rows[i], 1 / determinant);

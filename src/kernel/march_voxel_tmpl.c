@@ -114,22 +114,52 @@ static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *
 {
     const sc_prepared *v = m->volume;
 #if MARCH_SKIPS
-    const size_t brick = brick_index(v, x, y, z);
-    const uint64_t bit = 1ull << brick_bit(x, y, z);
-
-    if (!(m->visible[brick] & bit))
-        return 0;
+    /* is_marked has found it visible */
     *label = label_at(v, x, y, z);
-    return v->boundary[brick] & bit ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
+    return v->boundary[brick_index(v, x, y, z)] >> brick_bit(x, y, z) & 1 ? SC_SHOW_BOUNDARY
+                                                                          : SC_SHOW_INTERIOR;
 #else
     int kind;
 
+    if (!in_volume(v, x, y, z))
+        return 0;
     *label = label_at(v, x, y, z);
     if (!m->tissues[*label].show)
         return 0;
     kind = is_boundary(v, x, y, z, *label) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
     return m->tissues[*label].show & kind;
 #endif
+}
+
+#if MARCH_SKIPS
+/* One bit of the masks, whose frame of empty bricks makes tests of the bounds needless. */
+static inline bool is_marked(const cursor *c, int k)
+{
+    const sc_march *m = c->m;
+    const float t = ((float)k + 0.5f) * m->step_mm;
+    const int x = (int)(c->ray->origin[0] + c->ray->direction[0] * t) + SC_BRICK - 1;
+    const int y = (int)(c->ray->origin[1] + c->ray->direction[1] * t) + SC_BRICK - 1;
+    const int z = (int)(c->ray->origin[2] + c->ray->direction[2] * t) + SC_BRICK - 1;
+    const int brick = (z >> 2) * m->visible_layer + (y >> 2) * m->visible_row + (x >> 2);
+
+    return m->visible[brick] >> brick_bit(x, y, z) & 1;
+}
+#endif
+
+/* From sample @p k on, the first before @p last that has to be looked at closely. */
+static inline int find_sample(cursor *c, int k, int last)
+{
+#if MARCH_SKIPS
+    const int begin = k;
+
+    while (k < last && !is_marked(c, k))
+        k++;
+    c->samples += (uint64_t)(k - begin);
+#else
+    (void)c;
+    (void)last;
+#endif
+    return k;
 }
 
 static inline bool kept(const sc_ray *ray, int group, int k)
@@ -163,8 +193,6 @@ static void take_sample(cursor *c, int k)
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
     c->samples++;
-    if (!in_volume(m->volume, x, y, z))
-        return;
     kind = classify(m, x, y, z, &label);
     if (!kind)
         return;
@@ -264,8 +292,8 @@ static void march_ray(cursor *c, bool caps)
         if (caps)
             take_caps_before(c, k);
         last = next_event(c->ray, k, last);
-        for (; k < last && c->light.transmittance >= OPAQUE; k++)
-            take_sample(c, k);
+        while (c->light.transmittance >= OPAQUE && (k = find_sample(c, k, last)) < last)
+            take_sample(c, k++);
     }
 }
 

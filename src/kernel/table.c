@@ -4,8 +4,7 @@
 static const sc_kernel kernels[] = {
     {"voxel/none/u8", SC_SURFACE_VOXEL, SC_SKIP_NONE, 1, "c", sc_march_voxel_none_u8_c},
     {"voxel/none/u16", SC_SURFACE_VOXEL, SC_SKIP_NONE, 2, "c", sc_march_voxel_none_u16_c},
-    {"voxel/interior/u8", SC_SURFACE_VOXEL, SC_SKIP_INTERIOR, 1, "c",
-     sc_march_voxel_interior_u8_c},
+    {"voxel/interior/u8", SC_SURFACE_VOXEL, SC_SKIP_INTERIOR, 1, "c", sc_march_voxel_interior_u8_c},
     {"voxel/interior/u16", SC_SURFACE_VOXEL, SC_SKIP_INTERIOR, 2, "c",
      sc_march_voxel_interior_u16_c},
 };

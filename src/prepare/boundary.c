@@ -37,8 +37,8 @@ static void difference_of_row(const sc_volume *v, int y, int z, void *out)
     memset(out, 0, nx * each);
     for (int dz = -1; dz <= 1; dz++) {
         for (int dy = -1; dy <= 1; dy++) {
-            const char *other = ids + ((size_t)(z + dz) * (size_t)v->size[1] + (size_t)(y + dy)) *
-                                          nx * each;
+            const char *other =
+                ids + ((size_t)(z + dz) * (size_t)v->size[1] + (size_t)(y + dy)) * nx * each;
 
             if (each == 1)
                 row_difference_8((const uint8_t *)row, (const uint8_t *)other, nx, out);
@@ -66,8 +66,9 @@ static void take_row(finder *f, int y, int z, const void *difference, sc_label_s
     const sc_volume *v = f->p->volume;
     const int nx = v->size[0];
     const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)nx;
-    uint64_t *masks = f->p->boundary + ((size_t)(z / SC_BRICK) * (size_t)f->p->bricks[1] +
-                                        (size_t)(y / SC_BRICK)) * (size_t)f->p->bricks[0];
+    uint64_t *masks = f->p->boundary +
+                      ((size_t)(z / SC_BRICK) * (size_t)f->p->bricks[1] + (size_t)(y / SC_BRICK)) *
+                          (size_t)f->p->bricks[0];
     const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
 
     for (int x = 0, end; x < nx; x = end) {
@@ -128,8 +129,7 @@ static void merge_stats(const finder *f)
 static void clear_stats(sc_label_stats *stats, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        stats[i] = (sc_label_stats){.low = {INT32_MAX, INT32_MAX, INT32_MAX},
-                                    .high = {-1, -1, -1}};
+        stats[i] = (sc_label_stats){.low = {INT32_MAX, INT32_MAX, INT32_MAX}, .high = {-1, -1, -1}};
     }
 }
 

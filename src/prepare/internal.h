@@ -35,7 +35,7 @@ typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user);
 
-sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p); /* masks, counts, boxes */
+sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);  /* masks, counts, boxes */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* normal_start, count */
 sc_status sc_find_normals(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);

@@ -1,39 +1,71 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Normals of boundary voxels: the gradient of the voxel's own label, smoothed by a Gaussian, over
- * a window of 11x11x11. A row of the window becomes 11 bits ("is it my label?"), and a table gives
- * its weighted sum and its weighted derivative, so that a voxel costs 121 look-ups. */
+ * a round window 11 wide. A row of the window becomes 11 bits ("is it my label?"), and a table
+ * gives its weighted sum and its weighted derivative, so that a voxel costs 89 look-ups. */
 #include "internal.h"
 
+#include <stddef.h>
 #include <string.h>
 
 enum { RADIUS = 5, WIDTH = 2 * RADIUS + 1 };
 #define SIGMA_VOXELS 2.5
 
+/* A row of the window: where it lies and what its sum and derivative count for. */
+typedef struct window_row {
+    int dy, dz;
+    ptrdiff_t offset; /* in voxels, from the voxel to the begin of the row */
+    float along_x, along_y, along_z;
+} window_row;
+
 typedef struct normal_tables {
     const sc_preparation *p;
-    float weight[WIDTH], slope[WIDTH];           /* Gaussian and its derivative */
+    window_row rows[WIDTH * WIDTH];
+    int row_count;
     float sum[1 << WIDTH], derivative[1 << WIDTH]; /* of a row, by its bits */
-    double to_mm[3][3];                          /* index-space gradient -> RAS */
+    double to_mm[3][3];                            /* index-space gradient -> RAS */
 } normal_tables;
+
+static double gaussian(double x)
+{
+    return exp(-x * x / (2 * SIGMA_VOXELS * SIGMA_VOXELS));
+}
+
+static void fill_rows(normal_tables *t)
+{
+    const ptrdiff_t nx = t->p->volume->size[0], plane = nx * t->p->volume->size[1];
+
+    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
+        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
+            const double weight = gaussian(dy) * gaussian(dz);
+
+            if (dy * dy + dz * dz > RADIUS * RADIUS + 2)
+                continue;
+            t->rows[t->row_count++] = (window_row){dy,
+                                                   dz,
+                                                   dz * plane + dy * nx - RADIUS,
+                                                   (float)weight,
+                                                   (float)(dy * weight),
+                                                   (float)(dz * weight)};
+        }
+    }
+}
 
 static void fill_tables(normal_tables *t)
 {
     sc_affine inverse = {0};
 
-    for (int i = 0; i < WIDTH; i++) {
-        const double x = i - RADIUS;
-
-        t->weight[i] = (float)exp(-x * x / (2 * SIGMA_VOXELS * SIGMA_VOXELS));
-        t->slope[i] = (float)(x * t->weight[i]);
-    }
+    fill_rows(t);
     for (int bits = 0; bits < 1 << WIDTH; bits++) {
-        t->sum[bits] = t->derivative[bits] = 0;
+        double sum = 0, derivative = 0;
+
         for (int i = 0; i < WIDTH; i++) {
-            if (bits >> i & 1) {
-                t->sum[bits] += t->weight[i];
-                t->derivative[bits] += t->slope[i];
-            }
+            const double weight = bits >> i & 1 ? gaussian(i - RADIUS) : 0;
+
+            sum += weight;
+            derivative += (i - RADIUS) * weight;
         }
+        t->sum[bits] = (float)sum;
+        t->derivative[bits] = (float)derivative;
     }
     /* Gradients map by the transposed inverse; the reader has checked that it exists. */
     (void)sc_affine_invert(&t->p->volume->to_ras_mm, &inverse);
@@ -70,53 +102,51 @@ static unsigned row_bits(const sc_volume *v, size_t row, uint32_t id)
     return bits;
 }
 
-/* The same at the faces of the volume, where part of the row lies outside. */
-static unsigned row_bits_clipped(const sc_volume *v, const int at[3], uint32_t id)
+/* The same at the faces of the volume, where part of the window lies outside. */
+static unsigned row_bits_clipped(const sc_volume *v, int x, int y, int z, uint32_t id)
 {
-    const size_t row = ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0];
+    const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0];
     unsigned bits = 0;
 
+    if (y < 0 || z < 0 || y >= v->size[1] || z >= v->size[2])
+        return 0;
     for (int i = 0; i < WIDTH; i++) {
-        const int x = at[0] + i - RADIUS;
+        const int at = x + i - RADIUS;
 
-        if (x >= 0 && x < v->size[0])
-            bits |= (unsigned)(sc_id_at(v, row + (size_t)x) == id) << i;
+        if (at >= 0 && at < v->size[0])
+            bits |= (unsigned)(sc_id_at(v, row + (size_t)at) == id) << i;
     }
     return bits;
 }
 
-static void gradient(const normal_tables *t, const sc_boundary_voxel *voxel, double out[3])
+static void gradient(const normal_tables *t, const sc_boundary_voxel *voxel, float g[3])
 {
     const sc_volume *v = t->p->volume;
     /* Columns to spare: sixteen bytes are read for a row of eleven. */
-    const bool inside = voxel->x >= RADIUS && voxel->x - RADIUS + 16 <= v->size[0];
-    float g[3] = {0, 0, 0};
+    const bool inside = voxel->x >= RADIUS && voxel->x - RADIUS + 16 <= v->size[0] &&
+                        voxel->y >= RADIUS && voxel->y + RADIUS < v->size[1] &&
+                        voxel->z >= RADIUS && voxel->z + RADIUS < v->size[2];
 
-    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
-        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
-            const int at[3] = {voxel->x, voxel->y + dy, voxel->z + dz};
-            const float wy = t->weight[dy + RADIUS], wz = t->weight[dz + RADIUS];
-            unsigned bits;
+    g[0] = g[1] = g[2] = 0;
+    for (int i = 0; i < t->row_count; i++) {
+        const window_row *row = &t->rows[i];
+        unsigned bits;
 
-            if (at[1] < 0 || at[2] < 0 || at[1] >= v->size[1] || at[2] >= v->size[2])
-                continue;
-            bits = inside ? row_bits(v, ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) *
-                                                (size_t)v->size[0] +
-                                            (size_t)(voxel->x - RADIUS), voxel->id)
-                          : row_bits_clipped(v, at, voxel->id);
-            g[0] += wy * wz * t->derivative[bits];
-            g[1] += t->slope[dy + RADIUS] * wz * t->sum[bits];
-            g[2] += wy * t->slope[dz + RADIUS] * t->sum[bits];
-        }
+        if (inside)
+            bits = row_bits(v, (size_t)((ptrdiff_t)voxel->index + row->offset), voxel->id);
+        else
+            bits = row_bits_clipped(v, voxel->x, voxel->y + row->dy, voxel->z + row->dz, voxel->id);
+        g[0] += row->along_x * t->derivative[bits];
+        g[1] += row->along_y * t->sum[bits];
+        g[2] += row->along_z * t->sum[bits];
     }
-    for (int i = 0; i < 3; i++)
-        out[i] = g[i];
 }
 
 static void take_normal(void *user, const sc_boundary_voxel *voxel)
 {
     const normal_tables *t = user;
-    double g[3], n[3], length;
+    double n[3], length;
+    float g[3];
 
     gradient(t, voxel, g);
     for (int i = 0; i < 3; i++) /* outward: against the rise of the own label */

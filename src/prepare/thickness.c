@@ -15,9 +15,10 @@ typedef struct transform {
     double step_units[3];  /* one voxel along each axis */
     float flank_units[27]; /* rise towards each neighbour that makes a flank */
     int axis;              /* of the pass in work: 1 or 2 */
-    float *scratch;        /* [threads][scratch_floats] */
-    size_t scratch_floats;
-    uint64_t *sums;        /* [threads][label_count][2]: of distance squared and cubed */
+    float *half_inverse;   /* [longest axis + 2]: 1 / (2 i) */
+    char *scratch;         /* [threads][scratch_bytes] */
+    size_t scratch_bytes;
+    uint64_t *sums; /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 static uint16_t to_units(double value)
@@ -49,69 +50,87 @@ static void rows_pass(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* A line of the volume, gathered: squared distances f with label breaks around runs. */
-typedef struct line {
-    float *f;     /* [n + 2]: f[0] and f[run + 1] stand for the differing voxels beyond the run */
-    float *out;   /* [n] */
-    float *bound; /* [n + 3]: where each parabola of the envelope begins */
-    int *vertex;  /* [n + 2] */
-} line;
+/* Room of one thread: COLUMNS lines side by side, gathered so that each is contiguous, and the
+ * envelope of the run in work. n is the length of a line. */
+typedef struct workspace {
+    int n;
+    uint16_t *ids, *distance; /* [COLUMNS][n] */
+    float *f;                 /* [n + 2]: f[0] and f[run + 1] stand for the voxels beyond the run */
+    float *bound;             /* [n + 3]: where each parabola of the envelope begins */
+    int *vertex;              /* [n + 2] */
+} workspace;
 
-/* Lower envelope of the parabolas rooted at f[0..n-1], @p step2 being the squared voxel size. */
-static void envelope(const line *l, int n, float step2)
+static size_t workspace_bytes(int n)
 {
-    int top = 0, at = 0;
+    return (size_t)n * COLUMNS * 2 * sizeof(uint16_t) + ((size_t)n + 3) * 3 * sizeof(float);
+}
 
-    l->vertex[0] = 0;
-    l->bound[0] = -1;
-    l->bound[1] = (float)n;
-    for (int q = 1; q < n; q++) {
+static workspace place_workspace(char *block, int n)
+{
+    workspace w = {.n = n, .ids = (uint16_t *)(void *)block};
+
+    w.distance = w.ids + (size_t)n * COLUMNS;
+    w.f = (float *)(void *)(w.distance + (size_t)n * COLUMNS);
+    w.bound = w.f + n + 3;
+    w.vertex = (int *)(void *)(w.bound + n + 3);
+    return w;
+}
+
+/* Lower envelope of the parabolas rooted at f[0..count-1], @p step2 being the squared voxel size.
+ * The first and the last are zero, so that nothing beyond them matters. */
+static void build_envelope(const transform *t, const workspace *w, int count, float inverse_step2)
+{
+    int top = 0;
+
+    w->vertex[0] = 0;
+    w->bound[0] = -1;
+    for (int q = 1; q < count; q++) {
         float cross;
 
         for (;;) {
-            const int r = l->vertex[top];
+            const int r = w->vertex[top];
 
-            cross = ((l->f[q] - l->f[r]) / step2 + (float)(q * q - r * r)) / (float)(2 * (q - r));
-            if (cross > l->bound[top] || top == 0)
+            cross = ((w->f[q] - w->f[r]) * inverse_step2 + (float)((q - r) * (q + r))) *
+                    t->half_inverse[q - r];
+            if (cross > w->bound[top] || top == 0)
                 break;
             top--;
         }
-        l->vertex[++top] = q;
-        l->bound[top] = cross;
-        l->bound[top + 1] = (float)n;
+        w->vertex[++top] = q;
+        w->bound[top] = cross;
     }
-    for (int q = 0; q < n; q++) {
-        while (l->bound[at + 1] < (float)q)
-            at++;
-        l->out[q] = l->f[l->vertex[at]] +
-                    step2 * (float)((q - l->vertex[at]) * (q - l->vertex[at]));
-    }
+    w->bound[top + 1] = (float)count;
 }
 
-/* One line, run by run, in place. */
-static void line_pass(const transform *t, const line *l, size_t first, size_t stride, int n)
+/* One gathered line, run by run, in place. */
+static void line_pass(const transform *t, const workspace *w, const uint16_t *ids,
+                      uint16_t *distance)
 {
-    const sc_volume *v = t->p->volume;
-    const double step = t->step_units[t->axis];
+    const float step2 = (float)(t->step_units[t->axis] * t->step_units[t->axis]);
 
-    for (int begin = 0, end; begin < n; begin = end) {
-        const uint32_t id = sc_id_at(v, first + (size_t)begin * stride);
+    for (int begin = 0, end; begin < w->n; begin = end) {
+        const uint16_t id = ids[begin];
+        int at = 0;
 
-        for (end = begin; end < n && sc_id_at(v, first + (size_t)end * stride) == id; end++) {
-            const float d = t->distance[first + (size_t)end * stride];
-
-            l->f[end - begin + 1] = d * d;
-        }
+        for (end = begin; end < w->n && ids[end] == id; end++)
+            w->f[end - begin + 1] = (float)distance[end] * (float)distance[end];
         if (!id)
             continue;
-        l->f[0] = l->f[end - begin + 1] = 0;
-        envelope(l, end - begin + 2, (float)(step * step));
-        for (int i = begin; i < end; i++)
-            t->distance[first + (size_t)i * stride] = to_units(sqrtf(l->out[i - begin + 1]));
+        w->f[0] = w->f[end - begin + 1] = 0;
+        build_envelope(t, w, end - begin + 2, 1 / step2);
+        for (int q = 1; q <= end - begin; q++) {
+            int away;
+
+            while (w->bound[at + 1] < (float)q)
+                at++;
+            away = q - w->vertex[at];
+            distance[begin + q - 1] =
+                to_units(sqrtf(w->f[w->vertex[at]] + step2 * (float)(away * away)));
+        }
     }
 }
 
-/* Lines along axis 1 or 2; neighbours in x share cache lines and are done one after the other. */
+/* Lines along axis 1 or 2, COLUMNS neighbours in x at a time: they share cache lines. */
 static void lines_pass(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -119,17 +138,33 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     const size_t nx = (size_t)v->size[0], plane = nx * (size_t)v->size[1];
     const size_t blocks = (nx + COLUMNS - 1) / COLUMNS;
     const size_t stride = t->axis == 1 ? nx : plane;
-    const int n = v->size[t->axis];
-    float *scratch = t->scratch + (size_t)thread * t->scratch_floats;
-    const line l = {.f = scratch, .out = scratch + n + 2, .bound = scratch + 2 * (n + 2),
-                    .vertex = (int *)(scratch + 3 * (n + 2) + 1)};
+    const workspace w =
+        place_workspace(t->scratch + (size_t)thread * t->scratch_bytes, v->size[t->axis]);
+    const size_t n = (size_t)w.n;
 
     for (size_t item = begin; item < end; item++) {
         const size_t across = item / blocks, x0 = item % blocks * COLUMNS;
-        const size_t base = across * (t->axis == 1 ? plane : nx);
+        const size_t base = across * (t->axis == 1 ? plane : nx) + x0;
+        const size_t columns = nx - x0 < COLUMNS ? nx - x0 : COLUMNS;
+        uint32_t any = 0;
 
-        for (size_t x = x0; x < x0 + COLUMNS && x < nx; x++)
-            line_pass(t, &l, base + x, stride, n);
+        for (size_t i = 0; i < n; i++) {
+            for (size_t x = 0; x < columns; x++) {
+                const uint32_t id = sc_id_at(v, base + i * stride + x);
+
+                any |= id;
+                w.ids[x * n + i] = (uint16_t)id;
+                w.distance[x * n + i] = t->distance[base + i * stride + x];
+            }
+        }
+        if (!any)
+            continue;
+        for (size_t x = 0; x < columns; x++)
+            line_pass(t, &w, w.ids + x * n, w.distance + x * n);
+        for (size_t i = 0; i < n; i++) {
+            for (size_t x = 0; x < columns; x++)
+                t->distance[base + i * stride + x] = w.distance[x * n + i];
+        }
     }
 }
 
@@ -215,7 +250,7 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_volume *v = p->volume;
     transform t = {.p = p};
-    void *distance = NULL, *scratch = NULL, *sums = NULL;
+    void *distance = NULL, *scratch = NULL, *inverse = NULL, *sums = NULL;
     double spacing_mm[3], smallest_mm = HUGE_VAL;
     int longest = 0;
     sc_status status;
@@ -233,19 +268,24 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
 
         t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
     }
-    t.scratch_floats = ((size_t)longest + 4) * 4;
+    t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
-    SC_TRY(sc_alloc(ctx, t.scratch_floats * (size_t)p->threads, sizeof(float), &scratch));
-    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->threads, 2 * sizeof(uint64_t),
-                     &sums));
+    SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->threads, 1, &scratch));
+    SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
+    SC_TRY(
+        sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->threads, 2 * sizeof(uint64_t), &sums));
     t.distance = distance;
     t.scratch = scratch;
+    t.half_inverse = inverse;
+    for (int i = 0; i < longest + 2; i++)
+        t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     t.sums = sums;
     run_passes(&t);
     take_sums(&t, smallest_mm);
 out:
     sc_free(distance);
     sc_free(scratch);
+    sc_free(inverse);
     sc_free(sums);
     return status;
 }

@@ -32,6 +32,12 @@ static uint64_t inside_bits(const sc_prepared *v, const size_t low[3])
     return bits;
 }
 
+/* Where brick (x, y, z) stands within the frame of empty bricks. */
+static size_t framed(const sc_prepared *v, size_t x, size_t y, size_t z)
+{
+    return ((z + 1) * (size_t)(v->bricks[1] + 2) + y + 1) * (size_t)(v->bricks[0] + 2) + x + 1;
+}
+
 static void build_masks(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -54,7 +60,7 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
             if (b->show[id] & needs)
                 mask |= 1ull << bit;
         }
-        b->masks[brick] = mask;
+        b->masks[framed(v, brick % bx, brick / bx % by, brick / bx / by)] = mask;
     }
 }
 
@@ -65,7 +71,8 @@ sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const u
         (size_t)volume->bricks[0] * (size_t)volume->bricks[1] * (size_t)volume->bricks[2];
     mask_builder builder = {.volume = volume, .show = show};
     void *block;
-    sc_status status = sc_alloc(ctx, count, sizeof(uint64_t), &block);
+    sc_status status = sc_zalloc(ctx, framed(volume, 0, 0, (size_t)volume->bricks[2] + 1),
+                                 sizeof(uint64_t), &block);
 
     if (status != SC_OK)
         return status;
@@ -81,8 +88,7 @@ sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const u
 static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
 {
     const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
-    const uint64_t *row = masks + ((size_t)(z / SC_BRICK) * (size_t)v->bricks[1] +
-                                   (size_t)(y / SC_BRICK)) * (size_t)v->bricks[0];
+    const uint64_t *row = masks + framed(v, 0, (size_t)(y / SC_BRICK), (size_t)(z / SC_BRICK));
 
     for (int i = 0; i < v->bricks[0]; i++) {
         const int brick = last ? v->bricks[0] - 1 - i : i;
@@ -112,8 +118,7 @@ sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uin
             const int last = first < 0 ? -1 : row_end(volume, masks, y, z, true);
 
             if (first >= 0)
-                points[found++] =
-                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){first, y, z});
+                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){first, y, z});
             if (last > first)
                 points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){last, y, z});
         }

@@ -17,7 +17,7 @@ struct sc_renderer {
     sc_affine to_voxel;
     sc_box3 box; /* in voxels: what the kernel has to look at */
     sc_srgb_table srgb;
-    float background[3]; /* linear */
+    float background[3];    /* linear */
     sc_render_stats *stats; /* [threads]; of the frame in work */
 };
 
@@ -136,6 +136,8 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     r->march = (sc_march){
         .volume = volume,
         .visible = r->visible,
+        .visible_row = volume->bricks[0] + 2,
+        .visible_layer = (volume->bricks[0] + 2) * (volume->bricks[1] + 2),
         .tissues = r->tissues,
         .step_mm = (float)(settings->step_voxels * voxel_length_mm(volume)),
         .caps = settings->caps,
@@ -258,9 +260,8 @@ static void draw_row(const frame *f, int x0, int x1, int y, batch *b, sc_march_c
         uint8_t *pixel = f->image->rgb + ((size_t)y * (size_t)f->image->width_px + (size_t)x) * 3;
 
         for (int c = 0; c < 3; c++)
-            pixel[c] = sc_srgb_level(&r->srgb, (sum[c] + ((float)samples - sum[3]) *
-                                                             r->background[c]) /
-                                                   (float)samples);
+            pixel[c] = sc_srgb_level(
+                &r->srgb, (sum[c] + ((float)samples - sum[3]) * r->background[c]) / (float)samples);
     }
 }
 
@@ -298,8 +299,8 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 static void place_light(sc_renderer *r, const sc_scene *scene)
 {
     const sc_camera *c = &scene->camera;
-    const sc_vec3 light = sc_vec3_unit(sc_vec3_along(
-        sc_vec3_along(sc_vec3_scale(c->forward, -1), -0.55, c->right), 0.75, c->up));
+    const sc_vec3 light = sc_vec3_unit(
+        sc_vec3_along(sc_vec3_along(sc_vec3_scale(c->forward, -1), -0.55, c->right), 0.75, c->up));
 
     r->march.key_light[0] = (float)light.x;
     r->march.key_light[1] = (float)light.y;
@@ -311,13 +312,14 @@ static void place_light(sc_renderer *r, const sc_scene *scene)
     }
 }
 
-void sc_render_frame(sc_renderer *r, const sc_scene *scene, sc_image *image,
-                     sc_render_stats *stats)
+void sc_render_frame(sc_renderer *r, const sc_scene *scene, sc_image *image, sc_render_stats *stats)
 {
     const double begin_s = sc_wall_s();
     const int tile = r->settings.tile_px;
     const int tiles_y = (r->settings.height_px + tile - 1) / tile;
-    frame f = {.renderer = r, .scene = scene, .image = image,
+    frame f = {.renderer = r,
+               .scene = scene,
+               .image = image,
                .tiles_x = (r->settings.width_px + tile - 1) / tile};
 
     place_light(r, scene);

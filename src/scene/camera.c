@@ -4,8 +4,8 @@
 sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
                          sc_projection projection, double half_height)
 {
-    sc_camera camera = {.projection = projection, .position_mm = position_mm,
-                        .half_height = half_height};
+    sc_camera camera = {
+        .projection = projection, .position_mm = position_mm, .half_height = half_height};
     sc_vec3 right;
 
     camera.forward = sc_vec3_unit(sc_vec3_sub(target_mm, position_mm));

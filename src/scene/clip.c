@@ -35,8 +35,8 @@ static int keep_all(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_v
 }
 
 /* The plane through which the ray leaves the removed part, where its kept side begins. */
-static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin,
-                         sc_vec3 direction, double end_mm)
+static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
+                         double end_mm)
 {
     int best = -1;
     double best_gap = HUGE_VAL;

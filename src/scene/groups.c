@@ -51,7 +51,8 @@ sc_status sc_clip_groups(const sc_ctx *ctx, const sc_prepared *volume, int plane
         if (group < 0)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "the exceptions of the clip planes make more than %d different groups "
-                           "of tissues", SC_GROUPS_MAX);
+                           "of tissues",
+                           SC_GROUPS_MAX);
         tissues[id].clip_group = (uint8_t)group;
     }
     *group_count = count;

@@ -64,8 +64,7 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
     const char **names;
     const char *nearest;
     void *block;
-    sc_status status =
-        sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+    sc_status status = sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
 
     if (status != SC_OK)
         return status;
@@ -74,9 +73,8 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
         names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
     nearest = sc_nearest_word(pattern, names, (size_t)volume->label_count);
     status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s%s",
-                     where, where[0] ? ": " : "", pattern,
-                     nearest ? "; did you mean \"" : "", nearest ? nearest : "",
-                     nearest ? "\"?" : "");
+                     where, where[0] ? ": " : "", pattern, nearest ? "; did you mean \"" : "",
+                     nearest ? nearest : "", nearest ? "\"?" : "");
     sc_free(block);
     return status;
 }

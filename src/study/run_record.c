@@ -50,13 +50,12 @@ static json_t *frames_json(const sc_run_record *run)
         char hash[17];
 
         snprintf(hash, sizeof hash, "%016llx", (unsigned long long)f->hash);
-        json_array_append_new(
-            frames,
-            json_pack("{s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame", f->frame, "rank",
-                      f->rank, "render_wall_s", f->render_wall_s, "render_cpu_s", f->render_cpu_s,
-                      "wait_s", f->wait_s, "rays", (json_int_t)f->rays, "samples",
-                      (json_int_t)f->samples, "contributions", (json_int_t)f->contributions,
-                      "hash", hash));
+        json_array_append_new(frames, json_pack("{s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}",
+                                                "frame", f->frame, "rank", f->rank, "render_wall_s",
+                                                f->render_wall_s, "render_cpu_s", f->render_cpu_s,
+                                                "wait_s", f->wait_s, "rays", (json_int_t)f->rays,
+                                                "samples", (json_int_t)f->samples, "contributions",
+                                                (json_int_t)f->contributions, "hash", hash));
     }
     return frames;
 }
@@ -69,8 +68,7 @@ static json_t *run_json(const sc_run_record *run)
     for (int i = 0; i < run->ranks; i++) {
         cpu_s += run->rank_records[i].cpu_s;
         render_cpu_s += run->rank_records[i].phases[SC_PHASE_RENDER].cpu_s;
-        json_array_append_new(peaks,
-                              json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
+        json_array_append_new(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     }
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
@@ -102,8 +100,9 @@ static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const ch
     sc_text text = {0};
     sc_status status;
 
-    SC_TRY(sc_text_add(ctx, &text, "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
-                                   "contributions,hash\n"));
+    SC_TRY(sc_text_add(ctx, &text,
+                       "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
+                       "contributions,hash\n"));
     for (int i = 0; i < run->frame_count; i++) {
         const sc_frame_result *f = &run->frames[i];
 

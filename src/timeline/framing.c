@@ -84,9 +84,9 @@ static double needed(const swept *s, const sc_orbit *orbit, double aspect, doubl
             const double upward = fabs(h * c - r * cos(angle) * e);
             const double nearer = r * cos(angle) * c + h * e;
             const double half = across > upward ? across : upward;
-            const double need = orbit->projection == SC_ORTHOGRAPHIC ? half * MARGIN
-                                                                     : nearer + half * MARGIN /
-                                                                                    tangent;
+            const double need = orbit->projection == SC_ORTHOGRAPHIC
+                                    ? half * MARGIN
+                                    : nearer + half * MARGIN / tangent;
 
             most = need > most ? need : most;
         }

@@ -4,10 +4,10 @@
 #include <string.h>
 #include <strings.h>
 
-static const char *const words[] = {"right",     "left",     "anterior", "posterior", "superior",
-                                    "inferior",  "front",    "back",     "head",      "feet"};
-static const sc_vec3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},
-                                     {0, 0, -1}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+static const char *const words[] = {"right",    "left",  "anterior", "posterior", "superior",
+                                    "inferior", "front", "back",     "head",      "feet"};
+static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},
+                                     {0, 0, -1}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
 
 const char *const *sc_anatomical_words(size_t *count)
 {
@@ -92,15 +92,16 @@ static sc_camera camera_at(const sc_timeline *t, int k)
     away = sc_vec3_rotate(sc_orbit_reference(orbit->axis), orbit->axis, angle);
     away = sc_vec3_along(sc_vec3_scale(away, cos(elevation)), sin(elevation), orbit->axis);
     position = sc_vec3_along(orbit->target_mm, orbit->distance_mm, away);
-    return sc_camera_look(position, orbit->target_mm, orbit->axis, orbit->projection,
-                          half_height);
+    return sc_camera_look(position, orbit->target_mm, orbit->axis, orbit->projection, half_height);
 }
 
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 {
     const sc_animation *a = &timeline->animation;
-    sc_scene scene = {.camera = camera_at(timeline, k), .plane_count = a->sweep_count,
-                      .clip_mode = a->clip_mode, .group_count = timeline->group_count};
+    sc_scene scene = {.camera = camera_at(timeline, k),
+                      .plane_count = a->sweep_count,
+                      .clip_mode = a->clip_mode,
+                      .group_count = timeline->group_count};
 
     for (int i = 0; i < a->sweep_count; i++) {
         const sc_sweep *sweep = &a->sweeps[i];

@@ -61,9 +61,9 @@ static sc_status to_rgb(decoder *d)
 
         if (status != SC_OK)
             return status;
-        d->scaler = sws_getContext(f->width, f->height, f->format, f->width, f->height,
-                                   AV_PIX_FMT_RGB24, SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL,
-                                   NULL);
+        d->scaler =
+            sws_getContext(f->width, f->height, f->format, f->width, f->height, AV_PIX_FMT_RGB24,
+                           SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
         if (!d->scaler)
             return broken(d, "its pixel format cannot be converted");
         sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
@@ -80,8 +80,8 @@ static sc_status take_frames(decoder *d, sc_video_take_fn *take, void *user)
     sc_status status = SC_OK;
 
     while (status == SC_OK && avcodec_receive_frame(d->codec, d->frame) >= 0) {
-        const double time_s = (double)d->frame->best_effort_timestamp *
-                              av_q2d(d->stream->time_base);
+        const double time_s =
+            (double)d->frame->best_effort_timestamp * av_q2d(d->stream->time_base);
 
         status = to_rgb(d);
         if (status == SC_OK)

@@ -135,11 +135,9 @@ static sc_status open_scaler(const sc_ctx *ctx, video_sink *sink)
     const int width = sink->codec->width, height = sink->codec->height;
     const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
 
-    sink->scaler = sws_getContext(width, height, AV_PIX_FMT_RGB24, width, height,
-                                  AV_PIX_FMT_YUV420P,
-                                  SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP |
-                                      SWS_BITEXACT,
-                                  NULL, NULL, NULL);
+    sink->scaler = sws_getContext(
+        width, height, AV_PIX_FMT_RGB24, width, height, AV_PIX_FMT_YUV420P,
+        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT, NULL, NULL, NULL);
     sink->frame = av_frame_alloc();
     sink->packet = av_packet_alloc();
     if (!sink->scaler || !sink->frame || !sink->packet ||
@@ -277,8 +275,8 @@ static void video_close(sc_sink *base)
 static const sc_sink_ops video_ops = {
     .push = video_push, .finish = video_finish, .close = video_close};
 
-sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path,
-                             const sc_video_settings *settings, sc_sink **out)
+sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
+                             sc_sink **out)
 {
     const container *kind = find_container(path);
     video_sink *sink = NULL;
@@ -296,8 +294,8 @@ sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path,
     sink->path = copy.data;
     SC_TRY(sc_temporary_name(ctx, path, &sink->temporary));
     if (avformat_alloc_output_context2(&sink->format, NULL, kind->muxer, sink->temporary) < 0) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path,
-                         kind->muxer);
+        status =
+            sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path, kind->muxer);
         goto out;
     }
     SC_TRY(open_codec(ctx, sink, kind, settings));

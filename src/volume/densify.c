@@ -114,8 +114,7 @@ static sc_status load_block(const densifier *job, size_t begin, size_t count, in
         WIDEN(uint64_t);
         for (size_t i = 0; i < count; i++) {
             if (out[i] < 0)
-                return bad_voxel(job, begin + i, (double)(uint64_t)out[i],
-                                 "too large for a label");
+                return bad_voxel(job, begin + i, (double)(uint64_t)out[i], "too large for a label");
         }
         break;
     case SC_RAW_FLOAT:

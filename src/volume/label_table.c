@@ -220,8 +220,8 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
         goto out;
     }
     if (strstr(begin, "# Color procedural file")) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table",
-                         path);
+        status =
+            sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table", path);
         goto out;
     }
     if (format == SC_TABLE_AUTO) {

@@ -6,13 +6,29 @@
 #include <string.h>
 
 typedef enum shape_id {
-    LV, LV_CAVITY, RV, LA, RA, AORTA, PULMONARY, SVC, IVC, VEINS, CORONARIES, FAT,
-    MITRAL, AORTIC_VALVE, TRICUSPID, PULMONARY_VALVE, SHAPES
+    LV,
+    LV_CAVITY,
+    RV,
+    LA,
+    RA,
+    AORTA,
+    PULMONARY,
+    SVC,
+    IVC,
+    VEINS,
+    CORONARIES,
+    FAT,
+    MITRAL,
+    AORTIC_VALVE,
+    TRICUSPID,
+    PULMONARY_VALVE,
+    SHAPES
 } shape_id;
 
 enum { NONE = -1, TUBE_POINTS = 40, TUBES = 24, COURSES = 6 };
 
-/* A tissue is what its shape, moved outward by grow_mm, covers; and within another one, if named. */
+/* A tissue is what its shape, moved outward by grow_mm, covers; and within another one, if named.
+ */
 typedef struct tissue {
     const char *name;
     uint8_t rgb[3];
@@ -65,15 +81,20 @@ static sc_part *add_part(sc_phantom *phantom, shape_id id, sc_part part)
 static void add_cone(sc_phantom *phantom, shape_id id, sc_vec3 a, double radius_a, sc_vec3 b,
                      double radius_b, double blend)
 {
-    add_part(phantom, id, (sc_part){.kind = SC_PART_CONE, .blend_mm = blend, .a = a, .b = b,
-                                    .radius_a_mm = radius_a, .radius_b_mm = radius_b});
+    add_part(phantom, id,
+             (sc_part){.kind = SC_PART_CONE,
+                       .blend_mm = blend,
+                       .a = a,
+                       .b = b,
+                       .radius_a_mm = radius_a,
+                       .radius_b_mm = radius_b});
 }
 
 static void add_ellipsoid(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 radii,
                           double blend)
 {
-    add_part(phantom, id, (sc_part){.kind = SC_PART_ELLIPSOID, .blend_mm = blend, .a = centre,
-                                    .b = radii});
+    add_part(phantom, id,
+             (sc_part){.kind = SC_PART_ELLIPSOID, .blend_mm = blend, .a = centre, .b = radii});
 }
 
 static sc_vec3 *add_tube(sc_phantom *phantom, shape_id id, const sc_vec3 *controls, int count,
@@ -82,9 +103,13 @@ static sc_vec3 *add_tube(sc_phantom *phantom, shape_id id, const sc_vec3 *contro
     sc_vec3 *points = phantom->points[phantom->tubes++];
 
     sc_spline_points(controls, count, points, TUBE_POINTS);
-    add_part(phantom, id, (sc_part){.kind = SC_PART_TUBE, .blend_mm = 4, .points = points,
-                                    .point_count = TUBE_POINTS, .radius_a_mm = radius_a,
-                                    .radius_b_mm = radius_b});
+    add_part(phantom, id,
+             (sc_part){.kind = SC_PART_TUBE,
+                       .blend_mm = 4,
+                       .points = points,
+                       .point_count = TUBE_POINTS,
+                       .radius_a_mm = radius_a,
+                       .radius_b_mm = radius_b});
     return points;
 }
 
@@ -99,9 +124,12 @@ static void add_cut(sc_phantom *phantom, shape_id id, sc_vec3 point, sc_vec3 nor
 static void add_leaflet(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 axis,
                         double radius)
 {
-    add_part(phantom, id, (sc_part){.kind = SC_PART_LEAFLET, .a = centre,
-                                    .b = sc_vec3_unit(axis), .radius_a_mm = radius,
-                                    .radius_b_mm = 0.9});
+    add_part(phantom, id,
+             (sc_part){.kind = SC_PART_LEAFLET,
+                       .a = centre,
+                       .b = sc_vec3_unit(axis),
+                       .radius_a_mm = radius,
+                       .radius_b_mm = 0.9});
 }
 
 /* From the apex (left, front, below) towards the base. */
@@ -141,10 +169,9 @@ static void build_great_arteries(sc_phantom *phantom)
     static const sc_vec3 trunk[] = {{-7, 23, 24}, {-9, 18, 35}, {-11, 5, 43}, {-11, -9, 43}};
     static const sc_vec3 right[] = {{-11, -4, 43}, {4, -17, 43}, {24, -21, 42}, {52, -23, 39}};
     static const sc_vec3 left[] = {{-11, -5, 43}, {-20, -14, 44}, {-34, -22, 44}, {-52, -30, 40}};
-    static const sc_vec3 aorta[] = {{3, 0, 13},     {9, 4, 27},     {13, 7, 42},
-                                    {8, 2, 54},     {-6, -12, 60},  {-19, -30, 52},
-                                    {-24, -41, 34}, {-24, -43, 5},  {-22, -43, -40},
-                                    {-20, -43, -84}};
+    static const sc_vec3 aorta[] = {{3, 0, 13},      {9, 4, 27},     {13, 7, 42},    {8, 2, 54},
+                                    {-6, -12, 60},   {-19, -30, 52}, {-24, -41, 34}, {-24, -43, 5},
+                                    {-22, -43, -40}, {-20, -43, -84}};
     static const sc_vec3 brachiocephalic[] = {{7, 1, 55}, {13, 0, 68}, {21, 0, 88}};
     static const sc_vec3 carotid[] = {{-3, -9, 59}, {-6, -8, 72}, {-8, -8, 90}};
     static const sc_vec3 subclavian[] = {{-13, -20, 57}, {-19, -20, 70}, {-26, -19, 90}};
@@ -216,7 +243,8 @@ static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, s
 
     for (int i = 0; i < 3; i++)
         out[i] = (field(phantom, which, sc_vec3_add(p, steps[i])) -
-                  field(phantom, which, sc_vec3_sub(p, steps[i]))) / (2 * h);
+                  field(phantom, which, sc_vec3_sub(p, steps[i]))) /
+                 (2 * h);
     return (sc_vec3){out[0], out[1], out[2]};
 }
 
@@ -235,13 +263,12 @@ static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double li
                 const sc_vec3 slope = gradient(outer_surface, phantom, 0, points[i]);
                 const double field = surface_field(phantom, points[i]) - lift_mm;
 
-                points[i] = sc_vec3_along(points[i],
-                                          -field / fmax(sc_vec3_dot(slope, slope), 0.1), slope);
+                points[i] =
+                    sc_vec3_along(points[i], -field / fmax(sc_vec3_dot(slope, slope), 0.1), slope);
             }
         }
         for (int i = 1; i + 1 < TUBE_POINTS && pass < 5; i++) {
-            const sc_vec3 middle =
-                sc_vec3_scale(sc_vec3_add(points[i - 1], points[i + 1]), 0.5);
+            const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(points[i - 1], points[i + 1]), 0.5);
 
             points[i] = sc_vec3_scale(sc_vec3_add(points[i], middle), 0.5);
         }
@@ -359,8 +386,7 @@ static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
 
 /* Foot point by alternating a Newton step onto the surface with a slide along it (Hartmann 1999,
  * "On the curvature of curves and surfaces defined by normalforms"). */
-double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm,
-                           sc_vec3 *normal)
+double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal)
 {
     const bool inside = owned_field(phantom, label, point_mm) < 0;
     sc_vec3 foot = point_mm, slope = {0, 0, 1};

@@ -41,8 +41,7 @@ static double tube_field(const sc_part *part, sc_vec3 p)
 
     for (int i = 0; i + 1 < part->point_count; i++) {
         const double radius = part->radius_a_mm + step * i;
-        const double d =
-            cone_field(part->points[i], part->points[i + 1], radius, radius + step, p);
+        const double d = cone_field(part->points[i], part->points[i + 1], radius, radius + step, p);
 
         best = d < best ? d : best;
     }

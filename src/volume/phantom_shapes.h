@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to volume: implicit shapes of the phantom. A field is negative inside, in mm, and changes
- * by at most SC_SHAPE_LIPSCHITZ mm per mm, which is what lets whole blocks be classified at once. */
+ * by at most SC_SHAPE_LIPSCHITZ mm per mm, which is what lets whole blocks be classified at once.
+ */
 #ifndef SC_PHANTOM_SHAPES_H
 #define SC_PHANTOM_SHAPES_H
 

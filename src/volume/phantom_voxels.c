@@ -141,8 +141,10 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
 
     for (int i = 0; i < 3; i++) {
         if (size[i] < 2 || size[i] > 4096)
-            return sc_fail(ctx, SC_ERR_USAGE, "a phantom of %d x %d x %d voxels; expected 2 to "
-                                              "4096 along each axis", size[0], size[1], size[2]);
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "a phantom of %d x %d x %d voxels; expected 2 to "
+                           "4096 along each axis",
+                           size[0], size[1], size[2]);
         v.size[i] = volume.size[i] = size[i];
         v.blocks[i] = (size[i] + BLOCK_VOXELS - 1) / BLOCK_VOXELS;
         v.spacing_mm[i] = grid_mm[i] / size[i];
@@ -153,8 +155,7 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
     SC_TRY(make_labels(ctx, phantom, &volume));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
     v.ids = volume.ids;
-    sc_parallel_for(threads,
-                    (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2], 1,
+    sc_parallel_for(threads, (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2], 1,
                     voxelise_blocks, &v);
     *out = volume;
     volume = (sc_volume){0};

@@ -21,7 +21,7 @@ typedef enum sc_raw_type {
 typedef struct sc_raw {
     int size[3];
     sc_raw_type type;
-    void *data;            /* native byte order, x fastest */
+    void *data; /* native byte order, x fastest */
     void (*release)(void *data);
     double slope, intercept; /* label = slope * stored + intercept; 1 and 0 leave it alone */
     sc_affine to_ras_mm;

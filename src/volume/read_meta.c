@@ -107,8 +107,7 @@ static sc_status parse_header(meta *m, FILE *stream)
 
         number++;
         if (!equals)
-            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: expected \"Key = value\"", m->path,
-                           number);
+            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: expected \"Key = value\"", m->path, number);
         *equals = '\0';
         key = trim(line);
         value = trim(equals + 1);
@@ -125,9 +124,9 @@ static sc_status parse_header(meta *m, FILE *stream)
 
 static sc_status element_type(const meta *m, sc_raw_type *out)
 {
-    static const char *const names[] = {
-        "MET_CHAR", "MET_UCHAR",     "MET_SHORT",      "MET_USHORT", "MET_INT",
-        "MET_UINT", "MET_LONG_LONG", "MET_ULONG_LONG", "MET_FLOAT",  "MET_DOUBLE"};
+    static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
+                                        "MET_INT",   "MET_UINT",  "MET_LONG_LONG", "MET_ULONG_LONG",
+                                        "MET_FLOAT", "MET_DOUBLE"};
     const char *nearest;
 
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
@@ -205,9 +204,9 @@ static sc_status inflate_voxels(const meta *m, const char *file, uint64_t offset
         in += in_step - z.avail_in;
         at += out_step - z.avail_out;
         if ((result != Z_OK || in_step == 0) && at < bytes)
-            status = sc_fail(m->ctx, SC_ERR_DATA,
-                             "%s: unpacks to %zu bytes of voxels, expected %zu%s%s", file, at,
-                             bytes, z.msg ? "; " : "", z.msg ? z.msg : "");
+            status =
+                sc_fail(m->ctx, SC_ERR_DATA, "%s: unpacks to %zu bytes of voxels, expected %zu%s%s",
+                        file, at, bytes, z.msg ? "; " : "", z.msg ? z.msg : "");
     }
     inflateEnd(&z);
 out:
@@ -256,8 +255,8 @@ static sc_status read_voxels(const meta *m, sc_raw *raw)
         goto out;
     }
     SC_TRY(sc_alloc(m->ctx, voxels, each, &raw->data));
-    SC_TRY((m->compressed ? inflate_voxels : plain_voxels)(m, file, offset, raw->data,
-                                                           voxels * each));
+    SC_TRY(
+        (m->compressed ? inflate_voxels : plain_voxels)(m, file, offset, raw->data, voxels * each));
     if (m->msb && each > 1) {
         unsigned char *b = raw->data;
 

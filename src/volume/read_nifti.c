@@ -93,17 +93,15 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
     return SC_OK;
 }
 
-static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
-                            sc_raw_type *out)
+static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f, sc_raw_type *out)
 {
     static const struct {
         int nifti;
         sc_raw_type raw;
-    } types[] = {{DT_INT8, SC_RAW_INT8},       {DT_UINT8, SC_RAW_UINT8},
-                 {DT_INT16, SC_RAW_INT16},     {DT_UINT16, SC_RAW_UINT16},
-                 {DT_INT32, SC_RAW_INT32},     {DT_UINT32, SC_RAW_UINT32},
-                 {DT_INT64, SC_RAW_INT64},     {DT_UINT64, SC_RAW_UINT64},
-                 {DT_FLOAT32, SC_RAW_FLOAT},   {DT_FLOAT64, SC_RAW_DOUBLE}};
+    } types[] = {{DT_INT8, SC_RAW_INT8},     {DT_UINT8, SC_RAW_UINT8},   {DT_INT16, SC_RAW_INT16},
+                 {DT_UINT16, SC_RAW_UINT16}, {DT_INT32, SC_RAW_INT32},   {DT_UINT32, SC_RAW_UINT32},
+                 {DT_INT64, SC_RAW_INT64},   {DT_UINT64, SC_RAW_UINT64}, {DT_FLOAT32, SC_RAW_FLOAT},
+                 {DT_FLOAT64, SC_RAW_DOUBLE}};
 
     for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
         if (types[i].nifti != f->datatype)

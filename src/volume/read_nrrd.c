@@ -31,11 +31,11 @@ static sc_status raw_type(const sc_ctx *ctx, const char *path, int type, sc_raw_
     static const struct {
         int teem;
         sc_raw_type raw;
-    } types[] = {{nrrdTypeChar, SC_RAW_INT8},    {nrrdTypeUChar, SC_RAW_UINT8},
-                 {nrrdTypeShort, SC_RAW_INT16},  {nrrdTypeUShort, SC_RAW_UINT16},
-                 {nrrdTypeInt, SC_RAW_INT32},    {nrrdTypeUInt, SC_RAW_UINT32},
-                 {nrrdTypeLLong, SC_RAW_INT64},  {nrrdTypeULLong, SC_RAW_UINT64},
-                 {nrrdTypeFloat, SC_RAW_FLOAT},  {nrrdTypeDouble, SC_RAW_DOUBLE}};
+    } types[] = {{nrrdTypeChar, SC_RAW_INT8},   {nrrdTypeUChar, SC_RAW_UINT8},
+                 {nrrdTypeShort, SC_RAW_INT16}, {nrrdTypeUShort, SC_RAW_UINT16},
+                 {nrrdTypeInt, SC_RAW_INT32},   {nrrdTypeUInt, SC_RAW_UINT32},
+                 {nrrdTypeLLong, SC_RAW_INT64}, {nrrdTypeULLong, SC_RAW_UINT64},
+                 {nrrdTypeFloat, SC_RAW_FLOAT}, {nrrdTypeDouble, SC_RAW_DOUBLE}};
 
     for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
         if (types[i].teem == type) {
@@ -102,9 +102,9 @@ static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
     static const struct {
         const char *name;
         double mm;
-    } units[] = {{"mm", 1},       {"millimeter", 1}, {"cm", 10}, {"m", 1000},
-                 {"um", 1e-3},    {"micron", 1e-3},  {"\xc2\xb5m", 1e-3},
-                 {"\xce\xbcm", 1e-3}, {"nm", 1e-6}};
+    } units[] = {{"mm", 1},           {"millimeter", 1},   {"cm", 10},
+                 {"m", 1000},         {"um", 1e-3},        {"micron", 1e-3},
+                 {"\xc2\xb5m", 1e-3}, {"\xce\xbcm", 1e-3}, {"nm", 1e-6}};
 
     for (size_t i = 0; unit && i < SC_COUNT_OF(units); i++) {
         if (!strcmp(unit, units[i].name))
@@ -126,8 +126,8 @@ static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_raw *raw)
     raw->oriented = false;
 }
 
-static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                          const int axes[3], sc_raw *raw)
+static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, const int axes[3],
+                          sc_raw *raw)
 {
     double signs[3];
     int directions = 0;
@@ -177,8 +177,8 @@ static bool parse_color(const char *text, uint8_t rgb[3])
 }
 
 /* One segment of Slicer's header; unreadable parts are left out with a warning. */
-static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                              unsigned index, sc_label_table *table)
+static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, unsigned index,
+                              sc_label_table *table)
 {
     char *value = segment_value(nrrd, index, "LabelValue");
     char *name = segment_value(nrrd, index, "Name");
@@ -190,8 +190,10 @@ static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *n
     errno = 0;
     row.value = value ? strtoll(value, &end, 10) : (int64_t)index + 1;
     if (value && (end == value || *end || errno)) {
-        sc_warn(ctx, "%s: Segment%u_LabelValue is \"%.40s\", expected a whole number; the "
-                     "segment's name and colour are not used", path, index, value);
+        sc_warn(ctx,
+                "%s: Segment%u_LabelValue is \"%.40s\", expected a whole number; the "
+                "segment's name and colour are not used",
+                path, index, value);
         goto out;
     }
     snprintf(row.name, sizeof row.name, "%s", name ? name : "");
@@ -264,8 +266,8 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nr
 
     SC_TRY(spatial_axes(ctx, path, nrrd, axes));
     for (int i = 0; i < 3; i++)
-        size[i] = nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX
-                                                       : (int64_t)nrrd->axis[axes[i]].size;
+        size[i] =
+            nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
     SC_TRY(sc_grid_voxels(ctx, path, size, bytes_each, &voxels));
     for (int i = 0; i < 3; i++)
         raw->size[i] = (int)size[i];

@@ -107,8 +107,7 @@ static sc_status refuse_stranger(const sc_ctx *ctx, const char *path, const head
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
-sc_status sc_read_gz(const sc_ctx *ctx, const char *path, uint64_t offset, void *data,
-                     size_t bytes)
+sc_status sc_read_gz(const sc_ctx *ctx, const char *path, uint64_t offset, void *data, size_t bytes)
 {
     enum { STEP = 1 << 20 };
     gzFile file = gzopen(path, "rb");
@@ -171,8 +170,10 @@ sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
     volume.to_ras_mm = raw.to_ras_mm;
     volume.oriented = raw.oriented;
     if (!raw.oriented)
-        sc_warn(ctx, "%s: does not say where left and front are; its axes are taken as right, "
-                     "anterior, superior", path);
+        sc_warn(ctx,
+                "%s: does not say where left and front are; its axes are taken as right, "
+                "anterior, superior",
+                path);
     sc_volume_apply_table(&volume, &raw.table);
     *out = volume;
 out:

@@ -23,8 +23,7 @@ uint64_t sc_volume_hash(const sc_volume *volume)
     hash = sc_hash_bytes(&volume->to_ras_mm, sizeof volume->to_ras_mm, hash);
     for (int i = 0; i < volume->label_count; i++)
         hash = sc_hash_bytes(&volume->labels[i].value, sizeof(int64_t), hash);
-    return sc_hash_bytes(volume->ids, sc_volume_voxels(volume) * (size_t)volume->label_bytes,
-                         hash);
+    return sc_hash_bytes(volume->ids, sc_volume_voxels(volume) * (size_t)volume->label_bytes, hash);
 }
 
 void sc_raw_clear(sc_raw *raw)
@@ -70,8 +69,8 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine
         const double value = to_mm->m[i / 4][i % 4];
 
         if (!isfinite(value) || fabs(value) > 1e9)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: geometry holds %g, expected finite millimetres", path, value);
+            return sc_fail(ctx, SC_ERR_DATA, "%s: geometry holds %g, expected finite millimetres",
+                           path, value);
     }
     if (!sc_affine_invert(to_mm, &inverse))
         return sc_fail(ctx, SC_ERR_DATA,

@@ -31,9 +31,9 @@ static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text
         SC_TRY(sc_text_add(ctx, text,
                            "Segment%d_ID:=%s\nSegment%d_Name:=%s\nSegment%d_LabelValue:=%lld\n"
                            "Segment%d_Color:=%.6f %.6f %.6f\n",
-                           i - 1, label->name, i - 1, label->name, i - 1,
-                           (long long)label->value, i - 1, label->rgb[0] / 255.0,
-                           label->rgb[1] / 255.0, label->rgb[2] / 255.0));
+                           i - 1, label->name, i - 1, label->name, i - 1, (long long)label->value,
+                           i - 1, label->rgb[0] / 255.0, label->rgb[1] / 255.0,
+                           label->rgb[2] / 255.0));
     }
     status = sc_text_add(ctx, text, "\n");
 out:
