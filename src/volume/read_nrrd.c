@@ -4,6 +4,7 @@
 #include "raw.h"
 
 #include <errno.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -20,6 +21,8 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path)
         if (*c == '\n' && c[1])
             line = c + 1;
     }
+    if (line[0] == '[' && strstr(line, ": ")) /* "[nrrd] function: reason" */
+        line = strstr(line, ": ") + 2;
     status = sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NRRD: %.*s", path,
                      (int)strcspn(line, "\n"), line);
     free(text);
@@ -264,6 +267,9 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nr
     double bytes, limit = data_file_bytes(path, nio);
     sc_status status;
 
+    if (nio->byteSkip < -1)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
+                       nio->byteSkip);
     SC_TRY(spatial_axes(ctx, path, nrrd, axes));
     for (int i = 0; i < 3; i++)
         size[i] =
@@ -292,6 +298,7 @@ out:
 static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
                       NrrdIoState *nio)
 {
+    nrrdStateVerboseIO = 0; /* errors are told by us, once */
     nio->skipData = header_only ? AIR_TRUE : AIR_FALSE;
     errno = 0;
     if (nrrdLoad(nrrd, path, nio))
@@ -299,6 +306,37 @@ static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrr
     if (nio->format && nio->format != nrrdFormatNRRD)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
     return SC_OK;
+}
+
+/* Teem wraps ascii numbers that do not fit the type; the text itself tells. Checked where the text
+ * stands in this very file, behind the blank line. */
+static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *io,
+                             const sc_raw *raw)
+{
+    static const double lowest[] = {-128, 0, -32768, 0, -2147483648.0, 0};
+    static const double highest[] = {127, 255, 32767, 65535, 2147483647.0, 4294967295.0};
+    char *text = NULL, *at, *end;
+    size_t bytes;
+    sc_status status;
+
+    if (io->encoding != nrrdEncodingAscii || raw->type > SC_RAW_UINT32 || io->lineSkip ||
+        (io->dataFNArr && io->dataFNArr->len > 0))
+        return SC_OK;
+    status = sc_file_read(ctx, path, SIZE_MAX / 2, &text, &bytes);
+    if (status != SC_OK)
+        return status;
+    at = strstr(text, "\n\n") ? strstr(text, "\n\n") : strstr(text, "\n\r\n");
+    for (double value; at && status == SC_OK; at = end) {
+        value = strtod(at, &end);
+        if (end == at)
+            break;
+        if (value < lowest[raw->type] || value > highest[raw->type])
+            status = sc_fail(ctx, SC_ERR_DATA, "%s: byte %td holds %.15g, which does not fit its "
+                                               "type", path, at - text, value);
+        end += strspn(end, ", \t\r\n");
+    }
+    sc_free(text);
+    return status;
 }
 
 sc_status sc_read_nrrd(const sc_ctx *ctx, const char *path, sc_raw *out)
@@ -316,6 +354,7 @@ sc_status sc_read_nrrd(const sc_ctx *ctx, const char *path, sc_raw *out)
     SC_TRY(raw_type(ctx, path, header->type, &raw.type));
     SC_TRY(check_sizes(ctx, path, header, header_io, &raw));
     SC_TRY(load(ctx, path, false, nrrd, io));
+    SC_TRY(check_ascii(ctx, path, io, &raw));
     SC_TRY(read_segments(ctx, path, nrrd, &raw.table));
     raw.data = nrrd->data;
     nrrdNix(nrrd); /* keeps the voxels, frees the rest */
