@@ -14,7 +14,7 @@ typedef struct sc_label_stats {
     uint64_t voxels, boundary_voxels;
     double thickness_mm; /**< mean local thickness: twice the distance of the medial voxels to
                               the tissue's surface, weighted by its square; 0 if no voxels */
-    double surface_mm2;  /**< Crofton's formula over 13 directions */
+    double surface_mm2;  /**< faces to other labels, projected onto the smoothed surface */
     int low[3], high[3]; /**< bounding box, voxels, inclusive; low > high if there are none */
 } sc_label_stats;
 

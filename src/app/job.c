@@ -5,9 +5,9 @@
 #include "segcast/video.h"
 #include "segcast/volume.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { JOB_MAX_BYTES = 1 << 20 };
 
@@ -68,26 +68,26 @@ static sc_status apply_command_line(const sc_ctx *ctx, const sc_job_sources *sou
     return status;
 }
 
-/* SEGCAST_RENDER_SAMPLES names render.samples: compare without case and with _ for the dot. */
+/* Does @p name begin with a key, case ignored, and end or go on with "_"? @return its length. */
+static size_t match_key(const char *name, const char *key)
+{
+    const size_t length = strlen(key);
+
+    if (strncasecmp(name, key, length) != 0 || (name[length] && name[length] != '_'))
+        return 0;
+    return length;
+}
+
+/* SEGCAST_RENDER_SAMPLES names render.samples. */
 static bool find_path(const sc_field *fields, const char *name, char *path, size_t size)
 {
     for (const sc_field *field = fields; field->name; field++) {
-        size_t length = strlen(field->name);
-        const size_t used = strlen(path);
+        const size_t length = match_key(name, field->name), used = strlen(path);
 
-        for (size_t i = 0; i < length; i++) {
-            if (tolower((unsigned char)name[i]) != field->name[i])
-                length = SIZE_MAX;
-            if (length == SIZE_MAX)
-                break;
-        }
-        if (length == SIZE_MAX || (name[length] && name[length] != '_'))
+        if (!length || !name[length] == (field->fields != NULL))
             continue;
         snprintf(path + used, size - used, "%s%s", used ? "." : "", field->name);
-        if (!name[length] && !field->fields)
-            return true;
-        if (name[length] && field->fields &&
-            find_path(field->fields, name + length + 1, path, size))
+        if (!name[length] || find_path(field->fields, name + length + 1, path, size))
             return true;
         path[used] = '\0';
     }

@@ -50,7 +50,7 @@ static sc_status write_place(const sc_ctx *ctx, const sc_field *field, const voi
 static sc_status parse_span(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
 {
     double *span = (double *)((char *)to + field->offset);
-    sc_place ends[2];
+    sc_place ends[2] = {0};
     const sc_field each[2] = {{.type = field->type, .offset = 0}, {.type = field->type}};
 
     if (node->kind != SC_YAML_LIST || node->count != 2)

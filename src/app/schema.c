@@ -208,7 +208,7 @@ static sc_status write_color(const sc_ctx *ctx, const sc_field *field, const voi
 
 static sc_status parse_size(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
 {
-    double size[2];
+    double size[2] = {0};
     sc_status status = parse_numbers(ctx, field, node, 2, size);
 
     for (int i = 0; i < 2 && status == SC_OK; i++) {
@@ -231,7 +231,7 @@ static sc_status write_size(const sc_ctx *ctx, const sc_field *field, const void
 static sc_status parse_point(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
                              void *to)
 {
-    double p[3];
+    double p[3] = {0};
     sc_status status = parse_numbers(ctx, field, node, 3, p);
 
     if (status == SC_OK)

@@ -151,7 +151,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
         }
         status = build(r, &event, &child);
         yaml_event_delete(&event);
-        if (status != SC_OK) {
+        if (status != SC_OK || !child) {
             sc_free(key);
             return status;
         }

@@ -68,12 +68,22 @@ void sc_text_clear(sc_text *text)
 
 enum { WORD_MAX = 64 };
 
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+static bool same_letter(char a, char b)
+{
+    return tolower((unsigned char)a) == tolower((unsigned char)b);
+}
+
 /* Levenshtein distance over the first WORD_MAX characters, case ignored. */
 static size_t edit_distance(const char *a, const char *b)
 {
-    size_t row[WORD_MAX + 1], columns = strlen(b);
+    const size_t columns = least(strlen(b), WORD_MAX);
+    size_t row[WORD_MAX + 1];
 
-    columns = columns < WORD_MAX ? columns : WORD_MAX;
     for (size_t j = 0; j <= columns; j++)
         row[j] = j;
     for (size_t i = 0; a[i] && i < WORD_MAX; i++) {
@@ -81,12 +91,10 @@ static size_t edit_distance(const char *a, const char *b)
 
         row[0] = i + 1;
         for (size_t j = 0; j < columns; j++) {
-            const bool same = tolower((unsigned char)a[i]) == tolower((unsigned char)b[j]);
-            size_t best = diagonal + !same;
+            const size_t change = diagonal + !same_letter(a[i], b[j]);
 
             diagonal = row[j + 1];
-            best = best < row[j] + 1 ? best : row[j] + 1;
-            row[j + 1] = best < diagonal + 1 ? best : diagonal + 1;
+            row[j + 1] = least(change, least(row[j], diagonal) + 1);
         }
     }
     return row[columns];

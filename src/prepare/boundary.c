@@ -7,6 +7,7 @@
 
 /* Bits that differ between a row and three shifted copies of a neighbouring row, into @p out.
  * Columns 0 and n - 1 touch the outside and are handled by the caller. */
+/* NOLINTBEGIN(bugprone-macro-parentheses): the argument is a type */
 #define DEFINE_ROW_DIFFERENCE(name, type)                                                          \
     static void name(const type *row, const type *other, size_t n, type *out)                      \
     {                                                                                              \
@@ -14,6 +15,7 @@
             out[x] = (type)(out[x] | (row[x] ^ other[x - 1]) | (row[x] ^ other[x]) |               \
                             (row[x] ^ other[x + 1]));                                              \
     }
+/* NOLINTEND(bugprone-macro-parentheses) */
 DEFINE_ROW_DIFFERENCE(row_difference_8, uint8_t)
 DEFINE_ROW_DIFFERENCE(row_difference_16, uint16_t)
 

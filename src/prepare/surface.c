@@ -1,103 +1,80 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Surface area per label by Crofton's formula: how often lines of the grid in 13 directions cross
- * the label's surface, weighted by the solid angle each direction stands for (Ohser and Muecklich
- * 2000, "Statistical Analysis of Microstructures", chapter 4; the weights are integrated here, so
- * that any spacing and any shear is right). */
+/* Surface area per label: the faces between a boundary voxel and voxels of other labels, each
+ * counted by its projection onto the smoothed surface, |normal . area vector|. For a plane of any
+ * direction that sum is exact; staircases do not count twice. */
 #include "internal.h"
 
-enum { DIRECTIONS = 13, SPHERE_POINTS = 20000 };
-
-static const int directions[DIRECTIONS][3] = {
-    {1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {1, -1, 0}, {1, 0, 1}, {1, 0, -1},
-    {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
-
-typedef struct surface_counter {
+typedef struct surface_sum {
     const sc_preparation *p;
-    uint64_t (*crossings)[DIRECTIONS]; /* [threads][label_count] */
+    sc_vec3 face[3]; /* area vector of the faces across each axis, mm2 */
+    double units_per_mm2;
+    uint64_t *sums; /* [threads][label_count]: whole units, so that the order does not matter */
     int thread;
-} surface_counter;
+} surface_sum;
 
-static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, const int d[3], int sign)
+static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis, int step)
 {
-    const int x = voxel->x + sign * d[0], y = voxel->y + sign * d[1], z = voxel->z + sign * d[2];
+    int at[3] = {voxel->x, voxel->y, voxel->z};
 
-    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+    at[axis] += step;
+    if (at[axis] < 0 || at[axis] >= v->size[axis])
         return true;
-    return sc_id_at(v, ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
-                           (size_t)x) != voxel->id;
+    return sc_id_at(v, ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] +
+                           (size_t)at[0]) != voxel->id;
 }
 
-static void count_crossings(void *user, const sc_boundary_voxel *voxel)
+static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
-    const surface_counter *c = user;
-    uint64_t *crossings =
-        c->crossings[(size_t)c->thread * (size_t)c->p->volume->label_count + voxel->id];
+    const surface_sum *s = user;
+    const sc_volume *v = s->p->volume;
+    float packed[3];
+    sc_vec3 normal;
+    double area_mm2 = 0;
 
-    for (int i = 0; i < DIRECTIONS; i++)
-        crossings[i] += (uint64_t)differs(c->p->volume, voxel, directions[i], 1) +
-                        (uint64_t)differs(c->p->volume, voxel, directions[i], -1);
+    sc_normal_unpack(s->p->normals[voxel->normal], packed);
+    normal = sc_vec3_unit((sc_vec3){packed[0], packed[1], packed[2]});
+    for (int axis = 0; axis < 3; axis++) {
+        const int faces = differs(v, voxel, axis, -1) + differs(v, voxel, axis, 1);
+        const double across = sc_vec3_length(normal) > 0 ? fabs(sc_vec3_dot(normal, s->face[axis]))
+                                                         : sc_vec3_length(s->face[axis]);
+
+        area_mm2 += faces * across;
+    }
+    s->sums[(size_t)s->thread * (size_t)v->label_count + voxel->id] +=
+        (uint64_t)(area_mm2 * s->units_per_mm2 + 0.5);
 }
 
-static void count_in_bricks(void *user, size_t begin, size_t end, int thread)
+static void add_bricks(void *user, size_t begin, size_t end, int thread)
 {
-    surface_counter mine = *(const surface_counter *)user;
+    surface_sum mine = *(const surface_sum *)user;
 
     mine.thread = thread;
-    sc_each_boundary(mine.p, begin, end, count_crossings, &mine);
-}
-
-/* Share of all directions nearest to each of the 13, times the area one line stands for. */
-static void area_per_crossing(const sc_affine *to_mm, double out[DIRECTIONS])
-{
-    const double volume = fabs(sc_affine_determinant(to_mm));
-    const double golden = 3.883222077450933; /* 2 pi (1 - 1 / golden ratio) */
-    sc_vec3 unit[DIRECTIONS];
-    int nearest[DIRECTIONS] = {0};
-
-    for (int i = 0; i < DIRECTIONS; i++) {
-        const sc_vec3 step = {directions[i][0], directions[i][1], directions[i][2]};
-        const sc_vec3 mm = sc_affine_vector(to_mm, step);
-
-        unit[i] = sc_vec3_unit(mm);
-        out[i] = volume / sc_vec3_length(mm);
-    }
-    for (int n = 0; n < SPHERE_POINTS; n++) {
-        const double z = 1 - (2.0 * n + 1) / SPHERE_POINTS, r = sqrt(1 - z * z);
-        const sc_vec3 point = {r * cos(golden * n), r * sin(golden * n), z};
-        int best = 0;
-
-        for (int i = 1; i < DIRECTIONS; i++) {
-            if (fabs(sc_vec3_dot(point, unit[i])) > fabs(sc_vec3_dot(point, unit[best])))
-                best = i;
-        }
-        nearest[best]++;
-    }
-    for (int i = 0; i < DIRECTIONS; i++) /* area = 2 x mean over directions of crossings x area */
-        out[i] *= 2.0 * nearest[i] / SPHERE_POINTS;
+    sc_each_boundary(mine.p, begin, end, add_faces, &mine);
 }
 
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
 {
+    const sc_affine *to_mm = &p->volume->to_ras_mm;
     const size_t labels = (size_t)p->volume->label_count;
-    surface_counter counter = {.p = p};
-    double area[DIRECTIONS];
+    surface_sum s = {.p = p};
     void *block = NULL;
-    sc_status status =
-        sc_zalloc(ctx, labels * (size_t)p->threads, sizeof *counter.crossings, &block);
+    double largest_mm2 = 0;
+    sc_status status = sc_zalloc(ctx, labels * (size_t)p->threads, sizeof *s.sums, &block);
 
     if (status != SC_OK)
         return status;
-    counter.crossings = block;
-    sc_parallel_for(p->threads, p->brick_count, 4096, count_in_bricks, &counter);
-    area_per_crossing(&p->volume->to_ras_mm, area);
+    s.sums = block;
+    for (int axis = 0; axis < 3; axis++) {
+        s.face[axis] = sc_vec3_cross(sc_affine_column(to_mm, (axis + 1) % 3),
+                                     sc_affine_column(to_mm, (axis + 2) % 3));
+        largest_mm2 = fmax(largest_mm2, sc_vec3_length(s.face[axis]));
+    }
+    s.units_per_mm2 = (1 << 20) / largest_mm2;
+    sc_parallel_for(p->threads, p->brick_count, 4096, add_bricks, &s);
     for (size_t id = 0; id < labels; id++) {
-        for (int i = 0; i < DIRECTIONS; i++) {
-            uint64_t crossings = 0;
-
-            for (int thread = 0; thread < p->threads; thread++)
-                crossings += counter.crossings[(size_t)thread * labels + id][i];
-            p->stats[id].surface_mm2 += (double)crossings * area[i];
-        }
+        for (int thread = 0; thread < p->threads; thread++)
+            p->stats[id].surface_mm2 +=
+                (double)s.sums[(size_t)thread * labels + id] / s.units_per_mm2;
     }
     sc_free(block);
     return SC_OK;

@@ -263,8 +263,8 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     for (int i = 0; i < 3; i++)
         t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / smallest_mm;
     for (int n = 0; n < 27; n++) {
-        const sc_vec3 step = {(n % 3 - 1) * t.step_units[0], (n / 3 % 3 - 1) * t.step_units[1],
-                              (n / 9 - 1) * t.step_units[2]};
+        const int x = n % 3 - 1, y = n / 3 % 3 - 1, z = n / 9 - 1;
+        const sc_vec3 step = {x * t.step_units[0], y * t.step_units[1], z * t.step_units[2]};
 
         t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
     }

@@ -75,7 +75,8 @@ static double needed(const swept *s, const sc_orbit *orbit, double aspect, doubl
     double most = 1e-3;
 
     for (int i = 0; i < 2 * SLICES; i++) {
-        const double h = s->low + (s->high - s->low) * ((i + 1) / 2) / SLICES;
+        const int edge = (i + 1) / 2; /* of slice i / 2: its lower, then its upper */
+        const double h = s->low + (s->high - s->low) * edge / SLICES;
         const double r = s->radius[i / 2];
 
         for (int n = 0; n < ANGLES; n++) {

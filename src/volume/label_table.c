@@ -142,6 +142,15 @@ static bool is_blank_or_comment(const char *line)
     return !*line || *line == '#';
 }
 
+/* "id R G B A VIS MSH", then a name in quotes. */
+static bool looks_like_itksnap(const char *line)
+{
+    int end = -1;
+
+    (void)sscanf(line, "%*d %*d %*d %*d %*f %*d %*d %n", &end);
+    return end > 0 && line[end] == '"';
+}
+
 /* ITK-SNAP by its header or quotes; Slicer's tables say 255 for opaque, FreeSurfer's 0. */
 static sc_table_format guess(const char *text)
 {
@@ -151,17 +160,14 @@ static sc_table_format guess(const char *text)
     if (strstr(text, "ITK-SnAP") || strstr(text, "ITK-SNAP"))
         return SC_TABLE_ITKSNAP;
     while (*line) {
-        int count = 0;
         double last = 0;
 
+        if (looks_like_itksnap(line))
+            return SC_TABLE_ITKSNAP;
         if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
-            sscanf(line, "%*d %*s %*d %*d %*d %lf%n", &last, &count) == 1) {
+            sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
             opaque_255 += last == 255;
             opaque_0 += last == 0;
-        } else if (!is_blank_or_comment(line) &&
-                   sscanf(line, "%*d %*d %*d %*d %*f %*d %*d %n\"", &count) == 0 && count > 0 &&
-                   line[count] == '"') {
-            return SC_TABLE_ITKSNAP;
         }
         line += strcspn(line, "\n");
         line += *line == '\n';

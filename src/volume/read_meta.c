@@ -61,9 +61,7 @@ static bool parse_field(meta *m, const char *key, const char *value)
         m->dimensions = atoi(value);
     else if (!strcmp(key, "DimSize"))
         return parse_size(m, value);
-    else if (!strcmp(key, "ElementSpacing"))
-        return numbers(value, 3, m->spacing) == 3;
-    else if (!strcmp(key, "ElementSize") && m->spacing[0] == 0)
+    else if (!strcmp(key, "ElementSpacing") || (!strcmp(key, "ElementSize") && m->spacing[0] == 0))
         return numbers(value, 3, m->spacing) == 3;
     else if (!strcmp(key, "Offset") || !strcmp(key, "Position") || !strcmp(key, "Origin"))
         return numbers(value, 3, m->offset) == 3;

@@ -331,8 +331,10 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
         if (end == at)
             break;
         if (value < lowest[raw->type] || value > highest[raw->type])
-            status = sc_fail(ctx, SC_ERR_DATA, "%s: byte %td holds %.15g, which does not fit its "
-                                               "type", path, at - text, value);
+            status = sc_fail(ctx, SC_ERR_DATA,
+                             "%s: byte %td holds %.15g, which does not fit its "
+                             "type",
+                             path, at - text, value);
         end += strspn(end, ", \t\r\n");
     }
     sc_free(text);

@@ -1,0 +1,37 @@
+# A job that cannot run says why, once, with the documented exit code, and leaves no output.
+small_job good.yaml
+"$SEGCAST" check good.yaml | grep -q 'ok: 7 frames of 96 x 72' || fail "check"
+"$SEGCAST" plan good.yaml | grep -q 'core hours' || fail "plan"
+
+refuse() { # refuse CODE PATTERN SED_SCRIPT
+    sed "$3" good.yaml >bad.yaml
+    for command in render check; do
+        expect "$1" "$2" "$SEGCAST" "$command" bad.yaml
+        one_error
+    done
+    [ ! -e out ] || fail "output in spite of an error: $2"
+}
+refuse 65 'bad.yaml:2: unknown key "outptu"; did you mean "output"' 's/^output/outptu/'
+refuse 65 'bad.yaml:4: tissue "aorat" matches no label.*did you mean "aorta"' 's/"\*"/"aorat"/'
+refuse 65 'bad.yaml:10: tissue "coronary vein.*no label' 's/coronary arteries/coronary veins x/'
+refuse 66 'none.nrrd: No such file' 's/^volume.*/volume: none.nrrd/'
+refuse 66 'is a directory' 's|^volume.*|volume: /|'
+refuse 64 'expected phantom or for example' 's/59x41x61/59x41/'
+refuse 64 'expected 2 to 4096' 's/59x41x61/59x41x1/'
+refuse 66 'no.ctbl: No such file' '1a labels: no.ctbl'
+expect 64 'not within the animation' "$SEGCAST" render good.yaml --frames 0-7; one_error
+expect 64 'not within the animation' "$SEGCAST" still good.yaml --frame 7; one_error
+expect 64 'render.samples=9' "$SEGCAST" render good.yaml --set render.samples=9; one_error
+: >file
+expect 73 'file' "$SEGCAST" render good.yaml -o file/out; one_error
+expect 73 'file' "$SEGCAST" render good.yaml -o file; one_error
+if [ "$(id -u)" != 0 ]; then
+    mkdir locked && chmod 555 locked
+    expect 73 'Permission denied' "$SEGCAST" render good.yaml -o locked/out; one_error
+fi
+
+# Nothing visible and nothing left by the planes are worth a warning or a white frame, no error.
+expect 0 'no tissue is visible' "$SEGCAST" still good.yaml --set 'tissues.*.visible=false' -o w.png
+expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.sweep.to=200% \
+    --set animation.clip.0.except=[] -o x.png
+"$IMAGE_DIFFERENCE" w.png x.png || fail "a clip that removes everything leaves something"

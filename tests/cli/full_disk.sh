@@ -1,0 +1,26 @@
+# Writing fails in the middle: exit 74, one message, nothing half-done under a final name.
+# The limit of file sizes stands for a full disk; its signal is ignored, so that writes fail.
+small_job job.yaml
+trap '' XFSZ
+limited() { (ulimit -f 8; exec "$@"); } # 8 blocks of 1 KiB
+
+code=0
+limited "$SEGCAST" render job.yaml -o out --set output.size=[640,480] --set output.video=film.mp4 \
+    --set output.crf=1 >stdout.txt 2>stderr.txt || code=$?
+[ $code = 74 ] || { cat stderr.txt; fail "exit $code, expected 74"; }
+one_error
+[ -z "$(ls -A out | grep film)" ] || fail "left: $(ls -A out)"
+jq -e '.state == "failed"' out/status.json >/dev/null || fail "status"
+
+code=0
+limited "$SEGCAST" render job.yaml -o png --set output.size=[640,480] --set output.frames=png \
+    >stdout.txt 2>stderr.txt || code=$?
+[ $code = 74 ] || fail "exit $code, expected 74"
+one_error
+[ -z "$(ls -A png/frames)" ] || fail "left: $(ls -A png/frames)"
+
+code=0
+limited "$SEGCAST" phantom --size 200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
+[ $code = 74 ] || fail "exit $code, expected 74"
+one_error
+[ -z "$(ls -A | grep nrrd)" ] || fail "left: $(ls -A)"

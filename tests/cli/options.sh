@@ -1,0 +1,31 @@
+# Options: help and version everywhere, mistakes named, exit code 64.
+"$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
+for word in commit compiler MPI libav; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
+"$SEGCAST" --help | grep -q 'exit codes' || fail "no help"
+for command in render check plan still orbit info phantom; do
+    "$SEGCAST" "$command" --help | grep -q "usage: segcast $command" || fail "$command --help"
+done
+expect 64 'no command' "$SEGCAST"; one_error
+expect 64 'did you mean "render"' "$SEGCAST" rendr; one_error
+expect 64 'needs JOB.yaml' "$SEGCAST" render; one_error
+expect 64 'did you mean --frames' "$SEGCAST" render job.yaml --fraems 1; one_error
+expect 64 'needs a value' "$SEGCAST" render job.yaml -o; one_error
+expect 64 'unexpected argument' "$SEGCAST" render a.yaml b.yaml; one_error
+expect 64 '1 to 4096' "$SEGCAST" render a.yaml --threads 0; one_error
+expect 64 'for example 128x96x128' "$SEGCAST" phantom --size 12; one_error
+expect 66 'missing.yaml: No such file' "$SEGCAST" render missing.yaml; one_error
+expect 66 'is a directory' "$SEGCAST" info /; one_error
+
+# Without a job file: a phantom written, looked at, and turned.
+"$SEGCAST" phantom --size 40x30x42 -o p.nrrd -q >/dev/null
+"$SEGCAST" info p.nrrd --json | jq -e '.size == [40,30,42] and .axes == "RAS" and
+    (.labels | length) == 21 and ([.labels[1:][].voxels] | min) >= 0 and
+    (.labels[10] | .name == "left ventricular myocardium" and .thickness_mm > 3 and
+     .surface_mm2 > 1000 and .boundary_voxels > 0)' >/dev/null || fail "info --json"
+"$SEGCAST" info p.nrrd | grep -q 'superior vena cava' || fail "info"
+mkdir sub
+(cd sub && "$SEGCAST" orbit ../p.nrrd -o turn.mp4 --frames 5 --size 64x48 -q >/dev/null)
+"$VIDEO_PROBE" sub/turn.mp4 | grep -q '5 frames of 64 x 48' || fail "orbit"
+[ "$(ls sub)" = turn.mp4 ] || fail "orbit leaves other files: $(ls sub)"
+expect 66 'nowhere.nrrd: No such file' "$SEGCAST" orbit nowhere.nrrd; one_error
+expect 64 'expected a name ending in' "$SEGCAST" orbit p.nrrd -o turn.avi

@@ -1,0 +1,43 @@
+# What a finished job leaves, against the contract.
+small_job job.yaml
+"$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
+[ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output: $(cat said.txt)"
+[ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl stats.json status.json " ] ||
+    fail "files: $(ls -a out)"
+[ -z "$(find out -name '.*.tmp.*')" ] || fail "temporary files are left"
+"$VIDEO_PROBE" out/film.mp4 | grep -q '7 frames of 96 x 72, last at 0.2000 s' || fail "video"
+[ "$(ls out/frames | wc -l)" = 7 ] && [ -e out/frames/000006.png ] || fail "frames"
+jq -e '.state == "complete" and .done == 7 and .total == 7' out/status.json >/dev/null || fail status
+head -1 out/manifest.jsonl | jq -e '.frames == 7 and (.job_hash | length) == 16 and
+    (.volume_hash | length) == 16 and .size == [96,72] and .version' >/dev/null || fail "manifest head"
+[ "$(hashes out | wc -l)" = 7 ] || fail "manifest lines"
+jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nodes == 1 and
+    .wall_s > 0 and .cpu_s > 0 and (.imbalance >= 0) and
+    (.phases | keys) == ["encode","gather","idle","prepare","read","render","share","write"] and
+    ([.phases[] | .wall_s >= 0 and .cpu_s >= 0] | all) and
+    (.frames | length) == 7 and (.frames[3] | .frame == 3 and .rays > 0 and .samples > 0 and
+      .render_cpu_s > 0 and (.hash | length) == 16) and
+    .memory.volume_bytes == 59*41*61 and .memory.prepared_bytes > .memory.volume_bytes and
+    (.memory.peak_rss_bytes | length) == 1 and .speed.frames_per_s > 0' out/stats.json >/dev/null ||
+    fail "stats.json"
+[ "$(wc -l <out/frames.csv)" = 8 ] || fail "frames.csv"
+
+# The resolved job makes the same pictures, and so does any slice of it.
+"$SEGCAST" render out/job.yaml -o again -q >/dev/null
+[ "$(hashes out)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
+[ "$(head -1 out/manifest.jsonl | jq .job_hash)" = "$(head -1 again/manifest.jsonl | jq .job_hash)" ] ||
+    fail "the resolved job is another job"
+"$SEGCAST" render job.yaml -o slice --frames 1-5:2 -q >/dev/null
+[ "$(hashes slice)" = "$(hashes out | sed -n '2p;4p;6p')" ] || fail "a slice makes other pictures"
+"$SEGCAST" still job.yaml --frame 4 -o still.png -q >/dev/null
+"$IMAGE_DIFFERENCE" still.png out/frames/000004.png || fail "still differs from the frame"
+
+# A picture of another job is another job; where it is written does not matter.
+"$SEGCAST" render job.yaml -o other -q --set render.step=0.7 --frames 0 >/dev/null
+[ "$(head -1 other/manifest.jsonl | jq .job_hash)" != "$(head -1 out/manifest.jsonl | jq .job_hash)" ] ||
+    fail "job hash ignores the step"
+
+# Progress in a log is plain lines, and the last line of a run sums it up.
+expect 0 'drawing [0-9.]+ CPU s/frame' "$SEGCAST" render job.yaml -o log
+grep -q $'\r' stderr.txt && fail "a bar in a log"
+true

@@ -1,0 +1,19 @@
+# The jobs of jobs/ as they stand, small: every one runs, and its pictures are those kept here.
+# Update after looking at them: GOLDEN_UPDATE=1 ctest -L golden
+golden=$SOURCE/tests/golden
+for job in "$SOURCE"/jobs/*.yaml; do
+    name=$(basename "$job" .yaml)
+    frames=$(sed -n 's/^ *frames: *//p' "$job")
+    chosen=0,$((frames / 4)),$((frames / 2)),$((frames * 3 / 4)),$((frames - 1))
+    "$SEGCAST" render "$job" -o "$name" -q --frames "$chosen" --set volume=phantom:117x81x122 \
+        --set output.size=[160,90] --set output.frames=png >/dev/null
+    "$VIDEO_PROBE" "$name/$name.mp4" | grep -q '5 frames of 160 x 90' || fail "$name: video"
+    for picture in "$name"/frames/*.png; do
+        keep=$golden/$name-$(basename "$picture")
+        [ -z "${GOLDEN_UPDATE:-}" ] || cp "$picture" "$keep"
+        [ -e "$keep" ] || fail "no golden picture $keep"
+        # decoded pixels; one level for another compiler's last bit, and few pixels beyond
+        "$IMAGE_DIFFERENCE" "$picture" "$keep" 255 0.5 || fail "$name: $(basename "$picture")"
+    done
+    [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: golden pictures without a frame"
+done

@@ -1,0 +1,30 @@
+# Whatever is wrong, all ranks leave together, with one message and one exit code, in time.
+small_job good.yaml
+refuse() { # refuse CODE PATTERN ARGUMENT...
+    local want=$1 pattern=$2 code=0
+    shift 2
+    timeout 60 mpirun -n 3 "$SEGCAST" "$@" >stdout.txt 2>stderr.txt || code=$?
+    [ "$code" = "$want" ] || { cat stderr.txt >&2; fail "exit $code, expected $want: $*"; }
+    grep -qE -- "$pattern" stderr.txt || { cat stderr.txt >&2; fail "no \"$pattern\": $*"; }
+    [ "$(grep -c 'segcast: .*error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "not one error"; }
+}
+sed 's/^render:/rendr:/; s/tissues/tissuse/' good.yaml >bad.yaml
+refuse 65 'did you mean "tissues"' render bad.yaml
+refuse 66 'No such file' render nowhere.yaml
+sed 's/^volume.*/volume: none.nrrd/' good.yaml >bad.yaml
+refuse 66 'none.nrrd: No such file' render bad.yaml
+printf 'NRRD0004\ntype: uchar\n' >cut.nrrd
+sed 's/^volume.*/volume: cut.nrrd/' good.yaml >bad.yaml
+refuse 65 'cut.nrrd: not a readable NRRD' render bad.yaml
+sed 's/"\*"/nothing/' good.yaml >bad.yaml
+refuse 65 'matches no label' render bad.yaml
+refuse 64 'not within the animation' render good.yaml --frames 99
+refuse 64 'unknown option' render good.yaml --nonsense
+: >file
+refuse 73 'file' render good.yaml -o file/out
+# Writing fails in the middle of the run: a folder stands where a frame belongs.
+mkdir -p full/frames/000003.png/taken
+refuse 74 '000003.png: cannot be written' render good.yaml -o full --set output.frames=png
+[ -z "$(find full -name '.*.tmp.*')" ] || fail "left: $(find full)"
+jq -e '.state == "failed" and .done == 3' full/status.json >/dev/null || fail "status"
+timeout 60 mpirun -n 2 "$SEGCAST" check good.yaml >/dev/null 2>&1 || fail "check under mpirun"

@@ -1,0 +1,22 @@
+# USR1 to any rank: no new frames, what is in flight is finished, exit 75, a playable part.
+small_job job.yaml
+sed -i 's/frames: 7/frames: 4000/' job.yaml
+mpirun -n 2 "$SEGCAST" render job.yaml -o out --set output.video=film.mp4 >stdout.txt 2>stderr.txt &
+launcher=$!
+for _ in $(seq 300); do
+    [ "$( (grep -c frame\" out/manifest.jsonl 2>/dev/null) || true)" -gt 5 ] 2>/dev/null && break
+    sleep 0.1
+done
+# the rank that is not rank 0
+pids=$(pgrep -P $launcher)
+[ "$(wc -w <<<"$pids")" = 2 ] || fail "expected two ranks, found: $pids"
+kill -USR1 "$(tail -1 <<<"$pids")"
+code=0
+wait $launcher || code=$?
+[ $code = 75 ] || { cat stderr.txt >&2; fail "exit $code, expected 75"; }
+grep -q 'stopped on request' stderr.txt || fail "no message"
+done=$(jq .done out/status.json)
+jq -e '.state == "incomplete" and .done < 4000' out/status.json >/dev/null || fail "status"
+[ "$(hashes out | wc -l)" = "$done" ] || fail "manifest and status disagree"
+[ ! -e out/film.mp4 ] || fail "a part bears the final name"
+"$VIDEO_PROBE" out/film.partial.mp4 | grep -q "^$done frames" || fail "the part cannot be played"

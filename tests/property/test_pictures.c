@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What must hold of any picture: it shows the anatomy, not the file. */
+#include "check.h"
+
+#include "scenes.h"
+
+#include <math.h>
+
+static sc_image front_picture(sc_volume volume)
+{
+    small_scene s = make_scene(volume, 0.7);
+    sc_scene scene;
+    sc_image image;
+
+    s.settings.samples = 2;
+    scene = front_view(&s);
+    image = draw_view(&s, &scene, NULL);
+    free_scene(&s);
+    return image;
+}
+
+static void expect_alike(const sc_image *a, const sc_image *b, double rms)
+{
+    sc_image_difference d;
+
+    assert_true(sc_image_compare(a, b, &d));
+    if (d.rms > rms)
+        fail_msg("pictures differ: rms %.3f, largest %d, %zu pixels", d.rms, d.largest,
+                 d.differing_px);
+}
+
+/* The same tissue in the same place, stored along other axes: axis i of the copy runs along axis
+ * order[i] of the original, backwards where flip says so. */
+static sc_volume restored(const sc_volume *v, const int order[3], int flip)
+{
+    sc_volume out = *v;
+    const size_t stride[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
+    void *block;
+    size_t n = 0;
+
+    assert_ok(sc_alloc(&quiet, sc_volume_voxels(v), 1, &out.ids));
+    assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_label), &block));
+    memcpy(block, v->labels, (size_t)v->label_count * sizeof(sc_label));
+    out.labels = block;
+    for (int i = 0; i < 3; i++) {
+        out.size[i] = v->size[order[i]];
+        for (int row = 0; row < 3; row++) {
+            const double column = v->to_ras_mm.m[row][order[i]];
+
+            out.to_ras_mm.m[row][i] = flip >> i & 1 ? -column : column;
+            out.to_ras_mm.m[row][3] += flip >> i & 1 ? column * (out.size[i] - 1) : 0;
+        }
+    }
+    for (int z = 0; z < out.size[2]; z++) {
+        for (int y = 0; y < out.size[1]; y++) {
+            for (int x = 0; x < out.size[0]; x++, n++) {
+                const int at[3] = {x, y, z};
+                size_t from = 0;
+
+                for (int i = 0; i < 3; i++)
+                    from += stride[order[i]] *
+                            (size_t)(flip >> i & 1 ? out.size[i] - 1 - at[i] : at[i]);
+                ((uint8_t *)out.ids)[n] = ((const uint8_t *)v->ids)[from];
+            }
+        }
+    }
+    return out;
+}
+
+static void all_48_orientations_of_a_file_give_one_picture(void **state)
+{
+    static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                     {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+    sc_volume original = small_phantom();
+    sc_image first = front_picture(restored(&original, orders[0], 0));
+
+    (void)state;
+    for (int i = 1; i < 48; i++) {
+        sc_image other = front_picture(restored(&original, orders[i / 8], i % 8));
+
+        expect_alike(&first, &other, 0.6); /* rounding moves a sample across a voxel's face */
+        sc_image_clear(&other);
+    }
+    sc_image_clear(&first);
+    sc_volume_clear(&original);
+}
+
+static void mirrored_anatomy_gives_another_picture(void **state)
+{
+    sc_volume original = small_phantom(), mirrored;
+    sc_image a, b;
+    sc_image_difference d;
+
+    (void)state;
+    mirrored = restored(&original, (const int[]){0, 1, 2}, 0);
+    mirrored.to_ras_mm.m[0][0] *= -1;
+    mirrored.to_ras_mm.m[0][3] *= -1;
+    b = front_picture(mirrored);
+    a = front_picture(original);
+    assert_true(sc_image_compare(&a, &b, &d));
+    assert_true(d.rms > 20);
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+}
+
+/* Other numbers for the same tissues, colours moving along: not one bit changes. */
+static void relabelling_volume_and_table_together_changes_nothing(void **state)
+{
+    sc_volume original = small_phantom(), renamed;
+    sc_image a, b;
+
+    (void)state;
+    renamed = restored(&original, (const int[]){0, 1, 2}, 0);
+    for (int id = 1; id < renamed.label_count; id++) { /* the order of ids is reversed */
+        renamed.labels[renamed.label_count - id] = original.labels[id];
+        renamed.labels[renamed.label_count - id].value = 1000 - 3 * id;
+    }
+    for (size_t i = 0; i < sc_volume_voxels(&renamed); i++) {
+        uint8_t *id = (uint8_t *)renamed.ids + i;
+
+        *id = *id ? (uint8_t)(renamed.label_count - *id) : 0;
+    }
+    a = front_picture(original);
+    b = front_picture(renamed);
+    expect_alike(&a, &b, 0);
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+}
+
+static double difference_rms(const sc_image *a, const sc_image *b)
+{
+    sc_image_difference d;
+
+    assert_true(sc_image_compare(a, b, &d));
+    return d.rms;
+}
+
+/* Spacing counts: slices twice as thick show the same heart, better than one that is twice as
+ * coarse everywhere does; and far better than the thick slices would if taken for cubes. */
+static void thick_slices_show_the_same_heart(void **state)
+{
+    static const int sizes[3][3] = {{120, 84, 124}, {120, 84, 62}, {60, 42, 62}};
+    sc_phantom *phantom;
+    sc_volume flat;
+    sc_image images[3], squashed;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    for (int i = 0; i < 3; i++) {
+        sc_volume v;
+
+        assert_ok(sc_phantom_volume(&quiet, phantom, sizes[i], 2, &v));
+        images[i] = front_picture(v);
+    }
+    assert_ok(sc_phantom_volume(&quiet, phantom, sizes[1], 2, &flat));
+    flat.to_ras_mm.m[2][2] /= 2;
+    squashed = front_picture(flat);
+    assert_true(difference_rms(&images[1], &images[0]) < difference_rms(&images[2], &images[0]));
+    assert_true(3 * difference_rms(&images[1], &images[0]) < difference_rms(&squashed, &images[0]));
+    sc_phantom_free(phantom);
+    for (int i = 0; i < 3; i++)
+        sc_image_clear(&images[i]);
+    sc_image_clear(&squashed);
+}
+
+static size_t covered(const sc_image *image)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < sc_image_bytes(image); i += 3)
+        count += memcmp(image->rgb + i, "\xff\xff\xff", 3) != 0;
+    return count;
+}
+
+/* A plane that moves through the heart only ever takes away. */
+static void a_sweep_uncovers_monotonically(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 1);
+    sc_animation a = {0};
+    sc_renderer *r;
+    sc_timeline t;
+    size_t last = SIZE_MAX;
+
+    (void)state;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    (void)orbit_of(r, 9.0 / 7, 12, &a);
+    a.camera.turns = 0;
+    a.sweep_count = 1;
+    a.sweeps[0] = (sc_sweep){{0, 0, -1}, {0, true}, {100, true}, 0, 1, SC_EASE_LINEAR};
+    t = orbit_of(r, 9.0 / 7, 12, &a);
+    sc_renderer_free(r);
+    for (int k = 0; k < 12; k++) {
+        const sc_scene scene = sc_timeline_scene(&t, k);
+        sc_image image = draw_view(&s, &scene, NULL);
+        const size_t now = covered(&image);
+
+        assert_true(now <= last);
+        assert_true(k == 0 ? now > 1000 : true);
+        last = now;
+        sc_image_clear(&image);
+    }
+    assert_true(last < 60);
+    free_scene(&s);
+}
+
+/* A quarter turn of the camera equals a quarter turn of the patient. */
+static void a_quarter_turn_equals_permuted_axes(void **state)
+{
+    sc_volume original = small_phantom(), turned;
+    small_scene a, b;
+    sc_animation animation = {0};
+    sc_renderer *r;
+    sc_timeline t;
+    sc_scene scene;
+    sc_image first, second;
+
+    (void)state;
+    turned = restored(&original, (const int[]){0, 1, 2}, 0);
+    for (int i = 0; i < 4; i++) { /* the patient turns by -90 degrees about z: (x, y) -> (y, -x) */
+        turned.to_ras_mm.m[0][i] = original.to_ras_mm.m[1][i];
+        turned.to_ras_mm.m[1][i] = -original.to_ras_mm.m[0][i];
+    }
+    a = make_scene(original, 0.7);
+    b = make_scene(turned, 0.7);
+    assert_ok(sc_renderer_new(&quiet, &a.settings, &a.prepared.view, a.tissues, &r));
+    t = orbit_of(r, 9.0 / 7, 8, &animation);
+    sc_renderer_free(r);
+    scene = sc_timeline_scene(&t, 2);
+    first = draw_view(&a, &scene, NULL);
+    animation = (sc_animation){0};
+    assert_ok(sc_renderer_new(&quiet, &b.settings, &b.prepared.view, b.tissues, &r));
+    t = orbit_of(r, 9.0 / 7, 8, &animation);
+    sc_renderer_free(r);
+    scene = sc_timeline_scene(&t, 0);
+    second = draw_view(&b, &scene, NULL);
+    expect_alike(&first, &second, 1);
+    sc_image_clear(&first);
+    sc_image_clear(&second);
+    free_scene(&a);
+    free_scene(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(all_48_orientations_of_a_file_give_one_picture),
+        cmocka_unit_test(mirrored_anatomy_gives_another_picture),
+        cmocka_unit_test(relabelling_volume_and_table_together_changes_nothing),
+        cmocka_unit_test(thick_slices_show_the_same_heart),
+        cmocka_unit_test(a_sweep_uncovers_monotonically),
+        cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
+    };
+
+    return RUN(tests);
+}

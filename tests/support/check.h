@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What unit tests share: cmocka, silent contexts, small volumes, random numbers. */
+#ifndef SC_TEST_CHECK_H
+#define SC_TEST_CHECK_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "segcast/base.h"
+
+static const sc_ctx quiet = {.level = SC_LOG_ERROR};
+
+#define assert_ok(call) assert_int_equal((call), SC_OK)
+#define assert_near(a, b, eps)                                                                     \
+    do {                                                                                           \
+        const double near_a = (a), near_b = (b);                                                   \
+        if (!(near_a - near_b <= (eps) && near_b - near_a <= (eps)))                               \
+            fail_msg("%s = %.9g, expected %.9g within %.3g", #a, near_a, near_b, (double)(eps));   \
+    } while (0)
+
+/* xorshift64*: the same numbers everywhere. */
+static inline uint64_t random_bits(uint64_t *state)
+{
+    *state ^= *state >> 12;
+    *state ^= *state << 25;
+    *state ^= *state >> 27;
+    return *state * 0x2545f4914f6cdd1du;
+}
+
+static inline double random_real(uint64_t *state, double low, double high)
+{
+    return low + (high - low) * (double)(random_bits(state) >> 11) / 9007199254740992.0;
+}
+
+/* Keeps the last message, so that a test can look at it. */
+typedef struct heard {
+    char text[2048];
+    int errors;
+} heard;
+
+static inline void hear(void *user, sc_log_level level, const char *text)
+{
+    heard *h = user;
+
+    if (level == SC_LOG_ERROR)
+        h->errors++;
+    snprintf(h->text, sizeof h->text, "%s", text);
+}
+
+static inline sc_ctx listening(heard *h)
+{
+    *h = (heard){0};
+    return (sc_ctx){.level = SC_LOG_INFO, .write = hear, .user = h};
+}
+
+#define RUN(tests) cmocka_run_group_tests(tests, NULL, NULL)
+
+#endif

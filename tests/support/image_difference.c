@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS]]: prints how two pictures differ; exit 0 within
+ * the limits (0 by default), 1 beyond them, 2 if they cannot be compared. */
+#include "segcast/image.h"
+
+#include <stdlib.h>
+
+int main(int argc, char **argv)
+{
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
+    const double level = argc > 3 ? atof(argv[3]) : 0, rms = argc > 4 ? atof(argv[4]) : 255;
+    sc_image a, b;
+    sc_image_difference d;
+
+    if (argc < 3 || sc_image_load_png(&ctx, argv[1], &a) || sc_image_load_png(&ctx, argv[2], &b))
+        return 2;
+    if (!sc_image_compare(&a, &b, &d)) {
+        printf("sizes differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
+               b.height_px);
+        return 2;
+    }
+    printf("largest %d, rms %.4f, pixels %zu of %d\n", d.largest, d.rms, d.differing_px,
+           a.width_px * a.height_px);
+    return d.largest <= level && d.rms <= rms ? 0 : 1;
+}

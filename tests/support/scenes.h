@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Small scenes for tests of pictures. */
+#ifndef SC_TEST_SCENES_H
+#define SC_TEST_SCENES_H
+
+#include "shapes.h"
+#include "segcast/phantom.h"
+#include "segcast/render.h"
+#include "segcast/timeline.h"
+
+typedef struct small_scene {
+    sc_volume volume;
+    prepared_copy prepared;
+    sc_tissue tissues[SC_LABELS_MAX > 64 ? 64 : SC_LABELS_MAX];
+    sc_render_settings settings;
+} small_scene;
+
+static inline sc_volume small_phantom(void)
+{
+    const int size[3] = {59, 41, 61};
+    sc_phantom *phantom;
+    sc_volume volume;
+
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &volume));
+    sc_phantom_free(phantom);
+    return volume;
+}
+
+/* Takes the volume over. */
+static inline small_scene make_scene(sc_volume volume, double opacity)
+{
+    small_scene s = {.volume = volume, .prepared = prepare_copy(&volume, 2),
+                     .settings = {.width_px = 90, .height_px = 70, .skip = SC_SKIP_INTERIOR,
+                                  .samples = 1, .step_voxels = 0.5, .caps = true,
+                                  .background = {255, 255, 255}, .tile_px = 32, .threads = 1}};
+    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = opacity};
+
+    assert_ok(sc_transfer_resolve(&quiet, &s.prepared.view, &rule, 1, s.tissues));
+    return s;
+}
+
+static inline void free_scene(small_scene *s)
+{
+    sc_free(s->prepared.block);
+    sc_volume_clear(&s->volume);
+}
+
+static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, int frames,
+                                   sc_animation *a)
+{
+    sc_timeline t;
+    size_t count;
+    const sc_vec3 *hull = sc_renderer_hull(renderer, &count);
+
+    if (!a->frames)
+        *a = (sc_animation){.frames = frames,
+                            .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14,
+                                       .fov_deg = 30, .zoom = {1, 1, 0, 1, 0}}};
+    sc_timeline_resolve(a, hull, count, aspect, &t);
+    return t;
+}
+
+/* Render one view; the caller frees the picture. */
+static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
+                                 sc_render_stats *stats)
+{
+    sc_renderer *r;
+    sc_image image;
+    sc_render_stats local;
+
+    assert_ok(sc_renderer_new(&quiet, &s->settings, &s->prepared.view, s->tissues, &r));
+    assert_ok(sc_image_init(&quiet, s->settings.width_px, s->settings.height_px, &image));
+    sc_render_frame(r, scene, &image, stats ? stats : &local);
+    sc_renderer_free(r);
+    return image;
+}
+
+/* The view from the front of everything. */
+static inline sc_scene front_view(const small_scene *s)
+{
+    sc_animation a = {0};
+    sc_renderer *r;
+    sc_timeline t;
+
+    assert_ok(sc_renderer_new(&quiet, &s->settings, &s->prepared.view, s->tissues, &r));
+    t = orbit_of(r, (double)s->settings.width_px / s->settings.height_px, 8, &a);
+    sc_renderer_free(r);
+    return sc_timeline_scene(&t, 0);
+}
+
+#endif

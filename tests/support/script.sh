@@ -1,0 +1,53 @@
+# shellcheck shell=bash
+# For test scripts: what they share.
+export OMP_NUM_THREADS=1
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_hwloc_base_binding_policy=none
+export OMPI_MCA_mpi_yield_when_idle=1 OMPI_MCA_btl_vader_single_copy_mechanism=none
+command -v ssh >/dev/null || export OMPI_MCA_plm_rsh_agent=false
+
+fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
+skip() { printf 'skipped: %s\n' "$*"; exit 77; }
+
+# expect CODE PATTERN COMMAND...: the command ends with CODE, and some line of its standard error
+# matches PATTERN (extended regular expression; empty: any).
+expect() {
+    local want=$1 pattern=$2 code=0
+    shift 2
+    "$@" >stdout.txt 2>stderr.txt || code=$?
+    [ "$code" = "$want" ] || { cat stderr.txt >&2; fail "exit $code, expected $want: $*"; }
+    [ -z "$pattern" ] || grep -qE -- "$pattern" stderr.txt || {
+        cat stderr.txt >&2
+        fail "no line matches \"$pattern\": $*"
+    }
+}
+
+# one_error: the last expect printed exactly one error.
+one_error() {
+    [ "$(grep -c 'segcast: error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "not one error"; }
+}
+
+mpi() { # mpi RANKS COMMAND...
+    local ranks=$1
+    shift
+    mpirun -n "$ranks" "$@"
+}
+
+# hashes DIR: frame and hash of each line of a manifest, in order of frames.
+hashes() { jq -r 'select(.frame != null) | "\(.frame) \(.hash)"' "$1/manifest.jsonl" | sort -n; }
+
+small_job() { # small_job FILE [EXTRA_LINES]: a quick job on a small phantom
+    cat >"$1" <<YAML
+volume: phantom:59x41x61
+output: {directory: out, size: [96, 72], video: none}
+tissues:
+  "*": {opacity: 0.6}
+animation:
+  frames: 7
+  camera: {orbit: {axis: superior, elevation: 10}}
+  clip:
+    - sweep: {normal: posterior, from: 0%, to: 60%}
+      except: [coronary arteries]
+${2:-}
+YAML
+}

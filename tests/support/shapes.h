@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Small label volumes with known answers. */
+#ifndef SC_TEST_SHAPES_H
+#define SC_TEST_SHAPES_H
+
+#include "segcast/prepare.h"
+
+/* A volume whose labels are given by a function of voxel indices; label values are ids times 3. */
+static inline sc_volume shape_volume(const int size[3], const double spacing_mm[3], int label_bytes,
+                                     int label_count, int (*id_of)(double x, double y, double z))
+{
+    sc_volume v = {.size = {size[0], size[1], size[2]}, .label_bytes = label_bytes,
+                   .label_count = label_count, .oriented = true};
+    void *block;
+    size_t n = 0;
+
+    assert_ok(sc_alloc(&quiet, sc_volume_voxels(&v), (size_t)label_bytes, &v.ids));
+    assert_ok(sc_zalloc(&quiet, (size_t)label_count, sizeof(sc_label), &block));
+    v.labels = block;
+    for (int i = 0; i < label_count; i++) {
+        v.labels[i].value = 3 * i;
+        v.labels[i].opacity = -1;
+        snprintf(v.labels[i].name, sizeof v.labels[i].name, "tissue %d", i);
+        sc_label_hash_color(3 * i, v.labels[i].rgb);
+    }
+    for (int z = 0; z < size[2]; z++) {
+        for (int y = 0; y < size[1]; y++) {
+            for (int x = 0; x < size[0]; x++, n++) {
+                const int id = id_of(x, y, z);
+
+                if (label_bytes == 1)
+                    ((uint8_t *)v.ids)[n] = (uint8_t)id;
+                else
+                    ((uint16_t *)v.ids)[n] = (uint16_t)id;
+            }
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        v.to_ras_mm.m[i][i] = spacing_mm[i];
+    return v;
+}
+
+/* A prepared volume in memory of its own. */
+typedef struct prepared_copy {
+    void *block;
+    sc_prepared view;
+} prepared_copy;
+
+static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
+{
+    sc_preparation *p;
+    prepared_copy out;
+    size_t bytes;
+
+    assert_ok(sc_prepare(&quiet, volume, threads, &p));
+    bytes = sc_preparation_bytes(p);
+    assert_ok(sc_zalloc(&quiet, bytes, 1, &out.block));
+    sc_preparation_pack(p, out.block);
+    sc_preparation_free(p);
+    assert_ok(sc_prepared_view(&quiet, out.block, bytes, &out.view));
+    return out;
+}
+
+#endif

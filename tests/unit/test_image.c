@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include "segcast/image.h"
+
+#include <math.h>
+#include <unistd.h>
+
+static sc_image noise(int width, int height, uint64_t seed)
+{
+    sc_image image;
+
+    assert_ok(sc_image_init(&quiet, width, height, &image));
+    for (size_t i = 0; i < sc_image_bytes(&image); i++)
+        image.rgb[i] = (uint8_t)(random_bits(&seed) >> 56);
+    return image;
+}
+
+static void png_keeps_every_pixel(void **state)
+{
+    sc_image image = noise(37, 23, 5), back;
+    sc_image_difference d;
+
+    (void)state;
+    assert_ok(sc_image_save_png(&quiet, &image, "noise.png"));
+    assert_ok(sc_image_load_png(&quiet, "noise.png", &back));
+    assert_true(sc_image_compare(&image, &back, &d));
+    assert_int_equal(d.differing_px, 0);
+    back.rgb[100] ^= 4;
+    assert_true(sc_image_compare(&image, &back, &d));
+    assert_int_equal(d.differing_px, 1);
+    assert_int_equal(d.largest, 4);
+    unlink("noise.png");
+    sc_image_clear(&image);
+    sc_image_clear(&back);
+}
+
+static void hash_depends_on_size_and_pixels(void **state)
+{
+    sc_image wide = noise(8, 4, 9), tall = noise(4, 8, 9);
+    uint64_t before = sc_image_hash(&wide);
+
+    (void)state;
+    assert_memory_equal(wide.rgb, tall.rgb, 96);
+    assert_int_not_equal(sc_image_hash(&wide), sc_image_hash(&tall));
+    wide.rgb[95] ^= 1;
+    assert_int_not_equal(sc_image_hash(&wide), before);
+    sc_image_clear(&wide);
+    sc_image_clear(&tall);
+}
+
+static void every_srgb_level_survives_linear_light(void **state)
+{
+    sc_srgb_table table;
+
+    (void)state;
+    sc_srgb_table_init(&table);
+    for (int level = 0; level < 256; level++)
+        assert_int_equal(sc_srgb_level(&table, (float)sc_srgb_to_linear(level / 255.0)), level);
+    assert_int_equal(sc_srgb_level(&table, -1), 0);
+    assert_int_equal(sc_srgb_level(&table, 7), 255);
+    assert_int_equal(sc_srgb_level(&table, (float)NAN), 0);
+    for (int i = 1; i < 100000; i++) /* monotone: no band is brighter than the next */
+        assert_true(sc_srgb_level(&table, (float)i / 100000) >=
+                    sc_srgb_level(&table, (float)(i - 1) / 100000));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(png_keeps_every_pixel),
+        cmocka_unit_test(hash_depends_on_size_and_pixels),
+        cmocka_unit_test(every_srgb_level_survives_linear_light),
+    };
+
+    return RUN(tests);
+}

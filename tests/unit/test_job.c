@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Job files: what is read, what is refused, and with which words. */
+#include "check.h"
+
+#include "app.h"
+#include "yaml_tree.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+static sc_status load(const char *text, heard *h, const char *setting, const char *variable,
+                      sc_job *job)
+{
+    const char *environment[] = {variable, NULL};
+    const sc_job_sources sources = {.path = "job.yaml", .settings = &setting,
+                                    .setting_count = setting != NULL,
+                                    .environment = variable ? environment : NULL};
+    const sc_ctx ctx = listening(h);
+    FILE *file = fopen("job.yaml", "w");
+    sc_status status;
+
+    fputs(text, file);
+    fclose(file);
+    *job = (sc_job){0};
+    status = sc_job_load(&ctx, &sources, job);
+    unlink("job.yaml");
+    return status;
+}
+
+static void refuses(const char *text, const char *message)
+{
+    heard h;
+    sc_job job;
+    const sc_status status = load(text, &h, NULL, NULL, &job);
+
+    if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
+        fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
+}
+
+static void mistakes_are_named_with_line_and_nearest_name(void **state)
+{
+    (void)state;
+    refuses("volume: phantom\noutptu: {}\n", "job.yaml:2: unknown key \"outptu\"; did you mean "
+                                             "\"output\"?");
+    refuses("volume: phantom\nrender:\n  samples: 5\n", "job.yaml:3: samples is \"5\", expected a "
+                                                        "number from 1 to 4");
+    refuses("volume: phantom\nrender: {samples: 1.5}\n", "expected a whole number");
+    refuses("volume: phantom\nrender: {skip: interor}\n", "job.yaml:2: unknown skip \"interor\"; "
+                                                          "did you mean \"interior\"?");
+    refuses("volume: phantom\nvolume: x\n", "job.yaml:2: key \"volume\" is given twice (first in "
+                                            "line 1)");
+    refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
+    refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2: not YAML");
+    refuses("output: {fps: 25}\n", "no volume is named");
+    refuses("- 1\n- 2\n", "expected a map of keys");
+    refuses("volume: phantom\n---\nvolume: x\n", "a second document");
+    refuses("volume: [1, 2]\n", "volume is a list, expected a text");
+    refuses("volume: phantom\noutput: {size: [100]}\n", "expected [width, height]");
+    refuses("volume: phantom\noutput: {size: [100, 8]}\n", "a number from 16 to 16384");
+    refuses("volume: phantom\noutput: {video: film.avi}\n", "job.yaml:2: video is \"film.avi\"");
+    refuses("volume: phantom\ntissues: {a: {opacity: 2}}\n", "a number from 0 to 1");
+    refuses("volume: phantom\ntissues: {a: {opacity: atuo}}\n", "auto or a number from 0 to 1");
+    refuses("volume: phantom\ntissues: {a: {colour: red}}\n", "did you mean \"color\"?");
+    refuses("volume: phantom\ntissues: {a: {color: red}}\n", "#rrggbb");
+    refuses("volume: phantom\nanimation: {camera: {orbit: {axis: superoir}}}\n",
+            "did you mean \"superior\"?");
+    refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
+    refuses("volume: phantom\nanimation: {camera: {fixed: {up: superior}}}\n",
+            "needs position_mm and target_mm");
+    refuses("volume: phantom\nanimation:\n  clip:\n    - sweep: {from: 0%}\n",
+            "job.yaml:4: a clip plane needs a normal");
+    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: [0, 0, 0]}}]}\n", "length zero");
+    refuses("volume: phantom\nanimation: {clip: [{swep: {normal: left}}]}\n",
+            "did you mean \"sweep\"?");
+    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: half}}]}\n",
+            "a place such as 40% or 12 mm");
+}
+
+static void nesting_is_bounded(void **state)
+{
+    char text[400] = "volume: ";
+    heard h;
+    sc_job job;
+
+    (void)state;
+    for (int i = 0; i < 100; i++)
+        strcat(text, "[");
+    assert_int_equal(load(text, &h, NULL, NULL, &job), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "nested more than"));
+}
+
+static const char full[] =
+    "volume: data/heart.nrrd\nlabels: /abs/heart.ctbl\n"
+    "output: {directory: out, size: [640, 480], fps: 25, video: a.mkv, frames: png}\n"
+    "render: {skip: none, background: \"#102030\", caps: none, samples: 3, step: 0.25}\n"
+    "tissues:\n  \"myo*\": {color: [1, 2, 3], opacity: 0.35}\n  7: {visible: false}\n"
+    "animation:\n  frames: 12\n"
+    "  camera: {orbit: {axis: left, turns: 2, target_mm: [1, 2, 3]}, projection: orthographic,"
+    " zoom: {from: 1, to: 2, ease: in}}\n"
+    "  clip_mode: cut\n  clip:\n"
+    "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
+    "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%}\n"
+    "farm: {tile: 16}\n";
+
+static void expect_full(const sc_job *job)
+{
+    assert_int_equal(job->output.size_px[1], 480);
+    assert_int_equal(job->output.frames, SC_FRAMES_PNG);
+    assert_int_equal(job->render.skip, SC_SKIP_NONE);
+    assert_int_equal(job->render.background[2], 0x30);
+    assert_int_equal(job->rule_count, 2);
+    assert_string_equal(job->rules[1].pattern, "7");
+    assert_true(job->rules[1].has_visible && !job->rules[1].visible);
+    assert_near(job->animation.camera.axis.x, -1, 0);
+    assert_true(job->animation.camera.has_target);
+    assert_int_equal(job->animation.camera.projection, SC_ORTHOGRAPHIC);
+    assert_near(job->animation.camera.zoom.to, 2, 0);
+    assert_int_equal(job->animation.clip_mode, SC_CLIP_CUT);
+    assert_int_equal(job->animation.sweep_count, 2);
+    assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
+    assert_near(job->animation.sweeps[0].begin, 0.2, 1e-12);
+    assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
+    assert_int_equal(job->exception_count, 2);
+    assert_string_equal(job->exceptions[0].pattern, "coronary*");
+}
+
+/* What is written as resolved reads back as the same job. */
+static void a_resolved_job_reads_back_the_same(void **state)
+{
+    heard h;
+    sc_job job, again;
+    sc_text text = {0}, twice = {0};
+
+    (void)state;
+    if (load(full, &h, NULL, NULL, &job) != SC_OK)
+        fail_msg("%s", h.text);
+    expect_full(&job);
+    assert_ok(sc_job_write(&quiet, &job, false, &text));
+    if (load(text.data, &h, NULL, NULL, &again) != SC_OK)
+        fail_msg("%s", h.text);
+    expect_full(&again);
+    assert_ok(sc_job_write(&quiet, &again, false, &twice));
+    assert_string_equal(text.data, twice.data);
+    sc_text_clear(&text);
+    sc_text_clear(&twice);
+    sc_job_clear(&job);
+    sc_job_clear(&again);
+}
+
+static void the_command_line_beats_the_environment_beats_the_file(void **state)
+{
+    static const char text[] = "volume: phantom\nrender: {samples: 2}\n";
+    heard h;
+    sc_job job;
+
+    (void)state;
+    assert_ok(load(text, &h, NULL, NULL, &job));
+    assert_int_equal(job.render.samples, 2);
+    sc_job_clear(&job);
+    assert_ok(load(text, &h, NULL, "SEGCAST_RENDER_SAMPLES=3", &job));
+    assert_int_equal(job.render.samples, 3);
+    sc_job_clear(&job);
+    assert_ok(load(text, &h, "render.samples=4", "SEGCAST_RENDER_SAMPLES=3", &job));
+    assert_int_equal(job.render.samples, 4);
+    sc_job_clear(&job);
+    assert_ok(load(text, &h, "tissues.\"left atrium\".opacity=0.25", NULL, &job));
+    assert_string_equal(job.rules[0].pattern, "left atrium");
+    sc_job_clear(&job);
+    assert_ok(load(full, &h, "animation.clip.1.plane.at=30%", NULL, &job));
+    assert_near(job.animation.sweeps[1].from.value, 30, 0);
+    sc_job_clear(&job);
+    assert_int_equal(load(text, &h, "render.samples=9", NULL, &job), SC_ERR_USAGE);
+    assert_non_null(strstr(h.text, "render.samples=9"));
+    assert_int_equal(load(text, &h, "render.smaples=2", NULL, &job), SC_ERR_USAGE);
+    assert_int_equal(load(full, &h, "animation.clip.5.plane.at=30%", NULL, &job), SC_ERR_USAGE);
+    assert_ok(load(text, &h, NULL, "SEGCAST_RENDER_SAMPELS=3", &job));
+    assert_non_null(strstr(h.text, "names no key"));
+    sc_job_clear(&job);
+}
+
+static void no_allocation_that_fails_is_lost(void **state)
+{
+    (void)state;
+    for (long n = 0;; n++) {
+        long budget = n;
+        heard h;
+        sc_ctx ctx = listening(&h);
+        const sc_job_sources sources = {.path = "job2.yaml"};
+        FILE *file = fopen("job2.yaml", "w");
+        sc_job job = {0};
+        sc_status status;
+
+        fputs(full, file);
+        fclose(file);
+        ctx.alloc_budget = &budget;
+        status = sc_job_load(&ctx, &sources, &job);
+        sc_job_clear(&job);
+        if (status == SC_OK)
+            break;
+        assert_int_equal(status, SC_ERR_MEMORY);
+    }
+    unlink("job2.yaml");
+}
+
+static void expect_frames(const char *text, int total, int count, int first, int last)
+{
+    int *frames, found;
+
+    assert_ok(sc_frames_parse(&quiet, text, total, &frames, &found));
+    assert_int_equal(found, count);
+    assert_int_equal(frames[0], first);
+    assert_int_equal(frames[count - 1], last);
+    sc_free(frames);
+}
+
+static void ranges_of_frames(void **state)
+{
+    static const char *const bad[] = {"", "a", "3-", "5-2", "0-10:0", "0-3,2", "10", "-1", "1,,2"};
+    int *frames, found;
+
+    (void)state;
+    expect_frames(NULL, 10, 10, 0, 9);
+    expect_frames("0-9:3", 10, 4, 0, 9);
+    expect_frames("7, 1 - 3", 10, 4, 1, 7);
+    for (size_t i = 0; i < SC_COUNT_OF(bad); i++)
+        assert_int_equal(sc_frames_parse(&quiet, bad[i], 10, &frames, &found), SC_ERR_USAGE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
+        cmocka_unit_test(nesting_is_bounded),
+        cmocka_unit_test(a_resolved_job_reads_back_the_same),
+        cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
+        cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(ranges_of_frames),
+    };
+
+    return RUN(tests);
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The accelerated march against the plain one, which knows nothing of preprocessing: same bits. */
+#include "check.h"
+
+#include "scenes.h"
+
+static int speckles(double x, double y, double z)
+{
+    uint64_t seed = 1 + (uint64_t)(x / 5) * 7919 + (uint64_t)(y / 3) * 104729 +
+                    (uint64_t)(z / 4) * 1299709;
+
+    random_bits(&seed);
+    return (int)((random_bits(&seed) >> 40) % 9) % 6;
+}
+
+static void expect_same(sc_image *a, sc_image *b)
+{
+    sc_image_difference d;
+
+    assert_true(sc_image_compare(a, b, &d));
+    assert_int_equal(d.differing_px, 0);
+}
+
+static bool is_blank(const sc_image *image)
+{
+    for (size_t i = 0; i < sc_image_bytes(image); i++) {
+        if (image->rgb[i] != 255)
+            return false;
+    }
+    return true;
+}
+
+/* A camera anywhere, also inside the volume, also along an axis and in a plane of the grid. */
+static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
+{
+    const sc_vec3 axes[3] = {{60, 0, 0}, {0, -60, 0}, {0, 0, 60}};
+    sc_vec3 from = {random_real(seed, -60, 60), random_real(seed, -60, 60),
+                    random_real(seed, -60, 60)};
+    sc_scene scene = {.plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP,
+                      .group_count = 2};
+
+    if (n % 5 == 0)
+        from = axes[n % 3];
+    if (n % 7 == 0)
+        from = sc_vec3_scale(from, 0.1); /* inside */
+    scene.camera = sc_camera_look(sc_vec3_add(middle, from), middle, (sc_vec3){0, 0.1, 1},
+                                  n % 3 ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC, n % 3 ? 0.5 : 21);
+    for (int i = 0; i < scene.plane_count; i++) {
+        const sc_vec3 normal = {random_real(seed, -1, 1), random_real(seed, -1, 1),
+                                n % 6 == 0 ? 0 : random_real(seed, -1, 1)};
+
+        scene.planes[i].normal = sc_vec3_unit(normal);
+        scene.planes[i].offset_mm =
+            random_real(seed, -8, 8) - sc_vec3_dot(scene.planes[i].normal, middle);
+    }
+    scene.groups[0] = (1u << scene.plane_count) - 1;
+    scene.groups[1] = scene.groups[0] & 1;
+    return scene;
+}
+
+static void both_methods_give_the_same_bits_everywhere(void **state)
+{
+    const int size[3] = {37, 26, 31};
+    const double spacing[3] = {1, 1.3, 0.8};
+    uint64_t seed = 23;
+    int blank = 0;
+
+    (void)state;
+    for (int n = 0; n < 60; n++) {
+        small_scene s =
+            make_scene(shape_volume(size, spacing, 1 + n % 2, 6, speckles), n % 4 ? 0.4 : 1);
+        const sc_scene scene = random_scene(&seed, n, (sc_vec3){18, 17, 12.4});
+        sc_render_stats plain, fast;
+        sc_image a, b;
+
+        s.settings.samples = 1 + n % 4;
+        s.settings.step_voxels = n % 3 ? 0.5 : 0.83;
+        s.settings.caps = n % 8 != 0;
+        for (int id = 1; id < 6; id++) {
+            s.tissues[id].visible = (n + id) % 5 != 0;
+            s.tissues[id].interior_opacity = (n + id) % 3 ? 0 : 0.02;
+            s.tissues[id].clip_group = id == 4;
+        }
+        s.settings.skip = SC_SKIP_NONE;
+        a = draw_view(&s, &scene, &plain);
+        s.settings.skip = SC_SKIP_INTERIOR;
+        b = draw_view(&s, &scene, &fast);
+        expect_same(&a, &b);
+        assert_int_equal(plain.counters.contributions, fast.counters.contributions);
+        assert_true(fast.counters.samples <= plain.counters.samples);
+        blank += is_blank(&a);
+        sc_image_clear(&a);
+        sc_image_clear(&b);
+        free_scene(&s);
+    }
+    assert_true(blank < 20);
+}
+
+static void threads_tiles_and_batches_change_nothing(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 0.5);
+    const sc_scene scene = front_view(&s);
+    sc_image first;
+
+    (void)state;
+    s.settings.samples = 3;
+    first = draw_view(&s, &scene, NULL);
+    for (int n = 0; n < 6; n++) {
+        sc_image other;
+
+        s.settings.threads = 1 + n % 3;
+        s.settings.tile_px = (const int[]){8, 256, 33, 90, 17, 64}[n];
+        other = draw_view(&s, &scene, NULL);
+        expect_same(&first, &other);
+        sc_image_clear(&other);
+    }
+    sc_image_clear(&first);
+    free_scene(&s);
+}
+
+/* Counters depend on the work alone: a change of theirs is a change of the method. */
+static void the_work_of_a_frame_is_known(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 1);
+    const sc_scene scene = front_view(&s);
+    sc_render_stats stats;
+    sc_image image = draw_view(&s, &scene, &stats);
+
+    (void)state;
+    assert_in_range(stats.counters.rays, 3182 - 6, 3182 + 6); /* the last bit of a cosine */
+    assert_in_range(stats.counters.samples, 104018 - 300, 104018 + 300);
+    assert_in_range(stats.counters.contributions, 1547 - 10, 1547 + 10);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+static int ball(double x, double y, double z)
+{
+    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
+}
+
+static const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+}
+
+/* A ball cut in half shows a flat disc of one colour; without caps, its far wall. */
+static void cut_faces_are_solid(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 0.1);
+    sc_scene scene = {.plane_count = 1, .group_count = 1, .groups = {1}};
+    sc_image image;
+
+    (void)state;
+    s.settings.width_px = s.settings.height_px = 81;
+    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25}; /* keeps the back half */
+    image = draw_view(&s, &scene, NULL);
+    for (int x = 14; x <= 66; x++)
+        assert_memory_equal(pixel(&image, x, 40), pixel(&image, 40, 40), 3);
+    assert_memory_not_equal(pixel(&image, 40, 40), "\xff\xff\xff", 3);
+    assert_memory_equal(pixel(&image, 2, 40), "\xff\xff\xff", 3);
+    sc_image_clear(&image);
+    s.settings.caps = false;
+    image = draw_view(&s, &scene, NULL);
+    assert_memory_not_equal(pixel(&image, 40, 40), pixel(&image, 60, 40), 3);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+/* The middle of an opaque ball is lit from the viewer's upper left, and no cube shows: neighbouring
+ * pixels differ by little. */
+static void shading_is_smooth(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
+    sc_scene scene = {.group_count = 1};
+    sc_image image;
+
+    (void)state;
+    s.settings.width_px = s.settings.height_px = 201;
+    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+    image = draw_view(&s, &scene, NULL);
+    assert_true(pixel(&image, 70, 70)[0] > pixel(&image, 130, 130)[0] + 20);
+    for (int y = 60; y < 140; y++) {
+        for (int x = 60; x < 140; x++)
+            assert_true(abs(pixel(&image, x, y)[0] - pixel(&image, x + 1, y)[0]) < 14);
+    }
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+static void every_kernel_is_listed_and_found(void **state)
+{
+    size_t count;
+    const sc_kernel *all = sc_kernel_all(&count);
+
+    (void)state;
+    assert_int_equal(count, 4);
+    for (size_t i = 0; i < count; i++)
+        assert_ptr_equal(sc_kernel_find(all[i].surface, all[i].skip, all[i].label_bytes), &all[i]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(both_methods_give_the_same_bits_everywhere),
+        cmocka_unit_test(threads_tiles_and_batches_change_nothing),
+        cmocka_unit_test(the_work_of_a_frame_is_known),
+        cmocka_unit_test(cut_faces_are_solid),
+        cmocka_unit_test(shading_is_smooth),
+        cmocka_unit_test(every_kernel_is_listed_and_found),
+    };
+
+    return RUN(tests);
+}

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include "segcast/phantom.h"
+
+static sc_vec3 random_point(uint64_t *seed)
+{
+    return (sc_vec3){random_real(seed, -78, 78), random_real(seed, -54, 54),
+                     random_real(seed, -81, 81)};
+}
+
+static void the_descent_fills_every_voxel_with_its_owner(void **state)
+{
+    static const int sizes[][3] = {{59, 41, 61}, {33, 64, 2}};
+    sc_phantom *phantom;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    for (size_t s = 0; s < SC_COUNT_OF(sizes); s++) {
+        const int *size = sizes[s];
+        sc_volume v, again;
+
+        assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
+        assert_ok(sc_phantom_volume(&quiet, phantom, size, 3, &again));
+        assert_memory_equal(v.ids, again.ids, sc_volume_voxels(&v));
+        for (int i = 0; i < (int)sc_volume_voxels(&v); i++) {
+            const sc_vec3 index = {i % size[0], i / size[0] % size[1], i / size[0] / size[1]};
+
+            assert_int_equal(((uint8_t *)v.ids)[i],
+                             sc_phantom_owner(phantom, sc_affine_point(&v.to_ras_mm, index)));
+        }
+        sc_volume_clear(&v);
+        sc_volume_clear(&again);
+    }
+    sc_phantom_free(phantom);
+}
+
+static void all_tissues_are_there_with_names_and_colours(void **state)
+{
+    const int size[3] = {156, 108, 162};
+    uint64_t voxels[256] = {0};
+    sc_phantom *phantom;
+    sc_volume v;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
+    assert_true(v.label_count - 1 >= 14);
+    for (size_t i = 0; i < sc_volume_voxels(&v); i++)
+        voxels[((uint8_t *)v.ids)[i]]++;
+    for (int id = 1; id < v.label_count; id++) {
+        assert_true(voxels[id] > 500);
+        assert_true(v.labels[id].name[0] && v.labels[id].has_color);
+        assert_int_equal(v.labels[id].value, id);
+    }
+    sc_volume_clear(&v);
+    sc_phantom_free(phantom);
+}
+
+/* Of @p count points at a distance from @p centre, how many the tissue owns. */
+static int owned_around(const sc_phantom *phantom, int label, sc_vec3 centre, double radius_mm,
+                        int count, uint64_t *seed)
+{
+    int owned = 0;
+
+    for (int i = 0; i < count; i++) {
+        const sc_vec3 d = sc_vec3_unit((sc_vec3){random_real(seed, -1, 1),
+                                                 random_real(seed, -1, 1),
+                                                 random_real(seed, -1, 1)});
+
+        owned += sc_phantom_owner(phantom, sc_vec3_along(centre, radius_mm, d)) == label;
+    }
+    return owned;
+}
+
+/* A ball of the distance's radius holds no surface, and the foot point lies on one. */
+static void distance_is_that_of_the_nearest_surface(void **state)
+{
+    enum { AROUND = 30 };
+    sc_phantom *phantom;
+    uint64_t seed = 11;
+    int checked = 0, empty = 0, on_surface = 0;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    while (checked < 150) {
+        const sc_vec3 p = random_point(&seed);
+        const int label = 1 + (int)(random_bits(&seed) % 20);
+        const bool owned = sc_phantom_owner(phantom, p) == label;
+        sc_vec3 n;
+        double d;
+        int inside, near;
+
+        /* cheap: only points beside the tissue are worth the search */
+        if (!owned && owned_around(phantom, label, p, 2, 6, &seed) == 0)
+            continue;
+        d = sc_phantom_distance(phantom, label, p, &n);
+        checked++;
+        assert_near(sc_vec3_length(n), 1, 1e-9);
+        assert_int_equal(d < 0, owned);
+        inside = owned_around(phantom, label, p, 0.95 * fabs(d), AROUND, &seed);
+        near = owned_around(phantom, label, sc_vec3_along(p, -d, n), 0.1, AROUND, &seed);
+        empty += inside == (owned ? AROUND : 0);
+        on_surface += near > 0 && near < AROUND;
+    }
+    if (empty < 147 || on_surface < 135) /* normals jump at edges, distances do not */
+        fail_msg("%d empty balls and %d feet on the surface, of %d", empty, on_surface, checked);
+    sc_phantom_free(phantom);
+}
+
+/* Anatomy: apex to the left, front and below of the base; right is right. */
+static void the_heart_lies_as_in_a_chest(void **state)
+{
+    static const struct {
+        const char *name;
+        sc_vec3 inside;
+    } places[] = {{"left ventricle", {-30, 8, -22}}, {"right ventricle", {12, 20, -5}},
+                  {"left atrium", {5, -30, 20}}, {"right atrium", {45, -2, 12}},
+                  {"aorta", {-23, -43, -30}}, {"superior vena cava", {34, -1, 60}}};
+    sc_phantom *phantom;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
+        const int label = sc_phantom_owner(phantom, places[i].inside);
+
+        assert_int_not_equal(label, 0);
+        assert_string_equal(sc_phantom_label(phantom, label)->name, places[i].name);
+    }
+    sc_phantom_free(phantom);
+}
+
+static void saving_and_reading_gives_the_same_volume(void **state)
+{
+    const int size[3] = {30, 20, 31};
+    sc_phantom *phantom;
+    sc_volume v, back;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
+    assert_ok(sc_volume_save_nrrd(&quiet, &v, "p.nrrd"));
+    assert_ok(sc_volume_read(&quiet, "p.nrrd", &back));
+    for (size_t i = 0; i < sc_volume_voxels(&v); i++) {
+        const sc_label *a = &v.labels[((uint8_t *)v.ids)[i]];
+        const sc_label *b = &back.labels[((uint8_t *)back.ids)[i]];
+
+        assert_int_equal(a->value, b->value);
+        if (a->value == 0)
+            continue; /* background has no look */
+        assert_string_equal(a->name, b->name);
+        assert_memory_equal(a->rgb, b->rgb, 3);
+    }
+    assert_memory_equal(&v.to_ras_mm, &back.to_ras_mm, sizeof v.to_ras_mm);
+    remove("p.nrrd");
+    sc_volume_clear(&v);
+    sc_volume_clear(&back);
+    sc_phantom_free(phantom);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_descent_fills_every_voxel_with_its_owner),
+        cmocka_unit_test(all_tissues_are_there_with_names_and_colours),
+        cmocka_unit_test(distance_is_that_of_the_nearest_surface),
+        cmocka_unit_test(the_heart_lies_as_in_a_chest),
+        cmocka_unit_test(saving_and_reading_gives_the_same_volume),
+    };
+
+    return RUN(tests);
+}

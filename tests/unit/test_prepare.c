@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include "shapes.h"
+
+#include <math.h>
+
+static const double cube[3] = {1, 1, 1};
+
+static int random_id(double x, double y, double z)
+{
+    uint64_t seed = 1 + (uint64_t)(x / 3) * 7919 + (uint64_t)(y / 2) * 104729 + (uint64_t)(z / 2);
+
+    random_bits(&seed);
+    return (int)(random_bits(&seed) >> 60) % 4;
+}
+
+static uint32_t id_at(const sc_prepared *v, int x, int y, int z)
+{
+    const size_t i = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
+
+    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+        return 0;
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i] : ((const uint16_t *)v->ids)[i];
+}
+
+static bool bit_at(const sc_prepared *v, int x, int y, int z)
+{
+    const int brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
+
+    return v->boundary[brick] >> ((x & 3) + 4 * (y & 3) + 16 * (z & 3)) & 1;
+}
+
+/* The paper's rule, by hand, for both label widths and an awkward size. */
+static void boundary_is_the_rule_of_the_paper(void **state)
+{
+    const int size[3] = {23, 9, 11};
+
+    (void)state;
+    for (int bytes = 1; bytes <= 2; bytes++) {
+        sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
+        prepared_copy p = prepare_copy(&volume, 2);
+        uint64_t counts[4] = {0}, voxels[4] = {0};
+
+        for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
+            const int x = i % size[0], y = i / size[0] % size[1], z = i / size[0] / size[1];
+            const uint32_t id = id_at(&p.view, x, y, z);
+            bool boundary = false;
+
+            for (int n = 0; n < 27; n++)
+                boundary = boundary || id_at(&p.view, x + n % 3 - 1, y + n / 3 % 3 - 1,
+                                             z + n / 9 - 1) != id;
+            assert_int_equal(bit_at(&p.view, x, y, z), boundary && id);
+            counts[id] += boundary && id;
+            voxels[id]++;
+        }
+        for (int id = 0; id < 4; id++) {
+            assert_int_equal(p.view.stats[id].boundary_voxels, counts[id]);
+            assert_int_equal(p.view.stats[id].voxels, voxels[id]);
+        }
+        assert_int_equal(p.view.boundary_count, counts[1] + counts[2] + counts[3]);
+        sc_free(p.block);
+        sc_volume_clear(&volume);
+    }
+}
+
+static int ellipsoid(double x, double y, double z)
+{
+    x = (x - 40) / 30;
+    y = (y - 36.3) / 26;
+    z = (z - 38) / 33;
+    return x * x + y * y + z * z < 1;
+}
+
+static void normals_of_an_ellipsoid(void **state)
+{
+    const int size[3] = {81, 73, 77};
+
+    (void)state;
+    for (int bytes = 1; bytes <= 2; bytes++) {
+        sc_volume volume = shape_volume(size, cube, bytes, 2, ellipsoid);
+        prepared_copy p = prepare_copy(&volume, 2);
+        const sc_prepared *v = &p.view;
+        double squares = 0;
+        size_t count = 0;
+
+        for (size_t brick = 0, n = 0; n < v->boundary_count; brick++) {
+            assert_int_equal(v->normal_start[brick], n);
+            for (uint64_t mask = v->boundary[brick]; mask; mask &= mask - 1, n++) {
+                const int bit = __builtin_ctzll(mask);
+                const double x = (double)(brick % (size_t)v->bricks[0] * 4) + (bit & 3);
+                const double y = (double)(brick / (size_t)v->bricks[0] % (size_t)v->bricks[1] * 4) +
+                                 (bit >> 2 & 3);
+                const double z =
+                    (double)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) + (bit >> 4);
+                const sc_vec3 truth = sc_vec3_unit((sc_vec3){(x - 40) / 900, (y - 36.3) / 676,
+                                                             (z - 38) / 1089});
+                float got[3];
+                double angle;
+
+                sc_normal_unpack(v->normals[n], got);
+                angle = acos(fmin(1, sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1],
+                                                                               got[2]}))));
+                squares += angle * angle;
+                count++;
+            }
+        }
+        assert_near(sqrt(squares / (double)count) * 180 / M_PI, 0, 1.2);
+        sc_free(p.block);
+        sc_volume_clear(&volume);
+    }
+}
+
+static void normals_pack_to_a_tenth_of_a_degree(void **state)
+{
+    uint64_t seed = 3;
+
+    (void)state;
+    for (int i = 0; i < 1000; i++) {
+        const sc_vec3 n = sc_vec3_unit((sc_vec3){random_real(&seed, -1, 1),
+                                                 random_real(&seed, -1, 1),
+                                                 random_real(&seed, -1, 1)});
+        float back[3];
+
+        sc_normal_unpack(sc_normal_pack(n.x, n.y, n.z), back);
+        assert_near(back[0] / 511, n.x, 0.00098);
+        assert_near(back[1] / 511, n.y, 0.00098);
+        assert_near(back[2] / 511, n.z, 0.00098);
+    }
+}
+
+static int slab_and_rod(double x, double y, double z)
+{
+    if (z >= 20 && z < 29)
+        return 1;
+    x -= 30.2;
+    y -= 29.7;
+    return z >= 34 && x * x + y * y < 121 ? 2 : 0;
+}
+
+/* A slab 9 voxels thick and a rod of radius 11, in voxels of 1 x 1 x 0.5 mm. */
+static void thickness_and_surface_of_a_slab_and_a_rod(void **state)
+{
+    const int size[3] = {60, 60, 200};
+    const double spacing[3] = {1, 1, 0.5};
+    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_and_rod);
+    prepared_copy p = prepare_copy(&volume, 3);
+    const sc_label_stats *stats = p.view.stats;
+
+    (void)state;
+    assert_near(stats[1].thickness_mm, 4.5, 0.5);
+    assert_near(stats[2].thickness_mm, 22, 1.5);
+    assert_near(stats[1].surface_mm2, 2 * 3600 + 4 * 60 * 4.5, 0.06 * 8280);
+    assert_near(stats[2].surface_mm2, 2 * M_PI * 11 * 83 + 2 * M_PI * 121, 0.05 * 6497);
+    assert_int_equal(stats[2].low[2], 34);
+    assert_int_equal(stats[2].high[2], 199);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
+static void surface_of_a_ball(void **state)
+{
+    const int size[3] = {81, 73, 77};
+    sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+    prepared_copy p = prepare_copy(&volume, 1);
+    const double a = pow(30 * 26, 1.6), b = pow(30 * 33, 1.6), c = pow(26 * 33, 1.6);
+
+    (void)state; /* Thomsen's formula, good to 1 % */
+    assert_near(p.view.stats[1].surface_mm2 / (4 * M_PI * pow((a + b + c) / 3, 1 / 1.6)), 1, 0.02);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
+static void the_result_does_not_depend_on_threads(void **state)
+{
+    const int size[3] = {50, 33, 41};
+    sc_volume volume = shape_volume(size, cube, 1, 4, random_id);
+    sc_preparation *p;
+    void *blocks[2];
+    size_t bytes = 0;
+
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        assert_ok(sc_prepare(&quiet, &volume, 1 + 2 * i, &p));
+        bytes = sc_preparation_bytes(p);
+        assert_ok(sc_zalloc(&quiet, bytes, 1, &blocks[i]));
+        sc_preparation_pack(p, blocks[i]);
+        sc_preparation_free(p);
+    }
+    assert_memory_equal(blocks[0], blocks[1], bytes);
+    sc_free(blocks[0]);
+    sc_free(blocks[1]);
+    sc_volume_clear(&volume);
+}
+
+static void masks_hold_what_can_be_seen_and_hulls_its_corners(void **state)
+{
+    const int size[3] = {81, 73, 77};
+    const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
+    const uint8_t all[2] = {0, SC_SHOW_BOUNDARY | SC_SHOW_INTERIOR};
+    const uint8_t *const shows[] = {nothing, shell, all};
+    sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+    prepared_copy p = prepare_copy(&volume, 1);
+    const sc_prepared *v = &p.view;
+    const size_t masks = (size_t)(v->bricks[0] + 2) * (size_t)(v->bricks[1] + 2) *
+                         (size_t)(v->bricks[2] + 2);
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        const uint64_t wanted[] = {0, v->stats[1].boundary_voxels, v->stats[1].voxels};
+        uint64_t *visible, count = 0;
+        sc_vec3 *points;
+        size_t point_count;
+        double highest = -1;
+
+        assert_ok(sc_visible_masks(&quiet, v, shows[i], 2, &visible));
+        for (size_t m = 0; m < masks; m++)
+            count += (uint64_t)__builtin_popcountll(visible[m]);
+        assert_int_equal(count, wanted[i]);
+        assert_ok(sc_hull_points(&quiet, v, visible, &points, &point_count));
+        for (size_t n = 0; n < point_count; n++)
+            highest = fmax(highest, points[n].x);
+        assert_near(highest, i ? v->stats[1].high[0] : -1, 0);
+        sc_free(points);
+        sc_free(visible);
+    }
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
+static int everything(double x, double y, double z)
+{
+    (void)x;
+    (void)y;
+    (void)z;
+    return 1;
+}
+
+static void one_voxel_and_one_slice(void **state)
+{
+    static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        sc_volume volume = shape_volume(sizes[i], cube, 1, 2, everything);
+        prepared_copy p = prepare_copy(&volume, 2);
+
+        assert_int_equal(p.view.boundary_count, sc_volume_voxels(&volume));
+        sc_free(p.block);
+        sc_volume_clear(&volume);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(boundary_is_the_rule_of_the_paper),
+        cmocka_unit_test(normals_of_an_ellipsoid),
+        cmocka_unit_test(normals_pack_to_a_tenth_of_a_degree),
+        cmocka_unit_test(thickness_and_surface_of_a_slab_and_a_rod),
+        cmocka_unit_test(surface_of_a_ball),
+        cmocka_unit_test(the_result_does_not_depend_on_threads),
+        cmocka_unit_test(masks_hold_what_can_be_seen_and_hulls_its_corners),
+        cmocka_unit_test(one_voxel_and_one_slice),
+    };
+
+    return RUN(tests);
+}

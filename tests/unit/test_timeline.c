@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include "segcast/timeline.h"
+
+enum { CORNERS = 8 };
+
+static void box_corners(sc_vec3 out[CORNERS])
+{
+    for (int i = 0; i < CORNERS; i++)
+        out[i] = (sc_vec3){i & 1 ? 40 : -20, i & 2 ? 25 : -35, i & 4 ? 90 : 10};
+}
+
+static sc_animation animation(int frames)
+{
+    return (sc_animation){.frames = frames,
+                          .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 20,
+                                     .fov_deg = 30, .zoom = {1, 1, 0, 1, 0}}};
+}
+
+static void an_orbit_begins_in_front_and_closes_without_a_doubled_frame(void **state)
+{
+    enum { FRAMES = 12 };
+    const sc_animation a = animation(FRAMES);
+    sc_vec3 corners[CORNERS], away;
+    sc_timeline t;
+
+    (void)state;
+    box_corners(corners);
+    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+    for (int k = 0; k < FRAMES; k++) {
+        const sc_camera c = sc_timeline_scene(&t, k).camera;
+        const sc_camera next = sc_timeline_scene(&t, (k + 1) % FRAMES).camera;
+
+        away = sc_vec3_sub(c.position_mm, t.animation.camera.target_mm);
+        assert_near(sc_vec3_length(away), t.animation.camera.distance_mm, 1e-9);
+        assert_near(sc_vec3_length(sc_vec3_sub(next.position_mm, c.position_mm)),
+                    2 * t.animation.camera.distance_mm * cos(20 * M_PI / 180) *
+                        sin(M_PI / FRAMES), 1e-9);
+        assert_near(sc_vec3_dot(c.right, c.up), 0, 1e-12);
+    }
+    away = sc_vec3_sub(sc_timeline_scene(&t, 0).camera.position_mm, t.animation.camera.target_mm);
+    assert_true(away.y > 0);
+    assert_near(away.x, 0, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0).camera.right.x, -1, 1e-9); /* left is on the right */
+    away = sc_vec3_sub(sc_timeline_scene(&t, 3).camera.position_mm, t.animation.camera.target_mm);
+    assert_true(away.x < 0); /* then from the left */
+}
+
+static void expect_in_view(const sc_camera *c, double aspect, const sc_vec3 *points, double *fill)
+{
+    for (int i = 0; i < CORNERS; i++) {
+        const sc_vec3 d = sc_vec3_sub(points[i], c->position_mm);
+        const double depth = c->projection == SC_PERSPECTIVE ? sc_vec3_dot(d, c->forward) : 1;
+        const double x = sc_vec3_dot(d, c->right) / (depth * c->half_height * aspect);
+        const double y = sc_vec3_dot(d, c->up) / (depth * c->half_height);
+
+        assert_true(fabs(x) < 1 && fabs(y) < 1);
+        *fill = fmax(*fill, fmax(fabs(x), fabs(y)));
+    }
+}
+
+/* Nothing leaves the picture in any frame, and the picture is well filled. */
+static void framing_holds_everything_in_all_projections(void **state)
+{
+    sc_vec3 corners[CORNERS];
+
+    (void)state;
+    box_corners(corners);
+    for (int n = 0; n < 24; n++) {
+        const double aspect = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 1 : 2.4;
+        sc_animation a = animation(36);
+        double fill = 0;
+        sc_timeline t;
+
+        a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
+        a.camera.axis = sc_vec3_unit((sc_vec3){n % 4 == 0, n % 5 == 0, 1 - n % 2});
+        if (sc_vec3_length(a.camera.axis) == 0)
+            a.camera.axis = (sc_vec3){0, 1, 0};
+        sc_timeline_resolve(&a, corners, CORNERS, aspect, &t);
+        for (int k = 0; k < 36; k++) {
+            const sc_camera c = sc_timeline_scene(&t, k).camera;
+
+            expect_in_view(&c, aspect, corners, &fill);
+        }
+        assert_true(fill > 0.75);
+    }
+}
+
+static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
+{
+    sc_animation a = animation(50);
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+
+    (void)state;
+    box_corners(corners);
+    a.sweep_count = 2;
+    a.sweeps[0] = (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, SC_EASE_SMOOTH};
+    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, SC_EASE_LINEAR};
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25, 1e-9); /* front face, y = 25 */
+    assert_near(sc_timeline_scene(&t, 49).planes[0].offset_mm, 25 - 36, 1e-9);
+    assert_near(sc_timeline_scene(&t, 0).planes[1].offset_mm, 5, 1e-9);
+    assert_near(sc_timeline_scene(&t, 49).planes[1].offset_mm, -5, 1e-9);
+    for (int k = 1; k < 50; k++)
+        assert_true(sc_timeline_scene(&t, k).planes[0].offset_mm <=
+                    sc_timeline_scene(&t, k - 1).planes[0].offset_mm);
+    assert_near(sc_timeline_scene(&t, 9).planes[0].offset_mm, 25, 1e-9);
+    assert_near(sc_timeline_scene(&t, 40).planes[0].offset_mm, 25 - 36, 1e-9);
+}
+
+static void easing_keeps_its_ends(void **state)
+{
+    (void)state;
+    for (int e = SC_EASE_LINEAR; e <= SC_EASE_OUT; e++) {
+        assert_near(sc_ease_value((sc_ease)e, 0), 0, 0);
+        assert_near(sc_ease_value((sc_ease)e, 1), 1, 0);
+        for (int i = 1; i <= 100; i++)
+            assert_true(sc_ease_value((sc_ease)e, i / 100.0) >
+                        sc_ease_value((sc_ease)e, (i - 1) / 100.0));
+    }
+}
+
+static void zoom_scales_the_picture(void **state)
+{
+    sc_animation a = animation(11);
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+    double first;
+
+    (void)state;
+    box_corners(corners);
+    a.camera.zoom = (sc_ramp){1, 2, 0, 1, SC_EASE_LINEAR};
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    first = sc_timeline_scene(&t, 0).camera.half_height;
+    assert_near(sc_timeline_scene(&t, 10).camera.half_height, first / 2, 1e-12);
+    assert_near(sc_timeline_scene(&t, 5).camera.half_height, first / 1.5, 1e-12);
+}
+
+static void nothing_to_see_still_has_a_camera(void **state)
+{
+    const sc_animation a = animation(3);
+    sc_timeline t;
+
+    (void)state;
+    sc_timeline_resolve(&a, NULL, 0, 1, &t);
+    assert_true(isfinite(sc_timeline_scene(&t, 1).camera.position_mm.x));
+    assert_true(t.animation.camera.distance_mm > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_a_doubled_frame),
+        cmocka_unit_test(framing_holds_everything_in_all_projections),
+        cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
+        cmocka_unit_test(easing_keeps_its_ends),
+        cmocka_unit_test(zoom_scales_the_picture),
+        cmocka_unit_test(nothing_to_see_still_has_a_camera),
+    };
+
+    return RUN(tests);
+}

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Videos written and read back: count, size, times, colours, and what is left after an accident. */
+#include "check.h"
+
+#include "segcast/video.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { FRAMES = 45 };
+
+/* A grey ramp above four known colours; frame k moves a bar. */
+static sc_image test_picture(int width, int height, int k)
+{
+    static const uint8_t colors[4][3] = {{200, 30, 40}, {40, 180, 60}, {50, 60, 200},
+                                         {250, 240, 90}};
+    sc_image image;
+
+    assert_ok(sc_image_init(&quiet, width, height, &image));
+    for (int y = 0; y < height; y++) {
+        for (int x = 0; x < width; x++) {
+            uint8_t *p = image.rgb + ((size_t)y * (size_t)width + (size_t)x) * 3;
+
+            if (y < height / 2)
+                memset(p, 255 * x / width, 3);
+            else
+                memcpy(p, colors[4 * x / width], 3);
+            if (y > height - 8 && x / 4 == k)
+                memset(p, 0, 3);
+        }
+    }
+    return image;
+}
+
+typedef struct decoded {
+    int count, width, height;
+    double last_s;
+    int worst;
+} decoded;
+
+static sc_status look(void *user, int k, double time_s, const sc_image *image)
+{
+    decoded *d = user;
+    sc_image want = test_picture(image->width_px, image->height_px, k);
+
+    assert_near(time_s, k / 24.0, 1e-3);
+    d->count = k + 1;
+    d->width = image->width_px;
+    d->height = image->height_px;
+    /* the middle of each patch: chroma is stored at half resolution */
+    for (int patch = 0; patch < 4; patch++) {
+        const int x = (2 * patch + 1) * image->width_px / 8, y = 3 * image->height_px / 4;
+        const size_t at = ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+
+        for (int c = 0; c < 3; c++) {
+            const int step = abs(image->rgb[at + (size_t)c] - want.rgb[at + (size_t)c]);
+
+            d->worst = step > d->worst ? step : d->worst;
+        }
+    }
+    sc_image_clear(&want);
+    return SC_OK;
+}
+
+static void write_video(const char *path, int width, int height, int frames, bool complete)
+{
+    const sc_video_settings settings = {width, height, 24, 16, "fast"};
+    sc_sink *sink;
+
+    assert_ok(sc_sink_open_video(&quiet, path, &settings, &sink));
+    for (int k = 0; k < frames; k++) {
+        sc_image image = test_picture(width, height, k);
+
+        assert_ok(sc_sink_push(&quiet, sink, k, &image));
+        sc_image_clear(&image);
+    }
+    assert_ok(sc_sink_finish(&quiet, sink, complete));
+    sc_sink_close(sink);
+}
+
+static void every_container_decodes_to_what_was_pushed(void **state)
+{
+    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm"};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        decoded d = {0};
+
+        write_video(names[i], 192, 120, FRAMES, true);
+        assert_ok(sc_video_decode(&quiet, names[i], look, &d));
+        assert_int_equal(d.count, FRAMES);
+        assert_int_equal(d.width, 192);
+        if (d.worst > 12)
+            fail_msg("%s: a colour is off by %d levels", names[i], d.worst);
+        unlink(names[i]);
+    }
+}
+
+static void odd_sizes_are_padded_not_scaled(void **state)
+{
+    decoded d = {0};
+
+    (void)state;
+    write_video("v.mp4", 191, 119, 3, true);
+    assert_ok(sc_video_decode(&quiet, "v.mp4", look, &d));
+    assert_int_equal(d.width, 192);
+    assert_int_equal(d.height, 120);
+    unlink("v.mp4");
+}
+
+static void the_bytes_are_the_same_every_time_and_the_index_comes_first(void **state)
+{
+    char *a, *b;
+    size_t a_bytes, b_bytes, moov = 0, mdat = 0;
+
+    (void)state;
+    write_video("a.mp4", 192, 120, FRAMES, true);
+    write_video("b.mp4", 192, 120, FRAMES, true);
+    assert_ok(sc_file_read(&quiet, "a.mp4", 1 << 24, &a, &a_bytes));
+    assert_ok(sc_file_read(&quiet, "b.mp4", 1 << 24, &b, &b_bytes));
+    assert_int_equal(a_bytes, b_bytes);
+    assert_memory_equal(a, b, a_bytes);
+    for (size_t i = 0; i + 4 < a_bytes; i++) {
+        moov = !moov && !memcmp(a + i, "moov", 4) ? i : moov;
+        mdat = !mdat && !memcmp(a + i, "mdat", 4) ? i : mdat;
+    }
+    assert_true(moov && mdat && moov < mdat);
+    sc_free(a);
+    sc_free(b);
+    unlink("a.mp4");
+    unlink("b.mp4");
+}
+
+static bool exists(const char *path)
+{
+    struct stat info;
+
+    return !stat(path, &info);
+}
+
+static void nothing_half_done_bears_the_final_name(void **state)
+{
+    const sc_video_settings settings = {64, 64, 24, 16, "fast"};
+    decoded d = {0};
+    sc_sink *sink;
+    sc_image image = test_picture(64, 64, 0);
+
+    (void)state;
+    assert_ok(sc_sink_open_video(&quiet, "w.mp4", &settings, &sink));
+    assert_ok(sc_sink_push(&quiet, sink, 0, &image));
+    assert_false(exists("w.mp4"));
+    sc_sink_close(sink);
+    assert_false(exists("w.mp4"));
+    write_video("w.mp4", 192, 120, 5, false);
+    assert_false(exists("w.mp4"));
+    assert_ok(sc_video_decode(&quiet, "w.partial.mp4", look, &d));
+    assert_int_equal(d.count, 5);
+    unlink("w.partial.mp4");
+    assert_int_equal(sc_sink_open_video(&quiet, "no/such/w.mp4", &settings, &sink),
+                     SC_ERR_CREATE);
+    assert_int_equal(sc_sink_open_video(&quiet, "w.avi", &settings, &sink), SC_ERR_USAGE);
+    sc_image_clear(&image);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_container_decodes_to_what_was_pushed),
+        cmocka_unit_test(odd_sizes_are_padded_not_scaled),
+        cmocka_unit_test(the_bytes_are_the_same_every_time_and_the_index_comes_first),
+        cmocka_unit_test(nothing_half_done_bears_the_final_name),
+    };
+
+    return RUN(tests);
+}

@@ -1,0 +1,402 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Readers, on files this test writes itself: every type, byte order and orientation. */
+#include "check.h"
+
+#include "segcast/volume.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <unistd.h>
+#include <zlib.h>
+
+enum { NX = 7, NY = 5, NZ = 4, VOXELS = NX * NY * NZ };
+
+static int64_t value_of(int i)
+{
+    return i % 11 == 0 ? 0 : (i * 7) % 100;
+}
+
+static void write_file(const char *path, const char *head, const void *data, size_t bytes,
+                       bool packed)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fputs(head, file);
+    fflush(file);
+    if (packed) {
+        gzFile gz = gzdopen(dup(fileno(file)), "wb");
+
+        gzwrite(gz, data, (unsigned)bytes);
+        gzclose(gz);
+    } else {
+        fwrite(data, 1, bytes, file);
+    }
+    fclose(file);
+}
+
+static uint32_t id_at(const sc_volume *v, int i)
+{
+    return v->label_bytes == 1 ? ((uint8_t *)v->ids)[i] : ((uint16_t *)v->ids)[i];
+}
+
+static void expect_values(const sc_volume *v)
+{
+    assert_int_equal(v->size[0], NX);
+    assert_int_equal(v->size[1], NY);
+    assert_int_equal(v->size[2], NZ);
+    for (int i = 0; i < VOXELS; i++)
+        assert_int_equal(v->labels[id_at(v, i)].value, value_of(i));
+}
+
+/* Store the values as an integer or float of some width, perhaps with bytes swapped. */
+static size_t store(char *out, const char *type, bool swapped)
+{
+    const size_t each = !strcmp(type, "double") || strstr(type, "64") ? 8
+                        : !strcmp(type, "float") || strstr(type, "32") ? 4
+                        : strstr(type, "16") ? 2 : 1;
+
+    for (int i = 0; i < VOXELS; i++) {
+        const int64_t value = value_of(i);
+        const double real = (double)value;
+        const float single = (float)value;
+        char *to = out + (size_t)i * each;
+
+        memcpy(to, !strcmp(type, "double") ? (const void *)&real
+                   : !strcmp(type, "float") ? (const void *)&single : (const void *)&value, each);
+        for (size_t a = 0, b = each - 1; swapped && a < b; a++, b--) {
+            const char swap = to[a];
+
+            to[a] = to[b];
+            to[b] = swap;
+        }
+    }
+    return each * VOXELS;
+}
+
+static void nrrd_of_every_type_encoding_and_byte_order(void **state)
+{
+    static const char *const types[] = {"int8", "uint8", "int16", "uint16", "int32", "uint32",
+                                        "int64", "uint64", "float", "double"};
+    char data[VOXELS * 8], head[512];
+
+    (void)state;
+    for (size_t t = 0; t < SC_COUNT_OF(types); t++) {
+        for (int variant = 0; variant < 4; variant++) {
+            const bool swapped = variant & 1, packed = variant & 2;
+            const size_t bytes = store(data, types[t], swapped);
+            sc_volume v;
+
+            snprintf(head, sizeof head,
+                     "NRRD0004\ntype: %s\ndimension: 3\nspace: left-posterior-superior\n"
+                     "sizes: 7 5 4\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,2)\n"
+                     "space origin: (1,2,3)\nencoding: %s\nendian: %s\n\n",
+                     types[t], packed ? "gzip" : "raw", swapped ? "big" : "little");
+            write_file("t.nrrd", head, data, bytes, packed);
+            assert_ok(sc_volume_read(&quiet, "t.nrrd", &v));
+            expect_values(&v);
+            assert_near(v.to_ras_mm.m[0][0], -0.5, 0); /* left-posterior turned to right-anterior */
+            assert_near(v.to_ras_mm.m[1][3], -2, 0);
+            assert_near(v.to_ras_mm.m[2][2], 2, 0);
+            assert_true(v.oriented);
+            sc_volume_clear(&v);
+        }
+    }
+    unlink("t.nrrd");
+}
+
+static void a_detached_ascii_nrrd(void **state)
+{
+    sc_volume v;
+    FILE *file = fopen("t.txt", "w");
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++)
+        fprintf(file, "%d ", (int)value_of(i));
+    fclose(file);
+    write_file("t.nhdr", "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nspacings: 1 1 2\n"
+                         "encoding: ascii\ndata file: t.txt\n", "", 0, false);
+    assert_ok(sc_volume_read(&quiet, "t.nhdr", &v));
+    expect_values(&v);
+    assert_false(v.oriented);
+    assert_near(v.to_ras_mm.m[2][2], 2, 0);
+    sc_volume_clear(&v);
+    unlink("t.nhdr");
+    unlink("t.txt");
+}
+
+/* The bytes of a NIfTI-1 header, written field by field from the standard's offsets. */
+static void put16(unsigned char *h, size_t at, int value)
+{
+    const int16_t v = (int16_t)value;
+
+    memcpy(h + at, &v, 2);
+}
+
+static void put_real(unsigned char *h, size_t at, float value)
+{
+    memcpy(h + at, &value, 4);
+}
+
+static void nifti_header(unsigned char h[352], int datatype, int bits)
+{
+    const int32_t size = 348;
+
+    memset(h, 0, 352);
+    memcpy(h, &size, 4);
+    put16(h, 40, 3);
+    put16(h, 42, NX);
+    put16(h, 44, NY);
+    put16(h, 46, NZ);
+    for (size_t i = 48; i < 56; i += 2)
+        put16(h, i, 1);
+    put16(h, 70, datatype);
+    put16(h, 72, bits);
+    for (size_t i = 76; i < 92; i += 4)
+        put_real(h, i, 1);
+    put_real(h, 108, 352);
+    memcpy(h + 344, "n+1", 4);
+    h[123] = 2; /* mm */
+}
+
+static void set_sform(unsigned char h[352], const float m[12])
+{
+    put16(h, 254, 1);
+    for (size_t i = 0; i < 12; i++)
+        put_real(h, 280 + 4 * i, m[i]);
+}
+
+static void write_nifti(const char *path, const unsigned char h[352], const void *data,
+                        size_t bytes, bool packed)
+{
+    char whole[352 + VOXELS * 8];
+
+    memcpy(whole, h, 352);
+    memcpy(whole + 352, data, bytes);
+    write_file(path, "", whole, 352 + bytes, packed);
+}
+
+static void nifti_sform_before_qform_before_pixdim(void **state)
+{
+    static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
+    unsigned char h[352];
+    char data[VOXELS * 8];
+    const size_t bytes = store(data, "int16", false);
+    sc_volume v;
+
+    (void)state;
+    nifti_header(h, 4, 16);
+    write_nifti("t.nii", h, data, bytes, false);
+    assert_ok(sc_volume_read(&quiet, "t.nii", &v));
+    expect_values(&v);
+    assert_false(v.oriented);
+    sc_volume_clear(&v);
+    put16(h, 252, 1); /* qform: a half turn about z */
+    put_real(h, 264, 1);
+    put_real(h, 268, 7);
+    write_nifti("t.nii", h, data, bytes, false);
+    assert_ok(sc_volume_read(&quiet, "t.nii", &v));
+    assert_near(v.to_ras_mm.m[0][0], -1, 1e-6);
+    assert_near(v.to_ras_mm.m[0][3], 7, 1e-6);
+    assert_true(v.oriented);
+    sc_volume_clear(&v);
+    set_sform(h, m);
+    write_nifti("t.nii.gz", h, data, bytes, true);
+    assert_ok(sc_volume_read(&quiet, "t.nii.gz", &v));
+    expect_values(&v);
+    for (int i = 0; i < 12; i++)
+        assert_near(v.to_ras_mm.m[i / 4][i % 4], m[i], 1e-6);
+    sc_volume_clear(&v);
+    unlink("t.nii");
+    unlink("t.nii.gz");
+}
+
+static void fractions_and_infinities_are_refused_with_their_place(void **state)
+{
+    unsigned char h[352];
+    float data[VOXELS] = {0};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    nifti_header(h, 16, 32);
+    data[NX * NY + 2] = 1.5f;
+    write_nifti("t.nii", h, data, sizeof data, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "voxel (2, 0, 1) holds 1.5"));
+    data[NX * NY + 2] = NAN;
+    write_nifti("t.nii", h, data, sizeof data, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    data[NX * NY + 2] = 3e9f;
+    write_nifti("t.nii", h, data, sizeof data, false);
+    assert_ok(sc_volume_read(&ctx, "t.nii", &v));
+    assert_int_equal(v.labels[1].value, 3000000000);
+    sc_volume_clear(&v);
+    unlink("t.nii");
+}
+
+/* 300 x 300 x 1 voxels with as many labels as wanted, signed and sparse. */
+static sc_status read_labels(int distinct, sc_volume *out)
+{
+    enum { SIDE = 300 };
+    static int32_t data[SIDE * SIDE];
+    heard said;
+    sc_ctx ctx = listening(&said);
+
+    for (int i = 0; i < SIDE * SIDE; i++)
+        data[i] = i % (distinct + 1) ? (i % (distinct + 1) - 40000) * 3 + 1 : 0;
+    write_file("t.nrrd", "NRRD0004\ntype: int\ndimension: 3\nsizes: 300 300 1\nencoding: raw\n"
+                         "endian: little\n\n", data, sizeof data, false);
+    return sc_volume_read(&ctx, "t.nrrd", out);
+}
+
+static void up_to_65535_signed_sparse_labels(void **state)
+{
+    sc_volume v = {0};
+
+    (void)state;
+    assert_ok(read_labels(255, &v));
+    assert_int_equal(v.label_bytes, 1);
+    assert_int_equal(v.label_count, 256);
+    sc_volume_clear(&v);
+    assert_ok(read_labels(256, &v));
+    assert_int_equal(v.label_bytes, 2);
+    sc_volume_clear(&v);
+    assert_ok(read_labels(65535, &v));
+    assert_int_equal(v.label_count, 65536);
+    assert_int_equal(v.labels[0].value, 0);
+    for (int i = 2; i < v.label_count; i++)
+        assert_true(v.labels[i].value > v.labels[i - 1].value);
+    assert_true(v.labels[1].value < 0);
+    sc_volume_clear(&v);
+    assert_int_equal(read_labels(65536, &v), SC_ERR_DATA);
+    unlink("t.nrrd");
+}
+
+static void slicer_keys_name_and_colour_labels(void **state)
+{
+    char data[VOXELS];
+    sc_volume v;
+
+    (void)state;
+    memset(data, 3, sizeof data);
+    data[0] = 9;
+    write_file("t.seg.nrrd",
+               "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+               "Segment0_ID:=a\nSegment0_Name:=left atrium\nSegment0_LabelValue:=9\n"
+               "Segment0_Color:=1 0.5 0\nSegment1_ID:=b\nSegment1_LabelValue:=3\n"
+               "Segment1_Color:=red\n\n", data, sizeof data, false);
+    assert_ok(sc_volume_read(&quiet, "t.seg.nrrd", &v));
+    assert_int_equal(v.label_count, 3);
+    assert_string_equal(v.labels[2].name, "left atrium");
+    assert_int_equal(v.labels[2].rgb[0], 255);
+    assert_int_equal(v.labels[2].rgb[1], 128);
+    assert_string_equal(v.labels[1].name, "");
+    sc_volume_clear(&v);
+    unlink("t.seg.nrrd");
+}
+
+static void expect_table(sc_table_format format, const char *text, float opacity, bool hidden)
+{
+    sc_label_table table = {0};
+
+    write_file("t.txt", text, "", 0, false);
+    assert_ok(sc_label_table_read(&quiet, "t.txt", format, &table));
+    assert_int_equal(table.count, 1);
+    assert_int_equal(table.rows[0].value, 4);
+    assert_string_equal(table.rows[0].name, "left atrium");
+    assert_int_equal(table.rows[0].rgb[2], 30);
+    assert_near(table.rows[0].opacity, opacity, 0.003);
+    assert_int_equal(table.rows[0].hidden, hidden);
+    sc_label_table_clear(&table);
+}
+
+/* The sixth number of Slicer's table is opacity, that of FreeSurfer's is transparency. */
+static void three_kinds_of_tables(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_table table = {0};
+
+    (void)state;
+    expect_table(SC_TABLE_AUTO, "# x\n4 left_atrium 10 20 30 255\n", -1, false);
+    expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 51\n", 0.2f, false);
+    expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 0\n", 0, true);
+    expect_table(SC_TABLE_AUTO, "\xef\xbb\xbf# ITK-SnAP Label Description File\r\n"
+                                "4 10 20 30 0.5 1 1 \"left atrium\"\r\n", 0.5f, false);
+    expect_table(SC_TABLE_ITKSNAP, "4 10 20 30 1 1 0 \"left atrium\"\n", -1, true);
+    write_file("t.txt", "4 Left-Atrium 10 20 30 0\n5 b 1 2 3 0\n", "", 0, false);
+    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table));
+    assert_non_null(strstr(said.text, "FreeSurfer"));
+    assert_false(table.rows[0].hidden);
+    sc_label_table_clear(&table);
+    write_file("t.txt", "4 left_atrium\nnonsense\n", "", 0, false);
+    assert_int_equal(sc_label_table_read(&ctx, "t.txt", SC_TABLE_SLICER, &table), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "t.txt:1:"));
+    unlink("t.txt");
+}
+
+static void hash_colours_are_stable_and_distinct(void **state)
+{
+    uint8_t seen[1000][3];
+    int same = 0;
+
+    (void)state;
+    for (int i = 0; i < 1000; i++) {
+        sc_label_hash_color(i + 1, seen[i]);
+        for (int j = 0; j < i; j++)
+            same += !memcmp(seen[i], seen[j], 3);
+    }
+    assert_true(same < 5);
+    assert_int_equal(seen[0][0], 217); /* fixed for ever: colours must not change between versions */
+    assert_int_equal(seen[0][1], 128);
+    assert_int_equal(seen[0][2], 246);
+}
+
+static void no_allocation_that_fails_is_lost(void **state)
+{
+    char data[VOXELS * 8];
+    const size_t bytes = store(data, "int16", false);
+
+    (void)state;
+    write_file("t.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+                         "endian: little\nSegment0_ID:=a\nSegment0_LabelValue:=9\n\n",
+               data, bytes, false);
+    for (long n = 0;; n++) {
+        long budget = n;
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+        sc_status status;
+
+        ctx.alloc_budget = &budget;
+        status = sc_volume_read(&ctx, "t.nrrd", &v);
+        if (status == SC_OK) {
+            assert_true(n > 2);
+            sc_volume_clear(&v);
+            break;
+        }
+        assert_int_equal(status, SC_ERR_MEMORY);
+        assert_int_equal(said.errors, 1);
+        assert_null(v.ids);
+    }
+    unlink("t.nrrd");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nrrd_of_every_type_encoding_and_byte_order),
+        cmocka_unit_test(a_detached_ascii_nrrd),
+        cmocka_unit_test(nifti_sform_before_qform_before_pixdim),
+        cmocka_unit_test(fractions_and_infinities_are_refused_with_their_place),
+        cmocka_unit_test(up_to_65535_signed_sparse_labels),
+        cmocka_unit_test(slicer_keys_name_and_colour_labels),
+        cmocka_unit_test(three_kinds_of_tables),
+        cmocka_unit_test(hash_colours_are_stable_and_distinct),
+        cmocka_unit_test(no_allocation_that_fails_is_lost),
+    };
+
+    return RUN(tests);
+}
