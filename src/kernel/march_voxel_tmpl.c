@@ -233,8 +233,7 @@ static void take_cap(cursor *c, int group, int part)
         return;
     for (int i = 0; i < 3; i++)
         n[i] = -m->plane_normals[plane][i];
-    sc_face_eye(c->ray->toward_eye, n);
-    sc_light(m, c->ray->toward_eye, n, tissue->rgb, rgb);
+    sc_light_cut(c->ray->toward_eye, n, tissue->rgb, rgb);
     c->contributions++;
     blend(&c->light, rgb, 1);
 }

@@ -61,4 +61,15 @@ static inline void sc_light(const sc_march *m, const float eye[3], const float n
         out[i] = rgb[i] * diffuse + SC_SPECULAR * shine;
 }
 
+/* A cut face keeps its tissue's colour, a little darker where it is seen from the side. */
+static inline void sc_light_cut(const float eye[3], const float n[3], const float rgb[3],
+                                float out[3])
+{
+    const float head = sc_dot3(n, eye);
+    const float diffuse = 0.68f + 0.32f * (head > 0 ? head : -head);
+
+    for (int i = 0; i < 3; i++)
+        out[i] = rgb[i] * diffuse;
+}
+
 #endif

@@ -295,6 +295,32 @@ out:
     return status;
 }
 
+/* A header that lists its data files must be text to its end: Teem reads on behind a list that is
+ * none. @return SC_ERR_DATA with the byte. */
+static sc_status check_list(const sc_ctx *ctx, const char *path)
+{
+    enum { LOOK_BYTES = 1 << 16 };
+    char text[LOOK_BYTES + 1];
+    FILE *stream = fopen(path, "rb");
+    const char *list;
+    size_t count;
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+    count = fread(text, 1, LOOK_BYTES, stream);
+    fclose(stream);
+    text[count] = '\0';
+    list = strstr(text, "\ndata file: LIST");
+    if (!list)
+        list = strstr(text, "\ndatafile: LIST");
+    for (const char *c = list; c && c < text + count; c++) {
+        if ((unsigned char)*c < ' ' && *c != '\n' && *c != '\r' && *c != '\t')
+            return sc_fail(ctx, SC_ERR_DATA, "%s: byte %td is not text, expected a list of files",
+                           path, c - text);
+    }
+    return SC_OK;
+}
+
 static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
                       NrrdIoState *nio)
 {
@@ -352,6 +378,7 @@ sc_status sc_read_nrrd(const sc_ctx *ctx, const char *path, sc_raw *out)
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
+    SC_TRY(check_list(ctx, path));
     SC_TRY(load(ctx, path, true, header, header_io));
     SC_TRY(raw_type(ctx, path, header->type, &raw.type));
     SC_TRY(check_sizes(ctx, path, header, header_io, &raw));

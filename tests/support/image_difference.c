@@ -9,17 +9,22 @@ int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
     const double level = argc > 3 ? atof(argv[3]) : 0, rms = argc > 4 ? atof(argv[4]) : 255;
-    sc_image a, b;
+    sc_image a = {0}, b = {0};
     sc_image_difference d;
+    int result = 2;
 
     if (argc < 3 || sc_image_load_png(&ctx, argv[1], &a) || sc_image_load_png(&ctx, argv[2], &b))
-        return 2;
+        goto out;
     if (!sc_image_compare(&a, &b, &d)) {
         printf("sizes differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
                b.height_px);
-        return 2;
+        goto out;
     }
     printf("largest %d, rms %.4f, pixels %zu of %d\n", d.largest, d.rms, d.differing_px,
            a.width_px * a.height_px);
-    return d.largest <= level && d.rms <= rms ? 0 : 1;
+    result = d.largest <= level && d.rms <= rms ? 0 : 1;
+out:
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+    return result;
 }

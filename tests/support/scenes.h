@@ -3,10 +3,10 @@
 #ifndef SC_TEST_SCENES_H
 #define SC_TEST_SCENES_H
 
-#include "shapes.h"
 #include "segcast/phantom.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
+#include "shapes.h"
 
 typedef struct small_scene {
     sc_volume volume;
@@ -30,10 +30,17 @@ static inline sc_volume small_phantom(void)
 /* Takes the volume over. */
 static inline small_scene make_scene(sc_volume volume, double opacity)
 {
-    small_scene s = {.volume = volume, .prepared = prepare_copy(&volume, 2),
-                     .settings = {.width_px = 90, .height_px = 70, .skip = SC_SKIP_INTERIOR,
-                                  .samples = 1, .step_voxels = 0.5, .caps = true,
-                                  .background = {255, 255, 255}, .tile_px = 32, .threads = 1}};
+    small_scene s = {.volume = volume,
+                     .prepared = prepare_copy(&volume, 2),
+                     .settings = {.width_px = 90,
+                                  .height_px = 70,
+                                  .skip = SC_SKIP_INTERIOR,
+                                  .samples = 1,
+                                  .step_voxels = 0.5,
+                                  .caps = true,
+                                  .background = {255, 255, 255},
+                                  .tile_px = 32,
+                                  .threads = 1}};
     const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = opacity};
 
     assert_ok(sc_transfer_resolve(&quiet, &s.prepared.view, &rule, 1, s.tissues));
@@ -55,8 +62,11 @@ static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, i
 
     if (!a->frames)
         *a = (sc_animation){.frames = frames,
-                            .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 14,
-                                       .fov_deg = 30, .zoom = {1, 1, 0, 1, 0}}};
+                            .camera = {.axis = {0, 0, 1},
+                                       .turns = 1,
+                                       .elevation_deg = 14,
+                                       .fov_deg = 30,
+                                       .zoom = {1, 1, 0, 1, 0}}};
     sc_timeline_resolve(a, hull, count, aspect, &t);
     return t;
 }

@@ -9,8 +9,10 @@
 static inline sc_volume shape_volume(const int size[3], const double spacing_mm[3], int label_bytes,
                                      int label_count, int (*id_of)(double x, double y, double z))
 {
-    sc_volume v = {.size = {size[0], size[1], size[2]}, .label_bytes = label_bytes,
-                   .label_count = label_count, .oriented = true};
+    sc_volume v = {.size = {size[0], size[1], size[2]},
+                   .label_bytes = label_bytes,
+                   .label_count = label_count,
+                   .oriented = true};
     void *block;
     size_t n = 0;
 

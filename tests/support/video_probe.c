@@ -26,8 +26,8 @@ static sc_status take(void *user, int k, double time_s, const sc_image *image)
 int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
-    probe p = {.ctx = &ctx, .wanted = argc > 3 ? atoi(argv[2]) : -1,
-               .out = argc > 3 ? argv[3] : NULL};
+    probe p = {
+        .ctx = &ctx, .wanted = argc > 3 ? atoi(argv[2]) : -1, .out = argc > 3 ? argv[3] : NULL};
 
     if (argc < 2 || sc_video_decode(&ctx, argv[1], take, &p) != SC_OK)
         return 1;

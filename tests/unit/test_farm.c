@@ -101,8 +101,14 @@ static sc_status run(probe *p, const int *frames, int count)
 {
     sc_comm *comm;
     sc_farm_times times;
-    const sc_farm farm = {.width_px = 5, .height_px = 3, .frames = frames, .frame_count = count,
-                          .draw = draw, .take = take, .stop = &p->stop, .user = p};
+    const sc_farm farm = {.width_px = 5,
+                          .height_px = 3,
+                          .frames = frames,
+                          .frame_count = count,
+                          .draw = draw,
+                          .take = take,
+                          .stop = &p->stop,
+                          .user = p};
     sc_status status;
 
     assert_ok(sc_comm_open(&quiet, false, &comm));

@@ -12,7 +12,8 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
                       sc_job *job)
 {
     const char *environment[] = {variable, NULL};
-    const sc_job_sources sources = {.path = "job.yaml", .settings = &setting,
+    const sc_job_sources sources = {.path = "job.yaml",
+                                    .settings = &setting,
                                     .setting_count = setting != NULL,
                                     .environment = variable ? environment : NULL};
     const sc_ctx ctx = listening(h);

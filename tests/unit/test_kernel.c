@@ -6,8 +6,8 @@
 
 static int speckles(double x, double y, double z)
 {
-    uint64_t seed = 1 + (uint64_t)(x / 5) * 7919 + (uint64_t)(y / 3) * 104729 +
-                    (uint64_t)(z / 4) * 1299709;
+    uint64_t seed =
+        1 + (uint64_t)(x / 5) * 7919 + (uint64_t)(y / 3) * 104729 + (uint64_t)(z / 4) * 1299709;
 
     random_bits(&seed);
     return (int)((random_bits(&seed) >> 40) % 9) % 6;
@@ -36,8 +36,8 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     const sc_vec3 axes[3] = {{60, 0, 0}, {0, -60, 0}, {0, 0, 60}};
     sc_vec3 from = {random_real(seed, -60, 60), random_real(seed, -60, 60),
                     random_real(seed, -60, 60)};
-    sc_scene scene = {.plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP,
-                      .group_count = 2};
+    sc_scene scene = {
+        .plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP, .group_count = 2};
 
     if (n % 5 == 0)
         from = axes[n % 3];
@@ -155,8 +155,8 @@ static void cut_faces_are_solid(void **state)
 
     (void)state;
     s.settings.width_px = s.settings.height_px = 81;
-    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
-                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
+                                  SC_ORTHOGRAPHIC, 20);
     scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25}; /* keeps the back half */
     image = draw_view(&s, &scene, NULL);
     for (int x = 14; x <= 66; x++)
@@ -183,8 +183,8 @@ static void shading_is_smooth(void **state)
 
     (void)state;
     s.settings.width_px = s.settings.height_px = 201;
-    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
-                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
+                                  SC_ORTHOGRAPHIC, 20);
     image = draw_view(&s, &scene, NULL);
     assert_true(pixel(&image, 70, 70)[0] > pixel(&image, 130, 130)[0] + 20);
     for (int y = 60; y < 140; y++) {

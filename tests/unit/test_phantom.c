@@ -64,8 +64,7 @@ static int owned_around(const sc_phantom *phantom, int label, sc_vec3 centre, do
     int owned = 0;
 
     for (int i = 0; i < count; i++) {
-        const sc_vec3 d = sc_vec3_unit((sc_vec3){random_real(seed, -1, 1),
-                                                 random_real(seed, -1, 1),
+        const sc_vec3 d = sc_vec3_unit((sc_vec3){random_real(seed, -1, 1), random_real(seed, -1, 1),
                                                  random_real(seed, -1, 1)});
 
         owned += sc_phantom_owner(phantom, sc_vec3_along(centre, radius_mm, d)) == label;
@@ -115,8 +114,8 @@ static void the_heart_lies_as_in_a_chest(void **state)
         const char *name;
         sc_vec3 inside;
     } places[] = {{"left ventricle", {-30, 8, -22}}, {"right ventricle", {12, 20, -5}},
-                  {"left atrium", {5, -30, 20}}, {"right atrium", {45, -2, 12}},
-                  {"aorta", {-23, -43, -30}}, {"superior vena cava", {34, -1, 60}}};
+                  {"left atrium", {5, -30, 20}},     {"right atrium", {45, -2, 12}},
+                  {"aorta", {-23, -43, -30}},        {"superior vena cava", {34, -1, 60}}};
     sc_phantom *phantom;
 
     (void)state;

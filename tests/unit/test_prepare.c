@@ -48,8 +48,8 @@ static void boundary_is_the_rule_of_the_paper(void **state)
             bool boundary = false;
 
             for (int n = 0; n < 27; n++)
-                boundary = boundary || id_at(&p.view, x + n % 3 - 1, y + n / 3 % 3 - 1,
-                                             z + n / 9 - 1) != id;
+                boundary = boundary ||
+                           id_at(&p.view, x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1) != id;
             assert_int_equal(bit_at(&p.view, x, y, z), boundary && id);
             counts[id] += boundary && id;
             voxels[id]++;
@@ -93,14 +93,14 @@ static void normals_of_an_ellipsoid(void **state)
                                  (bit >> 2 & 3);
                 const double z =
                     (double)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) + (bit >> 4);
-                const sc_vec3 truth = sc_vec3_unit((sc_vec3){(x - 40) / 900, (y - 36.3) / 676,
-                                                             (z - 38) / 1089});
+                const sc_vec3 truth =
+                    sc_vec3_unit((sc_vec3){(x - 40) / 900, (y - 36.3) / 676, (z - 38) / 1089});
                 float got[3];
                 double angle;
 
                 sc_normal_unpack(v->normals[n], got);
-                angle = acos(fmin(1, sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1],
-                                                                               got[2]}))));
+                angle = acos(
+                    fmin(1, sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1], got[2]}))));
                 squares += angle * angle;
                 count++;
             }
@@ -117,9 +117,8 @@ static void normals_pack_to_a_tenth_of_a_degree(void **state)
 
     (void)state;
     for (int i = 0; i < 1000; i++) {
-        const sc_vec3 n = sc_vec3_unit((sc_vec3){random_real(&seed, -1, 1),
-                                                 random_real(&seed, -1, 1),
-                                                 random_real(&seed, -1, 1)});
+        const sc_vec3 n = sc_vec3_unit((sc_vec3){
+            random_real(&seed, -1, 1), random_real(&seed, -1, 1), random_real(&seed, -1, 1)});
         float back[3];
 
         sc_normal_unpack(sc_normal_pack(n.x, n.y, n.z), back);
@@ -202,8 +201,8 @@ static void masks_hold_what_can_be_seen_and_hulls_its_corners(void **state)
     sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
     prepared_copy p = prepare_copy(&volume, 1);
     const sc_prepared *v = &p.view;
-    const size_t masks = (size_t)(v->bricks[0] + 2) * (size_t)(v->bricks[1] + 2) *
-                         (size_t)(v->bricks[2] + 2);
+    const size_t masks =
+        (size_t)(v->bricks[0] + 2) * (size_t)(v->bricks[1] + 2) * (size_t)(v->bricks[2] + 2);
 
     (void)state;
     for (int i = 0; i < 3; i++) {

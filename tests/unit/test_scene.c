@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
-#include "shapes.h"
 #include "segcast/scene.h"
+#include "shapes.h"
 
 #include <math.h>
 
@@ -56,9 +56,9 @@ static void clipping_agrees_with_the_half_spaces(void **state)
                 near_an_end = near_an_end || fabs(t - kept[i].begin_mm) < 1e-9 ||
                               fabs(t - kept[i].end_mm) < 1e-9;
             if (!near_an_end)
-                assert_int_equal(interval_holds(kept, parts, t),
-                                 point_is_kept(planes, count, mode,
-                                               sc_vec3_along(origin, t, direction)));
+                assert_int_equal(
+                    interval_holds(kept, parts, t),
+                    point_is_kept(planes, count, mode, sc_vec3_along(origin, t, direction)));
         }
         for (int i = 0; i < parts; i++) { /* a begin made by a plane lies on that plane */
             const sc_plane *plane = &planes[kept[i].begin_plane < 0 ? 0 : kept[i].begin_plane];
@@ -77,10 +77,10 @@ static void one_plane_cuts_the_same_in_both_modes(void **state)
     sc_interval a[2], b[2];
 
     (void)state;
-    assert_int_equal(sc_clip_ray(&plane, 1, SC_CLIP_KEEP, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1},
-                                 0, 9, a), 1);
-    assert_int_equal(sc_clip_ray(&plane, 1, SC_CLIP_CUT, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1},
-                                 0, 9, b), 1);
+    assert_int_equal(
+        sc_clip_ray(&plane, 1, SC_CLIP_KEEP, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1}, 0, 9, a), 1);
+    assert_int_equal(
+        sc_clip_ray(&plane, 1, SC_CLIP_CUT, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1}, 0, 9, b), 1);
     assert_near(a[0].begin_mm, 2, 0);
     assert_near(b[0].begin_mm, 2, 0);
     assert_int_equal(a[0].begin_plane, 0);

@@ -14,8 +14,11 @@ static void box_corners(sc_vec3 out[CORNERS])
 static sc_animation animation(int frames)
 {
     return (sc_animation){.frames = frames,
-                          .camera = {.axis = {0, 0, 1}, .turns = 1, .elevation_deg = 20,
-                                     .fov_deg = 30, .zoom = {1, 1, 0, 1, 0}}};
+                          .camera = {.axis = {0, 0, 1},
+                                     .turns = 1,
+                                     .elevation_deg = 20,
+                                     .fov_deg = 30,
+                                     .zoom = {1, 1, 0, 1, 0}}};
 }
 
 static void an_orbit_begins_in_front_and_closes_without_a_doubled_frame(void **state)
@@ -35,8 +38,8 @@ static void an_orbit_begins_in_front_and_closes_without_a_doubled_frame(void **s
         away = sc_vec3_sub(c.position_mm, t.animation.camera.target_mm);
         assert_near(sc_vec3_length(away), t.animation.camera.distance_mm, 1e-9);
         assert_near(sc_vec3_length(sc_vec3_sub(next.position_mm, c.position_mm)),
-                    2 * t.animation.camera.distance_mm * cos(20 * M_PI / 180) *
-                        sin(M_PI / FRAMES), 1e-9);
+                    2 * t.animation.camera.distance_mm * cos(20 * M_PI / 180) * sin(M_PI / FRAMES),
+                    1e-9);
         assert_near(sc_vec3_dot(c.right, c.up), 0, 1e-12);
     }
     away = sc_vec3_sub(sc_timeline_scene(&t, 0).camera.position_mm, t.animation.camera.target_mm);

@@ -12,8 +12,8 @@ enum { FRAMES = 45 };
 /* A grey ramp above four known colours; frame k moves a bar. */
 static sc_image test_picture(int width, int height, int k)
 {
-    static const uint8_t colors[4][3] = {{200, 30, 40}, {40, 180, 60}, {50, 60, 200},
-                                         {250, 240, 90}};
+    static const uint8_t colors[4][3] = {
+        {200, 30, 40}, {40, 180, 60}, {50, 60, 200}, {250, 240, 90}};
     sc_image image;
 
     assert_ok(sc_image_init(&quiet, width, height, &image));
@@ -156,8 +156,7 @@ static void nothing_half_done_bears_the_final_name(void **state)
     assert_ok(sc_video_decode(&quiet, "w.partial.mp4", look, &d));
     assert_int_equal(d.count, 5);
     unlink("w.partial.mp4");
-    assert_int_equal(sc_sink_open_video(&quiet, "no/such/w.mp4", &settings, &sink),
-                     SC_ERR_CREATE);
+    assert_int_equal(sc_sink_open_video(&quiet, "no/such/w.mp4", &settings, &sink), SC_ERR_CREATE);
     assert_int_equal(sc_sink_open_video(&quiet, "w.avi", &settings, &sink), SC_ERR_USAGE);
     sc_image_clear(&image);
 }

@@ -52,9 +52,10 @@ static void expect_values(const sc_volume *v)
 /* Store the values as an integer or float of some width, perhaps with bytes swapped. */
 static size_t store(char *out, const char *type, bool swapped)
 {
-    const size_t each = !strcmp(type, "double") || strstr(type, "64") ? 8
+    const size_t each = !strcmp(type, "double") || strstr(type, "64")  ? 8
                         : !strcmp(type, "float") || strstr(type, "32") ? 4
-                        : strstr(type, "16") ? 2 : 1;
+                        : strstr(type, "16")                           ? 2
+                                                                       : 1;
 
     for (int i = 0; i < VOXELS; i++) {
         const int64_t value = value_of(i);
@@ -62,8 +63,11 @@ static size_t store(char *out, const char *type, bool swapped)
         const float single = (float)value;
         char *to = out + (size_t)i * each;
 
-        memcpy(to, !strcmp(type, "double") ? (const void *)&real
-                   : !strcmp(type, "float") ? (const void *)&single : (const void *)&value, each);
+        memcpy(to,
+               !strcmp(type, "double")  ? (const void *)&real
+               : !strcmp(type, "float") ? (const void *)&single
+                                        : (const void *)&value,
+               each);
         for (size_t a = 0, b = each - 1; swapped && a < b; a++, b--) {
             const char swap = to[a];
 
@@ -76,8 +80,8 @@ static size_t store(char *out, const char *type, bool swapped)
 
 static void nrrd_of_every_type_encoding_and_byte_order(void **state)
 {
-    static const char *const types[] = {"int8", "uint8", "int16", "uint16", "int32", "uint32",
-                                        "int64", "uint64", "float", "double"};
+    static const char *const types[] = {"int8",   "uint8", "int16",  "uint16", "int32",
+                                        "uint32", "int64", "uint64", "float",  "double"};
     char data[VOXELS * 8], head[512];
 
     (void)state;
@@ -114,8 +118,10 @@ static void a_detached_ascii_nrrd(void **state)
     for (int i = 0; i < VOXELS; i++)
         fprintf(file, "%d ", (int)value_of(i));
     fclose(file);
-    write_file("t.nhdr", "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nspacings: 1 1 2\n"
-                         "encoding: ascii\ndata file: t.txt\n", "", 0, false);
+    write_file("t.nhdr",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nspacings: 1 1 2\n"
+               "encoding: ascii\ndata file: t.txt\n",
+               "", 0, false);
     assert_ok(sc_volume_read(&quiet, "t.nhdr", &v));
     expect_values(&v);
     assert_false(v.oriented);
@@ -246,8 +252,10 @@ static sc_status read_labels(int distinct, sc_volume *out)
 
     for (int i = 0; i < SIDE * SIDE; i++)
         data[i] = i % (distinct + 1) ? (i % (distinct + 1) - 40000) * 3 + 1 : 0;
-    write_file("t.nrrd", "NRRD0004\ntype: int\ndimension: 3\nsizes: 300 300 1\nencoding: raw\n"
-                         "endian: little\n\n", data, sizeof data, false);
+    write_file("t.nrrd",
+               "NRRD0004\ntype: int\ndimension: 3\nsizes: 300 300 1\nencoding: raw\n"
+               "endian: little\n\n",
+               data, sizeof data, false);
     return sc_volume_read(&ctx, "t.nrrd", out);
 }
 
@@ -286,7 +294,8 @@ static void slicer_keys_name_and_colour_labels(void **state)
                "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
                "Segment0_ID:=a\nSegment0_Name:=left atrium\nSegment0_LabelValue:=9\n"
                "Segment0_Color:=1 0.5 0\nSegment1_ID:=b\nSegment1_LabelValue:=3\n"
-               "Segment1_Color:=red\n\n", data, sizeof data, false);
+               "Segment1_Color:=red\n\n",
+               data, sizeof data, false);
     assert_ok(sc_volume_read(&quiet, "t.seg.nrrd", &v));
     assert_int_equal(v.label_count, 3);
     assert_string_equal(v.labels[2].name, "left atrium");
@@ -323,8 +332,10 @@ static void three_kinds_of_tables(void **state)
     expect_table(SC_TABLE_AUTO, "# x\n4 left_atrium 10 20 30 255\n", -1, false);
     expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 51\n", 0.2f, false);
     expect_table(SC_TABLE_SLICER, "4 left_atrium 10 20 30 0\n", 0, true);
-    expect_table(SC_TABLE_AUTO, "\xef\xbb\xbf# ITK-SnAP Label Description File\r\n"
-                                "4 10 20 30 0.5 1 1 \"left atrium\"\r\n", 0.5f, false);
+    expect_table(SC_TABLE_AUTO,
+                 "\xef\xbb\xbf# ITK-SnAP Label Description File\r\n"
+                 "4 10 20 30 0.5 1 1 \"left atrium\"\r\n",
+                 0.5f, false);
     expect_table(SC_TABLE_ITKSNAP, "4 10 20 30 1 1 0 \"left atrium\"\n", -1, true);
     write_file("t.txt", "4 Left-Atrium 10 20 30 0\n5 b 1 2 3 0\n", "", 0, false);
     assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table));
@@ -349,7 +360,8 @@ static void hash_colours_are_stable_and_distinct(void **state)
             same += !memcmp(seen[i], seen[j], 3);
     }
     assert_true(same < 5);
-    assert_int_equal(seen[0][0], 217); /* fixed for ever: colours must not change between versions */
+    assert_int_equal(seen[0][0],
+                     217); /* fixed for ever: colours must not change between versions */
     assert_int_equal(seen[0][1], 128);
     assert_int_equal(seen[0][2], 246);
 }
@@ -360,8 +372,9 @@ static void no_allocation_that_fails_is_lost(void **state)
     const size_t bytes = store(data, "int16", false);
 
     (void)state;
-    write_file("t.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
-                         "endian: little\nSegment0_ID:=a\nSegment0_LabelValue:=9\n\n",
+    write_file("t.nrrd",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+               "endian: little\nSegment0_ID:=a\nSegment0_LabelValue:=9\n\n",
                data, bytes, false);
     for (long n = 0;; n++) {
         long budget = n;
