@@ -57,6 +57,8 @@ void sc_shared_free(sc_shared *shared);
 /** Start sending; @p data stays borrowed until sc_comm_flush. Never waits. */
 SC_MUST_USE sc_status sc_comm_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag,
                                    const void *data, size_t bytes);
+/** How many posted messages still need their buffers; also moves them along. */
+int sc_comm_pending(sc_comm *comm);
 /** Wait until everything posted has left its buffers. */
 void sc_comm_flush(sc_comm *comm);
 /** Look for a message. @return false if none is here now. */

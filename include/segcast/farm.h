@@ -56,7 +56,7 @@ typedef struct sc_farm {
     int width_px, height_px;
     const int *frames; /**< frame numbers in rising order; the same on all ranks */
     int frame_count;
-    /** Draw a frame; any rank, one call at a time per rank, on rank 0 from a thread of its own. */
+    /** Draw a frame; any rank, one call at a time per rank, from a thread of its own. */
     void (*draw)(void *user, int frame, sc_image *image, sc_frame_result *result);
     /** Take a finished frame; rank 0, main thread, in the order of `frames`. An error stops. */
     sc_status (*take)(void *user, const sc_frame_result *result, const sc_image *image);

@@ -101,6 +101,11 @@ sc_status sc_comm_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, co
     return comm->ops->post(ctx, comm, target, tag, data, bytes);
 }
 
+int sc_comm_pending(sc_comm *comm)
+{
+    return comm->ops->pending(comm);
+}
+
 void sc_comm_flush(sc_comm *comm)
 {
     comm->ops->flush(comm);

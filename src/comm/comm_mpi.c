@@ -133,14 +133,12 @@ static void mpi_publish(sc_comm *base, sc_shared *shared)
     mpi_barrier(base);
 }
 
-static sc_status mpi_post(const sc_ctx *ctx, sc_comm *base, int target, int tag, const void *data,
-                          size_t bytes)
+/* Forget what has left. */
+static int mpi_pending(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
 
-    if (bytes > INT32_MAX)
-        return sc_fail(ctx, SC_ERR_INTERNAL, "a message of %zu bytes is too long", bytes);
-    for (int i = 0; i < comm->request_count;) { /* forget what has left */
+    for (int i = 0; i < comm->request_count;) {
         int done = 0;
 
         MPI_Test(&comm->requests[i], &done, MPI_STATUS_IGNORE);
@@ -149,6 +147,17 @@ static sc_status mpi_post(const sc_ctx *ctx, sc_comm *base, int target, int tag,
         else
             i++;
     }
+    return comm->request_count;
+}
+
+static sc_status mpi_post(const sc_ctx *ctx, sc_comm *base, int target, int tag, const void *data,
+                          size_t bytes)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+
+    if (bytes > INT32_MAX)
+        return sc_fail(ctx, SC_ERR_INTERNAL, "a message of %zu bytes is too long", bytes);
+    (void)mpi_pending(base);
     if (comm->request_count == comm->request_capacity) {
         const int capacity = comm->request_capacity ? 2 * comm->request_capacity : 64;
         void *grown;
@@ -219,6 +228,7 @@ static const sc_comm_ops mpi_ops = {
     .share = mpi_share,
     .publish = mpi_publish,
     .post = mpi_post,
+    .pending = mpi_pending,
     .flush = mpi_flush,
     .poll = mpi_poll,
     .receive = mpi_receive,

@@ -16,6 +16,7 @@ typedef struct sc_comm_ops {
     void (*publish)(sc_comm *comm, sc_shared *shared);
     sc_status (*post)(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
                       size_t bytes);
+    int (*pending)(sc_comm *comm);
     void (*flush)(sc_comm *comm);
     bool (*poll)(sc_comm *comm, sc_message *out);
     void (*receive)(sc_comm *comm, const sc_message *message, void *data);

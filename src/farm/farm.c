@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "internal.h"
 
-void sc_farm_draw(const sc_farm *farm, int unit, int rank, double wait_s, sc_image *image,
+void sc_farm_draw(const sc_farm *farm, int unit, double wait_s, sc_image *image,
                   sc_frame_result *result)
 {
-    *result = (sc_frame_result){.frame = farm->frames[unit], .rank = rank, .wait_s = wait_s};
+    *result = (sc_frame_result){.frame = farm->frames[unit], .wait_s = wait_s};
     farm->draw(farm->user, farm->frames[unit], image, result);
     result->hash = sc_image_hash(image);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to farm: the messages, and rank 0's own drawing thread. */
+/* Private to farm: the messages, and the drawing thread of a rank. */
 #ifndef SC_FARM_INTERNAL_H
 #define SC_FARM_INTERNAL_H
 
@@ -20,10 +20,10 @@ typedef struct sc_frame_message {
 } sc_frame_message;
 
 /* Draw one unit and fill in its result. */
-void sc_farm_draw(const sc_farm *farm, int unit, int rank, double wait_s, sc_image *image,
+void sc_farm_draw(const sc_farm *farm, int unit, double wait_s, sc_image *image,
                   sc_frame_result *result);
 
-/* The thread that draws on rank 0 while the main thread serves. */
+/* The thread that draws while the main thread passes on messages. */
 typedef struct sc_local sc_local;
 sc_status sc_local_start(const sc_ctx *ctx, const sc_farm *farm, sc_local **out);
 /* Can it take one more unit now? */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rank 0's drawing thread. It never touches MPI; the main thread gives and collects. */
+/* The drawing thread of a rank. It never touches MPI; the main thread gives and collects. */
 #include "internal.h"
 
 #include <pthread.h>
@@ -43,7 +43,7 @@ static void *draw_all(void *user)
         local->waiting_count--;
         local->in_work = 1;
         pthread_mutex_unlock(&local->lock);
-        sc_farm_draw(local->farm, job.unit, 0, wait_s, job.image, &job.result);
+        sc_farm_draw(local->farm, job.unit, wait_s, job.image, &job.result);
         pthread_mutex_lock(&local->lock);
         local->render_wall_s += job.result.render_wall_s;
         local->render_cpu_s += job.result.render_cpu_s;

@@ -1,16 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A rank that draws. While one frame is in work, the next unit is already here and the last
- * frame is still on its way. */
+/* A rank that draws. Its frames are drawn by a thread; the main thread passes on messages
+ * meanwhile, because a large one only moves while both of its ends attend to it. While one frame is
+ * in work, the next unit is already here and the last frame is still on its way. */
 #include "internal.h"
 
 #include <string.h>
+
+/* Frames waiting or in work, and two on their way. */
+enum { BUFFERS = SC_UNITS_AHEAD + 2 };
 
 typedef struct worker {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
     sc_farm_times *times;
-    char *buffers[2]; /* message and pixels; one is filled while the other is sent */
+    sc_local *local;
+    char *buffers[BUFFERS]; /* message and pixels; taken in turn */
+    sc_image images[BUFFERS];
+    int given, sent; /* frames so far; frame i stands in buffer i % BUFFERS */
     int32_t stop_words[SC_UNITS_AHEAD];
     int units[SC_UNITS_AHEAD], unit_count;
     bool sent_home;
@@ -44,74 +51,97 @@ static bool receive(worker *w)
     return true;
 }
 
-/* Wait for a unit. @return how long it took. */
-static double wait_for_unit(worker *w)
+/* Hand units on to the drawing thread, as far as there are buffers. */
+static bool give_units(worker *w)
 {
-    const double begin_s = sc_wall_s();
-    double nap_s = 20e-6;
+    bool any = false;
 
-    while (receive(w)) {
+    while (w->unit_count > 0 && sc_local_has_room(w->local) &&
+           w->given - w->sent + sc_comm_pending(w->comm) < BUFFERS) {
+        sc_local_give(w->local, w->units[0], &w->images[w->given++ % BUFFERS]);
+        w->unit_count--;
+        memmove(w->units, w->units + 1, (size_t)w->unit_count * sizeof w->units[0]);
+        any = true;
     }
-    while (w->unit_count == 0 && !w->sent_home) {
-        sc_sleep_s(nap_s);
-        nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
-        while (receive(w)) {
-        }
-    }
-    return sc_wall_s() - begin_s;
+    return any;
 }
 
-static sc_status draw_and_send(worker *w, double wait_s, int turn)
+/* Send a finished frame on its way, if there is one. */
+static sc_status send_finished(worker *w, bool *any)
 {
-    const sc_farm *farm = w->farm;
-    char *buffer = w->buffers[turn % 2];
-    sc_frame_message message = {.unit = w->units[0]};
-    sc_image image = {farm->width_px, farm->height_px, (uint8_t *)buffer + sizeof message};
-    double begin_s, begin_cpu_s;
+    sc_frame_message message;
+    char *buffer = w->buffers[w->sent % BUFFERS];
+    int unit;
+
+    *any = sc_local_collect(w->local, &unit, &message.result);
+    if (!*any)
+        return SC_OK;
+    message.unit = unit;
+    message.stop = *w->farm->stop;
+    message.result.rank = sc_comm_rank(w->comm);
+    memcpy(buffer, &message, sizeof message);
+    w->sent++;
+    return sc_comm_post(w->ctx, w->comm, 0, SC_TAG_FRAME, buffer,
+                        sizeof message + sc_image_bytes(&w->images[0]));
+}
+
+static sc_status work(worker *w)
+{
+    double nap_s = 50e-6;
     sc_status status;
 
-    memmove(w->units, w->units + 1, (size_t)--w->unit_count * sizeof w->units[0]);
-    sc_farm_draw(farm, message.unit, sc_comm_rank(w->comm), wait_s, &image, &message.result);
-    w->times->render_wall_s += message.result.render_wall_s;
-    w->times->render_cpu_s += message.result.render_cpu_s;
-    message.stop = *farm->stop;
-    memcpy(buffer, &message, sizeof message);
-    begin_s = sc_wall_s();
-    begin_cpu_s = sc_thread_cpu_s();
-    sc_comm_flush(w->comm); /* the frame before this one, whose buffer is needed next */
-    status = sc_comm_post(w->ctx, w->comm, 0, SC_TAG_FRAME, buffer,
-                          sizeof message + sc_image_bytes(&image));
-    w->times->gather_wall_s += sc_wall_s() - begin_s;
-    w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
+    SC_TRY(send_ready(w));
+    while (!w->sent_home) {
+        const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
+        bool busy = false, sent;
+
+        while (receive(w))
+            busy = true;
+        busy = give_units(w) || busy;
+        SC_TRY(send_finished(w, &sent));
+        busy = busy || sent;
+        w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
+        w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
+        if (busy || sc_comm_pending(w->comm) > 0)
+            nap_s = 50e-6; /* fragments of a frame are passing */
+        else
+            nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
+        sc_sleep_s(nap_s);
+    }
+out:
+    return status;
+}
+
+static sc_status open_worker(worker *w, void **block)
+{
+    const sc_farm *farm = w->farm;
+    const size_t bytes = (size_t)farm->width_px * (size_t)farm->height_px * 3;
+    const size_t each = (bytes + sizeof(sc_frame_message) + 63) / 64 * 64;
+    sc_status status;
+
+    SC_TRY(sc_alloc(w->ctx, BUFFERS, each, block));
+    for (int i = 0; i < BUFFERS; i++) {
+        w->buffers[i] = (char *)*block + (size_t)i * each;
+        w->images[i] = (sc_image){farm->width_px, farm->height_px,
+                                  (uint8_t *)w->buffers[i] + sizeof(sc_frame_message)};
+    }
+    status = sc_local_start(w->ctx, farm, &w->local);
+out:
     return status;
 }
 
 sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
 {
-    const size_t bytes = (size_t)farm->width_px * (size_t)farm->height_px * 3;
     worker w = {.ctx = ctx, .comm = comm, .farm = farm, .times = times};
     void *block = NULL;
-    sc_status status;
+    /* agreed with the server, before anything is sent */
+    sc_status status = sc_comm_agree(comm, open_worker(&w, &block));
 
-    status = sc_alloc(ctx, 2, bytes + sizeof(sc_frame_message) + 64, &block);
-    status = sc_comm_agree(comm, status); /* with the server, before anything is sent */
-    if (status != SC_OK) {
-        sc_free(block);
-        return status;
+    if (status == SC_OK) {
+        status = work(&w);
+        sc_comm_flush(comm);
     }
-    w.buffers[0] = block;
-    w.buffers[1] = w.buffers[0] + (bytes + sizeof(sc_frame_message) + 63) / 64 * 64;
-    SC_TRY(send_ready(&w));
-    for (int turn = 0;; turn++) {
-        const double wait_s = wait_for_unit(&w);
-
-        times->idle_s += wait_s;
-        if (w.unit_count == 0)
-            break;
-        SC_TRY(draw_and_send(&w, wait_s, turn));
-    }
-out:
-    sc_comm_flush(comm);
+    sc_local_stop(w.local, times);
     sc_free(block);
     return status;
 }

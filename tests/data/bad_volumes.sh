@@ -25,7 +25,7 @@ while IFS=$'\t' read -r file expected; do
     *) arguments=("$path") ;;
     esac
     code=0
-    timeout 60 "$SEGCAST" info "${arguments[@]}" >stdout.txt 2>stderr.txt || code=$?
+    timeout 300 "$SEGCAST" info "${arguments[@]}" >stdout.txt 2>stderr.txt || code=$?
     case $code in 0) got=accept ;; 64 | 65 | 66) got=refuse ;; *)
         cat stderr.txt; fail "$file: exit $code" ;;
     esac
@@ -38,7 +38,7 @@ done <"$DATA/bad/made/EXPECT.tsv"
 
 while IFS= read -r -d '' path; do
     code=0
-    timeout 60 "$SEGCAST" info "$path" >stdout.txt 2>stderr.txt || code=$?
+    timeout 300 "$SEGCAST" info "$path" >stdout.txt 2>stderr.txt || code=$?
     case $code in 0 | 65 | 66) ;; *) fail "$path: exit $code" ;; esac
 done < <(find "$DATA/bad" -path '*/made' -prune -o -type f -print0)
 
