@@ -119,11 +119,35 @@ static void tick(void *user, int taken, int total)
 
 /* ---- outputs, rank 0 ---- */
 
+/* What decides the pictures beside the volume: the job's keys and every tissue's resolved look,
+ * which may come from a label table. */
+static sc_status hash_job(const run_state *run, uint64_t *out)
+{
+    const sc_session *s = &run->session;
+    const sc_ctx *ctx = run->app->ctx;
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_job_write(ctx, &s->job, true, &text));
+    for (int id = 1; id < s->volume.label_count; id++) {
+        const sc_tissue *t = &s->tissues[id];
+
+        SC_TRY(sc_text_add(ctx, &text, "%lld %d %.17g %.17g %.9g %.9g %.9g\n",
+                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
+                           t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
+                           t->rgb_linear[2]));
+    }
+    *out = sc_hash_bytes(text.data, text.length_bytes, 0);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
 static sc_status write_job(run_state *run)
 {
     const sc_ctx *ctx = run->app->ctx;
     const sc_session *s = &run->session;
-    sc_text text = {0}, identity = {0};
+    sc_text text = {0};
     sc_manifest_head head = {.version = sc_version(),
                              .volume_hash = s->volume.volume_hash,
                              .frames = s->job.animation.frames,
@@ -133,14 +157,12 @@ static sc_status write_job(run_state *run)
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, &s->job, false, &text));
-    SC_TRY(sc_job_write(ctx, &s->job, true, &identity));
-    head.job_hash = sc_hash_bytes(identity.data, identity.length_bytes, 0);
+    SC_TRY(hash_job(run, &head.job_hash));
     SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
     SC_TRY(sc_file_write(ctx, path, text.data, text.length_bytes));
     status = sc_manifest_open(ctx, run->directory, &head, &run->manifest);
 out:
     sc_text_clear(&text);
-    sc_text_clear(&identity);
     sc_free(path);
     return status;
 }

@@ -118,24 +118,30 @@ static sc_status apply_environment(const sc_ctx *ctx, const sc_job_sources *sour
     return status;
 }
 
-/* A path of the job file is relative to the job file; one of an option, to where we are. */
+/* A path of the job file is relative to the job file; one of an option, to where we are. What
+ * exists is kept as an absolute path, so that the job as resolved can be read from anywhere. */
 static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                               char *path)
 {
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
-    char directory[SC_PATH_BYTES], *joined = NULL;
+    char directory[SC_PATH_BYTES] = "", *joined = NULL, *absolute;
+    const char *result;
     sc_status status;
 
-    if (!node || node->line == 0 || !slash || !path[0])
+    if (!node || !path[0])
         return SC_OK;
-    snprintf(directory, sizeof directory, "%.*s", (int)(slash - sources->path), sources->path);
+    if (node->line > 0 && slash)
+        snprintf(directory, sizeof directory, "%.*s", (int)(slash - sources->path), sources->path);
     status = sc_path_join(ctx, directory, path, &joined);
     if (status != SC_OK)
         return status;
-    if (strlen(joined) >= SC_PATH_BYTES)
+    absolute = realpath(joined, NULL);
+    result = absolute ? absolute : joined;
+    if (strlen(result) >= SC_PATH_BYTES)
         status = sc_yaml_fail(ctx, node, "the path is too long");
     else
-        strcpy(path, joined);
+        strcpy(path, result);
+    free(absolute);
     sc_free(joined);
     return status;
 }

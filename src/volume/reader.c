@@ -149,6 +149,23 @@ sc_status sc_read_gz(const sc_ctx *ctx, const char *path, uint64_t offset, void 
     return status;
 }
 
+/* Axes that are not at right angles are shown as they are stored; most often they are an accident.
+ */
+static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
+{
+    double worst = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const sc_vec3 a = sc_vec3_unit(sc_affine_column(to_mm, i));
+        const sc_vec3 b = sc_vec3_unit(sc_affine_column(to_mm, (i + 1) % 3));
+
+        worst = fmax(worst, fabs(sc_vec3_dot(a, b)));
+    }
+    if (worst > 1e-3)
+        sc_warn(ctx, "%s: its voxel axes are sheared, by up to %.2f degrees; shown as stored", path,
+                asin(fmin(worst, 1)) * 180 / M_PI);
+}
+
 sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
 {
     head h;
@@ -166,6 +183,7 @@ sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
     }
     SC_TRY(readers[which].read(ctx, path, &raw));
     SC_TRY(sc_geometry_check(ctx, path, &raw.to_ras_mm));
+    warn_of_shear(ctx, path, &raw.to_ras_mm);
     SC_TRY(sc_densify(ctx, path, &raw, &volume));
     volume.to_ras_mm = raw.to_ras_mm;
     volume.oriented = raw.oriented;
