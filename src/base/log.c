@@ -4,6 +4,9 @@
 #include <stdarg.h>
 
 static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list args)
+    SC_PRINTF(3, 0);
+
+static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list args)
 {
     char text[2048];
     int used = 0;
