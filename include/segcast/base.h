@@ -82,8 +82,6 @@ typedef struct sc_text {
 } sc_text;
 SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     SC_PRINTF(3, 4);
-SC_MUST_USE sc_status sc_text_add_bytes(const sc_ctx *ctx, sc_text *text, const void *bytes,
-                                        size_t count);
 void sc_text_clear(sc_text *text);
 
 /** The candidate nearest to @p word by edit distance, or NULL if none is near (a third of its

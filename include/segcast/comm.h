@@ -29,8 +29,6 @@ void sc_comm_close(sc_comm *comm);
 
 int sc_comm_rank(const sc_comm *comm);
 int sc_comm_size(const sc_comm *comm);
-int sc_comm_node_rank(const sc_comm *comm); /**< rank among those that share memory */
-int sc_comm_node_size(const sc_comm *comm);
 int sc_comm_node_count(const sc_comm *comm);
 /** Name and version of the message layer into @p text; callable before sc_comm_open. */
 void sc_comm_library(char *text, size_t size);
@@ -41,7 +39,6 @@ SC_MUST_USE sc_status sc_comm_agree(sc_comm *comm, sc_status mine);
 void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
 /** @p bytes of every rank, in rank order, to @p all on rank 0 (NULL elsewhere). Collective. */
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
-void sc_comm_barrier(sc_comm *comm);
 
 /** One block of memory per node, the same for all its ranks; not initialised. Collective;
  *  all ranks name the same size and get the same status. Caller owns: sc_shared_free. */

@@ -78,8 +78,6 @@ sc_vec3 sc_affine_column(const sc_affine *a, int axis);
 double sc_affine_determinant(const sc_affine *a);
 /** @return false, @p out untouched, if singular or not finite. */
 bool sc_affine_invert(const sc_affine *a, sc_affine *out);
-/** The map that applies @p b first, then @p a. */
-sc_affine sc_affine_compose(const sc_affine *a, const sc_affine *b);
 
 /** The interval of the line origin + t direction inside @p box, intersected with [*begin, *end].
  *  A zero component of the direction keeps or drops the line whole. @return false if empty. */

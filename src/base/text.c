@@ -27,19 +27,6 @@ static sc_status reserve(const sc_ctx *ctx, sc_text *text, size_t more_bytes)
     return SC_OK;
 }
 
-sc_status sc_text_add_bytes(const sc_ctx *ctx, sc_text *text, const void *bytes, size_t count)
-{
-    sc_status status = reserve(ctx, text, count);
-
-    if (status != SC_OK)
-        return status;
-    if (count)
-        memcpy(text->data + text->length_bytes, bytes, count);
-    text->length_bytes += count;
-    text->data[text->length_bytes] = '\0';
-    return SC_OK;
-}
-
 sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
 {
     va_list args, again;

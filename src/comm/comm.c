@@ -39,16 +39,6 @@ int sc_comm_size(const sc_comm *comm)
     return comm->size;
 }
 
-int sc_comm_node_rank(const sc_comm *comm)
-{
-    return comm->node_rank;
-}
-
-int sc_comm_node_size(const sc_comm *comm)
-{
-    return comm->node_size;
-}
-
 int sc_comm_node_count(const sc_comm *comm)
 {
     return comm->node_count;
@@ -67,11 +57,6 @@ void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes)
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
 {
     comm->ops->gather(comm, mine, bytes, all);
-}
-
-void sc_comm_barrier(sc_comm *comm)
-{
-    comm->ops->barrier(comm);
 }
 
 sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)

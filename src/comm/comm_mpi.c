@@ -224,7 +224,6 @@ static const sc_comm_ops mpi_ops = {
     .agree = mpi_agree,
     .broadcast = mpi_broadcast,
     .gather = mpi_gather,
-    .barrier = mpi_barrier,
     .share = mpi_share,
     .publish = mpi_publish,
     .post = mpi_post,
@@ -243,7 +242,6 @@ static void fill_ranks(mpi_comm *comm)
     MPI_Comm_split_type(comm->world, MPI_COMM_TYPE_SHARED, comm->base.rank, MPI_INFO_NULL,
                         &comm->node);
     MPI_Comm_rank(comm->node, &comm->base.node_rank);
-    MPI_Comm_size(comm->node, &comm->base.node_size);
     leader = comm->base.node_rank == 0;
     MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
     MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);

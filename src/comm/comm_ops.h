@@ -11,7 +11,6 @@ typedef struct sc_comm_ops {
     sc_status (*agree)(sc_comm *comm, sc_status mine);
     void (*broadcast)(sc_comm *comm, void *data, size_t bytes);
     void (*gather)(sc_comm *comm, const void *mine, size_t bytes, void *all);
-    void (*barrier)(sc_comm *comm);
     sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out);
     void (*publish)(sc_comm *comm, sc_shared *shared);
     sc_status (*post)(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
@@ -25,7 +24,7 @@ typedef struct sc_comm_ops {
 /* First member of every implementation's struct. */
 struct sc_comm {
     const sc_comm_ops *ops;
-    int rank, size, node_rank, node_size, node_count;
+    int rank, size, node_rank, node_count;
 };
 
 struct sc_shared {

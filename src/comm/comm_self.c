@@ -98,7 +98,6 @@ static const sc_comm_ops self_ops = {
     .agree = self_agree,
     .broadcast = self_broadcast,
     .gather = self_gather,
-    .barrier = self_nothing,
     .share = self_share,
     .publish = self_publish,
     .post = self_post,
@@ -116,7 +115,7 @@ sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
 
     if (status != SC_OK)
         return status;
-    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_size = 1, .node_count = 1};
+    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_count = 1};
     *out = comm;
     return SC_OK;
 }

@@ -70,21 +70,6 @@ bool sc_affine_invert(const sc_affine *a, sc_affine *out)
     return true;
 }
 
-sc_affine sc_affine_compose(const sc_affine *a, const sc_affine *b)
-{
-    sc_affine out;
-
-    for (int column = 0; column < 4; column++) {
-        const sc_vec3 c = sc_affine_column(b, column);
-        const sc_vec3 image = column < 3 ? sc_affine_vector(a, c) : sc_affine_point(a, c);
-
-        out.m[0][column] = image.x;
-        out.m[1][column] = image.y;
-        out.m[2][column] = image.z;
-    }
-    return out;
-}
-
 /* One slab [low, high] of the box. */
 static bool clip_slab(const double slab[2], double origin, double direction, double *begin,
                       double *end)
