@@ -32,6 +32,15 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
 "$SEGCAST" still job.yaml --frame 4 -o still.png -q >/dev/null
 "$IMAGE_DIFFERENCE" still.png out/frames/000004.png || fail "still differs from the frame"
 
+# Paths of a job file are relative to it, and the resolved job finds them from anywhere.
+mkdir -p sub/dir
+"$SEGCAST" phantom --size 59x41x61 -o sub/p.nrrd -q >/dev/null
+sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
+"$SEGCAST" render sub/dir/job.yaml --frames 0 -q >/dev/null
+[ -e sub/dir/out/manifest.jsonl ] || fail "the output directory is not relative to the job"
+"$SEGCAST" render sub/dir/out/job.yaml --frames 0 -o elsewhere -q >/dev/null
+[ "$(hashes elsewhere)" = "$(hashes out | head -1)" ] || fail "a volume from a file makes other pictures"
+
 # A picture of another job is another job; where it is written does not matter.
 "$SEGCAST" render job.yaml -o other -q --set render.step=0.7 --frames 0 >/dev/null
 [ "$(head -1 other/manifest.jsonl | jq .job_hash)" != "$(head -1 out/manifest.jsonl | jq .job_hash)" ] ||

@@ -217,6 +217,43 @@ static void nifti_sform_before_qform_before_pixdim(void **state)
     unlink("t.nii.gz");
 }
 
+static void swap_bytes(unsigned char *at, size_t each, size_t count)
+{
+    for (; count; count--, at += each) {
+        for (size_t a = 0, b = each - 1; a < b; a++, b--) {
+            const unsigned char swap = at[a];
+
+            at[a] = at[b];
+            at[b] = swap;
+        }
+    }
+}
+
+static void nifti_of_the_other_byte_order(void **state)
+{
+    static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
+    unsigned char h[352];
+    char data[VOXELS * 8];
+    const size_t bytes = store(data, "int16", true);
+    sc_volume v;
+
+    (void)state;
+    nifti_header(h, 4, 16);
+    set_sform(h, m);
+    swap_bytes(h, 4, 1);        /* sizeof_hdr */
+    swap_bytes(h + 40, 2, 8);   /* dim */
+    swap_bytes(h + 70, 2, 2);   /* datatype, bitpix */
+    swap_bytes(h + 76, 4, 9);   /* pixdim, vox_offset */
+    swap_bytes(h + 252, 2, 2);  /* qform_code, sform_code */
+    swap_bytes(h + 280, 4, 12); /* srow_x, srow_y, srow_z */
+    write_nifti("t.nii", h, data, bytes, false);
+    assert_ok(sc_volume_read(&quiet, "t.nii", &v));
+    expect_values(&v);
+    assert_near(v.to_ras_mm.m[1][2], 3, 0);
+    sc_volume_clear(&v);
+    unlink("t.nii");
+}
+
 static void fractions_and_infinities_are_refused_with_their_place(void **state)
 {
     unsigned char h[352];
@@ -403,6 +440,7 @@ int main(void)
         cmocka_unit_test(nrrd_of_every_type_encoding_and_byte_order),
         cmocka_unit_test(a_detached_ascii_nrrd),
         cmocka_unit_test(nifti_sform_before_qform_before_pixdim),
+        cmocka_unit_test(nifti_of_the_other_byte_order),
         cmocka_unit_test(fractions_and_infinities_are_refused_with_their_place),
         cmocka_unit_test(up_to_65535_signed_sparse_labels),
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
