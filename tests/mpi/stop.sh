@@ -1,15 +1,17 @@
 # USR1 to any rank: no new frames, what is in flight is finished, exit 75, a playable part.
 small_job job.yaml
 sed -i 's/frames: 7/frames: 4000/' job.yaml
-ln -s "$SEGCAST" sc_stop_test # a name to find the ranks by, under any launcher
-mpirun -n 2 ./sc_stop_test render job.yaml -o out --set output.video=film.mp4 >stdout.txt 2>stderr.txt &
+name=sc_stop_$$ # to find the ranks by, under any launcher
+ln -s "$SEGCAST" "$name"
+mpirun -n 2 "./$name" render job.yaml -o out --set output.video=film.mp4 >stdout.txt 2>stderr.txt &
 launcher=$!
+trap 'kill -KILL $launcher $(pgrep -x "$name") 2>/dev/null || true' EXIT
 for _ in $(seq 300); do
     [ "$( (grep -c frame\" out/manifest.jsonl 2>/dev/null) || true)" -gt 5 ] 2>/dev/null && break
     sleep 0.1
 done
 # one rank of the two, most often not rank 0
-pids=$(pgrep -x sc_stop_test)
+pids=$(pgrep -x "$name")
 [ "$(wc -w <<<"$pids")" = 2 ] || fail "expected two ranks, found: $pids"
 kill -USR1 "$(tail -1 <<<"$pids")"
 code=0
