@@ -118,7 +118,7 @@ out:
 static sc_status share_volume(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     sc_volume volume = {0};
     sc_preparation *preparation = NULL;
     uint64_t bytes = 0;
@@ -129,6 +129,8 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     SC_TRY(sc_comm_agree(app->comm, status));
     if (!first)
         add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
     bytes = first ? sc_preparation_bytes(preparation) : 0;
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     session->shared_bytes = bytes;
@@ -141,6 +143,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_shared_publish(app->comm, session->shared);
     status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
                                                        bytes, &session->volume));
+    add_time(&session->times, SC_PHASE_SHARE, wall_s, cpu_s);
 out:
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);

@@ -15,6 +15,7 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
     .wall_s > 0 and .cpu_s > 0 and (.imbalance >= 0) and
     (.phases | keys) == ["encode","gather","idle","prepare","read","render","share","write"] and
     ([.phases[] | .wall_s >= 0 and .cpu_s >= 0] | all) and
+    ([.phases | .read, .prepare, .share, .render, .encode, .write | .wall_s > 0] | all) and
     (.frames | length) == 7 and (.frames[3] | .frame == 3 and .rays > 0 and .samples > 0 and
       .render_cpu_s > 0 and (.hash | length) == 16) and
     .memory.volume_bytes == 59*41*61 and .memory.prepared_bytes > .memory.volume_bytes and
