@@ -44,6 +44,11 @@ typedef struct sc_app {
     int threads; /* of this rank */
 } sc_app;
 
+/* Was this process started by mpirun, srun or the like? */
+bool sc_launched_by_mpi(void);
+/* N programs that each believe to be alone would overwrite each other's files: SC_ERR_USAGE. */
+sc_status sc_check_group(const sc_ctx *ctx, const sc_comm *comm);
+
 typedef struct sc_command {
     const char *name, *arguments, *help;
     sc_status (*run)(sc_app *app);

@@ -51,8 +51,10 @@ sc_status sc_run_plan(sc_app *app)
            session.volume.size[1], session.volume.size[2], session.volume.label_count - 1);
     printf("memory per node  %.2f GiB shared, once; at most %.2f GiB while rank 0 prepares\n",
            (double)session.shared_bytes / gib, (double)sc_peak_rss() / gib);
-    printf("per rank         %.0f MiB for frames, plus 8 bytes per 64 voxels\n",
-           3.0 * width_px * height_px * 3 / 1048576);
+    printf("per rank         %.0f MiB for four frames, and 1 bit per voxel for what is visible; "
+           "rank 0 "
+           "holds up to 128 MiB of frames, or two\n",
+           4.0 * width_px * height_px * 3 / 1048576);
     printf("drawing          %.2f CPU s per frame, %.3f core hours in all (%d frames of 1/%d size "
            "measured here; encoding comes on top)\n",
            cpu_s, cpu_s * session.job.animation.frames / 3600, PROBES, SHRINK * SHRINK);

@@ -18,31 +18,6 @@ static int exit_code(sc_status status)
     return codes[-status];
 }
 
-static bool launched_by_mpi(void)
-{
-    static const char *const marks[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE",
-                                        "PMI_FD"};
-
-    for (size_t i = 0; i < SC_COUNT_OF(marks); i++) {
-        if (getenv(marks[i]))
-            return true;
-    }
-    return false;
-}
-
-/* N programs that each believe to be alone would overwrite each other's files. */
-static sc_status check_group(const sc_ctx *ctx, const sc_comm *comm)
-{
-    const char *tasks = getenv("SLURM_STEP_NUM_TASKS");
-
-    if (tasks && atoi(tasks) > 1 && sc_comm_size(comm) == 1)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "srun started %s tasks that cannot see each other; use srun --mpi=pmix (or "
-                       "what `srun --mpi=list` offers for this MPI), or mpirun",
-                       tasks);
-    return SC_OK;
-}
-
 /* A command for one process: rank 0 does it as a group of its own while the others wait. */
 static sc_status run_alone(sc_app *app, const sc_command *command)
 {
@@ -74,7 +49,7 @@ static sc_status run(sc_app *app, int argc, char **argv)
     }
     if (argc < 2 || !command)
         return sc_command_unknown(ctx, argc > 1 ? argv[1] : NULL);
-    SC_TRY(check_group(ctx, app->comm));
+    SC_TRY(sc_check_group(ctx, app->comm));
     SC_TRY(sc_options_parse(ctx, command, argc, argv, speak, &app->options, &help));
     if (help)
         goto out;
@@ -93,7 +68,7 @@ int main(int argc, char **argv)
     sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM")};
     sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal};
     sc_app app = {.ctx = &ctx, .terminal = &terminal, .environment = (const char *const *)environ};
-    sc_status status = sc_comm_open(&ctx, launched_by_mpi(), &app.comm);
+    sc_status status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
 
     if (status != SC_OK)
         return exit_code(status);

@@ -1,5 +1,6 @@
 # A module includes only from lower floors; each foreign library lives in one module.
-# DESIGN: the order of src/CMakeLists.txt is the order of the floors.
+# The order of src/CMakeLists.txt is the order of the floors; scene stands on prepare, because
+# opacity follows measured thickness.
 declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [prepare]=3 [scene]=4
     [timeline]=5 [kernel]=5 [render]=6 [farm]=7 [study]=8 [app]=9)
 # phantom.h is volume's second public header
@@ -43,6 +44,6 @@ only '#include <xxhash.h>' '^src/image/image.c$'
 only '#include <pthread.h>' '^src/farm/local.c$'
 only '\bgetenv *\(' '^src/app/|^tests/'
 only '\b(exit|abort|_exit) *\(' '^src/app/|^tests/'
-[ "$(wc -l <src/app/main.c)" -lt 150 ] || fail "main.c has grown"
-grep -rnE 'TODO|FIXME|XXX|#if 0' src include && fail "unfinished work is marked"
+[ "$(wc -l <src/app/main.c)" -lt 100 ] || fail "main.c has grown"
+grep -rnE 'TO''DO|FIX''ME|X''XX|#if ''0' src include && fail "unfinished work is marked"
 true
