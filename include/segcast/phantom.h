@@ -22,9 +22,10 @@ const sc_label *sc_phantom_label(const sc_phantom *phantom, int label);
 /** The label that owns a point; 0 outside the heart. */
 int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
 /** Signed distance in mm from a point to the surface of what tissue @p label owns, negative
- *  inside, and the outward unit normal of the nearest surface point. Exact (1e-3 mm) near smooth
- *  parts of the surface; along edges where three tissues meet it is the distance to the nearest
- *  of the smooth sheets. */
+ *  inside, and the outward unit normal of the nearest surface point, by iteration. Tests hold that
+ *  a ball of 0.95 times the distance is free of surface (98 % of points within some mm) and that
+ *  the foot point lies within 0.1 mm of it (90 %): along edges where three tissues meet the
+ *  iteration need not settle. */
 double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal);
 
 /** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part of
