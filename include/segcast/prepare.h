@@ -19,32 +19,46 @@ typedef struct sc_label_stats {
 } sc_label_stats;
 
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only and
- *  therefore free to share between threads and, in a shared window, between processes. */
+ *  therefore free to share between threads and, in a shared window, between processes.
+ *
+ *  Masks stand on a grid one voxel wider on every side than the volume (what lies outside is
+ *  background): place q of that grid is voxel q - 1, and a brick holds 4^3 places. */
 typedef struct sc_prepared {
     int size[3], bricks[3];
     int label_bytes, label_count;
     bool oriented;
     sc_affine to_ras_mm;
     uint64_t volume_hash;
-    uint64_t boundary_count;
-    const void *ids;              /**< [size z][size y][size x], 1 or 2 bytes */
-    const sc_label *labels;       /**< [label_count] */
-    const sc_label_stats *stats;  /**< [label_count] */
-    const uint64_t *boundary;     /**< [bricks z][y][x]: bit x + 4 y + 16 z within the brick is
-                                       set for a boundary voxel that is not background */
-    const uint32_t *normal_start; /**< [bricks z][y][x]: index of the brick's first normal */
-    const uint32_t *normals;      /**< [boundary_count], in the order of bricks and bits; see
-                                       sc_normal_pack */
+    uint64_t boundary_count;     /**< boundary voxels that are not background */
+    uint64_t near_count;         /**< places near an interface */
+    const void *ids;             /**< [size z][size y][size x], 1 or 2 bytes */
+    const sc_label *labels;      /**< [label_count] */
+    const sc_label_stats *stats; /**< [label_count] */
+    const uint64_t *near;        /**< [bricks z][y][x]: bit x + 4 y + 16 z within the brick is set
+                                      where the 3x3x3 neighbourhood holds another label: for
+                                      every corner of a cell that holds more than one */
+    const uint32_t *near_start;  /**< [bricks z][y][x]: index of the brick's first record */
+    const uint8_t *records;      /**< [near_count] of SC_RECORD_BYTES, in the order of bricks and
+                                      bits; see sc_record_pack */
+    const uint8_t *thickness;    /**< [near_count] codes of the local thickness (see
+                                      sc_thickness_mm), or NULL if it was not asked for */
 } sc_prepared;
+
+typedef struct sc_prepare_settings {
+    double smooth;        /**< strength of the smoothing of surfaces, 0 (crisp) to SC_SMOOTH_MAX */
+    bool local_thickness; /**< also measure the thickness at every place */
+    int threads;
+} sc_prepare_settings;
+#define SC_SMOOTH_MAX 1.25
 
 typedef struct sc_preparation sc_preparation;
 
 /** Preprocess a volume. @p volume stays borrowed until sc_preparation_free.
- *  The result does not depend on @p threads. @return SC_ERR_MEMORY.
+ *  The result does not depend on the number of threads. @return SC_ERR_MEMORY.
  *  Source of the boundary rule: the paper, section 2.3: a boundary voxel's 3x3x3 neighbourhood
  *  holds another label; outside the volume is background. */
-SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume, int threads,
-                                 sc_preparation **out);
+SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
+                                 const sc_prepare_settings *settings, sc_preparation **out);
 void sc_preparation_free(sc_preparation *preparation);
 /** Size of the block that sc_preparation_pack fills. */
 size_t sc_preparation_bytes(const sc_preparation *preparation);
@@ -54,14 +68,55 @@ void sc_preparation_pack(const sc_preparation *preparation, void *block);
 SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes,
                                        sc_prepared *out);
 
-/** A normal in RAS as three signed 10-bit fractions (x lowest); 0: the voxel has no direction,
- *  as in the middle of a sheet one voxel thick. */
-uint32_t sc_normal_pack(double x, double y, double z);
-static inline void sc_normal_unpack(uint32_t packed, float out[3])
+/** What is kept of a place near an interface, in SC_RECORD_BYTES bytes, lowest first:
+ *  bits 0-5   the weight of its own label's vote, 1 to 63: how far the label's smoothed membership
+ *             is above one half, 63 standing for one half
+ *  bits 6-7   m: the length of the gradient, 2^-m of that at a flat interface
+ *  bits 8-23  its direction, outward, in RAS: octahedral, two signed bytes (Cigolle et al. 2014,
+ *             "A survey of efficient representations for independent unit vectors") */
+enum { SC_RECORD_BYTES = 3, SC_WEIGHT_MAX = 63 };
+uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength);
+
+static inline uint32_t sc_record_at(const sc_prepared *v, size_t index)
 {
-    out[0] = (float)((int32_t)(packed << 22) >> 22);
-    out[1] = (float)((int32_t)(packed << 12) >> 22);
-    out[2] = (float)((int32_t)(packed << 2) >> 22);
+    const uint8_t *at = v->records + index * SC_RECORD_BYTES;
+
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
+}
+
+static inline float sc_record_weight(uint32_t record)
+{
+    return (float)(record & 63);
+}
+
+/** The gradient: direction times length. */
+static inline void sc_record_normal(uint32_t record, float out[3])
+{
+    const float x = (float)(int8_t)(record >> 8), y = (float)(int8_t)(record >> 16);
+    const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 127 - ax - ay;
+    const float fold = z < 0 ? -z : 0;
+    const float ox = x < 0 ? x + fold : x - fold, oy = y < 0 ? y + fold : y - fold;
+    const float length = (float)(1 << (record >> 6 & 3)) * sqrtf(ox * ox + oy * oy + z * z);
+
+    out[0] = ox / length;
+    out[1] = oy / length;
+    out[2] = z / length;
+}
+
+/** Thickness of a code: SC_THICKNESS_STEPS codes to an octave, from SC_THICKNESS_LEAST_MM up. */
+double sc_thickness_mm(int code);
+
+/** Bits set in @p mask. */
+static inline unsigned sc_count_bits(uint64_t mask)
+{
+#ifdef __POPCNT__
+    return (unsigned)__builtin_popcountll(mask);
+#else
+    mask -= mask >> 1 & 0x5555555555555555u;
+    mask = (mask & 0x3333333333333333u) + (mask >> 2 & 0x3333333333333333u);
+    mask = (mask + (mask >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (unsigned)(mask * 0x0101010101010101u >> 56);
+#endif
 }
 
 /** How a label takes part in a picture. */
@@ -71,6 +126,10 @@ enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
  *  [bricks z + 2][bricks y + 2][bricks x + 2]: within a frame of empty bricks, so that a look
  *  just outside the volume needs no test. @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume,
+                                       const uint8_t *show, int threads, uint64_t **out);
+/** Masks of the cells (between the centres of 2x2x2 places, named by the lowest) that hold more
+ *  than one label, one of them with SC_SHOW_BOUNDARY; shape as of sc_visible_masks. */
+SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
 /** Centres in mm of the first and last set voxel of every row: all corners of the convex hull of
  *  what the masks show are among them. Caller owns: sc_free. */

@@ -95,6 +95,7 @@ static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *v
 sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
                          sc_preparation **preparation, sc_rank_record *times)
 {
+    const sc_prepare_settings settings = {.smooth = 1, .threads = app->threads};
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     sc_status status;
 
@@ -108,7 +109,7 @@ sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume
     add_time(times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_prepare(app->ctx, volume, app->threads, preparation));
+    SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
     add_time(times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;

@@ -22,6 +22,7 @@ static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
     return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
 }
 
+/* Of a place: a voxel plus one. */
 static inline size_t brick_index(const sc_prepared *v, int x, int y, int z)
 {
     return ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
@@ -73,19 +74,18 @@ static bool normal_at(const sc_prepared *v, const float p[3], MARCH_LABEL label,
 
         if (!in_volume(v, x, y, z) || label_at(v, x, y, z) != label)
             continue;
-        brick = brick_index(v, x, y, z);
-        mask = v->boundary[brick];
-        bit = 1ull << brick_bit(x, y, z);
+        brick = brick_index(v, x + 1, y + 1, z + 1);
+        mask = v->near[brick];
+        bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
         if (!(mask & bit))
             continue;
-        sc_normal_unpack(
-            v->normals[v->normal_start[brick] + (uint32_t)__builtin_popcountll(mask & (bit - 1))],
-            each);
+        sc_record_normal(sc_record_at(v, v->near_start[brick] + sc_count_bits(mask & (bit - 1))),
+                         each);
         for (int i = 0; i < 3; i++)
             n[i] += weight * each[i];
     }
     length = sqrtf(sc_dot3(n, n));
-    if (!(length > 1.0f)) /* of 511 */
+    if (!(length > 0.02f))
         return false;
     for (int i = 0; i < 3; i++)
         n[i] /= length;
@@ -116,8 +116,9 @@ static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *
 #if MARCH_SKIPS
     /* is_marked has found it visible */
     *label = label_at(v, x, y, z);
-    return v->boundary[brick_index(v, x, y, z)] >> brick_bit(x, y, z) & 1 ? SC_SHOW_BOUNDARY
-                                                                          : SC_SHOW_INTERIOR;
+    return v->near[brick_index(v, x + 1, y + 1, z + 1)] >> brick_bit(x + 1, y + 1, z + 1) & 1
+               ? SC_SHOW_BOUNDARY
+               : SC_SHOW_INTERIOR;
 #else
     int kind;
 
@@ -137,9 +138,9 @@ static inline bool is_marked(const cursor *c, int k)
 {
     const sc_march *m = c->m;
     const float t = ((float)k + 0.5f) * m->step_mm;
-    const int x = (int)(c->ray->origin[0] + c->ray->direction[0] * t) + SC_BRICK - 1;
-    const int y = (int)(c->ray->origin[1] + c->ray->direction[1] * t) + SC_BRICK - 1;
-    const int z = (int)(c->ray->origin[2] + c->ray->direction[2] * t) + SC_BRICK - 1;
+    const int x = (int)(c->ray->origin[0] + c->ray->direction[0] * t) + SC_BRICK;
+    const int y = (int)(c->ray->origin[1] + c->ray->direction[1] * t) + SC_BRICK;
+    const int z = (int)(c->ray->origin[2] + c->ray->direction[2] * t) + SC_BRICK;
     const int brick = (z >> 2) * m->visible_layer + (y >> 2) * m->visible_row + (x >> 2);
 
     return m->visible[brick] >> brick_bit(x, y, z) & 1;

@@ -25,17 +25,13 @@ typedef struct finder {
     uint16_t *rows;        /* [threads][size x]: differences of the row in work */
 } finder;
 
-/* Differences of row (y, z) to its neighbours; rows at the volume's faces differ throughout. */
+/* Differences of row (y, z), which does not lie on a face of the volume, to its neighbours. */
 static void difference_of_row(const sc_volume *v, int y, int z, void *out)
 {
     const size_t nx = (size_t)v->size[0], each = (size_t)v->label_bytes;
     const char *ids = v->ids;
     const char *row = ids + ((size_t)z * (size_t)v->size[1] + (size_t)y) * nx * each;
 
-    if (y == 0 || z == 0 || y == v->size[1] - 1 || z == v->size[2] - 1) {
-        memset(out, 0xff, nx * each);
-        return;
-    }
     memset(out, 0, nx * each);
     for (int dz = -1; dz <= 1; dz++) {
         for (int dy = -1; dy <= 1; dy++) {
@@ -48,8 +44,27 @@ static void difference_of_row(const sc_volume *v, int y, int z, void *out)
                 row_difference_16((const uint16_t *)row, (const uint16_t *)other, nx, out);
         }
     }
-    memset(out, 0xff, each);
-    memset((char *)out + (nx - 1) * each, 0xff, each);
+}
+
+/* The rule voxel by voxel, for those on and just outside of the faces of the volume. */
+static bool is_near(const sc_volume *v, int x, int y, int z)
+{
+    const uint32_t id = sc_id_or_background(v, x, y, z);
+
+    for (int n = 0; n < 27; n++) {
+        if (sc_id_or_background(v, x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1) != id)
+            return true;
+    }
+    return false;
+}
+
+/* The masks of the row of bricks through (y, z) and the place of its bits in them. */
+static uint64_t *masks_of_row(const finder *f, int y, int z, int *shift)
+{
+    *shift = ((y + 1) % SC_BRICK) * 4 + ((z + 1) % SC_BRICK) * 16;
+    return f->p->near + ((size_t)((z + 1) / SC_BRICK) * (size_t)f->p->bricks[1] +
+                         (size_t)((y + 1) / SC_BRICK)) *
+                            (size_t)f->p->bricks[0];
 }
 
 static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
@@ -62,33 +77,78 @@ static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
     }
 }
 
-/* Set the bits of one row and count its voxels by runs of equal labels. */
-static void take_row(finder *f, int y, int z, const void *difference, sc_label_stats *stats)
+/* Count the voxels of a row by runs of equal labels. */
+static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
 {
     const sc_volume *v = f->p->volume;
     const int nx = v->size[0];
     const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)nx;
-    uint64_t *masks = f->p->boundary +
-                      ((size_t)(z / SC_BRICK) * (size_t)f->p->bricks[1] + (size_t)(y / SC_BRICK)) *
-                          (size_t)f->p->bricks[0];
-    const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
 
     for (int x = 0, end; x < nx; x = end) {
         const uint32_t id = sc_id_at(v, row + (size_t)x);
-        uint64_t boundary = 0;
 
         for (end = x; end < nx && sc_id_at(v, row + (size_t)end) == id; end++) {
-            const bool differs = v->label_bytes == 1 ? ((const uint8_t *)difference)[end] != 0
-                                                     : ((const uint16_t *)difference)[end] != 0;
-
-            if (differs && id) {
-                masks[end / SC_BRICK] |= 1ull << (shift + end % SC_BRICK);
-                boundary++;
-            }
         }
         stats[id].voxels += (uint64_t)(end - x);
-        stats[id].boundary_voxels += boundary;
         note_box(&stats[id], x, end - 1, y, z);
+    }
+}
+
+static void mark(const sc_volume *v, uint64_t *masks, int shift, int x, int y, int z,
+                 sc_label_stats *stats)
+{
+    const uint32_t id = sc_id_or_background(v, x, y, z);
+
+    masks[(x + 1) / SC_BRICK] |= 1ull << (shift + (x + 1) % SC_BRICK);
+    stats[id].boundary_voxels += id != 0;
+}
+
+/* The next column from @p x on that differs, before the last one. */
+static int next_difference(const sc_volume *v, const uint16_t *difference, int x)
+{
+    const int end = v->size[0] - 1, stride = 8 / v->label_bytes;
+    const char *bytes = (const char *)difference;
+
+    while (x < end) {
+        uint64_t word = 0;
+
+        if (x + stride <= end)
+            memcpy(&word, bytes + (size_t)x * (size_t)v->label_bytes, sizeof word);
+        if (x + stride <= end && !word)
+            x += stride;
+        else if (v->label_bytes == 1 ? bytes[x] != 0 : difference[x] != 0)
+            return x;
+        else
+            x++;
+    }
+    return end;
+}
+
+/* One row of places, from -1 to size x; @p y and @p z run from -1 to their sizes. */
+static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_stats *stats)
+{
+    const sc_volume *v = f->p->volume;
+    const int nx = v->size[0];
+    const bool on_face = y < 1 || z < 1 || y > v->size[1] - 2 || z > v->size[2] - 2;
+    const bool fast = !on_face && nx > 2; /* for the voxels from 1 to nx - 2 */
+    int shift;
+    uint64_t *masks = masks_of_row(f, y, z, &shift);
+
+    if (y >= 0 && y < v->size[1] && z >= 0 && z < v->size[2])
+        count_row(f, y, z, stats);
+    for (int x = -1; x <= nx; x++) {
+        if (fast && x == 1)
+            x = nx - 1;
+        if (is_near(v, x, y, z))
+            mark(v, masks, shift, x, y, z, stats);
+    }
+    if (!fast)
+        return;
+    difference_of_row(v, y, z, difference);
+    for (int x = 1; x < nx - 1; x++) {
+        x = next_difference(v, difference, x);
+        if (x < nx - 1)
+            mark(v, masks, shift, x, y, z, stats);
     }
 }
 
@@ -99,13 +159,11 @@ static void find_layers(void *user, size_t begin, size_t end, int thread)
     const sc_volume *v = f->p->volume;
     uint16_t *difference = f->rows + (size_t)thread * (size_t)v->size[0];
     sc_label_stats *stats = f->stats + (size_t)thread * (size_t)v->label_count;
-    const int last = (int)end * SC_BRICK < v->size[2] ? (int)end * SC_BRICK : v->size[2];
+    const int last = (int)end * SC_BRICK < v->size[2] + 2 ? (int)end * SC_BRICK : v->size[2] + 2;
 
-    for (int z = (int)begin * SC_BRICK; z < last; z++) {
-        for (int y = 0; y < v->size[1]; y++) {
-            difference_of_row(v, y, z, difference);
+    for (int z = (int)begin * SC_BRICK - 1; z < last - 1; z++) {
+        for (int y = -1; y <= v->size[1]; y++)
             take_row(f, y, z, difference, stats);
-        }
     }
 }
 
@@ -113,7 +171,7 @@ static void merge_stats(const finder *f)
 {
     const int labels = f->p->volume->label_count;
 
-    for (int thread = 0; thread < f->p->threads; thread++) {
+    for (int thread = 0; thread < f->p->settings.threads; thread++) {
         for (int id = 0; id < labels; id++) {
             const sc_label_stats *from = &f->stats[thread * labels + id];
             sc_label_stats *to = &f->p->stats[id];
@@ -138,13 +196,13 @@ static void clear_stats(sc_label_stats *stats, size_t count)
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_volume *v = p->volume;
-    const size_t labels = (size_t)v->label_count, threads = (size_t)p->threads;
+    const size_t labels = (size_t)v->label_count, threads = (size_t)p->settings.threads;
     finder f = {.p = p};
     void *block = NULL, *rows = NULL, *stats = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof(uint64_t), &block));
-    p->boundary = block;
+    p->near = block;
     SC_TRY(sc_alloc(ctx, labels, sizeof(sc_label_stats), &block));
     p->stats = block;
     SC_TRY(sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats));
@@ -153,7 +211,7 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
     f.rows = rows;
     clear_stats(p->stats, labels);
     clear_stats(f.stats, labels * threads);
-    sc_parallel_for(p->threads, (size_t)p->bricks[2], 1, find_layers, &f);
+    sc_parallel_for(p->settings.threads, (size_t)p->bricks[2], 1, find_layers, &f);
     merge_stats(&f);
 out:
     sc_free(stats);
@@ -168,12 +226,14 @@ sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
 
     if (status != SC_OK)
         return status;
-    p->normal_start = block;
+    p->near_start = block;
     for (size_t brick = 0; brick < p->brick_count; brick++) {
-        p->normal_start[brick] = (uint32_t)p->boundary_count;
-        p->boundary_count += (uint64_t)__builtin_popcountll(p->boundary[brick]);
-        if (p->boundary_count > UINT32_MAX)
-            return sc_fail(ctx, SC_ERR_MEMORY, "more than %u boundary voxels", UINT32_MAX);
+        p->near_start[brick] = (uint32_t)p->near_count;
+        p->near_count += sc_count_bits(p->near[brick]);
+        if (p->near_count > UINT32_MAX)
+            return sc_fail(ctx, SC_ERR_MEMORY, "more than %u voxels near an interface", UINT32_MAX);
     }
+    for (int id = 1; id < p->volume->label_count; id++)
+        p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;
 }

@@ -7,12 +7,13 @@
 
 struct sc_preparation {
     const sc_volume *volume;
-    int threads;
+    sc_prepare_settings settings;
     int bricks[3];
     size_t brick_count;
-    uint64_t *boundary;
-    uint32_t *normal_start, *normals;
-    uint64_t boundary_count;
+    uint64_t *near;
+    uint32_t *near_start;
+    uint8_t *records, *thickness;
+    uint64_t near_count, boundary_count;
     sc_label_stats *stats;
     uint64_t volume_hash;
 };
@@ -23,11 +24,20 @@ static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)
                                     : ((const uint16_t *)volume->ids)[index];
 }
 
-/* One boundary voxel, as visited by sc_each_boundary. */
+/* The id at a voxel, background outside of the volume. */
+static inline uint32_t sc_id_or_background(const sc_volume *v, int x, int y, int z)
+{
+    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+        return 0;
+    return sc_id_at(v,
+                    ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x);
+}
+
+/* One boundary voxel that is not background, as visited by sc_each_boundary. */
 typedef struct sc_boundary_voxel {
     int x, y, z;
     size_t index;  /* into ids */
-    size_t normal; /* into normals */
+    size_t record; /* into records */
     uint32_t id;
 } sc_boundary_voxel;
 typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
@@ -36,8 +46,8 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
                       void *user);
 
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);  /* masks, counts, boxes */
-sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* normal_start, count */
-sc_status sc_find_normals(const sc_ctx *ctx, sc_preparation *p);
+sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* near_start, count */
+sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);    /* records */
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p);
 

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { ALIGN_BYTES = 64, SECTIONS = 6 };
+enum { ALIGN_BYTES = 64, SECTIONS = 7 };
 
 static const char magic[8] = "segcprep";
 
@@ -12,10 +12,10 @@ typedef struct block_header {
     char magic[8];
     uint32_t version, header_bytes;
     int32_t size[3], bricks[3];
-    int32_t label_bytes, label_count, oriented, unused;
+    int32_t label_bytes, label_count, oriented, local_thickness;
     sc_affine to_ras_mm;
-    uint64_t volume_hash, boundary_count, total_bytes;
-    uint64_t offset[SECTIONS]; /* ids, labels, stats, boundary, normal_start, normals */
+    uint64_t volume_hash, boundary_count, near_count, total_bytes;
+    uint64_t offset[SECTIONS]; /* ids, labels, stats, near, near_start, records, thickness */
 } block_header;
 
 static uint64_t aligned(uint64_t bytes)
@@ -26,7 +26,7 @@ static uint64_t aligned(uint64_t bytes)
 static block_header layout(const sc_preparation *p, uint64_t bytes[SECTIONS])
 {
     const sc_volume *v = p->volume;
-    block_header h = {.version = 1, .header_bytes = sizeof h};
+    block_header h = {.version = 2, .header_bytes = sizeof h};
 
     memcpy(h.magic, magic, sizeof magic);
     memcpy(h.size, v->size, sizeof h.size);
@@ -34,15 +34,18 @@ static block_header layout(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.label_bytes = v->label_bytes;
     h.label_count = v->label_count;
     h.oriented = v->oriented;
+    h.local_thickness = p->thickness != NULL;
     h.to_ras_mm = v->to_ras_mm;
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
+    h.near_count = p->near_count;
     bytes[0] = sc_volume_voxels(v) * (uint64_t)v->label_bytes;
     bytes[1] = (uint64_t)v->label_count * sizeof(sc_label);
     bytes[2] = (uint64_t)v->label_count * sizeof(sc_label_stats);
     bytes[3] = p->brick_count * sizeof(uint64_t);
     bytes[4] = p->brick_count * sizeof(uint32_t);
-    bytes[5] = p->boundary_count * sizeof(uint32_t);
+    bytes[5] = p->near_count * SC_RECORD_BYTES;
+    bytes[6] = p->thickness ? p->near_count : 0;
     h.total_bytes = aligned(sizeof h);
     for (int i = 0; i < SECTIONS; i++) {
         h.offset[i] = h.total_bytes;
@@ -63,11 +66,14 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
     uint64_t bytes[SECTIONS];
     const block_header h = layout(p, bytes);
     const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,
-                                           p->boundary,    p->normal_start,   p->normals};
+                                           p->near,        p->near_start,     p->records,
+                                           p->thickness};
 
     memcpy(block, &h, sizeof h);
-    for (int i = 0; i < SECTIONS; i++)
-        memcpy((char *)block + h.offset[i], sources[i], bytes[i]);
+    for (int i = 0; i < SECTIONS; i++) {
+        if (bytes[i])
+            memcpy((char *)block + h.offset[i], sources[i], bytes[i]);
+    }
 }
 
 sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, sc_prepared *out)
@@ -76,7 +82,7 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
     const char *base = block;
     sc_prepared view;
 
-    if (bytes < sizeof *h || memcmp(h->magic, magic, sizeof magic) || h->version != 1 ||
+    if (bytes < sizeof *h || memcmp(h->magic, magic, sizeof magic) || h->version != 2 ||
         h->header_bytes != sizeof *h || h->total_bytes > bytes)
         return sc_fail(ctx, SC_ERR_DATA, "not a prepared volume of this version of segcast");
     view = (sc_prepared){
@@ -89,10 +95,13 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .ids = base + h->offset[0],
         .labels = (const sc_label *)(base + h->offset[1]),
         .stats = (const sc_label_stats *)(base + h->offset[2]),
-        .boundary = (const uint64_t *)(base + h->offset[3]),
-        .normal_start = (const uint32_t *)(base + h->offset[4]),
-        .normals = (const uint32_t *)(base + h->offset[5]),
+        .near_count = h->near_count,
+        .near = (const uint64_t *)(base + h->offset[3]),
+        .near_start = (const uint32_t *)(base + h->offset[4]),
+        .records = (const uint8_t *)(base + h->offset[5]),
     };
+    if (h->local_thickness)
+        view.thickness = (const uint8_t *)(base + h->offset[6]);
     memcpy(view.size, h->size, sizeof view.size);
     memcpy(view.bricks, h->bricks, sizeof view.bricks);
     *out = view;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "internal.h"
 
-sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume, int threads, sc_preparation **out)
+sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
+                     const sc_prepare_settings *settings, sc_preparation **out)
 {
     sc_preparation *p = NULL;
     void *block = NULL;
@@ -10,16 +11,16 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume, int threads, sc
     SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
     p = block;
     p->volume = volume;
-    p->threads = threads;
+    p->settings = *settings;
     p->brick_count = 1;
     for (int i = 0; i < 3; i++) {
-        p->bricks[i] = (volume->size[i] + SC_BRICK - 1) / SC_BRICK;
+        p->bricks[i] = (volume->size[i] + 2 + SC_BRICK - 1) / SC_BRICK;
         p->brick_count *= (size_t)p->bricks[i];
     }
     p->volume_hash = sc_volume_hash(volume);
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
-    SC_TRY(sc_find_normals(ctx, p));
+    SC_TRY(sc_find_fields(ctx, p));
     SC_TRY(sc_measure_surface(ctx, p));
     SC_TRY(sc_measure_thickness(ctx, p));
     *out = p;
@@ -33,9 +34,10 @@ void sc_preparation_free(sc_preparation *p)
 {
     if (!p)
         return;
-    sc_free(p->boundary);
-    sc_free(p->normal_start);
-    sc_free(p->normals);
+    sc_free(p->near);
+    sc_free(p->near_start);
+    sc_free(p->records);
+    sc_free(p->thickness);
     sc_free(p->stats);
     sc_free(p);
 }
@@ -47,21 +49,23 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
     const sc_volume *volume = p->volume;
 
     for (size_t brick = begin; brick < end; brick++) {
-        uint64_t mask = p->boundary[brick];
-        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
-                            (int)(brick / bx / by) * SC_BRICK};
-        sc_boundary_voxel voxel = {.normal = p->normal_start[brick]};
+        uint64_t mask = p->near[brick];
+        const int low[3] = {(int)(brick % bx) * SC_BRICK - 1, (int)(brick / bx % by) * SC_BRICK - 1,
+                            (int)(brick / bx / by) * SC_BRICK - 1};
+        sc_boundary_voxel voxel = {.record = p->near_start[brick]};
 
-        for (; mask; mask &= mask - 1, voxel.normal++) {
+        for (; mask; mask &= mask - 1, voxel.record++) {
             const int bit = __builtin_ctzll(mask);
 
             voxel.x = low[0] + (bit & 3);
             voxel.y = low[1] + (bit >> 2 & 3);
             voxel.z = low[2] + (bit >> 4);
+            voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
+            if (!voxel.id)
+                continue;
             voxel.index = ((size_t)voxel.z * (size_t)volume->size[1] + (size_t)voxel.y) *
                               (size_t)volume->size[0] +
                           (size_t)voxel.x;
-            voxel.id = sc_id_at(volume, voxel.index);
             visit(user, &voxel);
         }
     }

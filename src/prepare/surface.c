@@ -4,6 +4,8 @@
  * direction that sum is exact; staircases do not count twice. */
 #include "internal.h"
 
+#include <string.h>
+
 typedef struct surface_sum {
     const sc_preparation *p;
     sc_vec3 face[3]; /* area vector of the faces across each axis, mm2 */
@@ -27,11 +29,13 @@ static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
     const surface_sum *s = user;
     const sc_volume *v = s->p->volume;
+    uint32_t record = 0;
     float packed[3];
     sc_vec3 normal;
     double area_mm2 = 0;
 
-    sc_normal_unpack(s->p->normals[voxel->normal], packed);
+    memcpy(&record, s->p->records + voxel->record * SC_RECORD_BYTES, SC_RECORD_BYTES);
+    sc_record_normal(record, packed);
     normal = sc_vec3_unit((sc_vec3){packed[0], packed[1], packed[2]});
     for (int axis = 0; axis < 3; axis++) {
         const int faces = differs(v, voxel, axis, -1) + differs(v, voxel, axis, 1);
@@ -59,7 +63,7 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
     surface_sum s = {.p = p};
     void *block = NULL;
     double largest_mm2 = 0;
-    sc_status status = sc_zalloc(ctx, labels * (size_t)p->threads, sizeof *s.sums, &block);
+    sc_status status = sc_zalloc(ctx, labels * (size_t)p->settings.threads, sizeof *s.sums, &block);
 
     if (status != SC_OK)
         return status;
@@ -70,9 +74,9 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
         largest_mm2 = fmax(largest_mm2, sc_vec3_length(s.face[axis]));
     }
     s.units_per_mm2 = (1 << 20) / largest_mm2;
-    sc_parallel_for(p->threads, p->brick_count, 4096, add_bricks, &s);
+    sc_parallel_for(p->settings.threads, p->brick_count, 4096, add_bricks, &s);
     for (size_t id = 0; id < labels; id++) {
-        for (int thread = 0; thread < p->threads; thread++)
+        for (int thread = 0; thread < p->settings.threads; thread++)
             p->stats[id].surface_mm2 +=
                 (double)s.sums[(size_t)thread * labels + id] / s.units_per_mm2;
     }

@@ -223,12 +223,12 @@ static void run_passes(transform *t)
     const size_t rows = (size_t)v->size[1] * (size_t)v->size[2];
     const size_t blocks = ((size_t)v->size[0] + COLUMNS - 1) / COLUMNS;
 
-    sc_parallel_for(t->p->threads, rows, 64, rows_pass, t);
+    sc_parallel_for(t->p->settings.threads, rows, 64, rows_pass, t);
     t->axis = 1;
-    sc_parallel_for(t->p->threads, blocks * (size_t)v->size[2], 8, lines_pass, t);
+    sc_parallel_for(t->p->settings.threads, blocks * (size_t)v->size[2], 8, lines_pass, t);
     t->axis = 2;
-    sc_parallel_for(t->p->threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
-    sc_parallel_for(t->p->threads, rows, 64, sum_medial, t);
+    sc_parallel_for(t->p->settings.threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
+    sc_parallel_for(t->p->settings.threads, rows, 64, sum_medial, t);
 }
 
 /* Twice the mean depth, each medial voxel weighted by the square of its depth: of a tube, that is
@@ -241,7 +241,7 @@ static void take_sums(const transform *t, double smallest_mm)
     for (int id = 1; id < labels; id++) {
         double squared = 0, cubed = 0;
 
-        for (int thread = 0; thread < t->p->threads; thread++) {
+        for (int thread = 0; thread < t->p->settings.threads; thread++) {
             squared += (double)t->sums[2 * (thread * labels + id)];
             cubed += (double)t->sums[2 * (thread * labels + id) + 1];
         }
@@ -275,10 +275,10 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     }
     t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
-    SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->threads, 1, &scratch));
+    SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
     SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
     SC_TRY(
-        sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->threads, 2 * sizeof(uint64_t), &sums));
+        sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads, 2 * sizeof(uint64_t), &sums));
     t.distance = distance;
     t.scratch = scratch;
     t.half_inverse = inverse;

@@ -9,24 +9,28 @@ typedef struct mask_builder {
     uint64_t *masks;
 } mask_builder;
 
-static uint32_t id_at(const sc_prepared *v, size_t x, size_t y, size_t z)
+/* The id at a place; those outside of the volume are background. */
+static uint32_t id_at(const sc_prepared *v, int x, int y, int z)
 {
-    const size_t index = (z * (size_t)v->size[1] + y) * (size_t)v->size[0] + x;
+    const size_t index =
+        ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
+        (size_t)(x - 1);
 
+    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
+        return 0;
     return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
                                : ((const uint16_t *)v->ids)[index];
 }
 
-/* Bits of the brick that lie inside the volume. */
-static uint64_t inside_bits(const sc_prepared *v, const size_t low[3])
+/* Places of the brick that are voxels of the volume. @p low: its first place. */
+static uint64_t inside_bits(const sc_prepared *v, const int low[3])
 {
     uint64_t bits = 0;
 
     for (int bit = 0; bit < 64; bit++) {
-        const size_t x = low[0] + (size_t)(bit & 3), y = low[1] + (size_t)(bit >> 2 & 3);
-        const size_t z = low[2] + (size_t)(bit >> 4);
+        const int x = low[0] + (bit & 3), y = low[1] + (bit >> 2 & 3), z = low[2] + (bit >> 4);
 
-        if (x < (size_t)v->size[0] && y < (size_t)v->size[1] && z < (size_t)v->size[2])
+        if (x > 0 && y > 0 && z > 0 && x <= v->size[0] && y <= v->size[1] && z <= v->size[2])
             bits |= 1ull << bit;
     }
     return bits;
@@ -46,15 +50,15 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const size_t low[3] = {brick % bx * SC_BRICK, brick / bx % by * SC_BRICK,
-                               brick / bx / by * SC_BRICK};
-        const uint64_t boundary = v->boundary[brick];
+        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
+                            (int)(brick / bx / by) * SC_BRICK};
+        const uint64_t boundary = v->near[brick];
         uint64_t left = b->interior ? inside_bits(v, low) : boundary, mask = 0;
 
         for (; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            const uint32_t id = id_at(v, low[0] + (size_t)(bit & 3),
-                                      low[1] + (size_t)(bit >> 2 & 3), low[2] + (size_t)(bit >> 4));
+            const uint32_t id =
+                id_at(v, low[0] + (bit & 3), low[1] + (bit >> 2 & 3), low[2] + (bit >> 4));
             const int needs = boundary >> bit & 1 ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 
             if (b->show[id] & needs)
@@ -64,8 +68,48 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
-                           int threads, uint64_t **out)
+/* Does the cell hold more than one label, one of them shown? */
+static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
+{
+    const uint32_t first = id_at(b->volume, x, y, z);
+    bool mixed = false, shown = b->show[first] & SC_SHOW_BOUNDARY;
+
+    for (int corner = 1; corner < 8; corner++) {
+        const uint32_t id =
+            id_at(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+
+        mixed = mixed || id != first;
+        shown = shown || b->show[id] & SC_SHOW_BOUNDARY;
+    }
+    return mixed && shown;
+}
+
+/* All corners of a mixed cell are near an interface: only their lowest ones need a look. */
+static void build_cells(void *user, size_t begin, size_t end, int thread)
+{
+    const mask_builder *b = user;
+    const sc_prepared *v = b->volume;
+    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
+                            (int)(brick / bx / by) * SC_BRICK};
+        uint64_t mask = 0;
+
+        for (uint64_t left = v->near[brick]; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+
+            if (is_visible_cell(b, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
+                                low[2] + (bit >> 4)))
+                mask |= 1ull << bit;
+        }
+        b->masks[framed(v, brick % bx, brick / bx % by, brick / bx / by)] = mask;
+    }
+}
+
+static sc_status build(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
+                       int threads, sc_range_fn *body, uint64_t **out)
 {
     const size_t count =
         (size_t)volume->bricks[0] * (size_t)volume->bricks[1] * (size_t)volume->bricks[2];
@@ -79,12 +123,24 @@ sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const u
     builder.masks = block;
     for (int id = 1; id < volume->label_count; id++)
         builder.interior = builder.interior || show[id] & SC_SHOW_INTERIOR;
-    sc_parallel_for(threads, count, 16384, build_masks, &builder);
+    sc_parallel_for(threads, count, 4096, body, &builder);
     *out = builder.masks;
     return SC_OK;
 }
 
-/* First or last set voxel along x of row (y, z); -1 if there is none. */
+sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
+                           int threads, uint64_t **out)
+{
+    return build(ctx, volume, show, threads, build_masks, out);
+}
+
+sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
+                           int threads, uint64_t **out)
+{
+    return build(ctx, volume, show, threads, build_cells, out);
+}
+
+/* First or last set place along x of row (y, z); -1 if there is none. */
 static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
 {
     const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
@@ -103,7 +159,7 @@ static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bo
 sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
                          sc_vec3 **out, size_t *count)
 {
-    const size_t rows = (size_t)volume->size[1] * (size_t)volume->size[2];
+    const size_t rows = (size_t)(volume->size[1] + 2) * (size_t)(volume->size[2] + 2);
     sc_vec3 *points;
     size_t found = 0;
     void *block;
@@ -112,15 +168,15 @@ sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uin
     if (status != SC_OK)
         return status;
     points = block;
-    for (int z = 0; z < volume->size[2]; z++) {
-        for (int y = 0; y < volume->size[1]; y++) {
+    for (int z = 0; z < volume->size[2] + 2; z++) {
+        for (int y = 0; y < volume->size[1] + 2; y++) {
             const int first = row_end(volume, masks, y, z, false);
             const int last = first < 0 ? -1 : row_end(volume, masks, y, z, true);
 
             if (first >= 0)
-                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){first, y, z});
+                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){first - 1, y - 1, z - 1});
             if (last > first)
-                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){last, y, z});
+                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){last - 1, y - 1, z - 1});
         }
     }
     *out = points;

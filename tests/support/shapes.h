@@ -50,11 +50,12 @@ typedef struct prepared_copy {
 
 static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
 {
+    const sc_prepare_settings settings = {.smooth = 1, .threads = threads};
     sc_preparation *p;
     prepared_copy out;
     size_t bytes;
 
-    assert_ok(sc_prepare(&quiet, volume, threads, &p));
+    assert_ok(sc_prepare(&quiet, volume, &settings, &p));
     bytes = sc_preparation_bytes(p);
     assert_ok(sc_zalloc(&quiet, bytes, 1, &out.block));
     sc_preparation_pack(p, out.block);

@@ -26,9 +26,10 @@ static uint32_t id_at(const sc_prepared *v, int x, int y, int z)
 
 static bool bit_at(const sc_prepared *v, int x, int y, int z)
 {
-    const int brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
+    const int qx = x + 1, qy = y + 1, qz = z + 1;
+    const int brick = ((qz >> 2) * v->bricks[1] + (qy >> 2)) * v->bricks[0] + (qx >> 2);
 
-    return v->boundary[brick] >> ((x & 3) + 4 * (y & 3) + 16 * (z & 3)) & 1;
+    return v->near[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
 }
 
 /* The paper's rule, by hand, for both label widths and an awkward size. */
@@ -40,21 +41,24 @@ static void boundary_is_the_rule_of_the_paper(void **state)
     for (int bytes = 1; bytes <= 2; bytes++) {
         sc_volume volume = shape_volume(size, cube, bytes, 4, random_id);
         prepared_copy p = prepare_copy(&volume, 2);
-        uint64_t counts[4] = {0}, voxels[4] = {0};
+        uint64_t counts[4] = {0}, voxels[4] = {0}, near = 0;
 
-        for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
-            const int x = i % size[0], y = i / size[0] % size[1], z = i / size[0] / size[1];
+        for (int i = 0; i < (size[0] + 2) * (size[1] + 2) * (size[2] + 2); i++) {
+            const int x = i % (size[0] + 2) - 1, y = i / (size[0] + 2) % (size[1] + 2) - 1;
+            const int z = i / (size[0] + 2) / (size[1] + 2) - 1;
             const uint32_t id = id_at(&p.view, x, y, z);
             bool boundary = false;
 
             for (int n = 0; n < 27; n++)
                 boundary = boundary ||
                            id_at(&p.view, x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1) != id;
-            assert_int_equal(bit_at(&p.view, x, y, z), boundary && id);
+            assert_int_equal(bit_at(&p.view, x, y, z), boundary);
             counts[id] += boundary && id;
-            voxels[id]++;
+            voxels[id] += id != 0;
+            near += boundary;
         }
-        for (int id = 0; id < 4; id++) {
+        assert_int_equal(p.view.near_count, near);
+        for (int id = 1; id < 4; id++) {
             assert_int_equal(p.view.stats[id].boundary_voxels, counts[id]);
             assert_int_equal(p.view.stats[id].voxels, voxels[id]);
         }
@@ -84,23 +88,25 @@ static void normals_of_an_ellipsoid(void **state)
         double squares = 0;
         size_t count = 0;
 
-        for (size_t brick = 0, n = 0; n < v->boundary_count; brick++) {
-            assert_int_equal(v->normal_start[brick], n);
-            for (uint64_t mask = v->boundary[brick]; mask; mask &= mask - 1, n++) {
+        for (size_t brick = 0, n = 0; n < v->near_count; brick++) {
+            assert_int_equal(v->near_start[brick], n);
+            for (uint64_t mask = v->near[brick]; mask; mask &= mask - 1, n++) {
                 const int bit = __builtin_ctzll(mask);
-                const double x = (double)(brick % (size_t)v->bricks[0] * 4) + (bit & 3);
-                const double y = (double)(brick / (size_t)v->bricks[0] % (size_t)v->bricks[1] * 4) +
-                                 (bit >> 2 & 3);
-                const double z =
-                    (double)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) + (bit >> 4);
+                const int x = (int)(brick % (size_t)v->bricks[0] * 4) + (bit & 3) - 1;
+                const int y = (int)(brick / (size_t)v->bricks[0] % (size_t)v->bricks[1] * 4) +
+                              (bit >> 2 & 3) - 1;
+                const int z = (int)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) +
+                              (bit >> 4) - 1;
                 const sc_vec3 truth =
-                    sc_vec3_unit((sc_vec3){(x - 40) / 900, (y - 36.3) / 676, (z - 38) / 1089});
+                    sc_vec3_unit((sc_vec3){(x - 40) / 900., (y - 36.3) / 676, (z - 38) / 1089.});
+                const double sign = id_at(v, x, y, z) ? 1 : -1; /* outward of its own label */
                 float got[3];
                 double angle;
 
-                sc_normal_unpack(v->normals[n], got);
+                sc_record_normal(sc_record_at(v, n), got);
                 angle = acos(
-                    fmin(1, sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1], got[2]}))));
+                    fmin(1, sign * sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1],
+                                                                             got[2]}))));
                 squares += angle * angle;
                 count++;
             }
@@ -111,20 +117,27 @@ static void normals_of_an_ellipsoid(void **state)
     }
 }
 
-static void normals_pack_to_a_tenth_of_a_degree(void **state)
+/* Directions to a degree, weights exactly, lengths to a factor of the square root of two. */
+static void records_keep_weight_direction_and_length(void **state)
 {
     uint64_t seed = 3;
 
     (void)state;
-    for (int i = 0; i < 1000; i++) {
+    for (int i = 0; i < 5000; i++) {
         const sc_vec3 n = sc_vec3_unit((sc_vec3){
             random_real(&seed, -1, 1), random_real(&seed, -1, 1), random_real(&seed, -1, 1)});
+        const int weight = 1 + i % SC_WEIGHT_MAX;
+        const double strength = random_real(&seed, 0.09, 1.4);
+        const uint32_t record = sc_record_pack(weight, n, strength);
         float back[3];
+        sc_vec3 b;
 
-        sc_normal_unpack(sc_normal_pack(n.x, n.y, n.z), back);
-        assert_near(back[0] / 511, n.x, 0.00098);
-        assert_near(back[1] / 511, n.y, 0.00098);
-        assert_near(back[2] / 511, n.z, 0.00098);
+        assert_true(record < 1u << 24);
+        sc_record_normal(record, back);
+        b = (sc_vec3){back[0], back[1], back[2]};
+        assert_true(sc_vec3_dot(sc_vec3_unit(b), n) > cos(1.0 * M_PI / 180));
+        assert_true(sc_record_weight(record) == (float)weight);
+        assert_in_range(1000 * sc_vec3_length(b) / strength, 706, 1416);
     }
 }
 
@@ -180,7 +193,9 @@ static void the_result_does_not_depend_on_threads(void **state)
 
     (void)state;
     for (int i = 0; i < 2; i++) {
-        assert_ok(sc_prepare(&quiet, &volume, 1 + 2 * i, &p));
+        const sc_prepare_settings settings = {.smooth = 1, .threads = 1 + 2 * i};
+
+        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
         bytes = sc_preparation_bytes(p);
         assert_ok(sc_zalloc(&quiet, bytes, 1, &blocks[i]));
         sc_preparation_pack(p, blocks[i]);
@@ -255,7 +270,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(boundary_is_the_rule_of_the_paper),
         cmocka_unit_test(normals_of_an_ellipsoid),
-        cmocka_unit_test(normals_pack_to_a_tenth_of_a_degree),
+        cmocka_unit_test(records_keep_weight_direction_and_length),
         cmocka_unit_test(thickness_and_surface_of_a_slab_and_a_rod),
         cmocka_unit_test(surface_of_a_ball),
         cmocka_unit_test(the_result_does_not_depend_on_threads),

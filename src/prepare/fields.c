@@ -1,0 +1,432 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The fields that smooth surfaces are made of, at every place near an interface, from the label of
+ * its own voxel and those around it:
+ *
+ * - the weight: the label's membership, smoothed by a flat-topped low-pass filter, less one half.
+ *   A Gaussian of width s moves a curved surface inward; multiplying its spectrum by a part of the
+ *   series of exp(c k^2) undoes that (DESIGN section 8 stops at second order; the third, at three
+ *   quarters, and a little more than s^2 keep tubes of radius 1 as well, and make up for what the
+ *   trilinear interpolation of the weights takes off);
+ * - the gradient of the membership smoothed by a wider Gaussian, for light.
+ *
+ * A row of the window becomes bits ("is it my label?"), for which tables hold the sums. */
+#include "internal.h"
+
+#include <string.h>
+
+enum {
+    RADIUS = 6,                     /* of both filters, in places */
+    WINDOW = SC_BRICK + 2 * RADIUS, /* all that the places of a brick look at: 16 */
+    TAPS = 2 * RADIUS + 1,
+    PATTERNS = 1 << TAPS,
+    ROWS = WINDOW * WINDOW,
+    CLASSES_MAX = 49, /* distances of rows from the axis */
+    WEIGHT_LEAST = 5  /* of SC_WEIGHT_MAX: a voxel always owns its centre */
+};
+
+#define WEIGHT_WIDTH 1.55 /* standard deviation of the filter for weights, in reference voxels */
+#define WEIGHT_EXCESS 1.283
+#define WEIGHT_THIRD 0.75
+#define WEIGHT_REACH 5.7 /* where that filter ends */
+#define NORMAL_WIDTH 2.3
+
+typedef float quad __attribute__((vector_size(16)));
+
+/* A row of the weight's window: where it lies and which table it takes. */
+typedef struct weight_row {
+    int dy, dz, table;
+} weight_row;
+
+typedef struct filters {
+    const sc_preparation *p;
+    weight_row rows[TAPS * TAPS];
+    int row_count, table_count;
+    float *weight_tables; /* [table_count][PATTERNS]: sums over the rows at one distance */
+    float (*normal_table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
+    float value[3][TAPS], slope[3][TAPS]; /* the normals' filter along each axis */
+    double to_mm[3][3];                   /* gradient by places -> RAS */
+    double flat;                          /* length of the gradient at a flat interface */
+} filters;
+
+/* How many reference voxels a step along each axis is: the smoothing is isotropic in millimetres
+ * as far as the spacing allows. Along a coarse axis the filter still has to bridge a voxel. */
+static void steps_of(const sc_volume *v, double steps[3])
+{
+    double spacing[3], reference;
+
+    for (int i = 0; i < 3; i++)
+        spacing[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
+    reference = cbrt(spacing[0] * spacing[1] * spacing[2]);
+    for (int i = 0; i < 3; i++)
+        steps[i] = fmin(fmax(spacing[i] / reference, 1 / 1.2), 1 / 0.7);
+}
+
+/* The filter for weights at a squared distance, not normalised. The Laplacians of a Gaussian are
+ * Laguerre polynomials of u. */
+static double weight_filter(double square, double smooth)
+{
+    const double s = WEIGHT_WIDTH * smooth, u = square / (s * s), k = WEIGHT_EXCESS / 2;
+
+    if (square >= WEIGHT_REACH * WEIGHT_REACH * smooth * smooth)
+        return 0;
+    return exp(-u / 2) *
+           (1 - k * (u - 3) + k * k / 2 * (u * u - 10 * u + 15) -
+            WEIGHT_THIRD * k * k * k / 6 * (u * u * u - 21 * u * u + 105 * u - 105));
+}
+
+static double squared(double x)
+{
+    return x * x;
+}
+
+static int table_of(double *squares, int *count, double square)
+{
+    for (int i = 0; i < *count; i++) {
+        if (fabs(squares[i] - square) < 1e-9)
+            return i;
+    }
+    squares[*count] = square;
+    return (*count)++;
+}
+
+static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
+{
+    const double smooth = f->p->settings.smooth;
+    double squares[TAPS * TAPS], taps[TAPS], total = 0;
+    void *block;
+    sc_status status;
+
+    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
+        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
+            const double square = squared(dy * steps[1]) + squared(dz * steps[2]);
+
+            if (weight_filter(square, smooth) != 0)
+                f->rows[f->row_count++] =
+                    (weight_row){dy, dz, table_of(squares, &f->table_count, square)};
+        }
+    }
+    status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(float), &block);
+    if (status != SC_OK)
+        return status;
+    f->weight_tables = block;
+    for (int i = 0; i < f->row_count; i++) {
+        for (int x = -RADIUS; x <= RADIUS; x++)
+            total += weight_filter(squares[f->rows[i].table] + squared(x * steps[0]), smooth);
+    }
+    for (int t = 0; t < f->table_count; t++) {
+        float *table = f->weight_tables + (size_t)t * PATTERNS;
+
+        for (int x = -RADIUS; x <= RADIUS; x++)
+            taps[x + RADIUS] = weight_filter(squares[t] + squared(x * steps[0]), smooth) / total;
+        table[0] = 0;
+        for (int bits = 1; bits < PATTERNS; bits++)
+            table[bits] = table[bits & (bits - 1)] + (float)taps[__builtin_ctz((unsigned)bits)];
+    }
+    return SC_OK;
+}
+
+/* A Gaussian lowered so that it ends at zero, and its derivative. */
+static void fill_normals(filters *f, const double steps[3])
+{
+    const double rim = exp(-squared((RADIUS + 1) / NORMAL_WIDTH) / 2);
+    double flat = 0, across = 1;
+
+    for (int axis = 0; axis < 3; axis++) {
+        for (int i = 0; i < TAPS; i++) {
+            const double x = (i - RADIUS) * steps[axis];
+
+            f->value[axis][i] = (float)fmax(exp(-squared(x / NORMAL_WIDTH) / 2) - rim, 0);
+            f->slope[axis][i] =
+                (float)(steps[axis] * x * exp(-squared(x / NORMAL_WIDTH) / 2));
+        }
+    }
+    f->normal_table[0][0] = f->normal_table[0][1] = 0;
+    for (int bits = 1; bits < PATTERNS; bits++) {
+        const float *rest = f->normal_table[bits & (bits - 1)];
+        const int tap = __builtin_ctz((unsigned)bits);
+
+        f->normal_table[bits][0] = rest[0] + f->value[0][tap];
+        f->normal_table[bits][1] = rest[1] + f->slope[0][tap];
+    }
+    for (int axis = 1; axis < 3; axis++) {
+        double sum = 0;
+
+        for (int i = 0; i < TAPS; i++)
+            sum += f->value[axis][i];
+        across *= sum;
+    }
+    for (int i = RADIUS + 1; i < TAPS; i++)
+        flat += f->slope[0][i];
+    f->flat = flat * across;
+}
+
+static sc_status fill_filters(const sc_ctx *ctx, filters *f)
+{
+    const sc_volume *v = f->p->volume;
+    double steps[3];
+    sc_affine inverse = {0};
+    void *block;
+    sc_status status;
+
+    steps_of(v, steps);
+    if (f->p->settings.smooth > 0)
+        SC_TRY(fill_weights(ctx, f, steps));
+    SC_TRY(sc_alloc(ctx, PATTERNS, sizeof *f->normal_table, &block));
+    f->normal_table = block;
+    fill_normals(f, steps);
+    /* Gradients map by the transposed inverse; the reader has checked that it exists. Scaled so
+     * that a step along x is one. */
+    (void)sc_affine_invert(&v->to_ras_mm, &inverse);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++)
+            f->to_mm[i][j] = inverse.m[j][i] * sc_vec3_length(sc_affine_column(&v->to_ras_mm, 0));
+    }
+out:
+    return status;
+}
+
+/* What the places of one brick look at, and what comes out. */
+typedef struct brick_work {
+    uint16_t ids[ROWS][WINDOW];
+    uint32_t bits[ROWS]; /* "is it my label?" */
+    quad value[ROWS], along_x[ROWS];           /* [z][y], four places along x */
+    quad flat[WINDOW][SC_BRICK], along_xy[WINDOW][SC_BRICK][2];
+    float gradient[64][3];
+} brick_work;
+
+/* Rows of ids around a brick whose first place is voxel @p low. */
+static void gather(const sc_volume *v, const int low[3], brick_work *w)
+{
+    const int x0 = low[0] - RADIUS;
+
+    for (int row = 0; row < ROWS; row++) {
+        const int y = low[1] - RADIUS + row % WINDOW, z = low[2] - RADIUS + row / WINDOW;
+
+        if (y < 0 || z < 0 || y >= v->size[1] || z >= v->size[2]) {
+            memset(w->ids[row], 0, sizeof w->ids[row]);
+            continue;
+        }
+        if (x0 >= 0 && x0 + WINDOW <= v->size[0]) {
+            const size_t at =
+                ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0;
+
+            if (v->label_bytes == 2) {
+                memcpy(w->ids[row], (const uint16_t *)v->ids + at, sizeof w->ids[row]);
+                continue;
+            }
+            for (int x = 0; x < WINDOW; x++)
+                w->ids[row][x] = ((const uint8_t *)v->ids)[at + (size_t)x];
+            continue;
+        }
+        for (int x = 0; x < WINDOW; x++)
+            w->ids[row][x] = (uint16_t)sc_id_or_background(v, x0 + x, y, z);
+    }
+}
+
+/* Bits of the voxels that hold @p id; @return whether the window holds only it and @p other. */
+static bool fill_bits(brick_work *w, uint32_t id, uint32_t other)
+{
+    bool only = true;
+
+    for (int row = 0; row < ROWS; row++) {
+        uint32_t bits = 0, others = 0;
+
+        for (int x = 0; x < WINDOW; x++) {
+            bits |= (uint32_t)(w->ids[row][x] == id) << x;
+            others |= (uint32_t)(w->ids[row][x] == other) << x;
+        }
+        w->bits[row] = bits;
+        only = only && (bits | others) == (1u << WINDOW) - 1;
+    }
+    return only;
+}
+
+/* Gradients of the smoothed membership at all places of the brick: along x by the table, then
+ * along y and z. */
+static void find_gradients(const filters *f, brick_work *w)
+{
+    for (int row = 0; row < ROWS; row++) {
+        for (int x = 0; x < SC_BRICK; x++) {
+            const float *sums = f->normal_table[w->bits[row] >> x & (PATTERNS - 1)];
+
+            w->value[row][x] = sums[0];
+            w->along_x[row][x] = sums[1];
+        }
+    }
+    for (int z = 0; z < WINDOW; z++) {
+        for (int y = 0; y < SC_BRICK; y++) {
+            const int row = z * WINDOW + y;
+            quad flat = {0}, along_x = {0}, along_y = {0};
+
+            for (int i = 0; i < TAPS; i++) {
+                flat += w->value[row + i] * f->value[1][i];
+                along_y += w->value[row + i] * f->slope[1][i];
+                along_x += w->along_x[row + i] * f->value[1][i];
+            }
+            w->flat[z][y] = flat;
+            w->along_xy[z][y][0] = along_x;
+            w->along_xy[z][y][1] = along_y;
+        }
+    }
+    for (int place = 0; place < 64; place += SC_BRICK) {
+        const int y = place / SC_BRICK % SC_BRICK, z = place / SC_BRICK / SC_BRICK;
+        quad along[3] = {{0}, {0}, {0}};
+
+        for (int i = 0; i < TAPS; i++) {
+            along[0] += w->along_xy[z + i][y][0] * f->value[2][i];
+            along[1] += w->along_xy[z + i][y][1] * f->value[2][i];
+            along[2] += w->flat[z + i][y] * f->slope[2][i];
+        }
+        for (int x = 0; x < SC_BRICK; x++) {
+            for (int axis = 0; axis < 3; axis++)
+                w->gradient[place + x][axis] = along[axis][x];
+        }
+    }
+}
+
+/* Membership of the place at @p bit, less one half, as a weight. */
+static int weight_of(const filters *f, const brick_work *w, int bit, bool inverted)
+{
+    const int x = bit & 3, row = (bit >> 4) * WINDOW + (bit >> 2 & 3);
+    float sum = 0, weight;
+
+    if (!f->weight_tables)
+        return SC_WEIGHT_MAX;
+    for (int i = 0; i < f->row_count; i++) {
+        const weight_row *r = &f->rows[i];
+        const uint32_t bits = w->bits[row + (r->dz + RADIUS) * WINDOW + r->dy + RADIUS];
+
+        sum += f->weight_tables[(size_t)r->table * PATTERNS + (bits >> x & (PATTERNS - 1))];
+    }
+    weight = (inverted ? 0.5f - sum : sum - 0.5f) * 2 * SC_WEIGHT_MAX + 0.5f;
+    if (!(weight > WEIGHT_LEAST))
+        return WEIGHT_LEAST;
+    return weight < SC_WEIGHT_MAX ? (int)weight : SC_WEIGHT_MAX;
+}
+
+/* The record of the place at @p bit. @p inverted: the bits are those of the only other label. */
+static uint32_t record_of(const filters *f, const brick_work *w, int bit, bool inverted)
+{
+    const float *g = w->gradient[bit];
+    double n[3], length;
+
+    for (int i = 0; i < 3; i++) /* outward: against the rise of the own label */
+        n[i] = (inverted ? 1 : -1) *
+               (f->to_mm[i][0] * g[0] + f->to_mm[i][1] * g[1] + f->to_mm[i][2] * g[2]);
+    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (!(length > 1e-6 * f->flat))
+        return sc_record_pack(weight_of(f, w, bit, inverted), (sc_vec3){0, 0, 1}, 0);
+    return sc_record_pack(weight_of(f, w, bit, inverted),
+                          (sc_vec3){n[0] / length, n[1] / length, n[2] / length},
+                          length / f->flat);
+}
+
+/* Records of those places of the brick in @p mask that hold the label of the gathered bits. */
+static void take_label(const filters *f, brick_work *w, size_t brick, uint64_t mask, bool inverted)
+{
+    const sc_preparation *p = f->p;
+
+    for (; mask; mask &= mask - 1) {
+        const int bit = __builtin_ctzll(mask);
+        const size_t index =
+            p->near_start[brick] + sc_count_bits(p->near[brick] & ((1ull << bit) - 1));
+        const uint32_t record = record_of(f, w, bit, inverted);
+
+        for (int i = 0; i < SC_RECORD_BYTES; i++)
+            p->records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
+    }
+}
+
+static uint16_t id_of_bit(const brick_work *w, int bit)
+{
+    return w->ids[((bit >> 4) + RADIUS) * WINDOW + (bit >> 2 & 3) + RADIUS][(bit & 3) + RADIUS];
+}
+
+/* The places in @p mask that hold @p id. */
+static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
+{
+    uint64_t places = 0;
+
+    for (; mask; mask &= mask - 1) {
+        const int bit = __builtin_ctzll(mask);
+
+        if (id_of_bit(w, bit) == id)
+            places |= 1ull << bit;
+    }
+    return places;
+}
+
+static void take_brick(const filters *f, brick_work *w, size_t brick)
+{
+    uint64_t left = f->p->near[brick];
+
+    while (left) {
+        const uint16_t id = id_of_bit(w, __builtin_ctzll(left));
+        const uint64_t own = places_of(w, left, id);
+        uint16_t other = id;
+        bool pair;
+
+        left &= ~own;
+        if (left)
+            other = id_of_bit(w, __builtin_ctzll(left));
+        pair = fill_bits(w, id, other);
+        find_gradients(f, w);
+        take_label(f, w, brick, own, false);
+        if (pair && left) { /* what the one gains, the other loses */
+            take_label(f, w, brick, left, true);
+            return;
+        }
+    }
+}
+
+static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const filters *f = user;
+    const size_t bx = (size_t)f->p->bricks[0], by = (size_t)f->p->bricks[1];
+    brick_work w;
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const int low[3] = {(int)(brick % bx) * SC_BRICK - 1, (int)(brick / bx % by) * SC_BRICK - 1,
+                            (int)(brick / bx / by) * SC_BRICK - 1};
+
+        if (!f->p->near[brick])
+            continue;
+        gather(f->p->volume, low, &w);
+        take_brick(f, &w, brick);
+    }
+}
+
+uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
+{
+    const double sum = fabs(outward.x) + fabs(outward.y) + fabs(outward.z);
+    double x = outward.x / sum, y = outward.y / sum;
+    uint32_t m = 0;
+
+    if (outward.z < 0) {
+        const double fx = (1 - fabs(y)) * (x < 0 ? -1 : 1), fy = (1 - fabs(x)) * (y < 0 ? -1 : 1);
+
+        x = fx;
+        y = fy;
+    }
+    while (m < 3 && strength < 0.7071)
+        strength *= 2, m++;
+    return (uint32_t)weight | m << 6 | ((uint32_t)(int)floor(x * 127 + 0.5) & 255) << 8 |
+           ((uint32_t)(int)floor(y * 127 + 0.5) & 255) << 16;
+}
+
+sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)
+{
+    filters f = {.p = p};
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
+    p->records = block;
+    SC_TRY(fill_filters(ctx, &f));
+    sc_parallel_for(p->settings.threads, p->brick_count, 1024, fields_of_bricks, &f);
+out:
+    sc_free(f.weight_tables);
+    sc_free(f.normal_table);
+    return status;
+}
