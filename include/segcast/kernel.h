@@ -8,58 +8,94 @@
 
 #include "segcast/scene.h"
 
-typedef enum sc_surface { SC_SURFACE_VOXEL } sc_surface;
+typedef enum sc_surface {
+    SC_SURFACE_VOXEL, /**< the paper's: samples along the ray take the nearest voxel's label */
+    SC_SURFACE_SMOOTH /**< interfaces where the largest of the labels' trilinear votes changes */
+} sc_surface;
 
 typedef enum sc_skip {
-    SC_SKIP_NONE,    /**< every sample is classified from the labels alone (paper: plain) */
-    SC_SKIP_INTERIOR /**< only voxels marked by preprocessing are (paper: accelerated) */
+    SC_SKIP_NONE,    /**< every sample or cell is classified from the labels alone (paper: plain) */
+    SC_SKIP_INTERIOR /**< only those marked by preprocessing are (paper: accelerated) */
 } sc_skip;
 
 /** A label as the kernel sees it. */
 typedef struct sc_march_tissue {
     float rgb[3];         /**< linear light */
-    float boundary_alpha; /**< of one sample: 1 - (1 - opacity)^(step / voxel length) */
-    float interior_alpha;
+    float boundary_alpha; /**< of one crossing (smooth) or one sample (voxel) */
+    float interior_alpha; /**< of one sample; voxel only */
+    float diffuse, specular;
+    int shininess;        /**< exponent of the highlight */
     uint8_t show; /**< SC_SHOW_* */
     uint8_t clip_group;
+    bool by_thickness; /**< alpha comes from the local thickness: sc_march.thickness_alpha */
 } sc_march_tissue;
+
+/** Light of a frame; directions are unit, RAS, towards the light. */
+typedef struct sc_march_light {
+    bool flat; /**< no light at all: plain colours */
+    float key_direction[3], fill_direction[3];
+    float ambient, key, fill, head;
+    float edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
+    float occlusion; /**< 0 to 1: how dark what is enclosed by tissue gets */
+    float shadow;    /**< 0 or 1 */
+    float cue;       /**< 0 to 1: how much of the background mixes in at cue_far_mm */
+    float cue_near_mm, cue_far_mm, cue_rgb[3];
+} sc_march_light;
 
 /** What all rays of a frame share; everything is borrowed. */
 typedef struct sc_march {
     const sc_prepared *volume;
-    const uint64_t *visible;        /**< sc_visible_masks; not read by SC_SKIP_NONE */
+    const uint64_t *visible; /**< sc_visible_masks or, smooth, sc_visible_cells; not read by
+                                  SC_SKIP_NONE */
     int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
     const sc_march_tissue *tissues; /**< by dense id */
-    float step_mm;
-    float key_light[3]; /**< unit, RAS, towards the light */
-    bool caps;          /**< cut faces are solid */
-    float plane_normals[SC_PLANES_MAX][3];
+    float step_mm;                  /**< voxel only */
+    sc_march_light light;
+    const sc_occlusion *occlusion;  /**< NULL: none */
+    float thickness_alpha[256];     /**< by code of sc_prepared.thickness */
+    float place_per_mm[3][3];       /**< RAS vector -> places */
+    bool caps;                      /**< cut faces are solid */
+    bool only_caps;                 /**< nothing but cut faces: a slice */
+    float cap_outline;              /**< half width of the lines between tissues on cut faces, in
+                                         voxels; 0: none; smooth only */
+    bool cut_away;                  /**< planes remove only what all of them remove */
+    int plane_count;
+    float plane_normals[SC_PLANES_MAX][3]; /**< RAS, towards what is kept */
+    float plane_places[SC_PLANES_MAX][4];  /**< distance in mm as a function of the place */
 } sc_march;
 
-/** One ray. Sample k lies at (k + 1/2) step_mm from the origin. For each clip group, the samples
- *  to be taken are first[g][i] <= k < last[g][i], i < parts[g]; a part that begins at a plane has
- *  cap_plane >= 0 and its cut face at cap_mm. */
+/** One ray. For each clip group, the parts of the ray that are kept, in order: where they begin
+ *  and end, in mm from the origin, and as samples; sample k of the voxel surface lies at
+ *  (k + 1/2) step_mm, and those with first <= k < last are kept. A part that begins at a plane has
+ *  cap_plane >= 0. */
 typedef struct sc_ray {
-    float origin[3];     /**< in voxels, plus 1.5: truncation is then rounding, plus 1 */
+    float origin[3];     /**< voxel surface: in places plus 1/2, so that truncation is rounding;
+                              smooth: in places (voxel + 1) */
     float direction[3];  /**< voxels per mm */
     float toward_eye[3]; /**< unit, RAS */
+    float base_mm;       /**< distance of the origin from the eye */
     uint8_t groups;
     uint8_t parts[SC_GROUPS_MAX];
     int32_t first[SC_GROUPS_MAX][2], last[SC_GROUPS_MAX][2];
-    float cap_mm[SC_GROUPS_MAX][2];
+    float begin_mm[SC_GROUPS_MAX][2], end_mm[SC_GROUPS_MAX][2];
     int8_t cap_plane[SC_GROUPS_MAX][2];
 } sc_ray;
 
-/** Light that comes along a ray (premultiplied, linear) and the share of what is behind. */
+/** Light that comes along a ray (premultiplied, linear), the share of what is behind, and what
+ *  was met, by which neighbouring rays are compared. */
 typedef struct sc_radiance {
     float rgb[3], transmittance;
+    float depth_mm;     /**< of the first surface, from the eye; HUGE_VALF: none */
+    float normal[3];    /**< of the first surface, unit, RAS, towards the eye */
+    uint32_t label;     /**< dense id of the tissue seen first; 0: none */
+    uint32_t signature; /**< of all tissues that matter, in their order */
 } sc_radiance;
 
 /** Counts that depend on the work alone, not on threads or time. */
 typedef struct sc_march_counters {
     uint64_t rays;          /**< that met the volume */
-    uint64_t samples;       /**< looked at */
-    uint64_t contributions; /**< samples and caps that added colour */
+    uint64_t samples;       /**< samples or cells looked at */
+    uint64_t contributions; /**< samples, crossings and caps that added colour */
 } sc_march_counters;
 
 /** March @p count rays. @param out [count]. Adds to @p counters. Threads: any. */
@@ -77,6 +113,9 @@ typedef struct sc_kernel {
 
 /** The kernel for a job; never NULL for valid arguments. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, int label_bytes);
+/** The label that owns a point, by the largest vote: the rule of the smooth surface.
+ *  @param place point in places (voxel + 1). @return dense id; background outside. */
+uint32_t sc_kernel_owner(const sc_prepared *volume, const float place[3]);
 /** All kernels, for tests and listings. */
 const sc_kernel *sc_kernel_all(size_t *count);
 

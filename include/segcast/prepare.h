@@ -104,6 +104,8 @@ static inline void sc_record_normal(uint32_t record, float out[3])
 }
 
 /** Thickness of a code: SC_THICKNESS_STEPS codes to an octave, from SC_THICKNESS_LEAST_MM up. */
+enum { SC_THICKNESS_STEPS = 16 };
+#define SC_THICKNESS_LEAST_MM 0.05
 double sc_thickness_mm(int code);
 
 /** Bits set in @p mask. */
@@ -131,6 +133,20 @@ SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *vol
  *  than one label, one of them with SC_SHOW_BOUNDARY; shape as of sc_visible_masks. */
 SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
+/** How much of its surroundings is filled with visible tissue, coarsely: for the light in
+ *  cavities and for shadows. Values of two Gaussian blurs, 255 for all filled. */
+typedef struct sc_occlusion {
+    int size[3];           /**< bricks in each direction, within a frame of empty ones */
+    uint8_t (*filled)[2];  /**< [z][y][x]: by the narrow and by the wide blur */
+    float brick_offset;    /**< brick coordinate = place / SC_BRICK + brick_offset */
+    double narrow_mm, wide_mm; /**< widths of the blurs */
+    double mm_per_step;    /**< edge of a brick along its shortest side */
+} sc_occlusion;
+/** @param opacity by dense id, 0 for what is not visible. @return SC_ERR_MEMORY. The result does
+ *  not depend on @p threads. Caller owns: sc_occlusion_clear. */
+SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume,
+                                         const float *opacity, int threads, sc_occlusion *out);
+void sc_occlusion_clear(sc_occlusion *occlusion);
 /** Centres in mm of the first and last set voxel of every row: all corners of the convex hull of
  *  what the masks show are among them. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume,

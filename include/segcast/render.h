@@ -8,13 +8,20 @@
 #include "segcast/image.h"
 #include "segcast/kernel.h"
 
+enum { SC_SAMPLES_MAX = 8 };
+
 typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
-    int samples;        /**< rays per pixel, 1 to 4 */
+    int samples;        /**< rays per pixel, 1 to SC_SAMPLES_MAX */
+    bool everywhere;    /**< take them in every pixel; else one, and those where neighbouring pixels
+                             see something else */
     double step_voxels; /**< between samples, in voxel lengths (the smallest spacing) */
     bool caps;
+    double cap_outline; /**< width of lines between tissues on cut faces, in voxels; 0: none */
+    sc_lighting light;
+    bool local_thickness; /**< automatic opacity follows the thickness at each place */
     uint8_t background[3];
     int tile_px;
     int threads;

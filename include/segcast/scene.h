@@ -9,23 +9,35 @@
 
 /* ---- transfer function (paper, section 2.1) ---- */
 
+/** How a surface answers to light. */
+typedef struct sc_material {
+    double diffuse;  /**< share of the tissue's colour */
+    double specular; /**< strength of the highlight */
+    int shininess;   /**< its exponent (Blinn-Phong): the larger, the smaller the highlight */
+} sc_material;
+
 /** A user's wish for the tissues whose name or number matches. */
 typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" for messages; may be empty */
     bool has_color, has_opacity, has_interior_opacity, has_visible;
+    bool has_diffuse, has_specular, has_shininess;
     bool visible;
     bool opacity_auto; /**< opacity from measured thickness */
     uint8_t rgb[3];
-    double opacity, interior_opacity; /**< 0 to 1, per voxel length */
+    double opacity, interior_opacity; /**< 0 to 1 */
+    sc_material material;
 } sc_tissue_rule;
 
 /** How one label looks. */
 typedef struct sc_tissue {
     bool visible;
-    double opacity;          /**< of boundary voxels, per voxel length, 0 to 1 */
-    double interior_opacity; /**< of the others */
+    double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
+    bool opacity_auto;       /**< it was found from the thickness */
+    double interior_opacity; /**< of interior voxels, per voxel length */
+    bool interior_given;     /**< a rule has set it */
     float rgb_linear[3];
+    sc_material material;
     uint8_t clip_group; /**< which planes cut it: sc_scene.groups */
 } sc_tissue;
 
@@ -44,6 +56,28 @@ double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_
 SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                           const sc_tissue_rule *rules, size_t rule_count,
                                           sc_tissue *out);
+
+/** Thickness of the thinnest and the thickest of the visible tissues: the ends of the scale of
+ *  sc_auto_opacity. Both 0 if none is visible. */
+void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
+                        double *thickest_mm);
+
+/* ---- light ---- */
+
+/** Light of the whole picture; the lamps move with the camera. Strengths of light are shares. */
+typedef struct sc_lighting {
+    bool flat;      /**< no light at all: plain colours, as in the paper */
+    double ambient; /**< from everywhere */
+    double key;     /**< from above the viewer's left shoulder */
+    double fill;    /**< from the right, weaker */
+    double head;    /**< from the eye */
+    double occlusion; /**< 0 to 1: how dark what is enclosed by tissue gets */
+    bool shadows;     /**< soft shadows of the key light */
+    double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
+    double depth_cue; /**< 0 to 1: how much the far end fades into the background */
+} sc_lighting;
+/** What looks good without any wish. */
+sc_lighting sc_lighting_default(void);
 
 /* ---- camera ---- */
 
@@ -113,6 +147,7 @@ typedef struct sc_scene {
     /** Planes that cut the tissues of each clip group, as bits. */
     uint32_t groups[SC_GROUPS_MAX];
     int group_count;
+    bool slice; /**< nothing but the cut faces: a slice through the volume */
 } sc_scene;
 
 #endif

@@ -20,12 +20,14 @@ static void set_defaults(sc_job *job)
                    .fps = 30,
                    .crf = 18,
                    .preset = 5},
-        .render = {.surface = SC_SURFACE_VOXEL,
+        .render = {.surface = SC_SURFACE_SMOOTH,
+                   .smooth = 1,
                    .skip = SC_SKIP_INTERIOR,
                    .caps = 1,
-                   .samples = 2,
+                   .samples = 4,
                    .step_voxels = 0.5,
                    .background = {255, 255, 255}},
+        .light = sc_lighting_default(),
         .farm = {.tile_px = 32},
         .animation = {.frames = 180,
                       .camera = {.axis = {0, 0, 1},
@@ -35,6 +37,31 @@ static void set_defaults(sc_job *job)
                                  .up = {0, 0, 1},
                                  .zoom = {1, 1, 0, 1, 0}}},
     };
+}
+
+/* A mode sets other defaults for the keys that are not given. */
+static sc_status apply_mode(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
+{
+    const sc_yaml *render = sc_yaml_member(root, "render");
+    const sc_yaml *mode =
+        render && render->kind == SC_YAML_MAP ? sc_yaml_member(render, "mode") : NULL;
+    const sc_field *field = NULL;
+    sc_status status;
+
+    if (!mode)
+        return SC_OK;
+    for (field = sc_job_fields; strcmp(field->name, "render"); field++) {
+    }
+    for (field = field->fields; strcmp(field->name, "mode"); field++) {
+    }
+    status = field->type->parse(ctx, field, mode, &job->render);
+    if (status != SC_OK || job->render.mode == SC_MODE_STANDARD)
+        return status;
+    job->render.surface = SC_SURFACE_VOXEL;
+    job->render.skip = job->render.mode == SC_MODE_PAPER ? SC_SKIP_NONE : SC_SKIP_INTERIOR;
+    job->render.samples = 1;
+    job->light.flat = true;
+    return SC_OK;
 }
 
 /* One "key.path=value", parsed like a piece of the job file. */
@@ -197,6 +224,7 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     SC_TRY(read_root(ctx, sources, &text, &root));
     SC_TRY(apply_environment(ctx, sources, root));
     SC_TRY(apply_command_line(ctx, sources, root));
+    SC_TRY(apply_mode(ctx, root, &job));
     SC_TRY(sc_fields_parse(ctx, sc_job_fields, root, &job));
     SC_TRY(check(ctx, sources, root, &job));
     *out = job;

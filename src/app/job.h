@@ -19,9 +19,16 @@ typedef struct sc_output {
     int crf, preset;
 } sc_output;
 
+/* The paper's pictures: as it had them at first, and by its accelerated method. */
+typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATED } sc_mode;
+
 typedef struct sc_render_options {
-    int surface, skip, caps, samples;
-    double step_voxels;
+    int mode;    /* sc_mode: other defaults for the rest */
+    int surface; /* sc_surface */
+    int skip, caps, samples;
+    int antialiasing; /* 0 adaptive, 1 full */
+    int thickness;    /* 0 per tissue, 1 local */
+    double smooth, step_voxels, cap_outline;
     uint8_t background[3];
 } sc_render_options;
 
@@ -36,6 +43,7 @@ typedef struct sc_job {
     int labels_format;          /* sc_table_format */
     sc_output output;
     sc_render_options render;
+    sc_lighting light;
     sc_animation animation;
     sc_farm_options farm;
     sc_tissue_rule *rules;

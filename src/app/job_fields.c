@@ -8,7 +8,10 @@ const char *const sc_preset_names[] = {"ultrafast", "superfast", "veryfast", "fa
                                        "medium",    "slow",      "slower",   "veryslow", NULL};
 static const char *const table_formats[] = {"auto", "slicer", "freesurfer", "itksnap", NULL};
 static const char *const frame_kinds[] = {"none", "png", NULL};
-static const char *const surfaces[] = {"voxel", NULL};
+static const char *const modes[] = {"standard", "paper", "paper-accelerated", NULL};
+static const char *const surfaces[] = {"voxel", "smooth", NULL};
+static const char *const antialiasings[] = {"adaptive", "full", NULL};
+static const char *const thicknesses[] = {"tissue", "local", NULL};
 static const char *const skips[] = {"none", "interior", NULL};
 static const char *const caps[] = {"none", "solid", NULL};
 static const char *const clip_modes[] = {"keep", "cut", NULL};
@@ -47,10 +50,19 @@ static const sc_field output_fields[] = {
      .choices = sc_preset_names},
     {0}};
 
-static const sc_field render_fields[] = {{.name = "surface",
+static const sc_field render_fields[] = {{.name = "mode",
+                                          .type = &sc_type_choice,
+                                          .offset = offsetof(sc_render_options, mode),
+                                          .choices = modes},
+                                         {.name = "surface",
                                           .type = &sc_type_choice,
                                           .offset = offsetof(sc_render_options, surface),
                                           .choices = surfaces},
+                                         {.name = "smooth",
+                                          .type = &sc_type_real,
+                                          .offset = offsetof(sc_render_options, smooth),
+                                          .low = 0,
+                                          .high = SC_SMOOTH_MAX},
                                          {.name = "skip",
                                           .type = &sc_type_choice,
                                           .offset = offsetof(sc_render_options, skip),
@@ -63,17 +75,48 @@ static const sc_field render_fields[] = {{.name = "surface",
                                           .type = &sc_type_choice,
                                           .offset = offsetof(sc_render_options, caps),
                                           .choices = caps},
+                                         {.name = "cap_outline",
+                                          .type = &sc_type_real,
+                                          .offset = offsetof(sc_render_options, cap_outline),
+                                          .low = 0,
+                                          .high = 1},
                                          {.name = "samples",
                                           .type = &sc_type_int,
                                           .offset = offsetof(sc_render_options, samples),
                                           .low = 1,
-                                          .high = 4},
+                                          .high = SC_SAMPLES_MAX},
+                                         {.name = "antialiasing",
+                                          .type = &sc_type_choice,
+                                          .offset = offsetof(sc_render_options, antialiasing),
+                                          .choices = antialiasings},
+                                         {.name = "thickness",
+                                          .type = &sc_type_choice,
+                                          .offset = offsetof(sc_render_options, thickness),
+                                          .choices = thicknesses},
                                          {.name = "step",
                                           .type = &sc_type_real,
                                           .offset = offsetof(sc_render_options, step_voxels),
                                           .low = 0.05,
                                           .high = 4},
                                          {0}};
+
+#define LIGHT_FIELD(key, highest)                                                                  \
+    {                                                                                              \
+        .name = #key, .type = &sc_type_real, .offset = offsetof(sc_lighting, key), .low = 0,       \
+        .high = highest                                                                            \
+    }
+
+static const sc_field light_fields[] = {
+    {.name = "flat", .type = &sc_type_bool, .offset = offsetof(sc_lighting, flat)},
+    LIGHT_FIELD(ambient, 2),
+    LIGHT_FIELD(key, 2),
+    LIGHT_FIELD(fill, 2),
+    LIGHT_FIELD(head, 2),
+    LIGHT_FIELD(occlusion, 1),
+    {.name = "shadows", .type = &sc_type_bool, .offset = offsetof(sc_lighting, shadows)},
+    LIGHT_FIELD(edges, 1),
+    LIGHT_FIELD(depth_cue, 1),
+    {0}};
 
 static const sc_field camera_fields[] = {
     {.name = "orbit", .type = &sc_type_orbit, .offset = 0},
@@ -137,6 +180,10 @@ const sc_field sc_job_fields[] = {
      .type = &sc_type_map,
      .offset = offsetof(sc_job, render),
      .fields = render_fields},
+    {.name = "light",
+     .type = &sc_type_map,
+     .offset = offsetof(sc_job, light),
+     .fields = light_fields},
     {.name = "tissues", .type = &sc_type_tissues, .offset = 0},
     {.name = "animation", .type = &sc_type_map, .offset = 0, .fields = animation_fields},
     {.name = "farm",

@@ -6,6 +6,8 @@
 #include "job.h"
 #include "schema.h"
 
+/* "file:line" of a node, for later messages. */
+void sc_note_where(const sc_yaml *node, char *where, size_t size);
 extern const sc_field sc_job_fields[]; /* of sc_job */
 extern const char *const sc_preset_names[];
 

@@ -95,7 +95,9 @@ static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *v
 sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
                          sc_preparation **preparation, sc_rank_record *times)
 {
-    const sc_prepare_settings settings = {.smooth = 1, .threads = app->threads};
+    const sc_prepare_settings settings = {.smooth = job->render.smooth,
+                                          .local_thickness = job->render.thickness != 0,
+                                          .threads = app->threads};
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     sc_status status;
 
@@ -151,6 +153,23 @@ out:
     return status;
 }
 
+/* The paper's first pictures showed the insides of tissues too; smooth surfaces have none. */
+static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *session)
+{
+    bool unseen = false;
+
+    for (int id = 1; id < session->volume.label_count; id++) {
+        sc_tissue *tissue = &session->tissues[id];
+
+        if (job->render.mode == SC_MODE_PAPER && !tissue->interior_given)
+            tissue->interior_opacity = tissue->opacity;
+        unseen = unseen || (tissue->visible && tissue->interior_opacity > 0);
+    }
+    if (unseen && job->render.surface == SC_SURFACE_SMOOTH)
+        sc_warn(ctx, "interior_opacity is not used: smooth surfaces have no inside; it needs "
+                     "surface: voxel");
+}
+
 /* Tissues and clip groups; the same on every rank, so only rank 0 speaks of errors. */
 static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *groups,
                                  int *group_count)
@@ -165,6 +184,7 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *gro
     session->tissues = block;
     SC_TRY(
         sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
+    apply_interior(ctx, job, session);
     status = sc_clip_groups(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                             job->exception_count, session->tissues, groups, group_count);
 out:
@@ -180,8 +200,12 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .surface = (sc_surface)job->render.surface,
         .skip = (sc_skip)job->render.skip,
         .samples = job->render.samples,
+        .everywhere = job->render.antialiasing != 0,
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,
+        .cap_outline = job->render.cap_outline,
+        .light = job->light,
+        .local_thickness = job->render.thickness != 0,
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
     };

@@ -7,9 +7,6 @@
 #include "shade.h"
 #include "variants.h"
 
-/* Light behind this share is less than a quarter of the smallest step of 8 bits. */
-#define OPAQUE (1.0f / 1024)
-
 typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
@@ -45,7 +42,7 @@ static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
     return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
 }
 
-/* Position at a distance along the ray, in voxels plus 1.5. */
+/* Position at a distance along the ray, in places plus 1/2. */
 static inline void position(const sc_ray *ray, float t, float p[3])
 {
     for (int i = 0; i < 3; i++)
@@ -172,20 +169,25 @@ static inline bool kept(const sc_ray *ray, int group, int k)
     return false;
 }
 
-static inline void blend(sc_radiance *light, const float rgb[3], float alpha)
+/* Opacity of one sample of a boundary voxel. */
+static float boundary_alpha(const sc_march *m, const sc_march_tissue *tissue, int x, int y, int z)
 {
-    const float share = light->transmittance * alpha;
+    const sc_prepared *v = m->volume;
+    const size_t brick = brick_index(v, x + 1, y + 1, z + 1);
+    const uint64_t bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
 
-    for (int i = 0; i < 3; i++)
-        light->rgb[i] += share * rgb[i];
-    light->transmittance *= 1 - alpha;
+    if (!tissue->by_thickness || !v->thickness)
+        return tissue->boundary_alpha;
+    return m->thickness_alpha[v->thickness[v->near_start[brick] +
+                                           sc_count_bits(v->near[brick] & (bit - 1))]];
 }
 
 static void take_sample(cursor *c, int k)
 {
     const sc_march *m = c->m;
     const sc_march_tissue *tissue;
-    float p[3], n[3], rgb[3];
+    sc_spot spot = {.eye = c->ray->toward_eye};
+    float p[3], rgb[3], alpha;
     int x, y, z, kind;
     MARCH_LABEL label;
 
@@ -202,16 +204,21 @@ static void take_sample(cursor *c, int k)
         return;
     c->contributions++;
     if (kind == SC_SHOW_INTERIOR) {
-        blend(&c->light, tissue->rgb, tissue->interior_alpha);
+        sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
         return;
     }
-    if (!normal_at(m->volume, p, label, n)) {
+    if (!normal_at(m->volume, p, label, spot.normal)) {
         for (int i = 0; i < 3; i++)
-            n[i] = c->ray->toward_eye[i];
+            spot.normal[i] = c->ray->toward_eye[i];
     }
-    sc_face_eye(c->ray->toward_eye, n);
-    sc_light(m, c->ray->toward_eye, n, tissue->rgb, rgb);
-    blend(&c->light, rgb, tissue->boundary_alpha);
+    sc_face_eye(c->ray->toward_eye, spot.normal);
+    for (int i = 0; i < 3; i++)
+        spot.place[i] = p[i] - 0.5f;
+    spot.depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm;
+    alpha = boundary_alpha(m, tissue, x, y, z);
+    sc_light(m, tissue, &spot, rgb);
+    sc_note(&c->light, label, alpha, spot.depth_mm, spot.normal);
+    sc_blend(&c->light, rgb, alpha);
 }
 
 /* The cut face at the begin of a part: solid where a visible tissue of the group is cut. */
@@ -223,7 +230,7 @@ static void take_cap(cursor *c, int group, int part)
     float p[3], n[3], rgb[3];
     int x, y, z;
 
-    position(c->ray, c->ray->cap_mm[group][part], p);
+    position(c->ray, c->ray->begin_mm[group][part], p);
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
@@ -234,9 +241,12 @@ static void take_cap(cursor *c, int group, int part)
         return;
     for (int i = 0; i < 3; i++)
         n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(c->ray->toward_eye, n, tissue->rgb, rgb);
+    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->begin_mm[group][part],
+                 tissue->rgb, rgb);
     c->contributions++;
-    blend(&c->light, rgb, 1);
+    sc_note(&c->light, label_at(m->volume, x, y, z), 1,
+            c->ray->base_mm + c->ray->begin_mm[group][part], n);
+    sc_blend(&c->light, rgb, 1);
 }
 
 /* The next part, over all groups, whose first sample is at or after @p k; false if none is. */
@@ -288,11 +298,15 @@ static void march_ray(cursor *c, bool caps)
 {
     int k = INT32_MIN, last;
 
-    while (c->light.transmittance >= OPAQUE && next_part(c->ray, k, &k, &last)) {
+    while (c->light.transmittance >= SC_OPAQUE && next_part(c->ray, k, &k, &last)) {
         if (caps)
             take_caps_before(c, k);
         last = next_event(c->ray, k, last);
-        while (c->light.transmittance >= OPAQUE && (k = find_sample(c, k, last)) < last)
+        if (c->m->only_caps) {
+            k = last;
+            continue;
+        }
+        while (c->light.transmittance >= SC_OPAQUE && (k = find_sample(c, k, last)) < last)
             take_sample(c, k++);
     }
 }
@@ -301,7 +315,7 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
                 sc_march_counters *counters)
 {
     for (size_t i = 0; i < count; i++) {
-        cursor c = {.m = march, .ray = &rays[i], .light = {.transmittance = 1}};
+        cursor c = {.m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
 
         march_ray(&c, march->caps);
         out[i] = c.light;

@@ -1,19 +1,32 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: normals and light, shared by all march templates. Plain arithmetic and sqrt
- * only, so that every compiler and processor gives the same bits. */
+/* Private to kernel: light, shared by all march templates. Plain arithmetic and sqrt only, so that
+ * every compiler and processor gives the same bits. */
 #ifndef SC_KERNEL_SHADE_H
 #define SC_KERNEL_SHADE_H
 
 #include "segcast/kernel.h"
 
-#define SC_AMBIENT 0.22f
-#define SC_KEY 0.62f
-#define SC_HEAD 0.30f
-#define SC_SPECULAR 0.12f
+/* Light behind this share is less than a quarter of the smallest step of 8 bits. */
+#define SC_OPAQUE (1.0f / 1024)
+/* A surface that takes less of the light than this does not count in a ray's signature. */
+#define SC_SIGNIFICANT (1.0f / 32)
+
+/* A point of a surface to be lit. */
+typedef struct sc_spot {
+    float place[3];   /* in places (voxel + 1) */
+    float normal[3];  /* unit, RAS, towards the eye */
+    const float *eye; /* unit, RAS, towards the eye */
+    float depth_mm;   /* from the eye */
+} sc_spot;
 
 static inline float sc_dot3(const float a[3], const float b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline float sc_clamp01(float x)
+{
+    return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
 /* Turn a normal towards the eye. A slightly averted one on a silhouette is laid flat instead of
@@ -37,39 +50,206 @@ static inline void sc_face_eye(const float eye[3], float n[3])
         n[i] /= length;
 }
 
-/* Blinn-Phong with a key light and a light at the eye. @p n is unit and faces the eye. */
-static inline void sc_light(const sc_march *m, const float eye[3], const float n[3],
-                            const float rgb[3], float out[3])
+/* x to the power n > 0, by squaring. */
+static inline float sc_power(float x, int n)
 {
-    const float key = sc_dot3(n, m->key_light), head = sc_dot3(n, eye);
-    const float diffuse =
-        SC_AMBIENT + SC_KEY * (key > 0 ? key : 0) + SC_HEAD * (head > 0 ? head : 0);
-    float h[3], shine = 0, length;
+    float result = 1;
+
+    for (; n; n >>= 1) {
+        if (n & 1)
+            result *= x;
+        x *= x;
+    }
+    return result;
+}
+
+/* Share of a blur of the given width around a place that the clip planes have left, roughly. */
+static inline float sc_share_kept(const sc_march *m, const float place[3], float width_mm)
+{
+    float kept = 1, removed = 1;
+
+    for (int i = 0; i < m->plane_count; i++) {
+        const float *p = m->plane_places[i];
+        const float mm = p[0] * place[0] + p[1] * place[1] + p[2] * place[2] + p[3];
+        const float share = sc_clamp01(0.5f + 0.5f * mm / width_mm);
+
+        kept *= share;
+        removed *= 1 - share;
+    }
+    return m->cut_away && m->plane_count ? 1 - removed : kept;
+}
+
+/* How much is filled around a place, 0 to 1; @p which: 0 narrow, 1 wide. */
+static inline float sc_filled(const sc_march *m, const float place[3], int which)
+{
+    const sc_occlusion *o = m->occlusion;
+    const size_t row = (size_t)o->size[0], layer = row * (size_t)o->size[1];
+    float at[3], upper[3], sum = 0;
+    size_t base;
+    int low[3];
+
+    for (int i = 0; i < 3; i++) {
+        at[i] = place[i] * (1.0f / SC_BRICK) + o->brick_offset;
+        if (!(at[i] >= 0 && at[i] < (float)(o->size[i] - 1)))
+            return 0;
+        low[i] = (int)at[i];
+        upper[i] = at[i] - (float)low[i];
+    }
+    base = (size_t)low[2] * layer + (size_t)low[1] * row + (size_t)low[0];
+    for (int corner = 0; corner < 8; corner++) {
+        const float weight = (corner & 1 ? upper[0] : 1 - upper[0]) *
+                             (corner & 2 ? upper[1] : 1 - upper[1]) *
+                             (corner & 4 ? upper[2] : 1 - upper[2]);
+        const size_t index =
+            base + (size_t)(corner & 1) + (corner & 2 ? row : 0) + (corner & 4 ? layer : 0);
+
+        sum += weight * (float)o->filled[index][which];
+    }
+    return sum * (1.0f / 255);
+}
+
+/* A place moved by @p mm along a direction in RAS. */
+static inline void sc_move(const sc_march *m, const float place[3], const float direction[3],
+                           float mm, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = place[i] + mm * sc_dot3(m->place_per_mm[i], direction);
+}
+
+/* Light that reaches a spot from all around, 0 to 1: what is filled just above it, seen through
+ * two blurs, less what a flat surface has there itself. */
+static inline float sc_openness(const sc_march *m, const sc_spot *spot)
+{
+    static const float flat = 0.2f;
+    const sc_occlusion *o = m->occlusion;
+    float open = 1;
+
+    for (int which = 0; which < 2; which++) {
+        const float width_mm = (float)(which ? o->wide_mm : o->narrow_mm);
+        float above[3], filled;
+
+        sc_move(m, spot->place, spot->normal, width_mm, above);
+        filled = sc_filled(m, above, which) * sc_share_kept(m, above, 1.5f * width_mm);
+        open *= 1 - sc_clamp01((filled - flat) * (1 / (1 - flat)));
+    }
+    return open;
+}
+
+/* Light that reaches a spot from the key light: what the narrow blur lets through on the way. */
+static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
+{
+    const sc_occlusion *o = m->occlusion;
+    const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
+    float through = 1, place[3];
+
+    sc_move(m, spot->place, spot->normal, 0.8f * (float)o->narrow_mm, place);
+    for (int k = 0; k < 96 && through > 0.02f; k++) {
+        float at[3], filled;
+
+        sc_move(m, place, m->light.key_direction, start_mm + (float)k * step_mm, at);
+        filled = sc_filled(m, at, 0);
+        if (filled > 0.1f)
+            through *= 1 - 0.6f * sc_clamp01((filled - 0.1f) * 2) *
+                               sc_share_kept(m, at, (float)o->narrow_mm);
+    }
+    return through;
+}
+
+/* Mix in the background with distance. */
+static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, float rgb[3])
+{
+    const float far = (depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
+    const float share = light->cue * sc_clamp01(far);
 
     for (int i = 0; i < 3; i++)
-        h[i] = m->key_light[i] + eye[i];
+        rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
+}
+
+/* Blinn-Phong with a key light, a fill light and one at the eye. */
+static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, const sc_spot *spot,
+                            float out[3])
+{
+    const sc_march_light *l = &m->light;
+    float key, fill, head, open = 1, lit = 1, h[3], shine = 0, length;
+
+    if (l->flat) {
+        for (int i = 0; i < 3; i++)
+            out[i] = tissue->rgb[i];
+        return;
+    }
+    key = sc_dot3(spot->normal, l->key_direction);
+    fill = sc_dot3(spot->normal, l->fill_direction);
+    head = sc_dot3(spot->normal, spot->eye);
+    key = key > 0 ? key : 0;
+    fill = fill > 0 ? fill : 0;
+    head = head > 0 ? head : 0;
+    if (m->occlusion && l->occlusion > 0)
+        open = 1 - l->occlusion * (1 - sc_openness(m, spot));
+    if (m->occlusion && l->shadow > 0 && key > 0)
+        lit = sc_unshadowed(m, spot);
+    for (int i = 0; i < 3; i++)
+        h[i] = l->key_direction[i] + spot->eye[i];
     length = sqrtf(sc_dot3(h, h));
     if (length > 0 && key > 0)
-        shine = sc_dot3(n, h) / length;
-    shine = shine > 0 ? shine : 0;
-    shine *= shine; /* to the 32nd power */
-    shine *= shine;
-    shine *= shine;
-    shine *= shine;
-    shine *= shine;
-    for (int i = 0; i < 3; i++)
-        out[i] = rgb[i] * diffuse + SC_SPECULAR * shine;
+        shine = sc_dot3(spot->normal, h) / length;
+    shine = shine > 0 ? sc_power(shine, tissue->shininess) : 0;
+    for (int i = 0; i < 3; i++) {
+        const float around = (l->ambient + l->fill * fill + l->head * head) * open;
+
+        out[i] = tissue->rgb[i] * tissue->diffuse *
+                     (around + l->key * key * lit * (0.5f + 0.5f * open)) +
+                 tissue->specular * shine * lit * open;
+    }
+    if (l->cue > 0)
+        sc_depth_cue(l, spot->depth_mm, out);
 }
 
 /* A cut face keeps its tissue's colour, a little darker where it is seen from the side. */
-static inline void sc_light_cut(const float eye[3], const float n[3], const float rgb[3],
-                                float out[3])
+static inline void sc_light_cut(const sc_march *m, const float eye[3], const float n[3],
+                                float depth_mm, const float rgb[3], float out[3])
 {
     const float head = sc_dot3(n, eye);
-    const float diffuse = 0.68f + 0.32f * (head > 0 ? head : -head);
+    const float diffuse = m->light.flat ? 1 : 0.68f + 0.32f * (head > 0 ? head : -head);
 
     for (int i = 0; i < 3; i++)
         out[i] = rgb[i] * diffuse;
+    if (m->light.cue > 0)
+        sc_depth_cue(&m->light, depth_mm, out);
+}
+
+/* Opacity of a surface seen at an angle: a thin shell is crossed the longer the more it is seen
+ * from the side. Nothing stays nothing and opaque stays opaque. */
+static inline float sc_edge_alpha(const sc_march_light *light, float alpha, float toward)
+{
+    const float side = 1 - (toward > 0 ? toward : -toward);
+    const float grows = 4 * alpha < 1 ? 4 * alpha : 1;
+
+    return 1 - (1 - alpha) * (1 - light->edges * grows * side * side * side);
+}
+
+/* Put a surface behind what a ray has met so far. */
+static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
+{
+    const float share = light->transmittance * alpha;
+
+    for (int i = 0; i < 3; i++)
+        light->rgb[i] += share * rgb[i];
+    light->transmittance *= 1 - alpha;
+}
+
+/* Remember what was met. @p n: unit, towards the eye. Call before sc_blend. */
+static inline void sc_note(sc_radiance *light, uint32_t label, float alpha, float depth_mm,
+                           const float n[3])
+{
+    if (light->transmittance * alpha < SC_SIGNIFICANT)
+        return;
+    light->signature = light->signature * 31 + label + 1;
+    if (light->label)
+        return;
+    light->label = label;
+    light->depth_mm = depth_mm;
+    for (int i = 0; i < 3; i++)
+        light->normal[i] = n[i];
 }
 
 #endif

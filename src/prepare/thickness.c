@@ -21,6 +21,11 @@ typedef struct transform {
     uint64_t *sums; /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
+double sc_thickness_mm(int code)
+{
+    return SC_THICKNESS_LEAST_MM * exp2((double)code / SC_THICKNESS_STEPS);
+}
+
 static uint16_t to_units(double value)
 {
     return value < UNITS_MAX ? (uint16_t)(value + 0.5) : UNITS_MAX;

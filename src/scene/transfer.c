@@ -54,8 +54,15 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         color_of(rule->rgb, tissue->rgb_linear);
     if (rule->has_opacity)
         tissue->opacity = rule->opacity_auto ? -1 : rule->opacity;
+    if (rule->has_diffuse)
+        tissue->material.diffuse = rule->material.diffuse;
+    if (rule->has_specular)
+        tissue->material.specular = rule->material.specular;
+    if (rule->has_shininess)
+        tissue->material.shininess = rule->material.shininess;
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
+    tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
 }
 
 sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
@@ -79,21 +86,31 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
     return status;
 }
 
-/* Opacities that are left to the thickness; -1 marks them. */
-static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
+void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
+                        double *thickest_mm)
 {
-    double thinnest = HUGE_VAL, thickest = 0;
-
+    *thinnest_mm = HUGE_VAL;
+    *thickest_mm = 0;
     for (int id = 1; id < volume->label_count; id++) {
         const double thickness = volume->stats[id].thickness_mm;
 
         if (tissues[id].visible && thickness > 0) {
-            thinnest = thickness < thinnest ? thickness : thinnest;
-            thickest = thickness > thickest ? thickness : thickest;
+            *thinnest_mm = fmin(*thinnest_mm, thickness);
+            *thickest_mm = fmax(*thickest_mm, thickness);
         }
     }
+    *thinnest_mm = fmin(*thinnest_mm, *thickest_mm);
+}
+
+/* Opacities that are left to the thickness; -1 marks them. */
+static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
+{
+    double thinnest, thickest;
+
+    sc_thickness_range(volume, tissues, &thinnest, &thickest);
     for (int id = 1; id < volume->label_count; id++) {
-        if (tissues[id].opacity < 0)
+        tissues[id].opacity_auto = tissues[id].opacity < 0;
+        if (tissues[id].opacity_auto)
             tissues[id].opacity =
                 tissues[id].visible
                     ? sc_auto_opacity(volume->stats[id].thickness_mm, thinnest, thickest)
@@ -108,7 +125,9 @@ sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
     for (int id = 1; id < volume->label_count; id++) {
         const sc_label *label = &volume->labels[id];
 
-        out[id] = (sc_tissue){.visible = !label->hidden, .opacity = label->opacity};
+        out[id] = (sc_tissue){.visible = !label->hidden,
+                              .opacity = label->opacity,
+                              .material = {.diffuse = 1, .specular = 0.14, .shininess = 36}};
         color_of(label->rgb, out[id].rgb_linear);
     }
     for (size_t r = 0; r < rule_count; r++) {

@@ -38,6 +38,8 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
                                   .samples = 1,
                                   .step_voxels = 0.5,
                                   .caps = true,
+                                  .everywhere = true,
+                                  .light = sc_lighting_default(),
                                   .background = {255, 255, 255},
                                   .tile_px = 32,
                                   .threads = 1}};

@@ -1,0 +1,352 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to kernel: a cell of the smooth surface model, the room between the centres of 2x2x2
+ * places, and what a straight line meets in it.
+ *
+ * At a point, each label's vote is the trilinear sum of the weights of the corners that carry it,
+ * and the largest vote owns the point; of equal votes the lower id wins. Along a line the
+ * difference of two votes is a cubic. Its Bernstein coefficients come from the corners of the box
+ * that the line spans, so that a cell without a change of sign is known at once, and what changes
+ * twice within a cell (a thin sheet) is found from the extrema between.
+ *
+ * On a face shared by two cells both compute the same bits: interpolation by 0 and 1 is exact, and
+ * labels that are not on the face have no vote there. So no ray slips through between cells. */
+#ifndef SC_KERNEL_CELL_H
+#define SC_KERNEL_CELL_H
+
+#include "segcast/kernel.h"
+
+enum { SC_CORNERS = 8 }; /* corner x + 2 y + 4 z */
+
+typedef struct sc_cell {
+    int q[3]; /* lowest place */
+    uint32_t labels[SC_CORNERS], records[SC_CORNERS];
+    float weights[SC_CORNERS];
+    uint32_t kinds[SC_CORNERS]; /* distinct labels, rising */
+    int kind_count;
+} sc_cell;
+
+/* A change of owner. */
+typedef struct sc_crossing {
+    uint32_t left, entered;
+    float u; /* share of the way through the cell */
+} sc_crossing;
+enum { SC_CROSSINGS_MAX = 24 };
+
+static inline uint32_t sc_cell_label(const sc_prepared *v, int label_bytes, int x, int y, int z)
+{
+    const size_t index =
+        ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
+        (size_t)(x - 1);
+
+    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
+        return 0;
+    return label_bytes == 1 ? ((const uint8_t *)v->ids)[index] : ((const uint16_t *)v->ids)[index];
+}
+
+/* Labels of the corners of the cell at c->q. @return whether they differ. */
+static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
+{
+    const int x = c->q[0], y = c->q[1], z = c->q[2];
+    const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
+    uint32_t differ = 0;
+
+    if (x >= 1 && y >= 1 && z >= 1 && x < v->size[0] && y < v->size[1] && z < v->size[2]) {
+        const size_t base = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
+
+        for (int i = 0; i < SC_CORNERS; i++) {
+            const size_t at =
+                base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
+
+            c->labels[i] = label_bytes == 1 ? ((const uint8_t *)v->ids)[at]
+                                            : ((const uint16_t *)v->ids)[at];
+        }
+    } else {
+        for (int i = 0; i < SC_CORNERS; i++)
+            c->labels[i] =
+                sc_cell_label(v, label_bytes, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+    }
+    for (int i = 1; i < SC_CORNERS; i++)
+        differ |= c->labels[i] ^ c->labels[0];
+    return differ != 0;
+}
+
+/* Index of a place's record; the place must be near an interface. */
+static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
+{
+    const size_t brick =
+        ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
+        (size_t)(x >> 2);
+    const uint64_t below = (1ull << ((x & 3) | (y & 3) << 2 | (z & 3) << 4)) - 1;
+
+    return v->near_start[brick] + sc_count_bits(v->near[brick] & below);
+}
+
+/* Weights and kinds of a cell with differing labels. */
+static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
+{
+    c->kind_count = 0;
+    for (int i = 0; i < SC_CORNERS; i += 2) {
+        const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
+        const size_t low = sc_record_index(v, c->q[0], y, z);
+        /* Both corners are near an interface: within a brick their records are neighbours. */
+        const size_t high = (c->q[0] & 3) < 3 ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
+
+        c->records[i] = sc_record_at(v, low);
+        c->records[i + 1] = sc_record_at(v, high);
+    }
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const uint32_t label = c->labels[i];
+        int at = 0;
+
+        c->weights[i] = sc_record_weight(c->records[i]);
+        while (at < c->kind_count && c->kinds[at] < label)
+            at++;
+        if (at < c->kind_count && c->kinds[at] == label)
+            continue;
+        for (int k = c->kind_count++; k > at; k--)
+            c->kinds[k] = c->kinds[k - 1];
+        c->kinds[at] = label;
+    }
+}
+
+/* The vote of label @p i less that of @p j at the corners. */
+static inline void sc_cell_difference(const sc_cell *c, uint32_t i, uint32_t j,
+                                      float out[SC_CORNERS])
+{
+    for (int n = 0; n < SC_CORNERS; n++)
+        out[n] = c->labels[n] == i ? c->weights[n] : c->labels[n] == j ? -c->weights[n] : 0;
+}
+
+static inline float sc_lerp(float low, float high, float at)
+{
+    return low * (1 - at) + high * at;
+}
+
+static inline float sc_trilinear(const float s[SC_CORNERS], const float a[3])
+{
+    const float y0 = sc_lerp(sc_lerp(s[0], s[1], a[0]), sc_lerp(s[2], s[3], a[0]), a[1]);
+    const float y1 = sc_lerp(sc_lerp(s[4], s[5], a[0]), sc_lerp(s[6], s[7], a[0]), a[1]);
+
+    return sc_lerp(y0, y1, a[2]);
+}
+
+/* Bernstein coefficients of a trilinear function along the line from @p a to @p b: the function is
+ * linear in each coordinate, so its polar form takes each from one end or the other. */
+static inline void sc_bernstein(const float s[SC_CORNERS], const float a[3], const float b[3],
+                                float out[4])
+{
+    float x[2][4], xy[2][2][2], f[2][2][2]; /* [end of x][end of y][end of z or corner] */
+
+    for (int row = 0; row < 4; row++) {
+        x[0][row] = sc_lerp(s[2 * row], s[2 * row + 1], a[0]);
+        x[1][row] = sc_lerp(s[2 * row], s[2 * row + 1], b[0]);
+    }
+    for (int i = 0; i < 2; i++) {
+        for (int z = 0; z < 2; z++) {
+            xy[i][0][z] = sc_lerp(x[i][2 * z], x[i][2 * z + 1], a[1]);
+            xy[i][1][z] = sc_lerp(x[i][2 * z], x[i][2 * z + 1], b[1]);
+        }
+        for (int j = 0; j < 2; j++) {
+            f[i][j][0] = sc_lerp(xy[i][j][0], xy[i][j][1], a[2]);
+            f[i][j][1] = sc_lerp(xy[i][j][0], xy[i][j][1], b[2]);
+        }
+    }
+    out[0] = f[0][0][0];
+    out[1] = (f[1][0][0] + f[0][1][0] + f[0][0][1]) * (1.0f / 3);
+    out[2] = (f[1][1][0] + f[1][0][1] + f[0][1][1]) * (1.0f / 3);
+    out[3] = f[1][1][1];
+}
+
+static inline float sc_cubic(const float b[4], float u)
+{
+    const float v = 1 - u;
+
+    return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
+}
+
+/* The root between @p low and @p high, where the cubic has different signs: false position with
+ * the Illinois rule (Dowell and Jarratt 1971), which does not stall at one end. */
+static inline float sc_root_between(const float b[4], float low, float high, float at_low,
+                                    float at_high)
+{
+    float u = low;
+    int side = 0;
+
+    for (int i = 0; i < 16; i++) {
+        float f;
+
+        u = low + (high - low) * (at_low / (at_low - at_high));
+        f = sc_cubic(b, u);
+        if (f > -0.002f && f < 0.002f) /* of weights up to SC_WEIGHT_MAX */
+            break;
+        if ((f < 0) == (at_low < 0)) {
+            low = u;
+            at_low = f;
+            at_high *= side < 0 ? 0.5f : 1;
+            side = -1;
+        } else {
+            high = u;
+            at_high = f;
+            at_low *= side > 0 ? 0.5f : 1;
+            side = 1;
+        }
+    }
+    return u;
+}
+
+/* Where the slope of the cubic vanishes, rising; @return how many lie within (0, 1). */
+static inline int sc_extrema(const float b[4], float out[2])
+{
+    const float d0 = b[1] - b[0], d1 = b[2] - b[1], d2 = b[3] - b[2];
+    const float a = d0 - 2 * d1 + d2, half = d1 - d0, discriminant = half * half - a * d0;
+    float q, roots[2];
+    int count = 0;
+
+    if (!(discriminant > 0))
+        return 0;
+    q = half < 0 ? sqrtf(discriminant) - half : -sqrtf(discriminant) - half;
+    roots[0] = a != 0 ? q / a : -1;
+    roots[1] = q != 0 ? d0 / q : -1;
+    if (roots[1] < roots[0]) {
+        const float swap = roots[0];
+
+        roots[0] = roots[1];
+        roots[1] = swap;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (roots[i] > 0 && roots[i] < 1)
+            out[count++] = roots[i];
+    }
+    return count;
+}
+
+/* Changes of sign of the cubic within [0, 1], rising. Their number is even exactly if the signs of
+ * the first and the last coefficient agree. */
+static inline int sc_sign_changes(const float b[4], float out[3])
+{
+    const int variations = ((b[0] < 0) != (b[1] < 0)) + ((b[1] < 0) != (b[2] < 0)) +
+                           ((b[2] < 0) != (b[3] < 0));
+    float extrema[2], low = 0, at_low = b[0];
+    int count = 0, extremum_count = 0;
+
+    if (variations == 0)
+        return 0;
+    if (variations > 1)
+        extremum_count = sc_extrema(b, extrema);
+    for (int i = 0; i <= extremum_count; i++) {
+        const float high = i < extremum_count ? extrema[i] : 1;
+        const float at_high = i < extremum_count ? sc_cubic(b, high) : b[3];
+
+        if ((at_low < 0) != (at_high < 0))
+            out[count++] = sc_root_between(b, low, high, at_low, at_high);
+        low = high;
+        at_low = at_high;
+    }
+    return count;
+}
+
+/* The owner of the point @p a of the cell, each coordinate in [0, 1]. */
+static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
+{
+    uint32_t best = c->kinds[0];
+
+    for (int k = 1; k < c->kind_count; k++) {
+        float difference[SC_CORNERS];
+
+        sc_cell_difference(c, best, c->kinds[k], difference);
+        if (sc_trilinear(difference, a) < 0)
+            best = c->kinds[k];
+    }
+    return best;
+}
+
+/* The first change from @p owner to another label after @p u; the label, or @p owner if none. */
+static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const float b[3],
+                                     uint32_t owner, float *u)
+{
+    uint32_t next = owner;
+    float first = 2;
+
+    for (int k = 0; k < c->kind_count; k++) {
+        float difference[SC_CORNERS], coefficients[4], changes[3];
+        const uint32_t other = c->kinds[k];
+        /* One order of the two for both directions, so that a change is the same point. */
+        const uint32_t low = owner < other ? owner : other, high = owner < other ? other : owner;
+        bool low_owns;
+        int count;
+
+        if (other == owner)
+            continue;
+        sc_cell_difference(c, low, high, difference);
+        sc_bernstein(difference, a, b, coefficients);
+        count = sc_sign_changes(coefficients, changes);
+        low_owns = !(coefficients[0] < 0);
+        for (int i = 0; i < count; i++) {
+            low_owns = !low_owns;
+            if (low_owns == (other == low) && changes[i] > *u && changes[i] < first) {
+                first = changes[i];
+                next = other;
+            }
+        }
+    }
+    if (next != owner)
+        *u = first;
+    return next;
+}
+
+/* All changes of owner on the way from @p a to @p b. @return how many. */
+static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],
+                                    sc_crossing out[SC_CROSSINGS_MAX])
+{
+    uint32_t owner, last;
+    float u = -1;
+    int count = 0;
+
+    if (c->kind_count == 2) {
+        float difference[SC_CORNERS], coefficients[4], changes[3];
+        int side;
+
+        sc_cell_difference(c, c->kinds[0], c->kinds[1], difference);
+        sc_bernstein(difference, a, b, coefficients);
+        count = sc_sign_changes(coefficients, changes);
+        side = coefficients[0] < 0;
+        for (int i = 0; i < count; i++, side ^= 1)
+            out[i] = (sc_crossing){c->kinds[side], c->kinds[side ^ 1], changes[i]};
+        return count;
+    }
+    owner = sc_cell_owner(c, a);
+    last = sc_cell_owner(c, b);
+    while (count < SC_CROSSINGS_MAX - 1) {
+        const uint32_t next = sc_next_owner(c, a, b, owner, &u);
+
+        if (next == owner)
+            break;
+        out[count++] = (sc_crossing){owner, next, u};
+        owner = next;
+    }
+    if (owner != last) /* rounding within the last bits: the next cell goes on with this owner */
+        out[count++] = (sc_crossing){owner, last, 1};
+    return count;
+}
+
+/* Direction from the first label to the second at the point @p a, in RAS, not unit: the gradients
+ * of both labels' corners. */
+static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
+                                  const float a[3], float n[3])
+{
+    n[0] = n[1] = n[2] = 0;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const float weight = (i & 1 ? a[0] : 1 - a[0]) * (i & 2 ? a[1] : 1 - a[1]) *
+                             (i & 4 ? a[2] : 1 - a[2]);
+        float each[3], sign;
+
+        if (c->labels[i] != first && c->labels[i] != second)
+            continue;
+        sign = c->labels[i] == first ? weight : -weight;
+        sc_record_normal(c->records[i], each);
+        for (int k = 0; k < 3; k++)
+            n[k] += sign * each[k];
+    }
+}
+
+#endif

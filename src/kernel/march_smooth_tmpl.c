@@ -1,0 +1,396 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Template: the smooth surface model, one ray at a time, in plain C: the specification. Compiled
+ * once per skip method (MARCH_SKIPS) and label width (MARCH_LABEL) under the name MARCH_NAME.
+ *
+ * A ray steps from cell to cell by whole numbers; the distances at which it crosses the planes
+ * between them are computed from those numbers, never summed up, so that a leap over an empty
+ * brick arrives in the very cell, at the very distance, that single steps would have led to. */
+#include "cell.h"
+#include "shade.h"
+#include "variants.h"
+
+enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
+
+typedef struct cursor {
+    const sc_march *m;
+    const sc_ray *ray;
+    sc_radiance light;
+    uint64_t samples, contributions;
+    /* the walk */
+    sc_cell cell;
+    float inverse[3]; /* mm per place */
+    int step[3];
+    float t;  /* where the ray has entered the cell */
+    int axis; /* the plane it came through; -1: none */
+} cursor;
+
+/* Distance at which the ray meets the plane at a whole place. */
+static inline float plane_mm(const cursor *c, int axis, int plane)
+{
+    return ((float)plane - c->ray->origin[axis]) * c->inverse[axis];
+}
+
+/* Where the ray leaves the cell along one axis. */
+static inline float exit_mm(const cursor *c, int axis)
+{
+    return plane_mm(c, axis, c->cell.q[axis] + (c->step[axis] > 0));
+}
+
+static void start_walk(cursor *c)
+{
+    for (int i = 0; i < 3; i++) {
+        const float d = c->ray->direction[i];
+        const bool still = d > -1e-20f && d < 1e-20f; /* never leaves along this axis */
+
+        c->inverse[i] = still ? 1e30f : 1 / d;
+        c->step[i] = d < 0 && !still ? -1 : 1;
+    }
+}
+
+/* Find the cell in which single steps would be after the plane (t, axis): planes are crossed in
+ * the order of their distances, those at the same distance in the order of their axes. */
+static inline void locate(cursor *c, float t, int axis)
+{
+    c->t = t;
+    c->axis = axis;
+    for (int i = 0; i < 3; i++) {
+        int *q = &c->cell.q[i];
+        float mm;
+
+        if (i == axis)
+            continue;
+        *q = (int)floorf(c->ray->origin[i] + c->ray->direction[i] * t);
+        if (c->inverse[i] == 1e30f)
+            continue;
+        while ((mm = exit_mm(c, i)) < t || (mm == t && i < axis))
+            *q += c->step[i];
+        while ((mm = plane_mm(c, i, *q + (c->step[i] < 0))) > t || (mm == t && i > axis))
+            *q -= c->step[i];
+    }
+}
+
+/* Position within the cell at distance @p t; @p axis: the coordinate that is known exactly. */
+static inline void local_at(const cursor *c, float t, int axis, bool leaving, float out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (i == axis)
+            out[i] = (c->step[i] > 0) == leaving ? 1 : 0;
+        else
+            out[i] = sc_clamp01(c->ray->origin[i] + c->ray->direction[i] * t -
+                                (float)c->cell.q[i]);
+    }
+}
+
+static inline void place_at(const cursor *c, float t, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = c->ray->origin[i] + c->ray->direction[i] * t;
+}
+
+/* Opacity by the local thickness of the tissue at the corners that carry it. */
+static float alpha_here(const cursor *c, uint32_t label, const float at[3])
+{
+    const sc_march *m = c->m;
+    float sum = 0, weights = 0;
+
+    if (!m->tissues[label].by_thickness || !m->volume->thickness)
+        return m->tissues[label].boundary_alpha;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const float weight = (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) *
+                             (i & 4 ? at[2] : 1 - at[2]);
+
+        if (c->cell.labels[i] != label)
+            continue;
+        weights += weight;
+        sum += weight *
+               m->thickness_alpha[m->volume->thickness[sc_record_index(
+                   m->volume, c->cell.q[0] + (i & 1), c->cell.q[1] + (i >> 1 & 1),
+                   c->cell.q[2] + (i >> 2))]];
+    }
+    return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
+}
+
+/* One side of a crossing. */
+static void take_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
+{
+    const sc_march_tissue *tissue = &c->m->tissues[label];
+    const float alpha = sc_edge_alpha(&c->m->light, alpha_here(c, label, at),
+                                      sc_dot3(spot->normal, spot->eye));
+    float rgb[3];
+
+    sc_light(c->m, tissue, spot, rgb);
+    sc_note(&c->light, label, alpha, spot->depth_mm, spot->normal);
+    sc_blend(&c->light, rgb, alpha);
+    c->contributions++;
+}
+
+static bool contributes(const cursor *c, uint32_t label, uint32_t active)
+{
+    const sc_march_tissue *tissue = &c->m->tissues[label];
+
+    return tissue->show & SC_SHOW_BOUNDARY && active >> tissue->clip_group & 1;
+}
+
+static void take_crossing(cursor *c, const sc_crossing *x, const float a[3], const float b[3],
+                          float t, uint32_t active)
+{
+    const bool left = contributes(c, x->left, active), entered = contributes(c, x->entered, active);
+    sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
+    float at[3], length;
+
+    if (!left && !entered)
+        return;
+    for (int i = 0; i < 3; i++)
+        at[i] = sc_lerp(a[i], b[i], x->u);
+    sc_cell_normal(&c->cell, x->entered, x->left, at, spot.normal);
+    length = sqrtf(sc_dot3(spot.normal, spot.normal));
+    for (int i = 0; i < 3; i++)
+        spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
+    sc_face_eye(c->ray->toward_eye, spot.normal);
+    place_at(c, t, spot.place);
+    if (left)
+        take_surface(c, x->left, at, &spot);
+    if (entered && c->light.transmittance >= SC_OPAQUE)
+        take_surface(c, x->entered, at, &spot);
+}
+
+/* The part of the ray in the present cell up to @p t1, where it leaves through @p axis (-1: the
+ * part ends within the cell). The labels are known to differ. */
+static void take_cell(cursor *c, float t1, int axis, uint32_t active)
+{
+    sc_crossing crossings[SC_CROSSINGS_MAX];
+    float a[3], b[3];
+    int count;
+
+    sc_cell_fill(c->m->volume, &c->cell);
+    local_at(c, c->t, c->axis, false, a);
+    local_at(c, t1, axis, true, b);
+    count = sc_cell_crossings(&c->cell, a, b, crossings);
+    for (int i = 0; i < count && c->light.transmittance >= SC_OPAQUE; i++)
+        take_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
+}
+
+#if MARCH_SKIPS
+/* The mask of the brick of the present cell; there is a frame of empty ones. */
+static inline uint64_t brick_mask(const cursor *c)
+{
+    const int *q = c->cell.q;
+
+    return c->m->visible[((q[2] >> 2) + 1) * c->m->visible_layer +
+                         ((q[1] >> 2) + 1) * c->m->visible_row + (q[0] >> 2) + 1];
+}
+
+/* Leap out of the present brick. */
+static inline void leave_brick(cursor *c)
+{
+    float best = 0;
+    int axis = -1, plane = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const int far = (c->cell.q[i] & ~(SC_BRICK - 1)) + (c->step[i] > 0 ? SC_BRICK : 0);
+        const float mm = plane_mm(c, i, far);
+
+        if (axis < 0 || mm < best) {
+            best = mm;
+            axis = i;
+            plane = far;
+        }
+    }
+    c->cell.q[axis] = c->step[axis] > 0 ? plane : plane - 1;
+    locate(c, best, axis);
+}
+#endif
+
+/* Does the present cell need a close look? Its labels are read then. */
+static inline bool is_marked(cursor *c)
+{
+    const int *q = c->cell.q;
+#if MARCH_SKIPS
+    if (!(brick_mask(c) >> ((q[0] & 3) | (q[1] & 3) << 2 | (q[2] & 3) << 4) & 1))
+        return false;
+    return sc_cell_labels(c->m->volume, LABEL_BYTES, &c->cell);
+#else
+    (void)q;
+    if (!sc_cell_labels(c->m->volume, LABEL_BYTES, &c->cell))
+        return false;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        if (c->m->tissues[c->cell.labels[i]].show & SC_SHOW_BOUNDARY)
+            return true;
+    }
+    return false;
+#endif
+}
+
+/* From @p begin to @p end, cell by cell. @p active: the clip groups that are kept, as bits. */
+static void walk(cursor *c, float begin, float end, uint32_t active)
+{
+    locate(c, begin, -1);
+    while (c->t < end && c->light.transmittance >= SC_OPAQUE) {
+        float t[3];
+        int axis;
+
+        c->samples++;
+#if MARCH_SKIPS
+        if (!brick_mask(c)) {
+            leave_brick(c);
+            continue;
+        }
+#endif
+        for (int i = 0; i < 3; i++)
+            t[i] = exit_mm(c, i);
+        axis = t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2);
+        if (is_marked(c)) {
+            if (t[axis] < end)
+                take_cell(c, t[axis], axis, active);
+            else
+                take_cell(c, end, -1, active);
+        }
+        c->t = t[axis];
+        c->axis = axis;
+        c->cell.q[axis] += c->step[axis];
+    }
+}
+
+/* How dark the line between two tissues is at the point @p a of a cut face: 1 on it, 0 beyond its
+ * width. The distance to the border is the difference of the votes by its slope in the plane. */
+static float outline_at(const cursor *c, uint32_t owner, const float a[3], const float n[3])
+{
+    const sc_cell *cell = &c->cell;
+    float nearest = 1e9f;
+
+    for (int k = 0; k < cell->kind_count; k++) {
+        float s[SC_CORNERS], slope[3], across = 0, square = 0, ends[2][3], distance;
+
+        if (cell->kinds[k] == owner)
+            continue;
+        sc_cell_difference(cell, owner, cell->kinds[k], s);
+        for (int i = 0; i < 3; i++) {
+            for (int e = 0; e < 2; e++) {
+                for (int j = 0; j < 3; j++)
+                    ends[e][j] = j == i ? (float)e : a[j];
+            }
+            slope[i] = sc_trilinear(s, ends[1]) - sc_trilinear(s, ends[0]);
+        }
+        for (int i = 0; i < 3; i++)
+            across += slope[i] * n[i];
+        for (int i = 0; i < 3; i++)
+            square += (slope[i] - across * n[i]) * (slope[i] - across * n[i]);
+        distance = sc_trilinear(s, a) / (sqrtf(square) + 1e-6f);
+        nearest = distance < nearest ? distance : nearest;
+    }
+    return sc_clamp01(1.5f - nearest / c->m->cap_outline);
+}
+
+/* Unit normal of a clip plane in the space of places. */
+static void plane_in_places(const sc_march *m, int plane, float out[3])
+{
+    const float *p = m->plane_places[plane];
+    const float length = sqrtf(sc_dot3(p, p));
+
+    for (int i = 0; i < 3; i++)
+        out[i] = p[i] / length;
+}
+
+/* The cut face at distance @p t: solid where a visible tissue of the group is cut. */
+static void take_cap(cursor *c, int group, int plane, float t)
+{
+    const sc_march *m = c->m;
+    const float depth_mm = c->ray->base_mm + t;
+    float a[3], n[3], in_places[3], rgb[3], line = 0;
+    uint32_t owner;
+
+    locate(c, t, -1);
+    local_at(c, t, -1, false, a);
+    if (sc_cell_labels(m->volume, LABEL_BYTES, &c->cell)) {
+        sc_cell_fill(m->volume, &c->cell);
+        owner = sc_cell_owner(&c->cell, a);
+        if (m->cap_outline > 0) {
+            plane_in_places(m, plane, in_places);
+            line = outline_at(c, owner, a, in_places);
+        }
+    } else {
+        owner = c->cell.labels[0];
+    }
+    if (!m->tissues[owner].show || m->tissues[owner].clip_group != group)
+        return;
+    for (int i = 0; i < 3; i++)
+        n[i] = -m->plane_normals[plane][i];
+    sc_light_cut(m, c->ray->toward_eye, n, depth_mm, m->tissues[owner].rgb, rgb);
+    for (int i = 0; i < 3; i++)
+        rgb[i] *= 1 - 0.75f * line;
+    sc_note(&c->light, owner, 1, depth_mm, n);
+    sc_blend(&c->light, rgb, 1);
+    c->contributions++;
+}
+
+/* The next stretch of the ray from @p t on with the same groups kept. */
+static bool next_span(const sc_ray *ray, float t, float *begin, float *end, uint32_t *active)
+{
+    *begin = HUGE_VALF;
+    for (int g = 0; g < ray->groups; g++) {
+        for (int i = 0; i < ray->parts[g]; i++) {
+            const float from = ray->begin_mm[g][i] > t ? ray->begin_mm[g][i] : t;
+
+            if (from < ray->end_mm[g][i] && from < *begin)
+                *begin = from;
+        }
+    }
+    *end = HUGE_VALF;
+    *active = 0;
+    for (int g = 0; g < ray->groups; g++) {
+        for (int i = 0; i < ray->parts[g]; i++) {
+            const float from = ray->begin_mm[g][i], to = ray->end_mm[g][i];
+            const bool kept = from <= *begin && *begin < to;
+
+            *active |= kept ? 1u << g : 0;
+            if (kept && to < *end)
+                *end = to;
+            if (from > *begin && from < *end)
+                *end = from;
+        }
+    }
+    return *begin < HUGE_VALF;
+}
+
+static void take_caps(cursor *c, float begin)
+{
+    const sc_ray *ray = c->ray;
+
+    for (int g = 0; g < ray->groups; g++) {
+        for (int i = 0; i < ray->parts[g]; i++) {
+            if (ray->cap_plane[g][i] >= 0 && ray->begin_mm[g][i] == begin &&
+                c->light.transmittance >= SC_OPAQUE)
+                take_cap(c, g, ray->cap_plane[g][i], begin);
+        }
+    }
+}
+
+static void march_ray(cursor *c)
+{
+    float begin, end = -HUGE_VALF;
+    uint32_t active;
+
+    start_walk(c);
+    while (c->light.transmittance >= SC_OPAQUE && next_span(c->ray, end, &begin, &end, &active)) {
+        if (c->m->caps)
+            take_caps(c, begin);
+        if (!c->m->only_caps)
+            walk(c, begin, end, active);
+    }
+}
+
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
+                sc_march_counters *counters)
+{
+    for (size_t i = 0; i < count; i++) {
+        cursor c = {.m = march,
+                    .ray = &rays[i],
+                    .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
+
+        march_ray(&c);
+        out[i] = c.light;
+        counters->samples += c.samples;
+        counters->contributions += c.contributions;
+    }
+    counters->rays += count;
+}

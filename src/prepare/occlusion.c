@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Occupancy of bricks by visible tissue, blurred at two widths. A brick without an interface holds
+ * one label, so that only those with one are looked through. */
+#include "segcast/prepare.h"
+
+#include <string.h>
+
+/* Widths of the blurs in bricks of equal sides. */
+#define NARROW_BRICKS 1.2
+#define WIDE_BRICKS 3.0
+enum { REACH = 9 };
+
+typedef struct blur {
+    const sc_prepared *volume;
+    const float *opacity;
+    int size[3];
+    float *from, *to;
+    int axis;
+    float taps[2 * REACH + 1];
+    int reach;
+    uint8_t (*filled)[2];
+    int which;
+} blur;
+
+static uint32_t id_at_place(const sc_prepared *v, int x, int y, int z)
+{
+    size_t index;
+
+    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
+        return 0;
+    index = ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
+            (size_t)(x - 1);
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
+                               : ((const uint16_t *)v->ids)[index];
+}
+
+static float occupancy(const blur *b, size_t brick, const int low[3])
+{
+    float sum = 0;
+
+    /* The second place: the first may lie in the rim around the volume. */
+    if (!b->volume->near[brick])
+        return b->opacity[id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
+    for (int bit = 0; bit < 64; bit++)
+        sum += b->opacity[id_at_place(b->volume, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
+                                      low[2] + (bit >> 4))];
+    return sum / 64;
+}
+
+static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
+{
+    const blur *b = user;
+    const size_t bx = (size_t)b->volume->bricks[0], by = (size_t)b->volume->bricks[1];
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const size_t x = brick % bx, y = brick / bx % by, z = brick / bx / by;
+        const int low[3] = {(int)x * SC_BRICK, (int)y * SC_BRICK, (int)z * SC_BRICK};
+
+        b->from[((z + 1) * (size_t)b->size[1] + y + 1) * (size_t)b->size[0] + x + 1] =
+            occupancy(b, brick, low);
+    }
+}
+
+/* Rows of bricks [begin, end): one pass of the blur along an axis, tap by tap. */
+static void blur_rows(void *user, size_t begin, size_t end, int thread)
+{
+    const blur *b = user;
+    const ptrdiff_t nx = b->size[0], strides[3] = {1, nx, nx * b->size[1]};
+
+    (void)thread;
+    for (size_t row = begin; row < end; row++) {
+        const int y = (int)(row % (size_t)b->size[1]), z = (int)(row / (size_t)b->size[1]);
+        const int place = b->axis == 1 ? y : z;
+        float *to = b->to + (ptrdiff_t)row * nx;
+
+        memset(to, 0, (size_t)nx * sizeof *to);
+        for (int i = -b->reach; i <= b->reach; i++) {
+            const float tap = b->taps[i + REACH];
+            const float *from = b->from + (ptrdiff_t)row * nx + i * strides[b->axis];
+            const ptrdiff_t low = b->axis == 0 && i < 0 ? -i : 0;
+            const ptrdiff_t high = b->axis == 0 && i > 0 ? nx - i : nx;
+
+            if (b->axis > 0 && (place + i < 0 || place + i >= b->size[b->axis]))
+                continue;
+            for (ptrdiff_t x = low; x < high; x++)
+                to[x] += tap * from[x];
+        }
+    }
+}
+
+static void store_rows(void *user, size_t begin, size_t end, int thread)
+{
+    const blur *b = user;
+
+    (void)thread;
+    for (size_t at = begin * (size_t)b->size[0]; at < end * (size_t)b->size[0]; at++)
+        b->filled[at][b->which] = (uint8_t)(b->from[at] * 255 + 0.5f);
+}
+
+static void fill_taps(blur *b, double width)
+{
+    double taps[2 * REACH + 1], sum = 0;
+
+    b->reach = (int)ceil(3 * width) < REACH ? (int)ceil(3 * width) : REACH;
+    for (int i = -b->reach; i <= b->reach; i++) {
+        taps[i + REACH] = exp(-i * i / (2 * width * width));
+        sum += taps[i + REACH];
+    }
+    for (int i = -b->reach; i <= b->reach; i++)
+        b->taps[i + REACH] = (float)(taps[i + REACH] / sum);
+}
+
+/* Blur on from b->from by the width in mm that is still missing. */
+static void run_blur(blur *b, const double brick_mm[3], double width_mm, int threads)
+{
+    const size_t rows = (size_t)b->size[1] * (size_t)b->size[2];
+
+    for (b->axis = 0; b->axis < 3; b->axis++) {
+        float *swap = b->from;
+
+        fill_taps(b, fmax(width_mm / brick_mm[b->axis], 0.2));
+        sc_parallel_for(threads, rows, 64, blur_rows, b);
+        b->from = b->to;
+        b->to = swap;
+    }
+    sc_parallel_for(threads, rows, 64, store_rows, b);
+}
+
+sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const float *opacity,
+                             int threads, sc_occlusion *out)
+{
+    blur b = {.volume = volume, .opacity = opacity};
+    double brick_mm[3], mean_mm, least_mm = HUGE_VAL;
+    void *from = NULL, *to = NULL, *filled = NULL;
+    size_t count = 1, bricks = 1;
+    sc_status status;
+
+    for (int i = 0; i < 3; i++) {
+        b.size[i] = volume->bricks[i] + 2;
+        count *= (size_t)b.size[i];
+        bricks *= (size_t)volume->bricks[i];
+        brick_mm[i] = SC_BRICK * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
+        least_mm = fmin(least_mm, brick_mm[i]);
+    }
+    mean_mm = cbrt(brick_mm[0] * brick_mm[1] * brick_mm[2]);
+    SC_TRY(sc_zalloc(ctx, count, sizeof(float), &from));
+    SC_TRY(sc_alloc(ctx, count, sizeof(float), &to));
+    SC_TRY(sc_alloc(ctx, count, 2, &filled));
+    b.from = from;
+    b.to = to;
+    b.filled = filled;
+    sc_parallel_for(threads, bricks, 4096, fill_occupancy, &b);
+    run_blur(&b, brick_mm, NARROW_BRICKS * mean_mm, threads);
+    b.which = 1;
+    run_blur(&b, brick_mm,
+             sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm, threads);
+    *out = (sc_occlusion){.filled = filled,
+                          .brick_offset = 1 - (SC_BRICK - 1) / (2.0f * SC_BRICK),
+                          .narrow_mm = NARROW_BRICKS * mean_mm,
+                          .wide_mm = WIDE_BRICKS * mean_mm,
+                          .mm_per_step = least_mm};
+    memcpy(out->size, b.size, sizeof b.size);
+    filled = NULL;
+out:
+    sc_free(from);
+    sc_free(to);
+    sc_free(filled);
+    return status;
+}
+
+void sc_occlusion_clear(sc_occlusion *occlusion)
+{
+    sc_free(occlusion->filled);
+    *occlusion = (sc_occlusion){0};
+}

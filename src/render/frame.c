@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One frame from tiles. A tile is first seen by one ray through the middle of every pixel, of its
+ * own and of a frame one pixel wide; where neighbours see something else, more rays follow. What a
+ * pixel gets depends on it and its neighbours alone, not on the tiles. */
+#include "internal.h"
+
+#include <string.h>
+
+enum { BATCH = 256 };
+
+/* A frame in work. */
+typedef struct frame {
+    sc_renderer *renderer;
+    const sc_scene *scene;
+    sc_image *image;
+    int tiles_x;
+} frame;
+
+/* Rays waiting to be marched together, and where what they bring is to go. */
+typedef struct batch {
+    sc_ray rays[BATCH];
+    sc_radiance light[BATCH];
+    uint32_t target[BATCH];
+    size_t count;
+} batch;
+
+/* A thread's work on one tile. */
+typedef struct tile {
+    const frame *f;
+    int x0, y0, x1, y1;
+    sc_glimpse *glimpses; /* [y1 - y0 + 2][stride] */
+    int stride;
+    sc_march_counters counters;
+    float (*sums)[3]; /* [BATCH]: of the row in work */
+    batch rays;
+} tile;
+
+/* Places of the rays in a pixel, in parts of it: no two in one row or column (rooks that do not
+ * attack each other), so that edges near the axes get as many steps as there are rays. */
+static const uint8_t rooks[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {
+    {0},          {0, 1},          {1, 2, 0},          {1, 3, 0, 2},
+    {2, 4, 1, 3, 0}, {3, 0, 4, 1, 5, 2}, {3, 6, 2, 5, 1, 4, 0}, {3, 6, 1, 4, 7, 2, 5, 0}};
+
+static void sample_place(int samples, int i, double out[2])
+{
+    out[0] = (i + 0.5) / samples;
+    out[1] = (rooks[samples - 1][i] + 0.5) / samples;
+}
+
+static void march_batch(tile *t)
+{
+    const sc_renderer *r = t->f->renderer;
+
+    r->kernel->march(&r->march, t->rays.rays, t->rays.count, t->rays.light, &t->counters);
+}
+
+/* First sight: one ray through every pixel. */
+static void flush_glimpses(tile *t)
+{
+    const float *background = t->f->renderer->background;
+
+    march_batch(t);
+    for (size_t i = 0; i < t->rays.count; i++) {
+        const sc_radiance *light = &t->rays.light[i];
+        sc_glimpse *g = &t->glimpses[t->rays.target[i]];
+
+        for (int c = 0; c < 3; c++) {
+            g->rgb[c] = light->rgb[c] + light->transmittance * background[c];
+            g->normal[c] = light->normal[c];
+        }
+        g->label = light->label;
+        g->signature = light->signature;
+    }
+    t->rays.count = 0;
+}
+
+static void take_glimpses(tile *t)
+{
+    const sc_renderer *r = t->f->renderer;
+    const sc_glimpse nothing = {
+        .rgb = {r->background[0], r->background[1], r->background[2]}};
+
+    for (int y = t->y0 - 1; y <= t->y1; y++) {
+        for (int x = t->x0 - 1; x <= t->x1; x++) {
+            const uint32_t at =
+                (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
+
+            if (t->rays.count == BATCH)
+                flush_glimpses(t);
+            t->glimpses[at] = nothing;
+            if (sc_make_ray(r, t->f->scene, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
+                t->rays.target[t->rays.count++] = at;
+        }
+    }
+    flush_glimpses(t);
+}
+
+/* Brightness as the eye sees it, nearly: the square root of the light. A difference of 0.055 is
+ * about 14 levels of 255. */
+static bool looks_different(const float a[3], const float b[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const float d = sqrtf(a[i] > 0 ? a[i] : 0) - sqrtf(b[i] > 0 ? b[i] : 0);
+
+        if (d > 0.055f || d < -0.055f)
+            return true;
+    }
+    return false;
+}
+
+static bool differ(const sc_glimpse *a, const sc_glimpse *b)
+{
+    const float cosine =
+        a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
+
+    return a->label != b->label || a->signature != b->signature ||
+           (a->label && cosine < 0.85f) || looks_different(a->rgb, b->rgb);
+}
+
+static bool on_edge(const tile *t, const sc_glimpse *g)
+{
+    return differ(g, g - 1) || differ(g, g + 1) || differ(g, g - t->stride) ||
+           differ(g, g + t->stride);
+}
+
+static void flush_samples(tile *t)
+{
+    const float *background = t->f->renderer->background;
+
+    march_batch(t);
+    for (size_t i = 0; i < t->rays.count; i++) {
+        const sc_radiance *light = &t->rays.light[i];
+        float *sum = t->sums[t->rays.target[i]];
+
+        /* Counted over the background at first: what the ray brings, and what it hides. */
+        for (int c = 0; c < 3; c++)
+            sum[c] += light->rgb[c] + (light->transmittance - 1) * background[c];
+    }
+    t->rays.count = 0;
+}
+
+/* All rays of one pixel; sums[target] becomes their mean less the background. */
+static void sample_pixel(tile *t, int x, int y, uint32_t target)
+{
+    const sc_renderer *r = t->f->renderer;
+    const int samples = r->settings.samples;
+
+    for (int i = 0; i < samples; i++) {
+        double at[2];
+
+        sample_place(samples, i, at);
+        if (t->rays.count == BATCH)
+            flush_samples(t);
+        if (sc_make_ray(r, t->f->scene, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
+            t->rays.target[t->rays.count++] = target;
+    }
+}
+
+static void store(const tile *t, int x, int y, const float rgb[3])
+{
+    const sc_image *image = t->f->image;
+    uint8_t *pixel = image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+
+    for (int c = 0; c < 3; c++)
+        pixel[c] = sc_srgb_level(&t->f->renderer->srgb, rgb[c]);
+}
+
+static void draw_row(tile *t, int y)
+{
+    const sc_renderer *r = t->f->renderer;
+    const sc_render_settings *s = &r->settings;
+    const sc_glimpse *row = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
+    float sums[BATCH][3];
+    bool sampled[BATCH];
+
+    memset(sums, 0, sizeof sums);
+    t->sums = sums;
+    for (int x = t->x0; x < t->x1; x++) {
+        sampled[x - t->x0] = s->everywhere || (s->samples > 1 && on_edge(t, &row[x - t->x0]));
+        if (sampled[x - t->x0])
+            sample_pixel(t, x, y, (uint32_t)(x - t->x0));
+    }
+    flush_samples(t);
+    for (int x = t->x0; x < t->x1; x++) {
+        float *sum = sums[x - t->x0];
+
+        for (int c = 0; c < 3; c++)
+            sum[c] = r->background[c] + sum[c] / (float)s->samples;
+        store(t, x, y, sampled[x - t->x0] ? sum : row[x - t->x0].rgb);
+    }
+}
+
+static void add_counters(sc_march_counters *to, const sc_march_counters *from)
+{
+    to->rays += from->rays;
+    to->samples += from->samples;
+    to->contributions += from->contributions;
+}
+
+static void draw_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    const frame *f = user;
+    const sc_render_settings *s = &f->renderer->settings;
+    const double begin_s = sc_thread_cpu_s();
+    const int side = s->tile_px + 2;
+    sc_render_stats *stats = &f->renderer->stats[thread];
+    tile t; /* large, and most of it need not be cleared */
+
+    t.f = f;
+    t.glimpses = f->renderer->glimpses + (size_t)thread * (size_t)side * (size_t)side;
+    t.stride = side;
+    t.counters = (sc_march_counters){0};
+    t.rays.count = 0;
+    for (size_t i = begin; i < end; i++) {
+        t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
+        t.y0 = (int)(i / (size_t)f->tiles_x) * s->tile_px;
+        t.x1 = t.x0 + s->tile_px < s->width_px ? t.x0 + s->tile_px : s->width_px;
+        t.y1 = t.y0 + s->tile_px < s->height_px ? t.y0 + s->tile_px : s->height_px;
+        if (!s->everywhere)
+            take_glimpses(&t);
+        for (int y = t.y0; y < t.y1; y++)
+            draw_row(&t, y);
+    }
+    add_counters(&stats->counters, &t.counters);
+    stats->cpu_s += sc_thread_cpu_s() - begin_s;
+}
+
+static void to_floats(sc_vec3 v, float out[3])
+{
+    out[0] = (float)v.x;
+    out[1] = (float)v.y;
+    out[2] = (float)v.z;
+}
+
+/* The key light stands above the viewer's left shoulder, the fill light low on the right. */
+static void place_lamps(sc_renderer *r, const sc_camera *c)
+{
+    const sc_vec3 back = sc_vec3_scale(c->forward, -1);
+
+    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
+              r->march.light.key_direction);
+    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
+              r->march.light.fill_direction);
+}
+
+/* Fading with distance runs through the depth of what is visible. */
+static void place_depth_cue(sc_renderer *r, const sc_camera *c)
+{
+    const sc_box3 *box = &r->hull_box;
+    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(box->low, box->high), 0.5);
+    const sc_vec3 to_middle = sc_vec3_sub(middle, c->position_mm);
+    const double radius = sc_vec3_length(sc_vec3_sub(box->high, box->low)) / 2;
+    const double depth = c->projection == SC_ORTHOGRAPHIC ? sc_vec3_dot(to_middle, c->forward)
+                                                          : sc_vec3_length(to_middle);
+
+    if (!(radius > 0))
+        return;
+    r->march.light.cue_near_mm = (float)(depth - radius);
+    r->march.light.cue_far_mm = (float)(depth + radius);
+}
+
+static void place_planes(sc_renderer *r, const sc_scene *scene)
+{
+    const sc_affine *to_mm = &r->volume->to_ras_mm;
+    const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* place 0 */
+
+    r->march.plane_count = scene->plane_count;
+    r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
+    r->march.only_caps = scene->slice;
+    for (int i = 0; i < scene->plane_count; i++) {
+        const sc_plane *plane = &scene->planes[i];
+
+        to_floats(plane->normal, r->march.plane_normals[i]);
+        for (int axis = 0; axis < 3; axis++)
+            r->march.plane_places[i][axis] =
+                (float)sc_vec3_dot(plane->normal, sc_affine_column(to_mm, axis));
+        r->march.plane_places[i][3] =
+            (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
+    }
+}
+
+void sc_render_frame(sc_renderer *r, const sc_scene *scene, sc_image *image, sc_render_stats *stats)
+{
+    const double begin_s = sc_wall_s();
+    const int px = r->settings.tile_px;
+    const int tiles_y = (r->settings.height_px + px - 1) / px;
+    frame f = {.renderer = r,
+               .scene = scene,
+               .image = image,
+               .tiles_x = (r->settings.width_px + px - 1) / px};
+
+    place_lamps(r, &scene->camera);
+    place_depth_cue(r, &scene->camera);
+    place_planes(r, scene);
+    memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
+    sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
+    *stats = (sc_render_stats){0};
+    for (int i = 0; i < r->settings.threads; i++) {
+        add_counters(&stats->counters, &r->stats[i].counters);
+        stats->cpu_s += r->stats[i].cpu_s;
+    }
+    stats->wall_s = sc_wall_s() - begin_s;
+}

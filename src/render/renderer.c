@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <string.h>
+
+static double voxel_length_mm(const sc_prepared *volume)
+{
+    double least = HUGE_VAL;
+
+    for (int i = 0; i < 3; i++)
+        least = fmin(least, sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i)));
+    return least;
+}
+
+/* Opacity is per crossing of a smooth surface, and per voxel length in the voxel model. */
+static float alpha_of(const sc_render_settings *s, double opacity)
+{
+    return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
+                                           : (float)(1 - pow(1 - opacity, s->step_voxels));
+}
+
+/* What takes part: the smooth surface has no interior. */
+static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
+{
+    const bool interior = tissue->interior_opacity > 0 && s->surface == SC_SURFACE_VOXEL;
+
+    if (!tissue->visible)
+        return 0;
+    return (uint8_t)((tissue->opacity > 0 ? SC_SHOW_BOUNDARY : 0) |
+                     (interior ? SC_SHOW_INTERIOR : 0));
+}
+
+static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity)
+{
+    const sc_render_settings *s = &r->settings;
+
+    for (int id = 0; id < r->volume->label_count; id++) {
+        sc_march_tissue *to = &r->tissues[id];
+
+        memcpy(to->rgb, tissues[id].rgb_linear, sizeof to->rgb);
+        to->boundary_alpha = alpha_of(s, tissues[id].opacity);
+        to->interior_alpha = alpha_of(s, tissues[id].interior_opacity);
+        to->diffuse = (float)tissues[id].material.diffuse;
+        to->specular = (float)tissues[id].material.specular;
+        to->shininess = tissues[id].material.shininess;
+        to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
+        to->clip_group = tissues[id].clip_group;
+        to->by_thickness = s->local_thickness && tissues[id].opacity_auto;
+        opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
+    }
+}
+
+static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
+{
+    double thinnest, thickest;
+
+    sc_thickness_range(r->volume, tissues, &thinnest, &thickest);
+    for (int code = 0; code < 256; code++) {
+        const double mm = fmin(fmax(sc_thickness_mm(code), thinnest), thickest);
+
+        r->march.thickness_alpha[code] =
+            alpha_of(&r->settings, sc_auto_opacity(mm, thinnest, thickest));
+    }
+}
+
+/* The voxels a ray must cross: the plain method looks at the whole volume, the accelerated one at
+ * the box of what is visible; each a voxel wider than the last cell that matters, so that no box
+ * ends within one. */
+static void fill_boxes(sc_renderer *r)
+{
+    const sc_prepared *v = r->volume;
+    double low[3], high[3];
+
+    r->whole = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
+    r->box = r->whole;
+    if (r->settings.skip == SC_SKIP_NONE)
+        return;
+    for (int i = 0; i < 3; i++) {
+        low[i] = v->size[i];
+        high[i] = -1;
+    }
+    for (int id = 1; id < v->label_count; id++) {
+        for (int i = 0; i < 3 && r->tissues[id].show; i++) {
+            low[i] = fmin(low[i], v->stats[id].low[i] - 2);
+            high[i] = fmax(high[i], v->stats[id].high[i] + 2);
+        }
+    }
+    r->box = (sc_box3){{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+}
+
+static void fill_march(sc_renderer *r)
+{
+    const sc_render_settings *s = &r->settings;
+    const sc_lighting *l = &s->light;
+    const sc_prepared *v = r->volume;
+
+    r->march = (sc_march){
+        .volume = v,
+        .visible = r->visible,
+        .visible_row = v->bricks[0] + 2,
+        .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
+        .tissues = r->tissues,
+        .step_mm = (float)(s->step_voxels * voxel_length_mm(v)),
+        .light = {.flat = l->flat,
+                  .ambient = (float)l->ambient,
+                  .key = (float)l->key,
+                  .fill = (float)l->fill,
+                  .head = (float)l->head,
+                  .edges = (float)l->edges,
+                  .occlusion = (float)l->occlusion,
+                  .shadow = l->shadows,
+                  .cue = (float)l->depth_cue},
+        .occlusion = r->occlusion.filled ? &r->occlusion : NULL,
+        .caps = s->caps,
+        .cap_outline = (float)(s->cap_outline / 2),
+    };
+    memcpy(r->march.light.cue_rgb, r->background, sizeof r->background);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++)
+            r->march.place_per_mm[i][j] = (float)r->to_voxel.m[i][j];
+    }
+}
+
+static void measure_hull(sc_renderer *r)
+{
+    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    for (size_t i = 0; i < r->hull_count; i++) {
+        low = (sc_vec3){fmin(low.x, r->hull[i].x), fmin(low.y, r->hull[i].y),
+                        fmin(low.z, r->hull[i].z)};
+        high = (sc_vec3){fmax(high.x, r->hull[i].x), fmax(high.y, r->hull[i].y),
+                         fmax(high.z, r->hull[i].z)};
+    }
+    r->hull_box = (sc_box3){low, high};
+}
+
+/* Masks for the march, and the hull, which is that of the voxels in either model. */
+static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
+{
+    const int threads = r->settings.threads;
+    sc_status status;
+
+    SC_TRY(sc_visible_masks(ctx, r->volume, show, threads, &r->visible));
+    SC_TRY(sc_hull_points(ctx, r->volume, r->visible, &r->hull, &r->hull_count));
+    measure_hull(r);
+    if (r->settings.surface == SC_SURFACE_SMOOTH) {
+        sc_free(r->visible);
+        r->visible = NULL;
+        SC_TRY(sc_visible_cells(ctx, r->volume, show, threads, &r->visible));
+    }
+out:
+    return status;
+}
+
+static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
+{
+    const size_t threads = (size_t)r->settings.threads, side = (size_t)r->settings.tile_px + 2;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, (size_t)r->volume->label_count, sizeof *r->tissues, &block));
+    r->tissues = block;
+    SC_TRY(sc_zalloc(ctx, threads, sizeof *r->stats, &block));
+    r->stats = block;
+    SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->glimpses, &block));
+    r->glimpses = block;
+out:
+    return status;
+}
+
+sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
+                          const sc_prepared *volume, const sc_tissue *tissues, sc_renderer **out)
+{
+    const size_t labels = (size_t)volume->label_count;
+    const sc_lighting *light = &settings->light;
+    sc_renderer *r = NULL;
+    void *block = NULL, *show = NULL, *opacity = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
+    r = block;
+    r->settings = *settings;
+    r->volume = volume;
+    r->kernel = sc_kernel_find(settings->surface, settings->skip, volume->label_bytes);
+    if (!sc_affine_invert(&volume->to_ras_mm, &r->to_voxel)) {
+        status = sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
+        goto out;
+    }
+    SC_TRY(allocate(ctx, r));
+    SC_TRY(sc_alloc(ctx, labels, 1, &show));
+    SC_TRY(sc_alloc(ctx, labels, sizeof(float), &opacity));
+    fill_tissues(r, tissues, show, opacity);
+    SC_TRY(find_visible(ctx, r, show));
+    if (!light->flat && (light->occlusion > 0 || light->shadows))
+        SC_TRY(sc_occlusion_build(ctx, volume, opacity, settings->threads, &r->occlusion));
+    fill_boxes(r);
+    sc_srgb_table_init(&r->srgb);
+    for (int i = 0; i < 3; i++)
+        r->background[i] = (float)sc_srgb_to_linear(settings->background[i] / 255.0);
+    fill_march(r);
+    fill_thickness(r, tissues);
+    *out = r;
+    r = NULL;
+out:
+    sc_free(show);
+    sc_free(opacity);
+    sc_renderer_free(r);
+    return status;
+}
+
+void sc_renderer_free(sc_renderer *r)
+{
+    if (!r)
+        return;
+    sc_free(r->tissues);
+    sc_free(r->visible);
+    sc_occlusion_clear(&r->occlusion);
+    sc_free(r->hull);
+    sc_free(r->stats);
+    sc_free(r->glimpses);
+    sc_free(r);
+}
+
+const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count)
+{
+    *count = renderer->hull_count;
+    return renderer->hull;
+}
+
+const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer)
+{
+    return renderer->kernel;
+}
