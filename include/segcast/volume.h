@@ -66,6 +66,9 @@ SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
 /** Give the labels of @p volume the names and colours of the rows with their values. */
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table);
+/** Turn the voxels of some labels into background; the labels themselves stay in the table.
+ *  @param hidden [label_count] by dense id. @param threads as of sc_parallel_for. */
+void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);
 /** A distinct, stable colour for a label value, by integer hash. */
 void sc_label_hash_color(int64_t value, uint8_t rgb[3]);
 

@@ -92,6 +92,20 @@ static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *v
     return status;
 }
 
+/* What the job does not show becomes background. */
+static sc_status hide_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    void *hidden;
+    sc_status status = sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &hidden);
+
+    if (status != SC_OK)
+        return status;
+    sc_hidden_labels(volume->labels, volume->label_count, job->rules, job->rule_count, hidden);
+    sc_volume_hide(volume, hidden, app->threads);
+    sc_free(hidden);
+    return SC_OK;
+}
+
 sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
                          sc_preparation **preparation, sc_rank_record *times)
 {
@@ -108,6 +122,7 @@ sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume
     SC_TRY(apply_labels(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
+    SC_TRY(hide_labels(app, job, volume));
     add_time(times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();

@@ -329,24 +329,29 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     return count;
 }
 
-/* Direction from the first label to the second at the point @p a, in RAS, not unit: the gradients
- * of both labels' corners. */
+/* Direction from the first label to the second at the point @p a, in RAS, not unit. Each label's
+ * gradient is the mean over its own corners, so that it does not matter which of them it holds:
+ * where a third label is near, the two gradients are not opposite. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
                                   const float a[3], float n[3])
 {
-    n[0] = n[1] = n[2] = 0;
+    float sums[2][3] = {{0}, {0}}, weights[2] = {0, 0};
+
     for (int i = 0; i < SC_CORNERS; i++) {
         const float weight = (i & 1 ? a[0] : 1 - a[0]) * (i & 2 ? a[1] : 1 - a[1]) *
                              (i & 4 ? a[2] : 1 - a[2]);
-        float each[3], sign;
+        const int side = c->labels[i] == second;
+        float each[3];
 
         if (c->labels[i] != first && c->labels[i] != second)
             continue;
-        sign = c->labels[i] == first ? weight : -weight;
         sc_record_normal(c->records[i], each);
+        weights[side] += weight;
         for (int k = 0; k < 3; k++)
-            n[k] += sign * each[k];
+            sums[side][k] += weight * each[k];
     }
+    for (int k = 0; k < 3; k++)
+        n[k] = sums[0][k] / (weights[0] + 1e-9f) - sums[1][k] / (weights[1] + 1e-9f);
 }
 
 #endif

@@ -2,7 +2,9 @@
 /* The fields that smooth surfaces are made of, at every place near an interface, from the label of
  * its own voxel and those around it:
  *
- * - the weight: the label's membership, smoothed by a flat-topped low-pass filter, less one half.
+ * - the weight: half of what the label's membership, smoothed by a flat-topped low-pass filter, has
+ *   over that of any other label. Between two labels that is the membership less one half; where
+ *   three meet, their surfaces end in a smooth line.
  *   A Gaussian of width s moves a curved surface inward; multiplying its spectrum by a part of the
  *   series of exp(c k^2) undoes that (DESIGN section 8 stops at second order; the third, at three
  *   quarters, and a little more than s^2 keep tubes of radius 1 as well, and make up for what the
@@ -191,7 +193,10 @@ typedef struct brick_work {
     uint32_t bits[ROWS]; /* "is it my label?" */
     quad value[ROWS], along_x[ROWS];           /* [z][y], four places along x */
     quad flat[WINDOW][SC_BRICK], along_xy[WINDOW][SC_BRICK][2];
-    float gradient[64][3];
+    float gradient[64][3];             /* of the gathered label */
+    uint16_t labels[ROWS * WINDOW];    /* distinct ones */
+    float own[64], other[64];          /* membership of a place's own label, largest of any other */
+    float taken[64][3];                /* outward gradient of a place's own label */
 } brick_work;
 
 /* Rows of ids around a brick whose first place is voxel @p low. */
@@ -223,22 +228,16 @@ static void gather(const sc_volume *v, const int low[3], brick_work *w)
     }
 }
 
-/* Bits of the voxels that hold @p id; @return whether the window holds only it and @p other. */
-static bool fill_bits(brick_work *w, uint32_t id, uint32_t other)
+/* Bits of the voxels that hold @p id. */
+static void fill_bits(brick_work *w, uint32_t id)
 {
-    bool only = true;
-
     for (int row = 0; row < ROWS; row++) {
-        uint32_t bits = 0, others = 0;
+        uint32_t bits = 0;
 
-        for (int x = 0; x < WINDOW; x++) {
+        for (int x = 0; x < WINDOW; x++)
             bits |= (uint32_t)(w->ids[row][x] == id) << x;
-            others |= (uint32_t)(w->ids[row][x] == other) << x;
-        }
         w->bits[row] = bits;
-        only = only && (bits | others) == (1u << WINDOW) - 1;
     }
-    return only;
 }
 
 /* Gradients of the smoothed membership at all places of the brick: along x by the table, then
@@ -284,57 +283,19 @@ static void find_gradients(const filters *f, brick_work *w)
     }
 }
 
-/* Membership of the place at @p bit, less one half, as a weight. */
-static int weight_of(const filters *f, const brick_work *w, int bit, bool inverted)
+/* Membership of the gathered label at the place at @p bit. */
+static float membership_of(const filters *f, const brick_work *w, int bit)
 {
     const int x = bit & 3, row = (bit >> 4) * WINDOW + (bit >> 2 & 3);
-    float sum = 0, weight;
+    float sum = 0;
 
-    if (!f->weight_tables)
-        return SC_WEIGHT_MAX;
     for (int i = 0; i < f->row_count; i++) {
         const weight_row *r = &f->rows[i];
         const uint32_t bits = w->bits[row + (r->dz + RADIUS) * WINDOW + r->dy + RADIUS];
 
         sum += f->weight_tables[(size_t)r->table * PATTERNS + (bits >> x & (PATTERNS - 1))];
     }
-    weight = (inverted ? 0.5f - sum : sum - 0.5f) * 2 * SC_WEIGHT_MAX + 0.5f;
-    if (!(weight > WEIGHT_LEAST))
-        return WEIGHT_LEAST;
-    return weight < SC_WEIGHT_MAX ? (int)weight : SC_WEIGHT_MAX;
-}
-
-/* The record of the place at @p bit. @p inverted: the bits are those of the only other label. */
-static uint32_t record_of(const filters *f, const brick_work *w, int bit, bool inverted)
-{
-    const float *g = w->gradient[bit];
-    double n[3], length;
-
-    for (int i = 0; i < 3; i++) /* outward: against the rise of the own label */
-        n[i] = (inverted ? 1 : -1) *
-               (f->to_mm[i][0] * g[0] + f->to_mm[i][1] * g[1] + f->to_mm[i][2] * g[2]);
-    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    if (!(length > 1e-6 * f->flat))
-        return sc_record_pack(weight_of(f, w, bit, inverted), (sc_vec3){0, 0, 1}, 0);
-    return sc_record_pack(weight_of(f, w, bit, inverted),
-                          (sc_vec3){n[0] / length, n[1] / length, n[2] / length},
-                          length / f->flat);
-}
-
-/* Records of those places of the brick in @p mask that hold the label of the gathered bits. */
-static void take_label(const filters *f, brick_work *w, size_t brick, uint64_t mask, bool inverted)
-{
-    const sc_preparation *p = f->p;
-
-    for (; mask; mask &= mask - 1) {
-        const int bit = __builtin_ctzll(mask);
-        const size_t index =
-            p->near_start[brick] + sc_count_bits(p->near[brick] & ((1ull << bit) - 1));
-        const uint32_t record = record_of(f, w, bit, inverted);
-
-        for (int i = 0; i < SC_RECORD_BYTES; i++)
-            p->records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
-    }
+    return sum;
 }
 
 static uint16_t id_of_bit(const brick_work *w, int bit)
@@ -356,26 +317,116 @@ static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
     return places;
 }
 
-static void take_brick(const filters *f, brick_work *w, size_t brick)
+/* Take what the gathered label, which holds the places @p own, is at the places @p mask. */
+static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
-    uint64_t left = f->p->near[brick];
+    for (; mask && f->weight_tables; mask &= mask - 1) {
+        const int bit = __builtin_ctzll(mask);
+        const float membership = membership_of(f, w, bit);
 
-    while (left) {
-        const uint16_t id = id_of_bit(w, __builtin_ctzll(left));
-        const uint64_t own = places_of(w, left, id);
-        uint16_t other = id;
-        bool pair;
+        if (own >> bit & 1)
+            w->own[bit] = membership;
+        else if (membership > w->other[bit])
+            w->other[bit] = membership;
+    }
+}
 
-        left &= ~own;
-        if (left)
-            other = id_of_bit(w, __builtin_ctzll(left));
-        pair = fill_bits(w, id, other);
-        find_gradients(f, w);
-        take_label(f, w, brick, own, false);
-        if (pair && left) { /* what the one gains, the other loses */
-            take_label(f, w, brick, left, true);
+/* Gradients of the gathered label at the places @p mask; the only other label's are opposite. */
+static void take_gradients(brick_work *w, uint64_t mask, float sign)
+{
+    for (; mask; mask &= mask - 1) {
+        const int bit = __builtin_ctzll(mask);
+
+        for (int i = 0; i < 3; i++)
+            w->taken[bit][i] = sign * w->gradient[bit][i];
+    }
+}
+
+/* Distinct labels of the window; those of the places come first. */
+static int find_labels(brick_work *w, uint64_t mask)
+{
+    int count = 0;
+    uint16_t last;
+
+    for (; mask; mask &= ~places_of(w, mask, w->labels[count - 1]))
+        w->labels[count++] = id_of_bit(w, __builtin_ctzll(mask));
+    last = w->labels[0];
+    for (int row = 0; row < ROWS; row++) {
+        for (int x = 0; x < WINDOW; x++) {
+            const uint16_t id = w->ids[row][x];
+            int i = 0;
+
+            if (id == last)
+                continue;
+            last = id;
+            while (i < count && w->labels[i] != id)
+                i++;
+            if (i == count)
+                w->labels[count++] = id;
+        }
+    }
+    return count;
+}
+
+/* Memberships and gradients at the places @p mask of a brick. */
+static void take_brick(const filters *f, brick_work *w, uint64_t mask)
+{
+    const int count = find_labels(w, mask);
+
+    memset(w->other, 0, sizeof w->other);
+    for (int i = 0; i < count; i++) {
+        const uint64_t own = places_of(w, mask, w->labels[i]);
+
+        fill_bits(w, w->labels[i]);
+        take_memberships(f, w, mask, own);
+        if (own) {
+            find_gradients(f, w);
+            take_gradients(w, own, -1); /* outward: against the rise of the own label */
+        }
+        if (count == 2) { /* what the one gains, the other loses */
+            take_gradients(w, mask & ~own, 1);
+            for (uint64_t left = mask; left; left &= left - 1) {
+                const int bit = __builtin_ctzll(left);
+
+                if (own >> bit & 1)
+                    w->other[bit] = 1 - w->own[bit];
+                else
+                    w->own[bit] = 1 - w->other[bit];
+            }
             return;
         }
+    }
+}
+
+static uint32_t record_of(const filters *f, const brick_work *w, int bit)
+{
+    const float *g = w->taken[bit];
+    const float margin = (w->own[bit] - w->other[bit]) * SC_WEIGHT_MAX + 0.5f;
+    int weight = SC_WEIGHT_MAX;
+    double n[3], length;
+
+    if (f->weight_tables && !(margin > WEIGHT_LEAST))
+        weight = WEIGHT_LEAST;
+    else if (f->weight_tables && margin < SC_WEIGHT_MAX)
+        weight = (int)margin;
+    for (int i = 0; i < 3; i++)
+        n[i] = f->to_mm[i][0] * g[0] + f->to_mm[i][1] * g[1] + f->to_mm[i][2] * g[2];
+    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (!(length > 1e-6 * f->flat))
+        return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
+    return sc_record_pack(weight, (sc_vec3){n[0] / length, n[1] / length, n[2] / length},
+                          length / f->flat);
+}
+
+static void store_records(const filters *f, const brick_work *w, size_t brick)
+{
+    uint8_t *to = f->p->records + (size_t)f->p->near_start[brick] * SC_RECORD_BYTES;
+
+    for (uint64_t left = f->p->near[brick]; left; left &= left - 1) {
+        const uint32_t record = record_of(f, w, __builtin_ctzll(left));
+
+        for (int i = 0; i < SC_RECORD_BYTES; i++)
+            *to++ = (uint8_t)(record >> (8 * i));
     }
 }
 
@@ -393,7 +444,8 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
         if (!f->p->near[brick])
             continue;
         gather(f->p->volume, low, &w);
-        take_brick(f, &w, brick);
+        take_brick(f, &w, f->p->near[brick]);
+        store_records(f, &w, brick);
     }
 }
 

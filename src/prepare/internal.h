@@ -48,6 +48,7 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);  /* masks, counts, boxes */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* near_start, count */
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);    /* records */
+sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);  /* calmer directions */
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p);
 

@@ -86,6 +86,26 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
     return status;
 }
 
+void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                      size_t rule_count, bool *out)
+{
+    for (int id = 0; id < label_count; id++) {
+        bool visible = !labels[id].hidden, opaque = labels[id].opacity != 0, inside = false;
+
+        for (size_t r = 0; r < rule_count && id; r++) {
+            if (!sc_label_matches(&labels[id], rules[r].pattern))
+                continue;
+            if (rules[r].has_visible)
+                visible = rules[r].visible;
+            if (rules[r].has_opacity)
+                opaque = rules[r].opacity_auto || rules[r].opacity > 0;
+            if (rules[r].has_interior_opacity)
+                inside = rules[r].interior_opacity > 0;
+        }
+        out[id] = id && !(visible && (opaque || inside));
+    }
+}
+
 void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
                         double *thickest_mm)
 {

@@ -77,3 +77,40 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine
                        "%s: the voxel axes are not independent (singular geometry)", path);
     return SC_OK;
 }
+
+typedef struct hide_work {
+    sc_volume *volume;
+    uint16_t *becomes; /* [65536], by dense id */
+} hide_work;
+
+static void hide_range(void *user, size_t begin, size_t end, int thread)
+{
+    const hide_work *w = user;
+
+    (void)thread;
+    if (w->volume->label_bytes == 1) {
+        uint8_t *ids = w->volume->ids;
+
+        for (size_t i = begin; i < end; i++)
+            ids[i] = (uint8_t)w->becomes[ids[i]];
+    } else {
+        uint16_t *ids = w->volume->ids;
+
+        for (size_t i = begin; i < end; i++)
+            ids[i] = w->becomes[ids[i]];
+    }
+}
+
+void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads)
+{
+    uint16_t becomes[SC_LABELS_MAX];
+    hide_work w = {volume, becomes};
+    bool any = false;
+
+    for (int id = 0; id < volume->label_count; id++) {
+        becomes[id] = hidden[id] ? 0 : (uint16_t)id;
+        any = any || (id && hidden[id]);
+    }
+    if (any)
+        sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, hide_range, &w);
+}
