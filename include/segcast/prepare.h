@@ -13,7 +13,7 @@ enum { SC_BRICK = 4 /**< edge of a brick in voxels; its 64 voxels are the bits o
 typedef struct sc_label_stats {
     uint64_t voxels, boundary_voxels;
     double thickness_mm; /**< mean local thickness: twice the distance of the medial voxels to
-                              the tissue's surface, weighted by its square; 0 if no voxels */
+                              the tissue's surface, weighted by its square; 0 if not measured */
     double surface_mm2;  /**< faces to other labels, projected onto the smoothed surface */
     int low[3], high[3]; /**< bounding box, voxels, inclusive; low > high if there are none */
 } sc_label_stats;
@@ -46,7 +46,9 @@ typedef struct sc_prepared {
 
 typedef struct sc_prepare_settings {
     double smooth;        /**< strength of the smoothing of surfaces, 0 (crisp) to SC_SMOOTH_MAX */
-    bool local_thickness; /**< also measure the thickness at every place */
+    bool thickness;       /**< measure the thickness of every label */
+    bool local_thickness; /**< also at every place */
+    bool surface;         /**< measure the surface of every label */
     int threads;
 } sc_prepare_settings;
 #define SC_SMOOTH_MAX 1.25

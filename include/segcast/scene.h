@@ -59,9 +59,10 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
 
 /** Which labels the table and the rules leave unseen, hidden or of no opacity: these are treated as
  *  background, so that surfaces do not show where tissues meet that nobody sees.
- *  @param out [label_count] by dense id. */
+ *  @param hidden [label_count] by dense id. @param needs_thickness whether some opacity follows the
+ *  thickness. */
 void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
-                      size_t rule_count, bool *out);
+                      size_t rule_count, bool *hidden, bool *needs_thickness);
 /** Thickness of the thinnest and the thickest of the visible tissues: the ends of the scale of
  *  sc_auto_opacity. Both 0 if none is visible. */
 void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,

@@ -74,6 +74,7 @@ sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **
 /* ---- a job on its way to pictures; collective unless said otherwise ---- */
 
 typedef struct sc_session {
+    bool measure; /* everything is to be measured, not drawn: nothing is hidden */
     sc_job job;
     sc_shared *shared;
     size_t shared_bytes;
@@ -89,9 +90,6 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
 /* Read, prepare and share the volume; resolve tissues, planes and framing. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
 void sc_session_clear(sc_session *session);
-/* Read or make a volume and prepare it, on this rank alone. @p times may be NULL. */
-sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
-                         sc_preparation **preparation, sc_rank_record *times);
 
 /* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
 const volatile sig_atomic_t *sc_signals_install(void);

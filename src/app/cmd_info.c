@@ -121,6 +121,7 @@ sc_status sc_run_info(sc_app *app)
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
+    session.measure = true;
     SC_TRY(sc_session_volume(app, &session));
     in = gather(&session.volume, session.tissues);
     if (app->options.json)

@@ -93,26 +93,24 @@ static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *v
 }
 
 /* What the job does not show becomes background. */
-static sc_status hide_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+static sc_status hide_labels(const sc_app *app, const sc_job *job, sc_volume *volume,
+                             bool *needs_thickness)
 {
     void *hidden;
     sc_status status = sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &hidden);
 
     if (status != SC_OK)
         return status;
-    sc_hidden_labels(volume->labels, volume->label_count, job->rules, job->rule_count, hidden);
+    sc_hidden_labels(volume->labels, volume->label_count, job->rules, job->rule_count, hidden,
+                     needs_thickness);
     sc_volume_hide(volume, hidden, app->threads);
     sc_free(hidden);
     return SC_OK;
 }
 
-sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume,
-                         sc_preparation **preparation, sc_rank_record *times)
+/* Read the volume of a job, with its labels. */
+static sc_status read_volume(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
-    const sc_prepare_settings settings = {.smooth = job->render.smooth,
-                                          .local_thickness = job->render.thickness != 0,
-                                          .threads = app->threads};
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     sc_status status;
 
     if (is_phantom(job->volume))
@@ -122,7 +120,26 @@ sc_status sc_load_volume(const sc_app *app, const sc_job *job, sc_volume *volume
     SC_TRY(apply_labels(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
-    SC_TRY(hide_labels(app, job, volume));
+out:
+    return status;
+}
+
+/* Read the volume and prepare what the job shows of it; all of it if it is only to be measured. */
+static sc_status load_volume(const sc_app *app, const sc_session *session, sc_volume *volume,
+                             sc_preparation **preparation, sc_rank_record *times)
+{
+    const sc_job *job = &session->job;
+    sc_prepare_settings settings = {.smooth = job->render.smooth,
+                                    .thickness = session->measure,
+                                    .local_thickness = job->render.thickness != 0,
+                                    .surface = session->measure,
+                                    .threads = app->threads};
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    SC_TRY(read_volume(app, job, volume));
+    if (!session->measure)
+        SC_TRY(hide_labels(app, job, volume, &settings.thickness));
     add_time(times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
@@ -143,7 +160,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_status status = SC_OK;
 
     if (first)
-        status = sc_load_volume(app, &session->job, &volume, &preparation, &session->times);
+        status = load_volume(app, session, &volume, &preparation, &session->times);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (!first)
         add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);

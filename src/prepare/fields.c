@@ -11,7 +11,8 @@
  *   trilinear interpolation of the weights takes off);
  * - the gradient of the membership smoothed by a wider Gaussian, for light.
  *
- * A row of the window becomes bits ("is it my label?"), for which tables hold the sums. */
+ * A row of the window becomes 16 bits ("is it my label?"), for which tables hold the sums of the four
+ * places of the brick along it. */
 #include "internal.h"
 
 #include <string.h>
@@ -20,7 +21,7 @@ enum {
     RADIUS = 6,                     /* of both filters, in places */
     WINDOW = SC_BRICK + 2 * RADIUS, /* all that the places of a brick look at: 16 */
     TAPS = 2 * RADIUS + 1,
-    PATTERNS = 1 << TAPS,
+    PATTERNS = 1 << WINDOW,
     ROWS = WINDOW * WINDOW,
     CLASSES_MAX = 49, /* distances of rows from the axis */
     WEIGHT_LEAST = 5  /* of SC_WEIGHT_MAX: a voxel always owns its centre */
@@ -33,18 +34,19 @@ enum {
 #define NORMAL_WIDTH 2.3
 
 typedef float quad __attribute__((vector_size(16)));
+typedef uint16_t eight __attribute__((vector_size(16)));
 
-/* A row of the weight's window: where it lies and which table it takes. */
+/* A row of the weight's window: where it lies from the first and which table it takes. */
 typedef struct weight_row {
-    int dy, dz, table;
+    int offset, table;
 } weight_row;
 
 typedef struct filters {
     const sc_preparation *p;
     weight_row rows[TAPS * TAPS];
     int row_count, table_count;
-    float *weight_tables; /* [table_count][PATTERNS]: sums over the rows at one distance */
-    float (*normal_table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
+    quad *weight_tables;     /* [table_count][PATTERNS]: sums over the rows at one distance */
+    quad (*normal_table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
     float value[3][TAPS], slope[3][TAPS]; /* the normals' filter along each axis */
     double to_mm[3][3];                   /* gradient by places -> RAS */
     double flat;                          /* length of the gradient at a flat interface */
@@ -91,10 +93,25 @@ static int table_of(double *squares, int *count, double square)
     return (*count)++;
 }
 
+/* Sums of taps for every pattern of a row: the place at x sees its bits from x on.
+ * @param stride quads from one pattern's to the next. */
+static void fill_table(quad *table, size_t stride, const float taps[TAPS])
+{
+    table[0] = (quad){0, 0, 0, 0};
+    for (int bits = 1; bits < PATTERNS; bits++) {
+        const int column = __builtin_ctz((unsigned)bits);
+        quad sum = table[(size_t)(bits & (bits - 1)) * stride];
+
+        for (int x = 0; x < SC_BRICK; x++)
+            sum[x] += column >= x && column - x < TAPS ? taps[column - x] : 0;
+        table[(size_t)bits * stride] = sum;
+    }
+}
+
 static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
 {
     const double smooth = f->p->settings.smooth;
-    double squares[TAPS * TAPS], taps[TAPS], total = 0;
+    double squares[TAPS * TAPS], total = 0;
     void *block;
     sc_status status;
 
@@ -104,10 +121,11 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 
             if (weight_filter(square, smooth) != 0)
                 f->rows[f->row_count++] =
-                    (weight_row){dy, dz, table_of(squares, &f->table_count, square)};
+                    (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
+                                 table_of(squares, &f->table_count, square)};
         }
     }
-    status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(float), &block);
+    status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);
     if (status != SC_OK)
         return status;
     f->weight_tables = block;
@@ -116,13 +134,12 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             total += weight_filter(squares[f->rows[i].table] + squared(x * steps[0]), smooth);
     }
     for (int t = 0; t < f->table_count; t++) {
-        float *table = f->weight_tables + (size_t)t * PATTERNS;
+        float taps[TAPS];
 
         for (int x = -RADIUS; x <= RADIUS; x++)
-            taps[x + RADIUS] = weight_filter(squares[t] + squared(x * steps[0]), smooth) / total;
-        table[0] = 0;
-        for (int bits = 1; bits < PATTERNS; bits++)
-            table[bits] = table[bits & (bits - 1)] + (float)taps[__builtin_ctz((unsigned)bits)];
+            taps[x + RADIUS] =
+                (float)(weight_filter(squares[t] + squared(x * steps[0]), smooth) / total);
+        fill_table(f->weight_tables + (size_t)t * PATTERNS, 1, taps);
     }
     return SC_OK;
 }
@@ -142,14 +159,8 @@ static void fill_normals(filters *f, const double steps[3])
                 (float)(steps[axis] * x * exp(-squared(x / NORMAL_WIDTH) / 2));
         }
     }
-    f->normal_table[0][0] = f->normal_table[0][1] = 0;
-    for (int bits = 1; bits < PATTERNS; bits++) {
-        const float *rest = f->normal_table[bits & (bits - 1)];
-        const int tap = __builtin_ctz((unsigned)bits);
-
-        f->normal_table[bits][0] = rest[0] + f->value[0][tap];
-        f->normal_table[bits][1] = rest[1] + f->slope[0][tap];
-    }
+    fill_table(&f->normal_table[0][0], 2, f->value[0]);
+    fill_table(&f->normal_table[0][1], 2, f->slope[0]);
     for (int axis = 1; axis < 3; axis++) {
         double sum = 0;
 
@@ -228,16 +239,28 @@ static void gather(const sc_volume *v, const int low[3], brick_work *w)
     }
 }
 
-/* Bits of the voxels that hold @p id. */
-static void fill_bits(brick_work *w, uint32_t id)
+/* Bits of the voxels of a row that hold @p id: every lane keeps the bit of its column. */
+static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 {
-    for (int row = 0; row < ROWS; row++) {
-        uint32_t bits = 0;
+    static const eight columns[2] = {{1, 2, 4, 8, 16, 32, 64, 128},
+                                     {256, 512, 1024, 2048, 4096, 8192, 16384, 32768}};
+    const eight wanted = {id, id, id, id, id, id, id, id};
+    eight low, high;
+    uint64_t words[2];
 
-        for (int x = 0; x < WINDOW; x++)
-            bits |= (uint32_t)(w->ids[row][x] == id) << x;
-        w->bits[row] = bits;
-    }
+    memcpy(&low, ids, sizeof low);
+    memcpy(&high, ids + 8, sizeof high);
+    low = ((eight)(low == wanted) & columns[0]) | ((eight)(high == wanted) & columns[1]);
+    memcpy(words, &low, sizeof words);
+    words[0] |= words[1];
+    words[0] |= words[0] >> 32;
+    return (uint32_t)(words[0] | words[0] >> 16) & 0xffff;
+}
+
+static void fill_bits(brick_work *w, uint16_t id)
+{
+    for (int row = 0; row < ROWS; row++)
+        w->bits[row] = row_bits(w->ids[row], id);
 }
 
 /* Gradients of the smoothed membership at all places of the brick: along x by the table, then
@@ -245,12 +268,10 @@ static void fill_bits(brick_work *w, uint32_t id)
 static void find_gradients(const filters *f, brick_work *w)
 {
     for (int row = 0; row < ROWS; row++) {
-        for (int x = 0; x < SC_BRICK; x++) {
-            const float *sums = f->normal_table[w->bits[row] >> x & (PATTERNS - 1)];
+        const quad *sums = f->normal_table[w->bits[row]];
 
-            w->value[row][x] = sums[0];
-            w->along_x[row][x] = sums[1];
-        }
+        w->value[row] = sums[0];
+        w->along_x[row] = sums[1];
     }
     for (int z = 0; z < WINDOW; z++) {
         for (int y = 0; y < SC_BRICK; y++) {
@@ -283,18 +304,14 @@ static void find_gradients(const filters *f, brick_work *w)
     }
 }
 
-/* Membership of the gathered label at the place at @p bit. */
-static float membership_of(const filters *f, const brick_work *w, int bit)
+/* Memberships of the gathered label at the four places of a brick along row (y, z). */
+static quad memberships_of(const filters *f, const brick_work *w, int y, int z)
 {
-    const int x = bit & 3, row = (bit >> 4) * WINDOW + (bit >> 2 & 3);
-    float sum = 0;
+    const uint32_t *bits = w->bits + z * WINDOW + y;
+    quad sum = {0, 0, 0, 0};
 
-    for (int i = 0; i < f->row_count; i++) {
-        const weight_row *r = &f->rows[i];
-        const uint32_t bits = w->bits[row + (r->dz + RADIUS) * WINDOW + r->dy + RADIUS];
-
-        sum += f->weight_tables[(size_t)r->table * PATTERNS + (bits >> x & (PATTERNS - 1))];
-    }
+    for (int i = 0; i < f->row_count; i++)
+        sum += f->weight_tables[(size_t)f->rows[i].table * PATTERNS + bits[f->rows[i].offset]];
     return sum;
 }
 
@@ -320,14 +337,20 @@ static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
 /* Take what the gathered label, which holds the places @p own, is at the places @p mask. */
 static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
-    for (; mask && f->weight_tables; mask &= mask - 1) {
-        const int bit = __builtin_ctzll(mask);
-        const float membership = membership_of(f, w, bit);
+    for (int first = 0; first < 64 && f->weight_tables; first += SC_BRICK) {
+        quad memberships;
 
-        if (own >> bit & 1)
-            w->own[bit] = membership;
-        else if (membership > w->other[bit])
-            w->other[bit] = membership;
+        if (!(mask >> first & 15))
+            continue;
+        memberships = memberships_of(f, w, first / SC_BRICK % SC_BRICK, first / SC_BRICK / SC_BRICK);
+        for (int bit = first; bit < first + SC_BRICK; bit++) {
+            const float membership = memberships[bit - first];
+
+            if (own >> bit & 1)
+                w->own[bit] = membership;
+            else if (membership > w->other[bit])
+                w->other[bit] = membership;
+        }
     }
 }
 
@@ -345,20 +368,20 @@ static void take_gradients(brick_work *w, uint64_t mask, float sign)
 /* Distinct labels of the window; those of the places come first. */
 static int find_labels(brick_work *w, uint64_t mask)
 {
-    int count = 0;
-    uint16_t last;
+    int count = 0, of_places;
 
     for (; mask; mask &= ~places_of(w, mask, w->labels[count - 1]))
         w->labels[count++] = id_of_bit(w, __builtin_ctzll(mask));
-    last = w->labels[0];
+    of_places = count;
     for (int row = 0; row < ROWS; row++) {
-        for (int x = 0; x < WINDOW; x++) {
-            const uint16_t id = w->ids[row][x];
-            int i = 0;
+        uint32_t known = 0;
 
-            if (id == last)
-                continue;
-            last = id;
+        for (int i = 0; i < of_places; i++)
+            known |= row_bits(w->ids[row], w->labels[i]);
+        for (uint32_t left = ~known & 0xffff; left; left &= left - 1) {
+            const uint16_t id = w->ids[row][__builtin_ctz(left)];
+            int i = of_places;
+
             while (i < count && w->labels[i] != id)
                 i++;
             if (i == count)

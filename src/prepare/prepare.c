@@ -22,8 +22,10 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     SC_TRY(sc_index_boundary(ctx, p));
     SC_TRY(sc_find_fields(ctx, p));
     SC_TRY(sc_polish_fields(ctx, p));
-    SC_TRY(sc_measure_surface(ctx, p));
-    SC_TRY(sc_measure_thickness(ctx, p));
+    if (settings->surface)
+        SC_TRY(sc_measure_surface(ctx, p));
+    if (settings->thickness || settings->local_thickness)
+        SC_TRY(sc_measure_thickness(ctx, p));
     *out = p;
     return SC_OK;
 out:

@@ -86,23 +86,43 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
     return status;
 }
 
-void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
-                      size_t rule_count, bool *out)
-{
-    for (int id = 0; id < label_count; id++) {
-        bool visible = !labels[id].hidden, opaque = labels[id].opacity != 0, inside = false;
+/* What table and rules say of a label, before anything is measured. */
+typedef struct wish {
+    bool visible, opacity_auto;
+    double opacity, interior;
+} wish;
 
-        for (size_t r = 0; r < rule_count && id; r++) {
-            if (!sc_label_matches(&labels[id], rules[r].pattern))
-                continue;
-            if (rules[r].has_visible)
-                visible = rules[r].visible;
-            if (rules[r].has_opacity)
-                opaque = rules[r].opacity_auto || rules[r].opacity > 0;
-            if (rules[r].has_interior_opacity)
-                inside = rules[r].interior_opacity > 0;
+static wish wish_for(const sc_label *label, const sc_tissue_rule *rules, size_t rule_count)
+{
+    wish w = {.visible = !label->hidden,
+              .opacity_auto = label->opacity < 0,
+              .opacity = (double)label->opacity};
+
+    for (size_t r = 0; r < rule_count; r++) {
+        if (!sc_label_matches(label, rules[r].pattern))
+            continue;
+        if (rules[r].has_visible)
+            w.visible = rules[r].visible;
+        if (rules[r].has_opacity) {
+            w.opacity_auto = rules[r].opacity_auto;
+            w.opacity = rules[r].opacity;
         }
-        out[id] = id && !(visible && (opaque || inside));
+        if (rules[r].has_interior_opacity)
+            w.interior = rules[r].interior_opacity;
+    }
+    return w;
+}
+
+void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                      size_t rule_count, bool *hidden, bool *needs_thickness)
+{
+    *needs_thickness = false;
+    hidden[0] = false;
+    for (int id = 1; id < label_count; id++) {
+        const wish w = wish_for(&labels[id], rules, rule_count);
+
+        hidden[id] = !(w.visible && (w.opacity_auto || w.opacity > 0 || w.interior > 0));
+        *needs_thickness = *needs_thickness || (!hidden[id] && w.opacity_auto);
     }
 }
 

@@ -50,7 +50,8 @@ typedef struct prepared_copy {
 
 static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
 {
-    const sc_prepare_settings settings = {.smooth = 1, .threads = threads};
+    const sc_prepare_settings settings = {
+        .smooth = 1, .thickness = true, .surface = true, .threads = threads};
     sc_preparation *p;
     prepared_copy out;
     size_t bytes;

@@ -193,7 +193,8 @@ static void the_result_does_not_depend_on_threads(void **state)
 
     (void)state;
     for (int i = 0; i < 2; i++) {
-        const sc_prepare_settings settings = {.smooth = 1, .threads = 1 + 2 * i};
+        const sc_prepare_settings settings = {
+            .smooth = 1, .thickness = true, .surface = true, .threads = 1 + 2 * i};
 
         assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
         bytes = sc_preparation_bytes(p);
