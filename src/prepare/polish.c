@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Calmer gradients where a surface is flat at large: segmentations are often finer than what they
  * were drawn on, and show its steps as rings in the light. The directions of each label are summed
- * over blocks of 8^3 places; a place looks at the 27 blocks around it through a quadratic B-spline.
- * Where the directions there agree, the sum is as long as they are many, and their mean replaces
- * the place's own; over a bend, a thin tube or the two sides of a sheet it is shorter, and the
- * place keeps what it has. */
+ * over bricks, the sums are spread over neighbouring bricks, and every place looks at the 27 around
+ * it through a quadratic B-spline: a bell 4.6 places wide in all. Where the directions there agree,
+ * the sum is as long as they are many, and their mean replaces the place's own; over a bend, a thin
+ * tube or the two sides of a sheet it is shorter, and the place keeps what it has. */
 #include "internal.h"
 
 #include <string.h>
 
-enum { BLOCK = 8, ENTRIES = 4 };
+enum {
+    ENTRIES = 4,  /* labels of a brick; places of a fifth one keep what they have */
+    SPREADS = 2   /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
+};
 
 #define AGREE_LEAST 0.90f /* length of the mean from which on it counts */
 #define AGREE_ALL 0.965f  /* and from which on it replaces */
@@ -21,10 +24,10 @@ typedef struct entry {
 
 typedef struct polish {
     const sc_preparation *p;
-    int blocks[3];
-    size_t block_count;
-    entry *entries; /* [blocks][ENTRIES]; labels beyond the fourth of a block are left as they are */
-    float weights[BLOCK][3]; /* of the three blocks along an axis, by the place within its own */
+    uint32_t *slot;       /* [bricks]: where a brick's entries are; bricks without any share 0 */
+    size_t slot_count;
+    entry *entries, *spread;      /* [slots][ENTRIES] */
+    float weights[SC_BRICK][3];   /* of the three bricks along an axis, by the place in its own */
 } polish;
 
 static uint32_t record_at(const sc_preparation *p, size_t index)
@@ -78,56 +81,92 @@ static void sum_brick(const polish *w, size_t brick, entry *entries)
     }
 }
 
-static void sum_blocks(void *user, size_t begin, size_t end, int thread)
+static void sum_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const polish *w = user;
-    const size_t bx = (size_t)w->blocks[0], by = (size_t)w->blocks[1];
 
     (void)thread;
-    for (size_t block = begin; block < end; block++) {
-        const int low[3] = {2 * (int)(block % bx), 2 * (int)(block / bx % by),
-                            2 * (int)(block / bx / by)};
+    for (size_t brick = begin; brick < end; brick++) {
+        if (w->slot[brick])
+            sum_brick(w, brick, w->entries + (size_t)w->slot[brick] * ENTRIES);
+    }
+}
 
-        for (int i = 0; i < 8; i++) {
-            const int x = low[0] + (i & 1), y = low[1] + (i >> 1 & 1), z = low[2] + (i >> 2);
+/* Entries of the 27 bricks around a brick; those outside have none. */
+static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
+{
+    const sc_preparation *p = w->p;
+    const int bx = p->bricks[0], by = p->bricks[1], bz = p->bricks[2];
+    const int at[3] = {(int)(brick % (size_t)bx), (int)(brick / (size_t)bx % (size_t)by),
+                       (int)(brick / (size_t)bx / (size_t)by)};
 
-            if (x < w->p->bricks[0] && y < w->p->bricks[1] && z < w->p->bricks[2])
-                sum_brick(w,
-                          ((size_t)z * (size_t)w->p->bricks[1] + (size_t)y) *
-                                  (size_t)w->p->bricks[0] +
-                              (size_t)x,
-                          w->entries + block * ENTRIES);
+    for (int n = 0; n < 27; n++) {
+        const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
+        const bool inside = x >= 0 && y >= 0 && z >= 0 && x < bx && y < by && z < bz;
+
+        out[n] = w->entries +
+                 (inside ? (size_t)w->slot[((size_t)z * (size_t)by + (size_t)y) * (size_t)bx +
+                                           (size_t)x] *
+                               ENTRIES
+                         : 0);
+    }
+}
+
+static const entry *find_label(const entry *entries, uint32_t label)
+{
+    for (int i = 0; i < ENTRIES && entries[i].count > 0; i++) {
+        if (entries[i].label == label)
+            return &entries[i];
+    }
+    return NULL;
+}
+
+static void spread_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    static const float share[3] = {0.25f, 0.5f, 0.25f};
+    const polish *w = user;
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const size_t first = (size_t)w->slot[brick] * ENTRIES;
+        const entry *around[27];
+
+        if (!first)
+            continue;
+        find_neighbours(w, brick, around);
+        for (int i = 0; i < ENTRIES; i++) {
+            entry sum = {.label = w->entries[first + (size_t)i].label};
+
+            for (int n = 0; n < 27 && w->entries[first + (size_t)i].count > 0; n++) {
+                const entry *from = find_label(around[n], sum.label);
+                const float weight = share[n % 3] * share[n / 3 % 3] * share[n / 9];
+
+                for (int k = 0; from && k < 3; k++)
+                    sum.sum[k] += weight * from->sum[k];
+                sum.count += from ? weight * from->count : 0;
+            }
+            w->spread[first + (size_t)i] = sum;
         }
     }
 }
 
-/* Sums of one label in the 27 blocks around the block at @p at. */
-static void gather_label(const polish *w, const int at[3], uint32_t label, float out[27][4])
+/* Sums of one label in the 27 bricks around. */
+static void gather_label(const entry *const around[27], uint32_t label, float out[27][4])
 {
     memset(out, 0, 27 * sizeof *out);
     for (int n = 0; n < 27; n++) {
-        const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
-        const entry *entries;
+        const entry *from = find_label(around[n], label);
 
-        if (x < 0 || y < 0 || z < 0 || x >= w->blocks[0] || y >= w->blocks[1] ||
-            z >= w->blocks[2])
-            continue;
-        entries = w->entries + (((size_t)z * (size_t)w->blocks[1] + (size_t)y) *
-                                    (size_t)w->blocks[0] +
-                                (size_t)x) *
-                                   ENTRIES;
-        for (int i = 0; i < ENTRIES; i++) {
-            if (entries[i].count > 0 && entries[i].label == label)
-                memcpy(out[n], entries[i].sum, sizeof out[n]);
-        }
+        for (int k = 0; from && k < 3; k++)
+            out[n][k] = from->sum[k];
+        out[n][3] = from ? from->count : 0;
     }
 }
 
 /* The mean direction around a place. @return how much of the place's own it replaces. */
-static float mean_direction(const polish *w, const int q[3], float sums[27][4], float out[3])
+static float mean_direction(const polish *w, int bit, float sums[27][4], float out[3])
 {
-    const float *x = w->weights[q[0] % BLOCK], *y = w->weights[q[1] % BLOCK];
-    const float *z = w->weights[q[2] % BLOCK];
+    const float *x = w->weights[bit & 3], *y = w->weights[bit >> 2 & 3], *z = w->weights[bit >> 4];
     float total[4] = {0}, length, agree;
 
     for (int n = 0; n < 27; n++) {
@@ -146,12 +185,12 @@ static float mean_direction(const polish *w, const int q[3], float sums[27][4], 
     return agree * agree * (3 - 2 * agree);
 }
 
-static void polish_place(const polish *w, const int q[3], size_t index, float sums[27][4])
+static void polish_place(const polish *w, int bit, size_t index, float sums[27][4])
 {
     const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
     const uint32_t old = record_at(w->p, index);
     float own[3], mean[3] = {0, 0, 0};
-    const double share = smooth * (double)mean_direction(w, q, sums, mean);
+    const double share = smooth * (double)mean_direction(w, bit, sums, mean);
     sc_vec3 mixed;
     uint32_t record;
 
@@ -166,25 +205,24 @@ static void polish_place(const polish *w, const int q[3], size_t index, float su
         w->p->records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
 }
 
-static void polish_brick(const polish *w, size_t brick, const int at[3])
+static void polish_brick(const polish *w, size_t brick)
 {
-    const int block[3] = {at[0] / 2, at[1] / 2, at[2] / 2};
+    const entry *around[27];
     uint64_t left = w->p->near[brick];
 
+    find_neighbours(w, brick, around);
     while (left) {
         const uint32_t label = id_of_place(w->p, brick, __builtin_ctzll(left));
         float sums[27][4];
 
-        gather_label(w, block, label, sums);
+        gather_label(around, label, sums);
         for (uint64_t mask = left; mask; mask &= mask - 1) {
             const int bit = __builtin_ctzll(mask);
-            const int q[3] = {at[0] * SC_BRICK + (bit & 3), at[1] * SC_BRICK + (bit >> 2 & 3),
-                              at[2] * SC_BRICK + (bit >> 4)};
 
             if (id_of_place(w->p, brick, bit) != label)
                 continue;
             left &= ~(1ull << bit);
-            polish_place(w, q,
+            polish_place(w, bit,
                          w->p->near_start[brick] +
                              sc_count_bits(w->p->near[brick] & ((1ull << bit) - 1)),
                          sums);
@@ -195,42 +233,62 @@ static void polish_brick(const polish *w, size_t brick, const int at[3])
 static void polish_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const polish *w = user;
-    const size_t bx = (size_t)w->p->bricks[0], by = (size_t)w->p->bricks[1];
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const int at[3] = {(int)(brick % bx), (int)(brick / bx % by), (int)(brick / bx / by)};
-
-        if (w->p->near[brick])
-            polish_brick(w, brick, at);
+        if (w->slot[brick])
+            polish_brick(w, brick);
     }
+}
+
+static sc_status allocate(const sc_ctx *ctx, polish *w)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, w->p->brick_count, sizeof *w->slot, &block));
+    w->slot = block;
+    w->slot_count = 1;
+    for (size_t brick = 0; brick < w->p->brick_count; brick++) {
+        if (w->p->near[brick])
+            w->slot[brick] = (uint32_t)w->slot_count++;
+    }
+    SC_TRY(sc_zalloc(ctx, w->slot_count * ENTRIES, sizeof(entry), &block));
+    w->entries = block;
+    SC_TRY(sc_zalloc(ctx, w->slot_count * ENTRIES, sizeof(entry), &block));
+    w->spread = block;
+out:
+    return status;
 }
 
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
 {
-    polish w = {.p = p, .block_count = 1};
-    void *block;
+    polish w = {.p = p};
+    const int threads = p->settings.threads;
     sc_status status;
 
     if (!(p->settings.smooth > 0))
         return SC_OK;
-    for (int i = 0; i < 3; i++) {
-        w.blocks[i] = (p->bricks[i] + 1) / 2;
-        w.block_count *= (size_t)w.blocks[i];
-    }
-    status = sc_zalloc(ctx, w.block_count * ENTRIES, sizeof(entry), &block);
-    if (status != SC_OK)
-        return status;
-    w.entries = block;
-    for (int i = 0; i < BLOCK; i++) {
-        const float t = ((float)i + 0.5f) / BLOCK - 0.5f;
+    SC_TRY(allocate(ctx, &w));
+    for (int i = 0; i < SC_BRICK; i++) {
+        const float t = ((float)i + 0.5f) / SC_BRICK - 0.5f;
 
         w.weights[i][0] = 0.5f * (0.5f - t) * (0.5f - t);
         w.weights[i][1] = 0.75f - t * t;
         w.weights[i][2] = 0.5f * (0.5f + t) * (0.5f + t);
     }
-    sc_parallel_for(p->settings.threads, w.block_count, 512, sum_blocks, &w);
-    sc_parallel_for(p->settings.threads, p->brick_count, 4096, polish_bricks, &w);
-    sc_free(block);
-    return SC_OK;
+    sc_parallel_for(threads, p->brick_count, 4096, sum_bricks, &w);
+    for (int i = 0; i < SPREADS; i++) {
+        entry *swap = w.entries;
+
+        sc_parallel_for(threads, p->brick_count, 4096, spread_bricks, &w);
+        w.entries = w.spread;
+        w.spread = swap;
+    }
+    sc_parallel_for(threads, p->brick_count, 4096, polish_bricks, &w);
+out:
+    sc_free(w.slot);
+    sc_free(w.entries);
+    sc_free(w.spread);
+    return status;
 }
