@@ -1,0 +1,349 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Our own surfaces against the truth: by rays of the very kernels that draw pictures, and by the
+ * owner of sampled points. */
+#include "fidelity.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { RAYS = 200000, BATCH = 512, VIEWS = 3, SILHOUETTE_PX = 400, NEAR_SAMPLES = 4 };
+
+uint64_t random_bits_of(uint64_t *seed)
+{
+    uint64_t z = *seed += 0x9e3779b97f4a7c15u; /* splitmix64 */
+
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+double random_of(uint64_t *seed)
+{
+    return (double)(random_bits_of(seed) >> 11) * 0x1p-53;
+}
+
+void errors_add(errors *e, double position, double angle_deg)
+{
+    if (e->count == e->capacity) {
+        e->capacity = e->capacity ? 2 * e->capacity : 4096;
+        e->position = realloc(e->position, e->capacity * sizeof(double));
+        e->angle = realloc(e->angle, e->capacity * sizeof(double));
+        if (!e->position || !e->angle)
+            abort();
+    }
+    e->position[e->count] = position;
+    e->angle[e->count++] = angle_deg;
+}
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+void errors_finish(errors *e, fidelity *out)
+{
+    double squares = 0, angles = 0;
+
+    for (size_t i = 0; i < e->count; i++) {
+        e->position[i] = fabs(e->position[i]);
+        squares += e->position[i] * e->position[i];
+        angles += e->angle[i] * e->angle[i];
+    }
+    qsort(e->position, e->count, sizeof(double), compare);
+    out->hits = e->count;
+    if (e->count) {
+        out->position_rms = sqrt(squares / (double)e->count);
+        out->position_95 = e->position[(size_t)(0.95 * (double)e->count)];
+        out->position_max = e->position[e->count - 1];
+        out->normal_rms = sqrt(angles / (double)e->count);
+    }
+    free(e->position);
+    free(e->angle);
+    *e = (errors){0};
+}
+
+/* Everything that rays need. */
+typedef struct stage {
+    const shape *s;
+    sc_prepared volume;
+    sc_march march;
+    const sc_kernel *kernel;
+    sc_affine to_voxel;
+    double reach_mm; /* radius of a ball around everything */
+    sc_vec3 middle_mm;
+} stage;
+
+/* A ray that passes beside the volume has no part. */
+static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ray)
+{
+    const double shift = st->kernel->surface == SC_SURFACE_VOXEL ? 1.5 : 1;
+    const sc_vec3 o = sc_affine_point(&st->to_voxel, eye);
+    const sc_vec3 d = sc_affine_vector(&st->to_voxel, direction);
+    const int *size = st->volume.size;
+    const sc_box3 box = {{-2, -2, -2}, {size[0] + 1, size[1] + 1, size[2] + 1}};
+    double begin = 0, end = 2 * st->reach_mm;
+    const bool meets = sc_box3_clip_line(&box, o, d, &begin, &end);
+
+    *ray = (sc_ray){.origin = {(float)(o.x + shift), (float)(o.y + shift), (float)(o.z + shift)},
+                    .direction = {(float)d.x, (float)d.y, (float)d.z},
+                    .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
+                    .groups = 1,
+                    .parts = {meets}};
+    ray->begin_mm[0][0] = (float)begin;
+    ray->end_mm[0][0] = (float)end;
+    ray->first[0][0] = (int32_t)ceil(begin / (double)st->march.step_mm);
+    ray->last[0][0] = (int32_t)(end / (double)st->march.step_mm);
+    ray->cap_plane[0][0] = -1;
+}
+
+static sc_vec3 random_direction(uint64_t *seed)
+{
+    const double z = 2 * random_of(seed) - 1, angle = 2 * M_PI * random_of(seed);
+    const double across = sqrt(1 - z * z);
+
+    return (sc_vec3){across * cos(angle), across * sin(angle), z};
+}
+
+static void take_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
+                     errors *e)
+{
+    sc_vec3 hit, normal;
+    const sc_vec3 n = {(double)light->normal[0], (double)light->normal[1],
+                       (double)light->normal[2]};
+    double distance, cosine;
+
+    if (!light->label)
+        return;
+    hit = sc_vec3_along(eye, (double)light->depth_mm, direction);
+    distance = shape_distance(st->s, (int)light->label, hit, &normal);
+    if (st->s->phantom && fabs(distance) > 1.5)
+        return; /* along edges the phantom's distance need not be that of the nearest surface */
+    cosine = fmin(1, fmax(-1, sc_vec3_dot(n, normal)));
+    errors_add(e, distance, acos(cosine) * 180 / M_PI);
+}
+
+/* Lines in all directions through a ball around the shape. */
+static void measure_hits(const stage *st, fidelity *out)
+{
+    static sc_ray rays[BATCH];
+    static sc_radiance light[BATCH];
+    static sc_vec3 eyes[BATCH], directions[BATCH];
+    sc_march_counters counters = {0};
+    uint64_t seed = 11;
+    errors e = {0};
+
+    for (int n = 0; n < RAYS; n += BATCH) {
+        for (int i = 0; i < BATCH; i++) {
+            const sc_vec3 d = random_direction(&seed), side = sc_vec3_perpendicular(d);
+            const double r = st->reach_mm * sqrt(random_of(&seed));
+            const double angle = 2 * M_PI * random_of(&seed);
+            const sc_vec3 through =
+                sc_vec3_along(st->middle_mm, r, sc_vec3_rotate(side, d, angle));
+
+            directions[i] = d;
+            eyes[i] = sc_vec3_along(through, -st->reach_mm, d);
+            make_ray(st, eyes[i], d, &rays[i]);
+        }
+        st->kernel->march(&st->march, rays, BATCH, light, &counters);
+        for (int i = 0; i < BATCH; i++)
+            take_hit(st, eyes[i], directions[i], &light[i], &e);
+    }
+    errors_finish(&e, out);
+}
+
+/* Does the line meet the shape? By steps as long as the distance. */
+static bool line_meets(const stage *st, sc_vec3 eye, sc_vec3 direction)
+{
+    double t = 0;
+
+    while (t < 2 * st->reach_mm) {
+        sc_vec3 normal;
+        const double d = shape_distance(st->s, 1, sc_vec3_along(eye, t, direction), &normal);
+
+        if (d < 1e-4)
+            return true;
+        t += d;
+    }
+    return false;
+}
+
+/* The area by which outlines differ, by their length: parallel rays from three sides. */
+static void measure_silhouette(const stage *st, fidelity *out)
+{
+    const double px_mm = 2 * st->reach_mm / SILHOUETTE_PX;
+    uint64_t seed = 5;
+    double differing = 0, edges = 0;
+
+    for (int view = 0; view < VIEWS; view++) {
+        const sc_vec3 d = random_direction(&seed), right = sc_vec3_perpendicular(d);
+        const sc_vec3 up = sc_vec3_cross(d, right);
+        bool row[SILHOUETTE_PX] = {false};
+
+        for (int y = 0; y < SILHOUETTE_PX; y++) {
+            bool before = false;
+
+            for (int x = 0; x < SILHOUETTE_PX; x++) {
+                const double across = (x + 0.5) * px_mm - st->reach_mm;
+                const double upward = (y + 0.5) * px_mm - st->reach_mm;
+                const sc_vec3 eye = sc_vec3_along(
+                    sc_vec3_along(sc_vec3_along(st->middle_mm, across, right), upward, up),
+                    -st->reach_mm, d);
+                const bool truth = line_meets(st, eye, d);
+                sc_march_counters counters = {0};
+                sc_radiance light;
+                sc_ray ray;
+
+                make_ray(st, eye, d, &ray);
+                st->kernel->march(&st->march, &ray, 1, &light, &counters);
+                differing += truth != (light.label != 0);
+                edges += (truth != before) + (truth != row[x]);
+                row[x] = before = truth;
+            }
+        }
+    }
+    /* A line's steps between pixels are 4/pi as long as the line, over all directions. */
+    out->silhouette = differing / (edges * M_PI / 4) * px_mm / st->s->voxel_mm;
+}
+
+static int owner_at(const stage *st, sc_vec3 mm)
+{
+    const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
+    const float place[3] = {(float)(p.x + 1), (float)(p.y + 1), (float)(p.z + 1)};
+    const sc_prepared *v = &st->volume;
+    const int x = (int)floor(p.x + 0.5), y = (int)floor(p.y + 0.5), z = (int)floor(p.z + 0.5);
+
+    if (st->kernel->surface == SC_SURFACE_SMOOTH)
+        return (int)sc_kernel_owner(v, place);
+    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+        return 0;
+    return ((const uint8_t *)
+                v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
+                        (size_t)x];
+}
+
+/* Jittered samples: four in each voxel near the surface, one in every eighth elsewhere. */
+static void measure_owners(const stage *st, fidelity *out)
+{
+    uint64_t seed = 17;
+    double inside = 0, samples = 0, wrong = 0;
+    const int every = st->s->phantom ? 7 : 2;
+
+    for (int z = 0; z < st->s->size[2]; z += every) {
+        for (int y = 0; y < st->s->size[1]; y += every) {
+            for (int x = 0; x < st->s->size[0]; x += every) {
+                const sc_vec3 mm = sc_affine_point(
+                    &st->volume.to_ras_mm,
+                    (sc_vec3){x + every * (random_of(&seed) - 0.5),
+                              y + every * (random_of(&seed) - 0.5),
+                              z + every * (random_of(&seed) - 0.5)});
+                double border;
+                const int truth = shape_owner(st->s, mm, &border);
+
+                if (border <= 0.5)
+                    continue;
+                samples++;
+                wrong += owner_at(st, mm) != truth;
+            }
+        }
+    }
+    out->owner_errors = 1e6 * wrong / samples;
+    out->volume_kept = NAN;
+    if (st->s->phantom)
+        return;
+    for (int z = 0; z < st->s->size[2]; z++) {
+        for (int y = 0; y < st->s->size[1]; y++) {
+            for (int x = 0; x < st->s->size[0]; x++) {
+                sc_vec3 normal;
+                const double d = shape_distance(st->s, 1, (sc_vec3){x, y, z}, &normal);
+                int own = 0;
+
+                if (d > 3)
+                    continue;
+                for (int i = 0; i < NEAR_SAMPLES && d > -3; i++)
+                    own += owner_at(st, (sc_vec3){x + random_of(&seed) - 0.5,
+                                                  y + random_of(&seed) - 0.5,
+                                                  z + random_of(&seed) - 0.5});
+                inside += d > -3 ? (double)own / NEAR_SAMPLES : 1;
+            }
+        }
+    }
+    out->volume_kept = inside / st->s->volume;
+}
+
+static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
+                      const sc_march_tissue *tissues)
+{
+    const sc_prepared *v = &st->volume;
+    const sc_vec3 corner = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1};
+    const sc_vec3 low = sc_affine_point(&v->to_ras_mm, (sc_vec3){0, 0, 0});
+    const sc_vec3 high = sc_affine_point(&v->to_ras_mm, corner);
+
+    st->kernel = sc_kernel_find(surface, SC_SKIP_INTERIOR, v->label_bytes);
+    (void)sc_affine_invert(&v->to_ras_mm, &st->to_voxel);
+    st->middle_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
+    st->reach_mm = 0.56 * sc_vec3_length(sc_vec3_sub(high, low)) / (st->s->phantom ? 1.3 : 1.5);
+    st->march = (sc_march){.volume = v,
+                           .visible = cells,
+                           .visible_row = v->bricks[0] + 2,
+                           .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
+                           .tissues = tissues,
+                           .step_mm = (float)(0.05 * st->s->voxel_mm),
+                           .light = {.flat = true}};
+}
+
+static sc_status run(const sc_ctx *ctx, const shape *s, sc_surface surface, int threads,
+                     const void *block, size_t bytes, fidelity *out)
+{
+    stage st = {.s = s};
+    static sc_march_tissue tissues[256];
+    uint8_t show[256];
+    uint64_t *cells = NULL;
+    sc_status status;
+
+    SC_TRY(sc_prepared_view(ctx, block, bytes, &st.volume));
+    for (int id = 0; id < 256; id++) {
+        show[id] = id ? SC_SHOW_BOUNDARY : 0;
+        tissues[id] = (sc_march_tissue){.boundary_alpha = 1, .show = show[id], .shininess = 1};
+    }
+    if (surface == SC_SURFACE_SMOOTH)
+        SC_TRY(sc_visible_cells(ctx, &st.volume, show, threads, &cells));
+    else
+        SC_TRY(sc_visible_masks(ctx, &st.volume, show, threads, &cells));
+    set_stage(&st, surface, cells, tissues);
+    measure_hits(&st, out);
+    measure_owners(&st, out);
+    out->silhouette = NAN;
+    if (!s->phantom)
+        measure_silhouette(&st, out);
+    out->gaps = s->radius > 0 ? 0 : -1;
+    for (int i = 0; i < 3600 && s->radius > 0; i++)
+        out->gaps += owner_at(&st, shape_middle(s, i / 3600.0)) != 1;
+out:
+    sc_free(cells);
+    return status;
+}
+
+sc_status measure_volume(const sc_ctx *ctx, const shape *s, sc_surface surface, double smooth,
+                         int threads, fidelity *out)
+{
+    const sc_prepare_settings settings = {.smooth = smooth, .threads = threads};
+    sc_volume volume = {0};
+    sc_preparation *preparation = NULL;
+    void *block = NULL;
+    size_t bytes;
+    sc_status status;
+
+    SC_TRY(shape_volume(ctx, s, threads, &volume));
+    SC_TRY(sc_prepare(ctx, &volume, &settings, &preparation));
+    bytes = sc_preparation_bytes(preparation);
+    SC_TRY(sc_alloc(ctx, bytes, 1, &block));
+    sc_preparation_pack(preparation, block);
+    status = run(ctx, s, surface, threads, block, bytes, out);
+out:
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    sc_free(block);
+    return status;
+}
