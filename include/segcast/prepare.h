@@ -71,12 +71,12 @@ SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, siz
                                        sc_prepared *out);
 
 /** What is kept of a place near an interface, in SC_RECORD_BYTES bytes, lowest first:
- *  bits 0-5   the weight of its own label's vote, 1 to 63: how far the label's smoothed membership
- *             is above one half, 63 standing for one half
- *  bits 6-7   m: the length of the gradient, 2^-m of that at a flat interface
+ *  bits 0-4   the weight of its own label's vote, 1 to 31: half of what the label's smoothed
+ *             membership has over that of any other, 31 standing for one half
+ *  bits 5-7   m: the length of the gradient, 2^-m of that at a flat interface
  *  bits 8-23  its direction, outward, in RAS: octahedral, two signed bytes (Cigolle et al. 2014,
  *             "A survey of efficient representations for independent unit vectors") */
-enum { SC_RECORD_BYTES = 3, SC_WEIGHT_MAX = 63 };
+enum { SC_RECORD_BYTES = 3, SC_WEIGHT_MAX = 31 };
 uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength);
 
 static inline uint32_t sc_record_at(const sc_prepared *v, size_t index)
@@ -88,7 +88,7 @@ static inline uint32_t sc_record_at(const sc_prepared *v, size_t index)
 
 static inline float sc_record_weight(uint32_t record)
 {
-    return (float)(record & 63);
+    return (float)(record & 31);
 }
 
 /** The gradient: direction times length. */
@@ -98,7 +98,7 @@ static inline void sc_record_normal(uint32_t record, float out[3])
     const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 127 - ax - ay;
     const float fold = z < 0 ? -z : 0;
     const float ox = x < 0 ? x + fold : x - fold, oy = y < 0 ? y + fold : y - fold;
-    const float length = (float)(1 << (record >> 6 & 3)) * sqrtf(ox * ox + oy * oy + z * z);
+    const float length = (float)(1 << (record >> 5 & 7)) * sqrtf(ox * ox + oy * oy + z * z);
 
     out[0] = ox / length;
     out[1] = oy / length;

@@ -329,9 +329,10 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     return count;
 }
 
-/* Direction from the first label to the second at the point @p a, in RAS, not unit. Each label's
- * gradient is the mean over its own corners, so that it does not matter which of them it holds:
- * where a third label is near, the two gradients are not opposite. */
+/* Direction from the first label to the second at the point @p a, in RAS, not unit. Of two labels,
+ * what the one gains the other loses: one field, interpolated. Where a third is near, their
+ * gradients are not opposite, and each label's is the mean over its own corners, so that it does
+ * not matter which of them it holds. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
                                   const float a[3], float n[3])
 {
@@ -350,6 +351,8 @@ static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t sec
         for (int k = 0; k < 3; k++)
             sums[side][k] += weight * each[k];
     }
+    if (c->kind_count == 2)
+        weights[0] = weights[1] = 1;
     for (int k = 0; k < 3; k++)
         n[k] = sums[0][k] / (weights[0] + 1e-9f) - sums[1][k] / (weights[1] + 1e-9f);
 }

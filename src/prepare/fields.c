@@ -24,14 +24,19 @@ enum {
     PATTERNS = 1 << WINDOW,
     ROWS = WINDOW * WINDOW,
     CLASSES_MAX = 49, /* distances of rows from the axis */
-    WEIGHT_LEAST = 5  /* of SC_WEIGHT_MAX: a voxel always owns its centre */
+    WEIGHT_LEAST = 3  /* of SC_WEIGHT_MAX: a voxel always owns its centre */
 };
 
 #define WEIGHT_WIDTH 1.55 /* standard deviation of the filter for weights, in reference voxels */
 #define WEIGHT_EXCESS 1.283
 #define WEIGHT_THIRD 0.75
 #define WEIGHT_REACH 5.7 /* where that filter ends */
-#define NORMAL_WIDTH 2.3
+#define NORMAL_WIDTH 2.35
+#define NARROW_WIDTH 1.5 /* of the normals' filter where tissue is thin */
+/* Strength of the gradient, as a share of that at a flat interface, below which tissue is thin:
+ * from here on the narrow filter counts, and from there on it alone. */
+#define THIN_FROM 0.45f
+#define THIN_ALL 0.30f
 
 typedef float quad __attribute__((vector_size(16)));
 typedef uint16_t eight __attribute__((vector_size(16)));
@@ -41,15 +46,19 @@ typedef struct weight_row {
     int offset, table;
 } weight_row;
 
+/* A Gaussian and its derivative, scaled so that the gradient at a flat interface is 1. */
+typedef struct bell {
+    quad (*table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
+    float value[3][TAPS], slope[3][TAPS]; /* along each axis */
+} bell;
+
 typedef struct filters {
     const sc_preparation *p;
     weight_row rows[TAPS * TAPS];
     int row_count, table_count;
-    quad *weight_tables;     /* [table_count][PATTERNS]: sums over the rows at one distance */
-    quad (*normal_table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
-    float value[3][TAPS], slope[3][TAPS]; /* the normals' filter along each axis */
-    double to_mm[3][3];                   /* gradient by places -> RAS */
-    double flat;                          /* length of the gradient at a flat interface */
+    quad *weight_tables; /* [table_count][PATTERNS]: sums over the rows at one distance */
+    bell wide, narrow;   /* for normals */
+    double to_mm[3][3];  /* gradient by places -> RAS */
 } filters;
 
 /* How many reference voxels a step along each axis is: the smoothing is isotropic in millimetres
@@ -145,32 +154,41 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 }
 
 /* A Gaussian lowered so that it ends at zero, and its derivative. */
-static void fill_normals(filters *f, const double steps[3])
+static sc_status fill_bell(const sc_ctx *ctx, bell *b, const double steps[3], double width)
 {
-    const double rim = exp(-squared((RADIUS + 1) / NORMAL_WIDTH) / 2);
-    double flat = 0, across = 1;
+    const double rim = exp(-squared((RADIUS + 1) / width) / 2);
+    double value[3][TAPS], flat = 0;
+    void *block;
+    sc_status status = sc_alloc(ctx, PATTERNS, sizeof *b->table, &block);
 
+    if (status != SC_OK)
+        return status;
+    b->table = block;
+    for (int axis = 0; axis < 3; axis++) {
+        double sum = 0;
+
+        for (int i = 0; i < TAPS; i++) {
+            value[axis][i] =
+                fmax(exp(-squared((i - RADIUS) * steps[axis] / width) / 2) - rim, 0);
+            sum += value[axis][i];
+        }
+        for (int i = 0; i < TAPS; i++)
+            b->value[axis][i] = (float)(value[axis][i] / sum);
+    }
+    for (int i = RADIUS + 1; i < TAPS; i++)
+        flat += squared(steps[0]) * (i - RADIUS) *
+                exp(-squared((i - RADIUS) * steps[0] / width) / 2);
     for (int axis = 0; axis < 3; axis++) {
         for (int i = 0; i < TAPS; i++) {
             const double x = (i - RADIUS) * steps[axis];
 
-            f->value[axis][i] = (float)fmax(exp(-squared(x / NORMAL_WIDTH) / 2) - rim, 0);
-            f->slope[axis][i] =
-                (float)(steps[axis] * x * exp(-squared(x / NORMAL_WIDTH) / 2));
+            b->slope[axis][i] =
+                (float)(steps[axis] * x * exp(-squared(x / width) / 2) / flat);
         }
     }
-    fill_table(&f->normal_table[0][0], 2, f->value[0]);
-    fill_table(&f->normal_table[0][1], 2, f->slope[0]);
-    for (int axis = 1; axis < 3; axis++) {
-        double sum = 0;
-
-        for (int i = 0; i < TAPS; i++)
-            sum += f->value[axis][i];
-        across *= sum;
-    }
-    for (int i = RADIUS + 1; i < TAPS; i++)
-        flat += f->slope[0][i];
-    f->flat = flat * across;
+    fill_table(&b->table[0][0], 2, b->value[0]);
+    fill_table(&b->table[0][1], 2, b->slope[0]);
+    return SC_OK;
 }
 
 static sc_status fill_filters(const sc_ctx *ctx, filters *f)
@@ -178,15 +196,13 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
     const sc_volume *v = f->p->volume;
     double steps[3];
     sc_affine inverse = {0};
-    void *block;
     sc_status status;
 
     steps_of(v, steps);
     if (f->p->settings.smooth > 0)
         SC_TRY(fill_weights(ctx, f, steps));
-    SC_TRY(sc_alloc(ctx, PATTERNS, sizeof *f->normal_table, &block));
-    f->normal_table = block;
-    fill_normals(f, steps);
+    SC_TRY(fill_bell(ctx, &f->wide, steps, NORMAL_WIDTH));
+    SC_TRY(fill_bell(ctx, &f->narrow, steps, NARROW_WIDTH));
     /* Gradients map by the transposed inverse; the reader has checked that it exists. Scaled so
      * that a step along x is one. */
     (void)sc_affine_invert(&v->to_ras_mm, &inverse);
@@ -265,10 +281,10 @@ static void fill_bits(brick_work *w, uint16_t id)
 
 /* Gradients of the smoothed membership at all places of the brick: along x by the table, then
  * along y and z. */
-static void find_gradients(const filters *f, brick_work *w)
+static void find_gradients(const bell *b, brick_work *w)
 {
     for (int row = 0; row < ROWS; row++) {
-        const quad *sums = f->normal_table[w->bits[row]];
+        const quad *sums = b->table[w->bits[row]];
 
         w->value[row] = sums[0];
         w->along_x[row] = sums[1];
@@ -279,9 +295,9 @@ static void find_gradients(const filters *f, brick_work *w)
             quad flat = {0}, along_x = {0}, along_y = {0};
 
             for (int i = 0; i < TAPS; i++) {
-                flat += w->value[row + i] * f->value[1][i];
-                along_y += w->value[row + i] * f->slope[1][i];
-                along_x += w->along_x[row + i] * f->value[1][i];
+                flat += w->value[row + i] * b->value[1][i];
+                along_y += w->value[row + i] * b->slope[1][i];
+                along_x += w->along_x[row + i] * b->value[1][i];
             }
             w->flat[z][y] = flat;
             w->along_xy[z][y][0] = along_x;
@@ -293,9 +309,9 @@ static void find_gradients(const filters *f, brick_work *w)
         quad along[3] = {{0}, {0}, {0}};
 
         for (int i = 0; i < TAPS; i++) {
-            along[0] += w->along_xy[z + i][y][0] * f->value[2][i];
-            along[1] += w->along_xy[z + i][y][1] * f->value[2][i];
-            along[2] += w->flat[z + i][y] * f->slope[2][i];
+            along[0] += w->along_xy[z + i][y][0] * b->value[2][i];
+            along[1] += w->along_xy[z + i][y][1] * b->value[2][i];
+            along[2] += w->flat[z + i][y] * b->slope[2][i];
         }
         for (int x = 0; x < SC_BRICK; x++) {
             for (int axis = 0; axis < 3; axis++)
@@ -354,14 +370,44 @@ static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uin
     }
 }
 
-/* Gradients of the gathered label at the places @p mask; the only other label's are opposite. */
-static void take_gradients(brick_work *w, uint64_t mask, float sign)
+static float length_of(const float v[3])
 {
-    for (; mask; mask &= mask - 1) {
-        const int bit = __builtin_ctzll(mask);
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* Gradients of the gathered label at the places @p mask, outward of it: by the wide
+ * filter, and by the narrow one where that is weak. */
+static void take_gradients(const filters *f, brick_work *w, uint64_t mask)
+{
+    uint64_t thin = 0;
+
+    find_gradients(&f->wide, w);
+    for (uint64_t left = mask; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
 
         for (int i = 0; i < 3; i++)
-            w->taken[bit][i] = sign * w->gradient[bit][i];
+            w->taken[bit][i] = -w->gradient[bit][i]; /* against the rise of the label */
+        if (length_of(w->taken[bit]) < THIN_FROM)
+            thin |= 1ull << bit;
+    }
+    if (!thin)
+        return;
+    find_gradients(&f->narrow, w);
+    for (; thin; thin &= thin - 1) {
+        const int bit = __builtin_ctzll(thin);
+        float share = (THIN_FROM - length_of(w->taken[bit])) / (THIN_FROM - THIN_ALL);
+
+        share = share < 1 ? share : 1;
+        for (int i = 0; i < 3; i++)
+            w->taken[bit][i] += share * (-w->gradient[bit][i] - w->taken[bit][i]);
+    }
+}
+
+static void turn_gradients(brick_work *w, uint64_t mask)
+{
+    for (; mask; mask &= mask - 1) {
+        for (int i = 0; i < 3; i++)
+            w->taken[__builtin_ctzll(mask)][i] *= -1;
     }
 }
 
@@ -402,12 +448,12 @@ static void take_brick(const filters *f, brick_work *w, uint64_t mask)
 
         fill_bits(w, w->labels[i]);
         take_memberships(f, w, mask, own);
-        if (own) {
-            find_gradients(f, w);
-            take_gradients(w, own, -1); /* outward: against the rise of the own label */
-        }
+        if (count == 2)
+            take_gradients(f, w, mask);
+        else if (own)
+            take_gradients(f, w, own);
         if (count == 2) { /* what the one gains, the other loses */
-            take_gradients(w, mask & ~own, 1);
+            turn_gradients(w, mask & ~own);
             for (uint64_t left = mask; left; left &= left - 1) {
                 const int bit = __builtin_ctzll(left);
 
@@ -435,10 +481,10 @@ static uint32_t record_of(const filters *f, const brick_work *w, int bit)
     for (int i = 0; i < 3; i++)
         n[i] = f->to_mm[i][0] * g[0] + f->to_mm[i][1] * g[1] + f->to_mm[i][2] * g[2];
     length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    if (!(length > 1e-6 * f->flat))
+    if (!(length > 1e-6))
         return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
     return sc_record_pack(weight, (sc_vec3){n[0] / length, n[1] / length, n[2] / length},
-                          length / f->flat);
+                          length);
 }
 
 static void store_records(const filters *f, const brick_work *w, size_t brick)
@@ -484,9 +530,9 @@ uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
         x = fx;
         y = fy;
     }
-    while (m < 3 && strength < 0.7071)
+    while (m < 7 && strength < 0.7071)
         strength *= 2, m++;
-    return (uint32_t)weight | m << 6 | ((uint32_t)(int)floor(x * 127 + 0.5) & 255) << 8 |
+    return (uint32_t)weight | m << 5 | ((uint32_t)(int)floor(x * 127 + 0.5) & 255) << 8 |
            ((uint32_t)(int)floor(y * 127 + 0.5) & 255) << 16;
 }
 
@@ -502,6 +548,7 @@ sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)
     sc_parallel_for(p->settings.threads, p->brick_count, 1024, fields_of_bricks, &f);
 out:
     sc_free(f.weight_tables);
-    sc_free(f.normal_table);
+    sc_free(f.wide.table);
+    sc_free(f.narrow.table);
     return status;
 }

@@ -40,7 +40,7 @@ static uint32_t record_at(const sc_preparation *p, size_t index)
 /* The direction alone. */
 static void direction_of(uint32_t record, float out[3])
 {
-    sc_record_normal(record & ~0xc0u, out);
+    sc_record_normal(record & ~0xe0u, out);
 }
 
 static uint32_t id_of_place(const sc_preparation *p, size_t brick, int bit)
