@@ -165,7 +165,8 @@ static inline float sc_cubic(const float b[4], float u)
 }
 
 /* The root between @p low and @p high, where the cubic has different signs: false position with
- * the Illinois rule (Dowell and Jarratt 1971), which does not stall at one end. */
+ * the Illinois rule (Dowell and Jarratt 1971), which does not stall at one end, and kept off the
+ * ends: on a face where neither of two labels stands, their difference is zero without a change. */
 static inline float sc_root_between(const float b[4], float low, float high, float at_low,
                                     float at_high)
 {
@@ -173,9 +174,11 @@ static inline float sc_root_between(const float b[4], float low, float high, flo
     int side = 0;
 
     for (int i = 0; i < 16; i++) {
+        const float margin = 0.02f * (high - low);
         float f;
 
         u = low + (high - low) * (at_low / (at_low - at_high));
+        u = u < low + margin ? low + margin : u > high - margin ? high - margin : u;
         f = sc_cubic(b, u);
         if (f > -0.002f && f < 0.002f) /* of weights up to SC_WEIGHT_MAX */
             break;

@@ -103,7 +103,8 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     sc_image_clear(&b);
 }
 
-/* Other numbers for the same tissues, colours moving along: not one bit changes. */
+/* Other numbers for the same tissues, colours moving along: nothing changes but, on smooth surfaces,
+ * who owns a point for which two labels have the same vote. */
 static void relabelling_volume_and_table_together_changes_nothing(void **state)
 {
     sc_volume original = small_phantom(), renamed;
@@ -122,7 +123,7 @@ static void relabelling_volume_and_table_together_changes_nothing(void **state)
     }
     a = front_picture(original);
     b = front_picture(renamed);
-    expect_alike(&a, &b, 0);
+    expect_alike(&a, &b, tested_surface == SC_SURFACE_SMOOTH ? 0.05 : 0);
     sc_image_clear(&a);
     sc_image_clear(&b);
 }
@@ -251,5 +252,11 @@ int main(void)
         cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
     };
 
-    return RUN(tests);
+    int failed = 0;
+
+    for (int surface = SC_SURFACE_VOXEL; surface <= SC_SURFACE_SMOOTH; surface++) {
+        tested_surface = (sc_surface)surface;
+        failed += RUN(tests);
+    }
+    return failed;
 }

@@ -27,6 +27,9 @@ static inline sc_volume small_phantom(void)
     return volume;
 }
 
+/* The surface that make_scene sets: tests run for each. */
+static sc_surface tested_surface = SC_SURFACE_SMOOTH;
+
 /* Takes the volume over. */
 static inline small_scene make_scene(sc_volume volume, double opacity)
 {
@@ -34,6 +37,7 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
                      .prepared = prepare_copy(&volume, 2),
                      .settings = {.width_px = 90,
                                   .height_px = 70,
+                                  .surface = tested_surface,
                                   .skip = SC_SKIP_INTERIOR,
                                   .samples = 1,
                                   .step_voxels = 0.5,

@@ -43,8 +43,8 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
     (void)state;
     refuses("volume: phantom\noutptu: {}\n", "job.yaml:2: unknown key \"outptu\"; did you mean "
                                              "\"output\"?");
-    refuses("volume: phantom\nrender:\n  samples: 5\n", "job.yaml:3: samples is \"5\", expected a "
-                                                        "number from 1 to 4");
+    refuses("volume: phantom\nrender:\n  samples: 9\n", "job.yaml:3: samples is \"9\", expected a "
+                                                        "number from 1 to 8");
     refuses("volume: phantom\nrender: {samples: 1.5}\n", "expected a whole number");
     refuses("volume: phantom\nrender: {skip: interor}\n", "job.yaml:2: unknown skip \"interor\"; "
                                                           "did you mean \"interior\"?");
@@ -53,6 +53,15 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
     refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
     refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2: not YAML");
     refuses("output: {fps: 25}\n", "no volume is named");
+    refuses("volume: phantom\nrender: {smooth: 2}\n", "smooth is \"2\", expected a number from 0 to");
+    refuses("volume: phantom\nrender: {mode: papre}\n", "did you mean \"paper\"?");
+    refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
+    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");
+    refuses("volume: phantom\nanimation: {clip: [{box: {from: [50%, 0%, 0%], to: [40%, 100%, "
+            "100%]}}]}\n",
+            "the box is empty along its axis 1");
+    refuses("volume: phantom\nanimation: {clip: [{box: {}}, {box: {}}, {box: {}}]}\n",
+            "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
     refuses("volume: [1, 2]\n", "volume is a list, expected a text");
@@ -214,6 +223,49 @@ static void expect_frames(const char *text, int total, int count, int first, int
     sc_free(frames);
 }
 
+/* A mode sets other defaults; keys that are given still win. */
+static void modes_set_defaults(void **state)
+{
+    heard h;
+    sc_job job;
+
+    (void)state;
+    assert_ok(load("volume: phantom\n", &h, NULL, NULL, &job));
+    assert_int_equal(job.render.surface, SC_SURFACE_SMOOTH);
+    assert_false(job.light.flat);
+    sc_job_clear(&job);
+    assert_ok(load("volume: phantom\nrender: {mode: paper, samples: 3}\n", &h, NULL, NULL, &job));
+    assert_int_equal(job.render.surface, SC_SURFACE_VOXEL);
+    assert_int_equal(job.render.skip, SC_SKIP_NONE);
+    assert_int_equal(job.render.samples, 3);
+    assert_true(job.light.flat);
+    sc_job_clear(&job);
+    assert_ok(load("volume: phantom\nrender: {mode: paper-accelerated}\nlight: {flat: false}\n", &h,
+                   NULL, NULL, &job));
+    assert_int_equal(job.render.skip, SC_SKIP_INTERIOR);
+    assert_false(job.light.flat);
+    sc_job_clear(&job);
+}
+
+/* A box is six planes that look inwards. */
+static void a_box_is_six_planes(void **state)
+{
+    heard h;
+    sc_job job;
+
+    (void)state;
+    assert_ok(load("volume: phantom\nanimation: {clip: [{box: {from: [10%, 5 mm, 0%], to: [60%, 30 "
+                   "mm, 100%]}, except: [a, b]}]}\n",
+                   &h, NULL, NULL, &job));
+    assert_int_equal(job.animation.sweep_count, 6);
+    assert_int_equal(job.exception_count, 12);
+    assert_true(job.animation.sweeps[0].normal.x == 1 && job.animation.sweeps[0].from.value == 10);
+    assert_true(job.animation.sweeps[1].normal.x == -1 && job.animation.sweeps[1].from.value == 40);
+    assert_true(job.animation.sweeps[3].normal.y == -1 &&
+                job.animation.sweeps[3].from.value == -30 && !job.animation.sweeps[3].from.percent);
+    sc_job_clear(&job);
+}
+
 static void ranges_of_frames(void **state)
 {
     static const char *const bad[] = {"", "a", "3-", "5-2", "0-10:0", "0-3,2", "10", "-1", "1,,2"};
@@ -235,6 +287,8 @@ int main(void)
         cmocka_unit_test(a_resolved_job_reads_back_the_same),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(modes_set_defaults),
+        cmocka_unit_test(a_box_is_six_planes),
         cmocka_unit_test(ranges_of_frames),
     };
 

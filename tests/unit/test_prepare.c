@@ -111,7 +111,6 @@ static void normals_of_an_ellipsoid(void **state)
                 count++;
             }
         }
-        fprintf(stderr, "rms %g\n", sqrt(squares / (double)count) * 180 / M_PI);
         assert_near(sqrt(squares / (double)count) * 180 / M_PI, 0, 1.2);
         sc_free(p.block);
         sc_volume_clear(&volume);
