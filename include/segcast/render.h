@@ -45,6 +45,13 @@ void sc_renderer_free(sc_renderer *renderer);
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
 
+/** A part of a picture. */
+typedef struct sc_viewport {
+    int x_px, y_px, width_px, height_px;
+} sc_viewport;
+/** Draw a scene into a part of @p image, which holds it. Threads: as sc_render_frame. */
+void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
+                    sc_image *image, sc_render_stats *stats);
 /** Draw a frame into @p image, which has the size of the settings. Threads: one frame at a time
  *  per renderer. */
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, sc_image *image,

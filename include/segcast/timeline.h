@@ -41,12 +41,20 @@ typedef struct sc_sweep {
     sc_ease ease;
 } sc_sweep;
 
+/** The point that the slices of the three regular views go through. */
+typedef struct sc_slices {
+    bool has_point;
+    sc_vec3 point_mm; /**< fixed, if given */
+    sc_ramp share;    /**< else a share, 0 to 1, of the way through what is shown, along R, A and S */
+} sc_slices;
+
 typedef struct sc_animation {
     int frames;
     sc_orbit camera;
     sc_sweep sweeps[SC_PLANES_MAX];
     int sweep_count;
     sc_clip_mode clip_mode;
+    sc_slices slices;
 } sc_animation;
 
 /** An animation with everything measured that it left open: framing, places in mm. */
@@ -56,6 +64,7 @@ typedef struct sc_timeline {
     double half_height; /**< before zoom */
     uint32_t groups[SC_GROUPS_MAX];
     int group_count;
+    sc_vec3 low_mm, high_mm; /**< box of what is shown */
 } sc_timeline;
 
 /** Resolve against what is shown. Framing is that of the whole orbit and of the unclipped
@@ -66,6 +75,9 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
 /** The scene of frame @p k in [0, frames). A full orbit of N frames turns by 360 k / N degrees:
  *  no frame comes twice. Ramps reach their end in the last frame. */
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);
+
+/** The point that the slices go through in frame @p k. */
+sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k);
 
 double sc_ease_value(sc_ease ease, double u);
 /** Direction in RAS of an anatomical word ("left", "superior", ...). @return false if none. */

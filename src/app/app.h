@@ -63,6 +63,8 @@ void sc_options_clear(sc_options *options);
 /* Add "key=value" with the value quoted for YAML. */
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
+/* The same, the value being YAML. */
+sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value);
 void sc_print_help(FILE *stream);
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
@@ -89,6 +91,9 @@ typedef struct sc_session {
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
 /* Read, prepare and share the volume; resolve tissues, planes and framing. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
+/* Draw frame @p k in the layout of the job. */
+sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, sc_image *image,
+                          sc_render_stats *stats);
 void sc_session_clear(sc_session *session);
 
 /* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
@@ -97,6 +102,7 @@ const volatile sig_atomic_t *sc_signals_install(void);
 sc_status sc_run_render(sc_app *app);
 sc_status sc_run_orbit(sc_app *app);
 sc_status sc_run_still(sc_app *app);
+sc_status sc_run_views(sc_app *app);
 sc_status sc_run_check(sc_app *app);
 sc_status sc_run_plan(sc_app *app);
 sc_status sc_run_info(sc_app *app);

@@ -12,6 +12,7 @@ typedef struct run_state {
     sc_session session;
     int *frames, frame_count;
     double begin_s, farm_begin_s, farm_cpu_s;
+    sc_status draw_status; /* of the drawing thread; read when that has ended */
     /* rank 0 only */
     const char *directory; /* of the outputs */
     bool keep_records;     /* manifest, status and statistics */
@@ -29,10 +30,11 @@ typedef struct run_state {
 static void draw(void *user, int frame, sc_image *image, sc_frame_result *result)
 {
     run_state *run = user;
-    const sc_scene scene = sc_timeline_scene(&run->session.timeline, frame);
-    sc_render_stats stats;
+    sc_render_stats stats = {0};
 
-    sc_render_frame(run->session.renderer, &scene, image, &stats);
+    sc_status status = sc_session_draw(run->app, &run->session, frame, image, &stats);
+
+    run->draw_status = status != SC_OK ? status : run->draw_status;
     result->render_wall_s = stats.wall_s;
     result->render_cpu_s = stats.cpu_s;
     result->rays = stats.counters.rays;
@@ -360,6 +362,7 @@ static sc_status run_farm(run_state *run)
     run->farm_begin_s = run->told_s = sc_wall_s();
     run->farm_cpu_s = sc_cpu_s();
     status = sc_farm_run(app->ctx, app->comm, &farm, &times);
+    status = sc_comm_agree(app->comm, status == SC_OK ? run->draw_status : status);
     sc_terminal_clear(app->terminal);
     if (first)
         status = finish_outputs(run, status);

@@ -2,16 +2,17 @@
 /* segcast still and segcast check: a session without a farm. */
 #include "app.h"
 
-sc_status sc_run_still(sc_app *app)
+#include <string.h>
+
+/* Draw one frame of a job, or of the settings alone, as PNG. */
+static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 {
-    const char *path = app->options.output ? app->options.output : "still.png";
     sc_session session = {0};
     sc_image image = {0};
     sc_render_stats stats;
-    sc_scene scene;
     sc_status status;
 
-    SC_TRY(sc_session_job(app, app->options.input, &session));
+    SC_TRY(sc_session_job(app, job_path, &session));
     if (app->options.frame < 0)
         app->options.frame = 0;
     if (app->options.frame >= session.job.animation.frames) {
@@ -23,8 +24,7 @@ sc_status sc_run_still(sc_app *app)
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
                          &image));
-    scene = sc_timeline_scene(&session.timeline, (int)app->options.frame);
-    sc_render_frame(session.renderer, &scene, &image, &stats);
+    SC_TRY(sc_session_draw(app, &session, (int)app->options.frame, &image, &stats));
     SC_TRY(sc_image_save_png(app->ctx, &image, path));
     sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
             stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
@@ -33,6 +33,39 @@ sc_status sc_run_still(sc_app *app)
 out:
     sc_image_clear(&image);
     sc_session_clear(&session);
+    return status;
+}
+
+sc_status sc_run_still(sc_app *app)
+{
+    return draw_still(app, app->options.input,
+                      app->options.output ? app->options.output : "still.png");
+}
+
+/* What the command line does not set otherwise. */
+static sc_status set_default(sc_app *app, const char *key, const char *value)
+{
+    const size_t length = strlen(key);
+
+    for (size_t i = 0; i < app->options.setting_count; i++) {
+        if (!strncmp(app->options.settings[i], key, length) &&
+            app->options.settings[i][length] == '=')
+            return SC_OK;
+    }
+    return sc_options_set(app->ctx, &app->options, key, value);
+}
+
+sc_status sc_run_views(sc_app *app)
+{
+    sc_status status;
+
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
+    SC_TRY(set_default(app, "output.size", "[1440, 1080]"));
+    SC_TRY(set_default(app, "animation.slices.from", "50%"));
+    SC_TRY(set_default(app, "animation.slices.to", "50%"));
+    status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");
+out:
     return status;
 }
 

@@ -8,6 +8,8 @@ static const sc_command commands[] = {
     {"check", "JOB.yaml", "say whether a job can run", sc_run_check, false},
     {"plan", "JOB.yaml", "frames, memory and estimated core hours of a job", sc_run_plan, false},
     {"still", "JOB.yaml", "draw one frame of a job as PNG", sc_run_still, false},
+    {"views", "VOLUME", "draw the three regular views beside the picture as PNG", sc_run_views,
+     false},
     {"orbit", "VOLUME", "make a video of a volume without a job file", sc_run_orbit, true},
     {"info", "VOLUME", "geometry, labels, boundary, thickness and surface", sc_run_info, false},
     {"phantom", "", "write the built-in synthetic heart", sc_run_phantom, false},

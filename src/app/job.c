@@ -35,7 +35,8 @@ static void set_defaults(sc_job *job)
                                  .elevation_deg = 15,
                                  .fov_deg = 30,
                                  .up = {0, 0, 1},
-                                 .zoom = {1, 1, 0, 1, 0}}},
+                                 .zoom = {1, 1, 0, 1, 0}},
+                      .slices = {.share = {0, 1, 0, 1, 0}}},
     };
 }
 

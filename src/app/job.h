@@ -10,6 +10,9 @@ enum { SC_PATH_BYTES = 1024 };
 
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
 
+/* One picture, or slices beside it. */
+typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS } sc_layout;
+
 typedef struct sc_output {
     char directory[SC_PATH_BYTES];
     char video[SC_PATH_BYTES]; /* "none": no video */
@@ -17,6 +20,7 @@ typedef struct sc_output {
     int fps;
     int frames; /* sc_frames_kind */
     int crf, preset;
+    int layout; /* sc_layout */
 } sc_output;
 
 /* The paper's pictures: as it had them at first, and by its accelerated method. */

@@ -8,6 +8,7 @@ const char *const sc_preset_names[] = {"ultrafast", "superfast", "veryfast", "fa
                                        "medium",    "slow",      "slower",   "veryslow", NULL};
 static const char *const table_formats[] = {"auto", "slicer", "freesurfer", "itksnap", NULL};
 static const char *const frame_kinds[] = {"none", "png", NULL};
+static const char *const layouts[] = {"picture", "views", NULL};
 static const char *const modes[] = {"standard", "paper", "paper-accelerated", NULL};
 static const char *const surfaces[] = {"voxel", "smooth", NULL};
 static const char *const antialiasings[] = {"adaptive", "full", NULL};
@@ -43,6 +44,10 @@ static const sc_field output_fields[] = {
      .offset = offsetof(sc_output, frames),
      .choices = frame_kinds,
      .aside = true},
+    {.name = "layout",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_output, layout),
+     .choices = layouts},
     {.name = "crf", .type = &sc_type_int, .offset = offsetof(sc_output, crf), .low = 0, .high = 51},
     {.name = "preset",
      .type = &sc_type_choice,
@@ -143,6 +148,9 @@ static const sc_field animation_fields[] = {{.name = "frames",
                                              .offset = offsetof(sc_job, animation.clip_mode),
                                              .choices = clip_modes},
                                             {.name = "clip", .type = &sc_type_clip, .offset = 0},
+                                            {.name = "slices",
+                                             .type = &sc_type_slices,
+                                             .offset = offsetof(sc_job, animation.slices)},
                                             {0}};
 
 static const sc_field farm_fields[] = {{.name = "partition",

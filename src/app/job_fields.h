@@ -13,7 +13,7 @@ extern const char *const sc_preset_names[];
 
 /* Types for parts of the animation and for tissues; see job_types.c. */
 extern const sc_field_type sc_type_place, sc_type_span, sc_type_zoom, sc_type_clip, sc_type_tissues,
-    sc_type_orbit, sc_type_fixed;
+    sc_type_orbit, sc_type_fixed, sc_type_slices;
 extern const char *const sc_ease_names[], *const sc_projection_names[];
 
 #endif

@@ -282,3 +282,85 @@ const sc_field_type sc_type_orbit = {"{axis, turns, elevation, ...}", parse_orbi
                                      is_fixed};
 const sc_field_type sc_type_fixed = {"{position_mm, target_mm, up, fov}", parse_fixed, write_fixed,
                                      is_orbit};
+
+/* ---- slices ---- */
+
+static sc_status parse_point(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
+                             void *to)
+{
+    ((sc_slices *)to)->has_point = true;
+    return sc_type_point.parse(ctx, field, node, to);
+}
+
+static sc_status write_point(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
+{
+    return sc_type_point.write(ctx, field, from, indent, text);
+}
+
+static bool no_point(const sc_field *field, const void *from)
+{
+    (void)field;
+    return !((const sc_slices *)from)->has_point;
+}
+
+static const sc_field_type type_point = {"[x, y, z]", parse_point, write_point, no_point};
+
+/* A share of what is shown, written as 40%. */
+static sc_status parse_share(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
+                             void *to)
+{
+    const sc_field each = {.type = &sc_type_place};
+    sc_place place = {0};
+    sc_status status = parse_place(ctx, &each, node, &place);
+
+    if (status != SC_OK)
+        return status;
+    if (!place.percent || place.value < 0 || place.value > 100)
+        return sc_wrong_type(ctx, node, field->type->expected);
+    *(double *)((char *)to + field->offset) = place.value / 100;
+    return SC_OK;
+}
+
+static sc_status write_share(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+                             sc_text *text)
+{
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g%%",
+                       100 * *(const double *)((const char *)from + field->offset));
+}
+
+static const sc_field_type type_share = {"a share from 0% to 100%", parse_share, write_share, NULL};
+
+static const sc_field slice_fields[] = {
+    {.name = "point_mm",
+     .type = &type_point,
+     .offset = offsetof(sc_slices, point_mm),
+     .low = -1e6,
+     .high = 1e6},
+    {.name = "from", .type = &type_share, .offset = offsetof(sc_slices, share.from)},
+    {.name = "to", .type = &type_share, .offset = offsetof(sc_slices, share.to)},
+    {.name = "during", .type = &sc_type_span, .offset = offsetof(sc_slices, share.begin)},
+    {.name = "ease",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_slices, share.ease),
+     .choices = sc_ease_names},
+    {0}};
+
+static sc_status parse_slices(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
+                              void *to)
+{
+    if (node->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, field->type->expected);
+    return sc_fields_parse(ctx, slice_fields, node, (char *)to + field->offset);
+}
+
+static sc_status write_slices(const sc_ctx *ctx, const sc_field *field, const void *from,
+                              int indent, sc_text *text)
+{
+    (void)indent;
+    return sc_fields_write_flow(ctx, slice_fields, (const char *)from + field->offset, text);
+}
+
+const sc_field_type sc_type_slices = {"{point_mm} or {from, to, during, ease}", parse_slices,
+                                      write_slices, NULL};

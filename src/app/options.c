@@ -52,6 +52,17 @@ out:
     return status;
 }
 
+sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%s=%s", key, value);
+
+    if (status == SC_OK)
+        return add_owned(ctx, options, &text);
+    sc_text_clear(&text);
+    return status;
+}
+
 static sc_status take_key(const sc_ctx *ctx, sc_options *options, const option_row *row,
                           const char *value)
 {
@@ -140,6 +151,21 @@ static sc_status take_picture_size(const sc_ctx *ctx, sc_options *options, const
     return status == SC_OK ? add_owned(ctx, options, &text) : status;
 }
 
+static sc_status take_point(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                            const char *value)
+{
+    double x, y, z;
+    int used = 0;
+    sc_text text = {0};
+    sc_status status;
+
+    if (sscanf(value, "%lf,%lf,%lf%n", &x, &y, &z, &used) != 3 || value[used])
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected for example 12.5,-40,210",
+                       row->name, value);
+    status = sc_text_add(ctx, &text, "animation.slices.point_mm=[%s]", value);
+    return status == SC_OK ? add_owned(ctx, options, &text) : status;
+}
+
 static sc_status take_json(const sc_ctx *ctx, sc_options *options, const option_row *row,
                            const char *value)
 {
@@ -160,18 +186,18 @@ static sc_status take_quiet(const sc_ctx *ctx, sc_options *options, const option
     return SC_OK;
 }
 
-#define JOBS "render check plan still orbit"
+#define JOBS "render check plan still orbit views"
 
 static const option_row rows[] = {
     {"output", 'o', "DIR", "folder for everything the job makes", "render", take_output, NULL},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom", take_output, NULL},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom views", take_output, NULL},
     {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_frames, NULL},
     {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS, take_set, NULL},
-    {"labels", 0, "FILE", "label table with names and colours", "orbit info", take_key, "labels"},
-    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit info", take_key,
+    {"labels", 0, "FILE", "label table with names and colours", "orbit views info", take_key, "labels"},
+    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit views info", take_key,
      "labels_format"},
-    {"size", 0, "WxH", "size of the picture", "orbit", take_picture_size, NULL},
+    {"size", 0, "WxH", "size of the picture", "orbit views", take_picture_size, NULL},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_grid, NULL},
     {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames"},
     {"fps", 0, "N", "frames per second", "orbit", take_key, "output.fps"},
@@ -181,7 +207,8 @@ static const option_row rows[] = {
      "animation.camera.orbit.elevation"},
     {"turns", 0, "N", "number of turns", "orbit", take_key, "animation.camera.orbit.turns"},
     {"zoom", 0, "FACTOR", "scale of the picture", "orbit", take_key, "animation.camera.zoom"},
-    {"samples", 0, "N", "rays per pixel, 1 to 4", "orbit", take_key, "render.samples"},
+    {"samples", 0, "N", "rays per pixel on edges, 1 to 8", "orbit views", take_key, "render.samples"},
+    {"point", 0, "R,A,S", "where the slices cross, in mm", "views", take_point, NULL},
     {"json", 0, NULL, "for machines", "info", take_json, NULL},
     {"threads", 0, "N", "threads of each rank", JOBS " info phantom", take_threads, NULL},
     {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom", take_quiet, NULL},

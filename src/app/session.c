@@ -4,6 +4,7 @@
 #include "app.h"
 
 #include "segcast/phantom.h"
+#include "segcast/views.h"
 
 #include <string.h>
 
@@ -247,6 +248,33 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
                            &session->renderer);
 }
 
+/* Width by height of the picture in space. */
+static double picture_aspect(const sc_job *job)
+{
+    const int *size_px = job->output.size_px;
+
+    return job->output.layout == SC_LAYOUT_VIEWS ? sc_views_aspect(size_px[0], size_px[1])
+                                                 : (double)size_px[0] / size_px[1];
+}
+
+sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, sc_image *image,
+                          sc_render_stats *stats)
+{
+    const sc_timeline *timeline = &session->timeline;
+    const sc_scene scene = sc_timeline_scene(timeline, k);
+    sc_views views = {.point_mm = sc_timeline_point(timeline, k),
+                      .low_mm = timeline->low_mm,
+                      .high_mm = timeline->high_mm,
+                      .oriented = session->volume.oriented};
+
+    if (session->job.output.layout == SC_LAYOUT_PICTURE) {
+        sc_render_frame(session->renderer, &scene, image, stats);
+        return SC_OK;
+    }
+    memcpy(views.background, session->job.render.background, sizeof views.background);
+    return sc_views_draw(app->ctx, session->renderer, &views, &scene, image, stats);
+}
+
 sc_status sc_session_volume(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
@@ -265,9 +293,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     hull = sc_renderer_hull(session->renderer, &hull_count);
     if (hull_count == 0 && session->volume.label_count > 1 && sc_comm_rank(app->comm) == 0)
         sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
-    sc_timeline_resolve(&job->animation, hull, hull_count,
-                        (double)job->output.size_px[0] / job->output.size_px[1],
-                        &session->timeline);
+    sc_timeline_resolve(&job->animation, hull, hull_count, picture_aspect(job), &session->timeline);
     memcpy(session->timeline.groups, groups, sizeof groups);
     session->timeline.group_count = group_count;
     add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);

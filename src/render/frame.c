@@ -12,6 +12,7 @@ enum { BATCH = 256 };
 typedef struct frame {
     sc_renderer *renderer;
     const sc_scene *scene;
+    const sc_viewport *viewport;
     sc_image *image;
     int tiles_x;
 } frame;
@@ -88,7 +89,7 @@ static void take_glimpses(tile *t)
             if (t->rays.count == BATCH)
                 flush_glimpses(t);
             t->glimpses[at] = nothing;
-            if (sc_make_ray(r, t->f->scene, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
+            if (sc_make_ray(r, t->f->scene, t->f->viewport, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
                 t->rays.target[t->rays.count++] = at;
         }
     }
@@ -151,7 +152,7 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
         sample_place(samples, i, at);
         if (t->rays.count == BATCH)
             flush_samples(t);
-        if (sc_make_ray(r, t->f->scene, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
+        if (sc_make_ray(r, t->f->scene, t->f->viewport, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
             t->rays.target[t->rays.count++] = target;
     }
 }
@@ -159,7 +160,8 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
 static void store(const tile *t, int x, int y, const float rgb[3])
 {
     const sc_image *image = t->f->image;
-    uint8_t *pixel = image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+    const size_t row = (size_t)(t->f->viewport->y_px + y) * (size_t)image->width_px;
+    uint8_t *pixel = image->rgb + (row + (size_t)(t->f->viewport->x_px + x)) * 3;
 
     for (int c = 0; c < 3; c++)
         pixel[c] = sc_srgb_level(&t->f->renderer->srgb, rgb[c]);
@@ -197,6 +199,11 @@ static void add_counters(sc_march_counters *to, const sc_march_counters *from)
     to->contributions += from->contributions;
 }
 
+static int least(int a, int b)
+{
+    return a < b ? a : b;
+}
+
 static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const frame *f = user;
@@ -214,8 +221,8 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     for (size_t i = begin; i < end; i++) {
         t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = (int)(i / (size_t)f->tiles_x) * s->tile_px;
-        t.x1 = t.x0 + s->tile_px < s->width_px ? t.x0 + s->tile_px : s->width_px;
-        t.y1 = t.y0 + s->tile_px < s->height_px ? t.y0 + s->tile_px : s->height_px;
+        t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);
+        t.y1 = least(t.y0 + s->tile_px, f->viewport->height_px);
         if (!s->everywhere)
             take_glimpses(&t);
         for (int y = t.y0; y < t.y1; y++)
@@ -267,6 +274,7 @@ static void place_planes(sc_renderer *r, const sc_scene *scene)
     r->march.plane_count = scene->plane_count;
     r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
     r->march.only_caps = scene->slice;
+    r->march.caps = scene->slice || r->settings.caps;
     for (int i = 0; i < scene->plane_count; i++) {
         const sc_plane *plane = &scene->planes[i];
 
@@ -281,13 +289,22 @@ static void place_planes(sc_renderer *r, const sc_scene *scene)
 
 void sc_render_frame(sc_renderer *r, const sc_scene *scene, sc_image *image, sc_render_stats *stats)
 {
+    const sc_viewport whole = {0, 0, r->settings.width_px, r->settings.height_px};
+
+    sc_render_view(r, scene, &whole, image, stats);
+}
+
+void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
+                    sc_image *image, sc_render_stats *stats)
+{
     const double begin_s = sc_wall_s();
     const int px = r->settings.tile_px;
-    const int tiles_y = (r->settings.height_px + px - 1) / px;
+    const int tiles_y = (viewport->height_px + px - 1) / px;
     frame f = {.renderer = r,
                .scene = scene,
+               .viewport = viewport,
                .image = image,
-               .tiles_x = (r->settings.width_px + px - 1) / px};
+               .tiles_x = (viewport->width_px + px - 1) / px};
 
     place_lamps(r, &scene->camera);
     place_depth_cue(r, &scene->camera);

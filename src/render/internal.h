@@ -31,9 +31,9 @@ struct sc_renderer {
     sc_glimpse *glimpses;   /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */
 };
 
-/* A ray through a point of the picture, in pixels from its upper left corner. @return false if it
+/* A ray through a point of the viewport, in pixels from its upper left corner. @return false if it
  * meets nothing. */
-bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, double x_px, double y_px,
-                 sc_ray *ray);
+bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
+                 double x_px, double y_px, sc_ray *ray);
 
 #endif

@@ -27,7 +27,8 @@ static bool fill_parts(const sc_renderer *r, const sc_scene *scene, sc_vec3 eye,
     return any;
 }
 
-bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, double x_px, double y_px, sc_ray *ray)
+bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
+                 double x_px, double y_px, sc_ray *ray)
 {
     const sc_render_settings *s = &r->settings;
     /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
@@ -38,8 +39,9 @@ bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, double x_px, doubl
     sc_vec3 eye, direction, origin, along;
     double begin = 0, end = 1e12, base;
 
-    sc_camera_ray(&scene->camera, 2 * x_px / s->width_px - 1, 1 - 2 * y_px / s->height_px,
-                  (double)s->width_px / s->height_px, &eye, &direction);
+    sc_camera_ray(&scene->camera, 2 * x_px / viewport->width_px - 1,
+                  1 - 2 * y_px / viewport->height_px,
+                  (double)viewport->width_px / viewport->height_px, &eye, &direction);
     origin = sc_affine_point(&r->to_voxel, eye);
     along = sc_affine_vector(&r->to_voxel, direction);
     if (!sc_box3_clip_line(&r->whole, origin, along, &begin, &end))

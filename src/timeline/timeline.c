@@ -60,6 +60,9 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
 {
     sc_timeline t = {.animation = *animation, .group_count = 1};
 
+    sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
+    sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
+    sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
     sc_frame_orbit(&t.animation.camera, points, point_count, aspect, &t.half_height);
     for (int i = 0; i < animation->sweep_count; i++) {
         const sc_sweep *sweep = &animation->sweeps[i];
@@ -93,6 +96,20 @@ static sc_camera camera_at(const sc_timeline *t, int k)
     away = sc_vec3_along(sc_vec3_scale(away, cos(elevation)), sin(elevation), orbit->axis);
     position = sc_vec3_along(orbit->target_mm, orbit->distance_mm, away);
     return sc_camera_look(position, orbit->target_mm, orbit->axis, orbit->projection, half_height);
+}
+
+sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
+{
+    const sc_slices *slices = &timeline->animation.slices;
+    const sc_ramp *ramp = &slices->share;
+    const double share = ramp->from + (ramp->to - ramp->from) *
+                                          progress(ramp->begin, ramp->end, ramp->ease, k,
+                                                   timeline->animation.frames);
+
+    if (slices->has_point)
+        return slices->point_mm;
+    return sc_vec3_along(timeline->low_mm, share,
+                         sc_vec3_sub(timeline->high_mm, timeline->low_mm));
 }
 
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)

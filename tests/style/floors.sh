@@ -2,7 +2,8 @@
 # The order of src/CMakeLists.txt is the order of the floors; scene stands on prepare, because
 # opacity follows measured thickness.
 declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [prepare]=3 [scene]=4
-    [timeline]=5 [kernel]=5 [render]=6 [farm]=7 [study]=8 [app]=9)
+    [timeline]=5 [kernel]=5 [render]=6 [overlay]=6 [views]=7
+    [farm]=7 [study]=8 [app]=9)
 # phantom.h is volume's second public header
 check() { # check MODULE FILE...
     local module=$1 file used
@@ -40,6 +41,7 @@ only '#include <lib(av|sw)' '^src/video/(encode|decode).c$'
 only '#include <teem/' '^src/volume/read_nrrd.c$'
 only '#include <nifti' '^src/volume/read_nifti.c$'
 only '#include <yaml.h>' '^src/app/yaml_tree.c$'
+only '#include <cairo.h>' '^src/overlay/overlay.c$'
 only '#include <xxhash.h>' '^src/image/image.c$'
 only '#include <pthread.h>' '^src/farm/local.c$'
 only '\bgetenv *\(' '^src/app/|^tests/'

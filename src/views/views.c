@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/views.h"
+
+#include <stdio.h>
+
+enum { TRANSVERSE, CORONAL, SAGITTAL, PANELS };
+
+/* How a slice is looked at: along forward, with up upwards. */
+static const struct view {
+    const char *name;
+    sc_vec3 forward, up, right;
+    const char letters[4][2]; /* left, right, top, bottom */
+    uint8_t rgb[3];           /* of its frame, and of its line in the other slices */
+} kinds[PANELS] = {
+    {"transverse", {0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {"R", "L", "A", "P"}, {208, 64, 52}},
+    {"coronal", {0, -1, 0}, {0, 0, 1}, {-1, 0, 0}, {"R", "L", "S", "I"}, {52, 150, 62}},
+    {"sagittal", {1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {"A", "P", "S", "I"}, {44, 104, 206}},
+};
+
+#define MARGIN 0.10 /* of a panel, around what a slice shows */
+
+/* Quarters of the picture: transverse, coronal; sagittal, and the picture in space. */
+static sc_viewport panel(int width_px, int height_px, int which)
+{
+    const int half_width = width_px / 2, half_height = height_px / 2;
+
+    return (sc_viewport){which & 1 ? half_width : 0, which & 2 ? half_height : 0,
+                         which & 1 ? width_px - half_width : half_width,
+                         which & 2 ? height_px - half_height : half_height};
+}
+
+double sc_views_aspect(int width_px, int height_px)
+{
+    const sc_viewport space = panel(width_px, height_px, PANELS);
+
+    return (double)space.width_px / space.height_px;
+}
+
+static double extent(const sc_views *v, sc_vec3 direction)
+{
+    const sc_vec3 size = sc_vec3_sub(v->high_mm, v->low_mm);
+
+    return fabs(direction.x) * size.x + fabs(direction.y) * size.y + fabs(direction.z) * size.z;
+}
+
+/* One scale for all slices, so that one bar serves them: mm per pixel. */
+static double common_scale(const sc_views *v, int width_px, int height_px)
+{
+    double mm_per_px = 1e-6;
+
+    for (int i = 0; i < PANELS; i++) {
+        const sc_viewport p = panel(width_px, height_px, i);
+        const double room = 1 - 2 * MARGIN;
+
+        mm_per_px = fmax(mm_per_px, extent(v, kinds[i].right) / (room * p.width_px));
+        mm_per_px = fmax(mm_per_px, extent(v, kinds[i].up) / (room * p.height_px));
+    }
+    return mm_per_px;
+}
+
+static sc_vec3 middle_of(const sc_views *v)
+{
+    return sc_vec3_scale(sc_vec3_add(v->low_mm, v->high_mm), 0.5);
+}
+
+/* A plane through the point, seen straight on. */
+static sc_scene slice_scene(const sc_views *v, const struct view *kind, double half_height_mm,
+                            int groups)
+{
+    const sc_vec3 middle = middle_of(v);
+    const double reach = sc_vec3_length(sc_vec3_sub(v->high_mm, v->low_mm)) +
+                         sc_vec3_length(sc_vec3_sub(v->point_mm, middle)) + 1;
+    const sc_vec3 eye = sc_vec3_along(middle, -reach, kind->forward);
+    sc_scene scene = {.plane_count = 1, .group_count = groups, .slice = true};
+
+    scene.camera = sc_camera_look(eye, middle, kind->up, SC_ORTHOGRAPHIC, half_height_mm);
+    scene.planes[0] =
+        (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, v->point_mm)};
+    for (int g = 0; g < groups; g++)
+        scene.groups[g] = 1;
+    return scene;
+}
+
+/* Ink that can be read on the background, and the other one for halos. */
+static void choose_inks(const sc_views *v, uint8_t ink[3], uint8_t paper[3])
+{
+    const bool light = 2 * v->background[0] + 5 * v->background[1] + v->background[2] > 8 * 110;
+
+    for (int i = 0; i < 3; i++) {
+        ink[i] = light ? 24 : 235;
+        paper[i] = light ? 255 : 0;
+    }
+}
+
+typedef struct drawing {
+    const sc_views *v;
+    sc_overlay *overlay;
+    double mm_per_px, text_px;
+    uint8_t ink[3], paper[3];
+} drawing;
+
+static void draw_letters(const drawing *d, const struct view *kind, sc_viewport p)
+{
+    const double inset = 0.6 * d->text_px, size = 1.15 * d->text_px;
+    const double x = p.x_px, y = p.y_px, width = p.width_px, height = p.height_px;
+
+    sc_overlay_text(d->overlay, x + inset, y + height / 2, -1, 0, size, d->ink, d->paper,
+                    kind->letters[0]);
+    sc_overlay_text(d->overlay, x + width - inset, y + height / 2, 1, 0, size, d->ink, d->paper,
+                    kind->letters[1]);
+    sc_overlay_text(d->overlay, x + width / 2, y + inset, 0, -1, size, d->ink, d->paper,
+                    kind->letters[2]);
+    sc_overlay_text(d->overlay, x + width / 2, y + height - inset, 0, 1, size, d->ink, d->paper,
+                    kind->letters[3]);
+}
+
+/* Where the other two slices cross this one. */
+static void draw_lines(const drawing *d, int which, sc_viewport p)
+{
+    const struct view *kind = &kinds[which];
+    const sc_vec3 off = sc_vec3_sub(d->v->point_mm, middle_of(d->v));
+    const double x = p.x_px + p.width_px / 2.0 + sc_vec3_dot(off, kind->right) / d->mm_per_px;
+    const double y = p.y_px + p.height_px / 2.0 - sc_vec3_dot(off, kind->up) / d->mm_per_px;
+    const double line_px = fmax(1, d->text_px / 14);
+
+    for (int other = 0; other < PANELS; other++) {
+        const bool upright = fabs(sc_vec3_dot(kinds[other].forward, kind->right)) > 0.5;
+
+        if (other == which)
+            continue;
+        if (upright)
+            sc_overlay_line(d->overlay, x, p.y_px, x, p.y_px + p.height_px, line_px,
+                            kinds[other].rgb, 0.8);
+        else
+            sc_overlay_line(d->overlay, p.x_px, y, p.x_px + p.width_px, y, line_px,
+                            kinds[other].rgb, 0.8);
+    }
+}
+
+/* The longest of 1, 2, 5, 10, ... mm that takes no more than a fifth of the panel. */
+static void draw_scale_bar(const drawing *d, sc_viewport p)
+{
+    static const double steps[] = {1, 2, 5};
+    const double room_mm = 0.2 * p.width_px * d->mm_per_px;
+    const double thick = fmax(2, d->text_px / 6), inset = 0.9 * d->text_px;
+    double length_mm = 0.001, x, y, length_px;
+    char text[32];
+
+    for (double decade = 0.001; decade < 1e6; decade *= 10) {
+        for (int i = 0; i < 3; i++)
+            length_mm = steps[i] * decade <= room_mm ? steps[i] * decade : length_mm;
+    }
+    length_px = length_mm / d->mm_per_px;
+    x = p.x_px + inset;
+    y = p.y_px + p.height_px - inset;
+    sc_overlay_line(d->overlay, x - 1, y, x + length_px + 1, y, thick + 2, d->paper, 0.85);
+    sc_overlay_line(d->overlay, x, y, x + length_px, y, thick, d->ink, 1);
+    snprintf(text, sizeof text, "%g mm", length_mm);
+    sc_overlay_text(d->overlay, x + length_px / 2, y - thick - 0.2 * d->text_px, 0, 1,
+                    0.8 * d->text_px, d->ink, d->paper, text);
+}
+
+/* The name and the coordinate of the slice: towards the head, the front, the right is positive. */
+static void draw_title(const drawing *d, int which, sc_viewport p)
+{
+    static const char *const ends[PANELS][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
+    const sc_vec3 at = d->v->point_mm;
+    const double mm = which == TRANSVERSE ? at.z : which == CORONAL ? at.y : at.x;
+    char text[64];
+
+    if (d->v->oriented)
+        snprintf(text, sizeof text, "%s %.1f mm %s", kinds[which].name, fabs(mm),
+                 ends[which][mm >= 0]);
+    else
+        snprintf(text, sizeof text, "%c = %.1f mm", "zyx"[which], mm);
+    sc_overlay_text(d->overlay, p.x_px + 0.6 * d->text_px, p.y_px + 0.6 * d->text_px, -1, -1,
+                    0.8 * d->text_px, kinds[which].rgb, d->paper, text);
+}
+
+static void annotate(const drawing *d, int which, sc_viewport p)
+{
+    const double line_px = fmax(1, d->text_px / 10);
+
+    draw_lines(d, which, p);
+    if (d->v->oriented)
+        draw_letters(d, &kinds[which], p);
+    draw_scale_bar(d, p);
+    draw_title(d, which, p);
+    sc_overlay_frame(d->overlay, p.x_px + line_px / 2, p.y_px + line_px / 2, p.width_px - line_px,
+                     p.height_px - line_px, line_px, kinds[which].rgb);
+}
+
+static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
+{
+    sum->counters.rays += each->counters.rays;
+    sum->counters.samples += each->counters.samples;
+    sum->counters.contributions += each->counters.contributions;
+    sum->wall_s += each->wall_s;
+    sum->cpu_s += each->cpu_s;
+}
+
+sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
+                        const sc_scene *scene, sc_image *image, sc_render_stats *stats)
+{
+    const int width_px = image->width_px, height_px = image->height_px;
+    drawing d = {.v = views, .mm_per_px = common_scale(views, width_px, height_px)};
+    const sc_viewport space = panel(width_px, height_px, PANELS);
+    sc_render_stats sum = {0}, each;
+    sc_status status;
+
+    d.text_px = fmax(9, height_px / 42.0);
+    choose_inks(views, d.ink, d.paper);
+    sc_render_view(renderer, scene, &space, image, &sum);
+    for (int i = 0; i < PANELS; i++) {
+        const sc_viewport p = panel(width_px, height_px, i);
+        const sc_scene slice = slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2,
+                                           scene->group_count);
+
+        sc_render_view(renderer, &slice, &p, image, &each);
+        add_stats(&sum, &each);
+    }
+    status = sc_overlay_begin(ctx, image, &d.overlay);
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < PANELS; i++)
+        annotate(&d, i, panel(width_px, height_px, i));
+    sc_overlay_finish(d.overlay);
+    *stats = sum;
+    return SC_OK;
+}
