@@ -248,6 +248,39 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
                            &session->renderer);
 }
 
+/* Does the plane remove the whole box? */
+static bool is_beyond(const sc_plane *plane, sc_vec3 low, sc_vec3 high)
+{
+    const sc_vec3 n = plane->normal;
+    const sc_vec3 best = {n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
+                          n.z > 0 ? high.z : low.z};
+
+    return sc_vec3_dot(n, best) + plane->offset_mm < 0;
+}
+
+/* Frames in which one plane leaves nothing of the box around all that is shown. */
+static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
+{
+    const sc_timeline *t = &session->timeline;
+    int first = -1, count = 0;
+
+    for (int k = 0; k < t->animation.frames && t->animation.clip_mode == SC_CLIP_KEEP; k++) {
+        const sc_scene scene = sc_timeline_scene(t, k);
+        bool empty = false;
+
+        for (int i = 0; i < scene.plane_count && scene.group_count == 1; i++)
+            empty = empty || is_beyond(&scene.planes[i], t->low_mm, t->high_mm);
+        if (empty) {
+            first = first < 0 ? k : first;
+            count++;
+        }
+    }
+    if (count)
+        sc_warn(app->ctx, "the clip plane removes everything in %d frame%s, from frame %d on: "
+                          "they will be empty",
+                count, count == 1 ? "" : "s", first);
+}
+
 /* Width by height of the picture in space. */
 static double picture_aspect(const sc_job *job)
 {
@@ -296,6 +329,8 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     sc_timeline_resolve(&job->animation, hull, hull_count, picture_aspect(job), &session->timeline);
     memcpy(session->timeline.groups, groups, sizeof groups);
     session->timeline.group_count = group_count;
+    if (hull_count > 0 && sc_comm_rank(app->comm) == 0)
+        warn_of_empty_frames(app, session);
     add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;

@@ -18,6 +18,7 @@ typedef struct transform {
     float *half_inverse;   /* [longest axis + 2]: 1 / (2 i) */
     char *scratch;         /* [threads][scratch_bytes] */
     size_t scratch_bytes;
+    double smallest_mm; /* the smallest spacing */
     uint64_t *sums; /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
@@ -222,6 +223,68 @@ static void sum_medial(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* The neighbour of the same label that lies deepest, if deeper than the voxel itself. */
+static bool climb(const transform *t, int at[3])
+{
+    const sc_volume *v = t->p->volume;
+    const size_t nx = (size_t)v->size[0], plane = nx * (size_t)v->size[1];
+    const size_t index = (size_t)at[2] * plane + (size_t)at[1] * nx + (size_t)at[0];
+    const uint32_t id = sc_id_at(v, index);
+    uint16_t deepest = t->distance[index];
+    int best = -1;
+
+    for (int n = 0; n < 27; n++) {
+        const int i = at[0] + n % 3 - 1, j = at[1] + n / 3 % 3 - 1, k = at[2] + n / 9 - 1;
+        size_t other;
+
+        if (i < 0 || j < 0 || k < 0 || i >= v->size[0] || j >= v->size[1] || k >= v->size[2])
+            continue;
+        other = (size_t)k * plane + (size_t)j * nx + (size_t)i;
+        if (t->distance[other] > deepest && sc_id_at(v, other) == id) {
+            deepest = t->distance[other];
+            best = n;
+        }
+    }
+    if (best < 0)
+        return false;
+    at[0] += best % 3 - 1;
+    at[1] += best / 3 % 3 - 1;
+    at[2] += best / 9 - 1;
+    return true;
+}
+
+static uint8_t thickness_code(double mm)
+{
+    const double code = SC_THICKNESS_STEPS * log2(mm / SC_THICKNESS_LEAST_MM) + 0.5;
+
+    return code < 0 ? 0 : code > 255 ? 255 : (uint8_t)code;
+}
+
+/* The thickness at a place of the boundary: twice the depth that the steepest way inward leads to,
+ * less the half voxel on either side that belongs to the next tissue. */
+static void take_local(void *user, const sc_boundary_voxel *voxel)
+{
+    const transform *t = user;
+    const sc_volume *v = t->p->volume;
+    int at[3] = {voxel->x, voxel->y, voxel->z};
+    size_t index;
+
+    while (climb(t, at)) {
+    }
+    index = ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] +
+            (size_t)at[0];
+    t->p->thickness[voxel->record] = thickness_code(
+        t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
+}
+
+static void local_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const transform *t = user;
+
+    (void)thread;
+    sc_each_boundary(t->p, begin, end, take_local, user);
+}
+
 static void run_passes(transform *t)
 {
     const sc_volume *v = t->p->volume;
@@ -234,12 +297,14 @@ static void run_passes(transform *t)
     t->axis = 2;
     sc_parallel_for(t->p->settings.threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
     sc_parallel_for(t->p->settings.threads, rows, 64, sum_medial, t);
+    if (t->p->thickness)
+        sc_parallel_for(t->p->settings.threads, t->p->brick_count, 1024, local_bricks, t);
 }
 
 /* Twice the mean depth, each medial voxel weighted by the square of its depth: of a tube, that is
  * the tissue it stands for; and the small depths that rough surfaces leave hardly count.
  * Depth is measured to the next tissue's voxel centre, half a voxel beyond the surface. */
-static void take_sums(const transform *t, double smallest_mm)
+static void take_sums(const transform *t)
 {
     const int labels = t->p->volume->label_count;
 
@@ -252,7 +317,7 @@ static void take_sums(const transform *t, double smallest_mm)
         }
         if (squared > 0)
             t->p->stats[id].thickness_mm =
-                smallest_mm * (2 * cubed / squared / UNITS_PER_VOXEL - 1);
+                t->smallest_mm * (2 * cubed / squared / UNITS_PER_VOXEL - 1);
     }
 }
 
@@ -261,17 +326,17 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     const sc_volume *v = p->volume;
     transform t = {.p = p};
     void *distance = NULL, *scratch = NULL, *inverse = NULL, *sums = NULL;
-    double spacing_mm[3], smallest_mm = HUGE_VAL;
+    double spacing_mm[3];
     int longest = 0;
     sc_status status;
 
     for (int i = 0; i < 3; i++) {
         spacing_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
-        smallest_mm = spacing_mm[i] < smallest_mm ? spacing_mm[i] : smallest_mm;
+        t.smallest_mm = i ? fmin(t.smallest_mm, spacing_mm[i]) : spacing_mm[i];
         longest = v->size[i] > longest ? v->size[i] : longest;
     }
     for (int i = 0; i < 3; i++)
-        t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / smallest_mm;
+        t.step_units[i] = UNITS_PER_VOXEL * spacing_mm[i] / t.smallest_mm;
     for (int n = 0; n < 27; n++) {
         const int x = n % 3 - 1, y = n / 3 % 3 - 1, z = n / 9 - 1;
         const sc_vec3 step = {x * t.step_units[0], y * t.step_units[1], z * t.step_units[2]};
@@ -279,6 +344,12 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         t.flank_units[n] = (float)(FLANK_SLOPE * sc_vec3_length(step));
     }
     t.scratch_bytes = (workspace_bytes(longest) + 63) / 64 * 64;
+    if (p->settings.local_thickness) {
+        void *block;
+
+        SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
+        p->thickness = block;
+    }
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
     SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
@@ -291,7 +362,7 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     t.sums = sums;
     run_passes(&t);
-    take_sums(&t, smallest_mm);
+    take_sums(&t);
 out:
     sc_free(distance);
     sc_free(scratch);
