@@ -31,7 +31,7 @@ sc_status sc_overlay_begin(const sc_ctx *ctx, sc_image *image, sc_overlay **out)
         sc_free(overlay);
         return status;
     }
-    cairo_select_font_face(overlay->cairo, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+    cairo_select_font_face(overlay->cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
                            CAIRO_FONT_WEIGHT_BOLD);
     *out = overlay;
     return SC_OK;
