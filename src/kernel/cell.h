@@ -332,15 +332,10 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     return count;
 }
 
-/* Direction from the first label to the second at the point @p a, in RAS, not unit. Of two labels,
- * what the one gains the other loses: one field, interpolated. Where a third is near, their
- * gradients are not opposite, and each label's is the mean over its own corners, so that it does
- * not matter which of them it holds. */
-static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
-                                  const float a[3], float n[3])
+/* Sums of the gradients of the corners of two labels, by their share of the point @p a. */
+static inline void sc_cell_gradients(const sc_cell *c, uint32_t first, uint32_t second,
+                                     const float a[3], float sums[2][3], float weights[2])
 {
-    float sums[2][3] = {{0}, {0}}, weights[2] = {0, 0};
-
     for (int i = 0; i < SC_CORNERS; i++) {
         const float weight = (i & 1 ? a[0] : 1 - a[0]) * (i & 2 ? a[1] : 1 - a[1]) *
                              (i & 4 ? a[2] : 1 - a[2]);
@@ -354,10 +349,32 @@ static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t sec
         for (int k = 0; k < 3; k++)
             sums[side][k] += weight * each[k];
     }
-    if (c->kind_count == 2)
-        weights[0] = weights[1] = 1;
+}
+
+static inline float sc_length3(const float v[3])
+{
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* Direction from the first label to the second at the point @p a, in RAS, not unit. Of two labels
+ * alone, what the one gains the other loses: one field, interpolated over all corners. Where a
+ * third is near, their gradients are not opposite, and each label's is the mean over its own
+ * corners, so that it does not matter which of them it holds. In between, between. */
+static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
+                                  const float a[3], float n[3])
+{
+    float sums[2][3] = {{0}, {0}}, weights[2] = {0, 0}, apart = 0, lengths, one;
+
+    sc_cell_gradients(c, first, second, a, sums, weights);
     for (int k = 0; k < 3; k++)
-        n[k] = sums[0][k] / (weights[0] + 1e-9f) - sums[1][k] / (weights[1] + 1e-9f);
+        apart -= sums[0][k] * sums[1][k];
+    lengths = sc_length3(sums[0]) * sc_length3(sums[1]);
+    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f); /* cosine from 0.82 to 0.95 */
+    one = one < 0 ? 0 : one > 1 ? 1 : one;
+    for (int side = 0; side < 2; side++)
+        weights[side] = one + (1 - one) / (weights[side] + 1e-9f);
+    for (int k = 0; k < 3; k++)
+        n[k] = sums[0][k] * weights[0] - sums[1][k] * weights[1];
 }
 
 #endif
