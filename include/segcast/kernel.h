@@ -24,8 +24,8 @@ typedef struct sc_march_tissue {
     float boundary_alpha; /**< of one crossing (smooth) or one sample (voxel) */
     float interior_alpha; /**< of one sample; voxel only */
     float diffuse, specular;
-    int shininess;        /**< exponent of the highlight */
-    uint8_t show; /**< SC_SHOW_* */
+    int shininess; /**< exponent of the highlight */
+    uint8_t show;  /**< SC_SHOW_* */
     uint8_t clip_group;
     bool by_thickness; /**< alpha comes from the local thickness: sc_march.thickness_alpha */
 } sc_march_tissue;
@@ -45,20 +45,20 @@ typedef struct sc_march_light {
 /** What all rays of a frame share; everything is borrowed. */
 typedef struct sc_march {
     const sc_prepared *volume;
-    const uint64_t *visible; /**< sc_visible_masks or, smooth, sc_visible_cells; not read by
-                                  SC_SKIP_NONE */
+    const uint64_t *visible;        /**< sc_visible_masks or, smooth, sc_visible_cells; not read by
+                                         SC_SKIP_NONE */
     int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;                  /**< voxel only */
     sc_march_light light;
-    const sc_occlusion *occlusion;  /**< NULL: none */
-    float thickness_alpha[256];     /**< by code of sc_prepared.thickness */
-    float place_per_mm[3][3];       /**< RAS vector -> places */
-    bool caps;                      /**< cut faces are solid */
-    bool only_caps;                 /**< nothing but cut faces: a slice */
-    float cap_outline;              /**< half width of the lines between tissues on cut faces, in
-                                         voxels; 0: none; smooth only */
-    bool cut_away;                  /**< planes remove only what all of them remove */
+    const sc_occlusion *occlusion; /**< NULL: none */
+    float thickness_alpha[256];    /**< by code of sc_prepared.thickness */
+    float place_per_mm[3][3];      /**< RAS vector -> places */
+    bool caps;                     /**< cut faces are solid */
+    bool only_caps;                /**< nothing but cut faces: a slice */
+    float cap_outline;             /**< half width of the lines between tissues on cut faces, in
+                                        voxels; 0: none; smooth only */
+    bool cut_away;                 /**< planes remove only what all of them remove */
     int plane_count;
     float plane_normals[SC_PLANES_MAX][3]; /**< RAS, towards what is kept */
     float plane_places[SC_PLANES_MAX][4];  /**< distance in mm as a function of the place */

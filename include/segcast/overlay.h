@@ -16,11 +16,16 @@ void sc_overlay_line(sc_overlay *overlay, double x0, double y0, double x1, doubl
                      double width_px, const uint8_t rgb[3], double alpha);
 void sc_overlay_frame(sc_overlay *overlay, double x, double y, double width, double height,
                       double width_px, const uint8_t rgb[3]);
+/** How letters look. */
+typedef struct sc_letters {
+    double size_px;
+    uint8_t rgb[3];
+    uint8_t halo[3]; /**< drawn around them, so that they can be read on anything */
+} sc_letters;
 /** @p anchor_x: -1 text begins at x, 0 is centred on it, 1 ends there; @p anchor_y alike, for top,
- *  middle and base line. @p halo: drawn around the letters, so that they can be read anywhere. */
+ *  middle and base line. */
 void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int anchor_y,
-                     double size_px, const uint8_t rgb[3], const uint8_t halo[3],
-                     const char *text);
+                     const sc_letters *letters, const char *text);
 /** Blend everything into the picture and free. */
 void sc_overlay_finish(sc_overlay *overlay);
 

@@ -138,11 +138,11 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *vol
 /** How much of its surroundings is filled with visible tissue, coarsely: for the light in
  *  cavities and for shadows. Values of two Gaussian blurs, 255 for all filled. */
 typedef struct sc_occlusion {
-    int size[3];           /**< bricks in each direction, within a frame of empty ones */
-    uint8_t (*filled)[2];  /**< [z][y][x]: by the narrow and by the wide blur */
-    float brick_offset;    /**< brick coordinate = place / SC_BRICK + brick_offset */
+    int size[3];               /**< bricks in each direction, within a frame of empty ones */
+    uint8_t (*filled)[2];      /**< [z][y][x]: by the narrow and by the wide blur */
+    float brick_offset;        /**< brick coordinate = place / SC_BRICK + brick_offset */
     double narrow_mm, wide_mm; /**< widths of the blurs */
-    double mm_per_step;    /**< edge of a brick along its shortest side */
+    double mm_per_step;        /**< edge of a brick along its shortest side */
 } sc_occlusion;
 /** @param opacity by dense id, 0 for what is not visible. @return SC_ERR_MEMORY. The result does
  *  not depend on @p threads. Caller owns: sc_occlusion_clear. */

@@ -72,11 +72,11 @@ void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, dou
 
 /** Light of the whole picture; the lamps move with the camera. Strengths of light are shares. */
 typedef struct sc_lighting {
-    bool flat;      /**< no light at all: plain colours, as in the paper */
-    double ambient; /**< from everywhere */
-    double key;     /**< from above the viewer's left shoulder */
-    double fill;    /**< from the right, weaker */
-    double head;    /**< from the eye */
+    bool flat;        /**< no light at all: plain colours, as in the paper */
+    double ambient;   /**< from everywhere */
+    double key;       /**< from above the viewer's left shoulder */
+    double fill;      /**< from the right, weaker */
+    double head;      /**< from the eye */
     double occlusion; /**< 0 to 1: how dark what is enclosed by tissue gets */
     bool shadows;     /**< soft shadows of the key light */
     double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */

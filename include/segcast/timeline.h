@@ -45,7 +45,7 @@ typedef struct sc_sweep {
 typedef struct sc_slices {
     bool has_point;
     sc_vec3 point_mm; /**< fixed, if given */
-    sc_ramp share;    /**< else a share, 0 to 1, of the way through what is shown, along R, A and S */
+    sc_ramp share; /**< else a share, 0 to 1, of the way through what is shown, along R, A and S */
 } sc_slices;
 
 typedef struct sc_animation {

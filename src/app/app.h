@@ -64,7 +64,8 @@ void sc_options_clear(sc_options *options);
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
 /* The same, the value being YAML. */
-sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value);
+sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key,
+                         const char *value);
 void sc_print_help(FILE *stream);
 void sc_print_version(FILE *stream);
 const char *sc_version(void);

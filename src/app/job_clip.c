@@ -159,7 +159,8 @@ static sc_status parse_clip_item(const sc_ctx *ctx, const sc_yaml *item, sc_job 
         return sc_yaml_fail(ctx, item, "a clip item holds either a sweep, a plane or a box");
     status = body->key[0] == 'b' ? parse_box(ctx, body, job)
                                  : parse_plane(ctx, body, body->key[0] == 's', job);
-    for (int plane = first; except && plane < job->animation.sweep_count && status == SC_OK; plane++)
+    for (int plane = first; except && plane < job->animation.sweep_count && status == SC_OK;
+         plane++)
         status = parse_exceptions(ctx, except, plane, job);
     return status;
 }
@@ -200,4 +201,5 @@ out:
     return status;
 }
 
-const sc_field_type sc_type_clip = {"a list of sweeps, planes and boxes", parse_clip, write_clip, NULL};
+const sc_field_type sc_type_clip = {"a list of sweeps, planes and boxes", parse_clip, write_clip,
+                                    NULL};

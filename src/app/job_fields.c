@@ -105,11 +105,14 @@ static const sc_field render_fields[] = {{.name = "mode",
                                           .high = 4},
                                          {0}};
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): the argument is a name */
 #define LIGHT_FIELD(key, highest)                                                                  \
     {                                                                                              \
         .name = #key, .type = &sc_type_real, .offset = offsetof(sc_lighting, key), .low = 0,       \
-        .high = highest                                                                            \
+        .high = (highest)                                                                          \
     }
+
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 static const sc_field light_fields[] = {
     {.name = "flat", .type = &sc_type_bool, .offset = offsetof(sc_lighting, flat)},
@@ -134,24 +137,23 @@ static const sc_field camera_fields[] = {
     {0}};
 
 /* Of sc_job, like the whole: a clip item also names tissues. */
-static const sc_field animation_fields[] = {{.name = "frames",
-                                             .type = &sc_type_int,
-                                             .offset = offsetof(sc_job, animation.frames),
-                                             .low = 1,
-                                             .high = 1000000},
-                                            {.name = "camera",
-                                             .type = &sc_type_map,
-                                             .offset = offsetof(sc_job, animation.camera),
-                                             .fields = camera_fields},
-                                            {.name = "clip_mode",
-                                             .type = &sc_type_choice,
-                                             .offset = offsetof(sc_job, animation.clip_mode),
-                                             .choices = clip_modes},
-                                            {.name = "clip", .type = &sc_type_clip, .offset = 0},
-                                            {.name = "slices",
-                                             .type = &sc_type_slices,
-                                             .offset = offsetof(sc_job, animation.slices)},
-                                            {0}};
+static const sc_field animation_fields[] = {
+    {.name = "frames",
+     .type = &sc_type_int,
+     .offset = offsetof(sc_job, animation.frames),
+     .low = 1,
+     .high = 1000000},
+    {.name = "camera",
+     .type = &sc_type_map,
+     .offset = offsetof(sc_job, animation.camera),
+     .fields = camera_fields},
+    {.name = "clip_mode",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_job, animation.clip_mode),
+     .choices = clip_modes},
+    {.name = "clip", .type = &sc_type_clip, .offset = 0},
+    {.name = "slices", .type = &sc_type_slices, .offset = offsetof(sc_job, animation.slices)},
+    {0}};
 
 static const sc_field farm_fields[] = {{.name = "partition",
                                         .type = &sc_type_choice,

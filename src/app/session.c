@@ -276,8 +276,9 @@ static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
         }
     }
     if (count)
-        sc_warn(app->ctx, "the clip plane removes everything in %d frame%s, from frame %d on: "
-                          "they will be empty",
+        sc_warn(app->ctx,
+                "the clip plane removes everything in %d frame%s, from frame %d on: "
+                "they will be empty",
                 count, count == 1 ? "" : "s", first);
 }
 

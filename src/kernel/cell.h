@@ -54,11 +54,10 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
         const size_t base = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
 
         for (int i = 0; i < SC_CORNERS; i++) {
-            const size_t at =
-                base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
+            const size_t at = base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
 
-            c->labels[i] = label_bytes == 1 ? ((const uint8_t *)v->ids)[at]
-                                            : ((const uint16_t *)v->ids)[at];
+            c->labels[i] =
+                label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
         }
     } else {
         for (int i = 0; i < SC_CORNERS; i++)
@@ -227,8 +226,8 @@ static inline int sc_extrema(const float b[4], float out[2])
  * the first and the last coefficient agree. */
 static inline int sc_sign_changes(const float b[4], float out[3])
 {
-    const int variations = ((b[0] < 0) != (b[1] < 0)) + ((b[1] < 0) != (b[2] < 0)) +
-                           ((b[2] < 0) != (b[3] < 0));
+    const int variations =
+        ((b[0] < 0) != (b[1] < 0)) + ((b[1] < 0) != (b[2] < 0)) + ((b[2] < 0) != (b[3] < 0));
     float extrema[2], low = 0, at_low = b[0];
     int count = 0, extremum_count = 0;
 
@@ -337,8 +336,8 @@ static inline void sc_cell_gradients(const sc_cell *c, uint32_t first, uint32_t 
                                      const float a[3], float sums[2][3], float weights[2])
 {
     for (int i = 0; i < SC_CORNERS; i++) {
-        const float weight = (i & 1 ? a[0] : 1 - a[0]) * (i & 2 ? a[1] : 1 - a[1]) *
-                             (i & 4 ? a[2] : 1 - a[2]);
+        const float weight =
+            (i & 1 ? a[0] : 1 - a[0]) * (i & 2 ? a[1] : 1 - a[1]) * (i & 4 ? a[2] : 1 - a[2]);
         const int side = c->labels[i] == second;
         float each[3];
 

@@ -76,8 +76,7 @@ static inline void local_at(const cursor *c, float t, int axis, bool leaving, fl
         if (i == axis)
             out[i] = (c->step[i] > 0) == leaving ? 1 : 0;
         else
-            out[i] = sc_clamp01(c->ray->origin[i] + c->ray->direction[i] * t -
-                                (float)c->cell.q[i]);
+            out[i] = sc_clamp01(c->ray->origin[i] + c->ray->direction[i] * t - (float)c->cell.q[i]);
     }
 }
 
@@ -96,16 +95,15 @@ static float alpha_here(const cursor *c, uint32_t label, const float at[3])
     if (!m->tissues[label].by_thickness || !m->volume->thickness)
         return m->tissues[label].boundary_alpha;
     for (int i = 0; i < SC_CORNERS; i++) {
-        const float weight = (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) *
-                             (i & 4 ? at[2] : 1 - at[2]);
+        const float weight =
+            (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) * (i & 4 ? at[2] : 1 - at[2]);
 
         if (c->cell.labels[i] != label)
             continue;
         weights += weight;
-        sum += weight *
-               m->thickness_alpha[m->volume->thickness[sc_record_index(
-                   m->volume, c->cell.q[0] + (i & 1), c->cell.q[1] + (i >> 1 & 1),
-                   c->cell.q[2] + (i >> 2))]];
+        sum += weight * m->thickness_alpha[m->volume->thickness[sc_record_index(
+                            m->volume, c->cell.q[0] + (i & 1), c->cell.q[1] + (i >> 1 & 1),
+                            c->cell.q[2] + (i >> 2))]];
     }
     return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
 }
@@ -114,8 +112,8 @@ static float alpha_here(const cursor *c, uint32_t label, const float at[3])
 static void take_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
-    const float alpha = sc_edge_alpha(&c->m->light, alpha_here(c, label, at),
-                                      sc_dot3(spot->normal, spot->eye));
+    const float alpha =
+        sc_edge_alpha(&c->m->light, alpha_here(c, label, at), sc_dot3(spot->normal, spot->eye));
     float rgb[3];
 
     sc_light(c->m, tissue, spot, rgb);
@@ -383,9 +381,8 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
                 sc_march_counters *counters)
 {
     for (size_t i = 0; i < count; i++) {
-        cursor c = {.m = march,
-                    .ray = &rays[i],
-                    .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
+        cursor c = {
+            .m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
 
         march_ray(&c);
         out[i] = c.light;

@@ -315,7 +315,8 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
                 sc_march_counters *counters)
 {
     for (size_t i = 0; i < count; i++) {
-        cursor c = {.m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
+        cursor c = {
+            .m = march, .ray = &rays[i], .light = {.transmittance = 1, .depth_mm = HUGE_VALF}};
 
         march_ray(&c, march->caps);
         out[i] = c.light;

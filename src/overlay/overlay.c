@@ -23,9 +23,9 @@ sc_status sc_overlay_begin(const sc_ctx *ctx, sc_image *image, sc_overlay **out)
         cairo_image_surface_create(CAIRO_FORMAT_ARGB32, image->width_px, image->height_px);
     overlay->cairo = cairo_create(overlay->surface);
     if (cairo_status(overlay->cairo) != CAIRO_STATUS_SUCCESS) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "drawing over a picture of %d x %d: %s",
-                         image->width_px, image->height_px,
-                         cairo_status_to_string(cairo_status(overlay->cairo)));
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY, "drawing over a picture of %d x %d: %s", image->width_px,
+                    image->height_px, cairo_status_to_string(cairo_status(overlay->cairo)));
         cairo_destroy(overlay->cairo);
         cairo_surface_destroy(overlay->surface);
         sc_free(overlay);
@@ -62,12 +62,12 @@ void sc_overlay_frame(sc_overlay *overlay, double x, double y, double width, dou
 }
 
 void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int anchor_y,
-                     double size_px, const uint8_t rgb[3], const uint8_t halo[3], const char *text)
+                     const sc_letters *letters, const char *text)
 {
     cairo_text_extents_t extents;
     cairo_font_extents_t font;
 
-    cairo_set_font_size(overlay->cairo, size_px);
+    cairo_set_font_size(overlay->cairo, letters->size_px);
     cairo_text_extents(overlay->cairo, text, &extents);
     cairo_font_extents(overlay->cairo, &font);
     x -= extents.x_bearing + extents.width * (anchor_x + 1) / 2;
@@ -75,10 +75,10 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
     cairo_move_to(overlay->cairo, x, y);
     cairo_text_path(overlay->cairo, text);
     cairo_set_line_join(overlay->cairo, CAIRO_LINE_JOIN_ROUND);
-    cairo_set_line_width(overlay->cairo, size_px * 0.2);
-    set_color(overlay, halo, 0.85);
+    cairo_set_line_width(overlay->cairo, letters->size_px * 0.2);
+    set_color(overlay, letters->halo, 0.85);
     cairo_stroke_preserve(overlay->cairo);
-    set_color(overlay, rgb, 1);
+    set_color(overlay, letters->rgb, 1);
     cairo_fill(overlay->cairo);
 }
 

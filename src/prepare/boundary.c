@@ -62,9 +62,9 @@ static bool is_near(const sc_volume *v, int x, int y, int z)
 static uint64_t *masks_of_row(const finder *f, int y, int z, int *shift)
 {
     *shift = ((y + 1) % SC_BRICK) * 4 + ((z + 1) % SC_BRICK) * 16;
-    return f->p->near + ((size_t)((z + 1) / SC_BRICK) * (size_t)f->p->bricks[1] +
-                         (size_t)((y + 1) / SC_BRICK)) *
-                            (size_t)f->p->bricks[0];
+    return f->p->near +
+           ((size_t)((z + 1) / SC_BRICK) * (size_t)f->p->bricks[1] + (size_t)((y + 1) / SC_BRICK)) *
+               (size_t)f->p->bricks[0];
 }
 
 static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)

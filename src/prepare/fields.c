@@ -11,8 +11,8 @@
  *   trilinear interpolation of the weights takes off);
  * - the gradient of the membership smoothed by a wider Gaussian, for light.
  *
- * A row of the window becomes 16 bits ("is it my label?"), for which tables hold the sums of the four
- * places of the brick along it. */
+ * A row of the window becomes 16 bits ("is it my label?"), for which tables hold the sums of the
+ * four places of the brick along it. */
 #include "internal.h"
 
 #include <string.h>
@@ -82,9 +82,8 @@ static double weight_filter(double square, double smooth)
 
     if (square >= WEIGHT_REACH * WEIGHT_REACH * smooth * smooth)
         return 0;
-    return exp(-u / 2) *
-           (1 - k * (u - 3) + k * k / 2 * (u * u - 10 * u + 15) -
-            WEIGHT_THIRD * k * k * k / 6 * (u * u * u - 21 * u * u + 105 * u - 105));
+    return exp(-u / 2) * (1 - k * (u - 3) + k * k / 2 * (u * u - 10 * u + 15) -
+                          WEIGHT_THIRD * k * k * k / 6 * (u * u * u - 21 * u * u + 105 * u - 105));
 }
 
 static double squared(double x)
@@ -129,9 +128,8 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             const double square = squared(dy * steps[1]) + squared(dz * steps[2]);
 
             if (weight_filter(square, smooth) != 0)
-                f->rows[f->row_count++] =
-                    (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                 table_of(squares, &f->table_count, square)};
+                f->rows[f->row_count++] = (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
+                                                       table_of(squares, &f->table_count, square)};
         }
     }
     status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);
@@ -168,22 +166,20 @@ static sc_status fill_bell(const sc_ctx *ctx, bell *b, const double steps[3], do
         double sum = 0;
 
         for (int i = 0; i < TAPS; i++) {
-            value[axis][i] =
-                fmax(exp(-squared((i - RADIUS) * steps[axis] / width) / 2) - rim, 0);
+            value[axis][i] = fmax(exp(-squared((i - RADIUS) * steps[axis] / width) / 2) - rim, 0);
             sum += value[axis][i];
         }
         for (int i = 0; i < TAPS; i++)
             b->value[axis][i] = (float)(value[axis][i] / sum);
     }
     for (int i = RADIUS + 1; i < TAPS; i++)
-        flat += squared(steps[0]) * (i - RADIUS) *
-                exp(-squared((i - RADIUS) * steps[0] / width) / 2);
+        flat +=
+            squared(steps[0]) * (i - RADIUS) * exp(-squared((i - RADIUS) * steps[0] / width) / 2);
     for (int axis = 0; axis < 3; axis++) {
         for (int i = 0; i < TAPS; i++) {
             const double x = (i - RADIUS) * steps[axis];
 
-            b->slope[axis][i] =
-                (float)(steps[axis] * x * exp(-squared(x / width) / 2) / flat);
+            b->slope[axis][i] = (float)(steps[axis] * x * exp(-squared(x / width) / 2) / flat);
         }
     }
     fill_table(&b->table[0][0], 2, b->value[0]);
@@ -217,13 +213,13 @@ out:
 /* What the places of one brick look at, and what comes out. */
 typedef struct brick_work {
     uint16_t ids[ROWS][WINDOW];
-    uint32_t bits[ROWS]; /* "is it my label?" */
-    quad value[ROWS], along_x[ROWS];           /* [z][y], four places along x */
+    uint32_t bits[ROWS];             /* "is it my label?" */
+    quad value[ROWS], along_x[ROWS]; /* [z][y], four places along x */
     quad flat[WINDOW][SC_BRICK], along_xy[WINDOW][SC_BRICK][2];
-    float gradient[64][3];             /* of the gathered label */
-    uint16_t labels[ROWS * WINDOW];    /* distinct ones */
-    float own[64], other[64];          /* membership of a place's own label, largest of any other */
-    float taken[64][3];                /* outward gradient of a place's own label */
+    float gradient[64][3];          /* of the gathered label */
+    uint16_t labels[ROWS * WINDOW]; /* distinct ones */
+    float own[64], other[64];       /* membership of a place's own label, largest of any other */
+    float taken[64][3];             /* outward gradient of a place's own label */
 } brick_work;
 
 /* Rows of ids around a brick whose first place is voxel @p low. */
@@ -358,7 +354,8 @@ static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uin
 
         if (!(mask >> first & 15))
             continue;
-        memberships = memberships_of(f, w, first / SC_BRICK % SC_BRICK, first / SC_BRICK / SC_BRICK);
+        memberships =
+            memberships_of(f, w, first / SC_BRICK % SC_BRICK, first / SC_BRICK / SC_BRICK);
         for (int bit = first; bit < first + SC_BRICK; bit++) {
             const float membership = memberships[bit - first];
 
@@ -483,8 +480,7 @@ static uint32_t record_of(const filters *f, const brick_work *w, int bit)
     length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     if (!(length > 1e-6))
         return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
-    return sc_record_pack(weight, (sc_vec3){n[0] / length, n[1] / length, n[2] / length},
-                          length);
+    return sc_record_pack(weight, (sc_vec3){n[0] / length, n[1] / length, n[2] / length}, length);
 }
 
 static void store_records(const filters *f, const brick_work *w, size_t brick)

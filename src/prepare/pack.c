@@ -65,9 +65,8 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
 {
     uint64_t bytes[SECTIONS];
     const block_header h = layout(p, bytes);
-    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,
-                                           p->near,        p->near_start,     p->records,
-                                           p->thickness};
+    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,    p->near,
+                                           p->near_start,  p->records,        p->thickness};
 
     memcpy(block, &h, sizeof h);
     for (int i = 0; i < SECTIONS; i++) {

@@ -10,8 +10,8 @@
 #include <string.h>
 
 enum {
-    ENTRIES = 4,  /* labels of a brick; places of a fifth one keep what they have */
-    SPREADS = 2   /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
+    ENTRIES = 4, /* labels of a brick; places of a fifth one keep what they have */
+    SPREADS = 2  /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
 };
 
 #define AGREE_LEAST 0.90f /* length of the mean from which on it counts */
@@ -24,10 +24,10 @@ typedef struct entry {
 
 typedef struct polish {
     const sc_preparation *p;
-    uint32_t *slot;       /* [bricks]: where a brick's entries are; bricks without any share 0 */
+    uint32_t *slot; /* [bricks]: where a brick's entries are; bricks without any share 0 */
     size_t slot_count;
-    entry *entries, *spread;      /* [slots][ENTRIES] */
-    float weights[SC_BRICK][3];   /* of the three bricks along an axis, by the place in its own */
+    entry *entries, *spread;    /* [slots][ENTRIES] */
+    float weights[SC_BRICK][3]; /* of the three bricks along an axis, by the place in its own */
 } polish;
 
 static uint32_t record_at(const sc_preparation *p, size_t index)
@@ -104,11 +104,12 @@ static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
         const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
         const bool inside = x >= 0 && y >= 0 && z >= 0 && x < bx && y < by && z < bz;
 
-        out[n] = w->entries +
-                 (inside ? (size_t)w->slot[((size_t)z * (size_t)by + (size_t)y) * (size_t)bx +
-                                           (size_t)x] *
-                               ENTRIES
-                         : 0);
+        out[n] =
+            w->entries +
+            (inside
+                 ? (size_t)w->slot[((size_t)z * (size_t)by + (size_t)y) * (size_t)bx + (size_t)x] *
+                       ENTRIES
+                 : 0);
     }
 }
 

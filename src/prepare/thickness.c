@@ -19,7 +19,7 @@ typedef struct transform {
     char *scratch;         /* [threads][scratch_bytes] */
     size_t scratch_bytes;
     double smallest_mm; /* the smallest spacing */
-    uint64_t *sums; /* [threads][label_count][2]: of distance squared and cubed */
+    uint64_t *sums;     /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 double sc_thickness_mm(int code)
@@ -271,10 +271,10 @@ static void take_local(void *user, const sc_boundary_voxel *voxel)
 
     while (climb(t, at)) {
     }
-    index = ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] +
-            (size_t)at[0];
-    t->p->thickness[voxel->record] = thickness_code(
-        t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
+    index =
+        ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] + (size_t)at[0];
+    t->p->thickness[voxel->record] =
+        thickness_code(t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
 }
 
 static void local_bricks(void *user, size_t begin, size_t end, int thread)
@@ -353,8 +353,8 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
     SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
-    SC_TRY(
-        sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads, 2 * sizeof(uint64_t), &sums));
+    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads,
+                     2 * sizeof(uint64_t), &sums));
     t.distance = distance;
     t.scratch = scratch;
     t.half_inverse = inverse;

@@ -174,9 +174,11 @@ sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uin
             const int last = first < 0 ? -1 : row_end(volume, masks, y, z, true);
 
             if (first >= 0)
-                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){first - 1, y - 1, z - 1});
+                points[found++] =
+                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){first - 1, y - 1, z - 1});
             if (last > first)
-                points[found++] = sc_affine_point(&volume->to_ras_mm, (sc_vec3){last - 1, y - 1, z - 1});
+                points[found++] =
+                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){last - 1, y - 1, z - 1});
         }
     }
     *out = points;

@@ -38,9 +38,14 @@ typedef struct tile {
 
 /* Places of the rays in a pixel, in parts of it: no two in one row or column (rooks that do not
  * attack each other), so that edges near the axes get as many steps as there are rays. */
-static const uint8_t rooks[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {
-    {0},          {0, 1},          {1, 2, 0},          {1, 3, 0, 2},
-    {2, 4, 1, 3, 0}, {3, 0, 4, 1, 5, 2}, {3, 6, 2, 5, 1, 4, 0}, {3, 6, 1, 4, 7, 2, 5, 0}};
+static const uint8_t rooks[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {{0},
+                                                              {0, 1},
+                                                              {1, 2, 0},
+                                                              {1, 3, 0, 2},
+                                                              {2, 4, 1, 3, 0},
+                                                              {3, 0, 4, 1, 5, 2},
+                                                              {3, 6, 2, 5, 1, 4, 0},
+                                                              {3, 6, 1, 4, 7, 2, 5, 0}};
 
 static void sample_place(int samples, int i, double out[2])
 {
@@ -78,18 +83,17 @@ static void flush_glimpses(tile *t)
 static void take_glimpses(tile *t)
 {
     const sc_renderer *r = t->f->renderer;
-    const sc_glimpse nothing = {
-        .rgb = {r->background[0], r->background[1], r->background[2]}};
+    const sc_glimpse nothing = {.rgb = {r->background[0], r->background[1], r->background[2]}};
 
     for (int y = t->y0 - 1; y <= t->y1; y++) {
         for (int x = t->x0 - 1; x <= t->x1; x++) {
-            const uint32_t at =
-                (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
+            const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
 
             if (t->rays.count == BATCH)
                 flush_glimpses(t);
             t->glimpses[at] = nothing;
-            if (sc_make_ray(r, t->f->scene, t->f->viewport, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
+            if (sc_make_ray(r, t->f->scene, t->f->viewport, x + 0.5, y + 0.5,
+                            &t->rays.rays[t->rays.count]))
                 t->rays.target[t->rays.count++] = at;
         }
     }
@@ -114,8 +118,8 @@ static bool differ(const sc_glimpse *a, const sc_glimpse *b)
     const float cosine =
         a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
 
-    return a->label != b->label || a->signature != b->signature ||
-           (a->label && cosine < 0.85f) || looks_different(a->rgb, b->rgb);
+    return a->label != b->label || a->signature != b->signature || (a->label && cosine < 0.85f) ||
+           looks_different(a->rgb, b->rgb);
 }
 
 static bool on_edge(const tile *t, const sc_glimpse *g)
@@ -152,7 +156,8 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
         sample_place(samples, i, at);
         if (t->rays.count == BATCH)
             flush_samples(t);
-        if (sc_make_ray(r, t->f->scene, t->f->viewport, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
+        if (sc_make_ray(r, t->f->scene, t->f->viewport, x + at[0], y + at[1],
+                        &t->rays.rays[t->rays.count]))
             t->rays.target[t->rays.count++] = target;
     }
 }
@@ -282,8 +287,7 @@ static void place_planes(sc_renderer *r, const sc_scene *scene)
         for (int axis = 0; axis < 3; axis++)
             r->march.plane_places[i][axis] =
                 (float)sc_vec3_dot(plane->normal, sc_affine_column(to_mm, axis));
-        r->march.plane_places[i][3] =
-            (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
+        r->march.plane_places[i][3] = (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
     }
 }
 

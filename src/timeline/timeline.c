@@ -102,14 +102,13 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
 {
     const sc_slices *slices = &timeline->animation.slices;
     const sc_ramp *ramp = &slices->share;
-    const double share = ramp->from + (ramp->to - ramp->from) *
-                                          progress(ramp->begin, ramp->end, ramp->ease, k,
-                                                   timeline->animation.frames);
+    const double share =
+        ramp->from + (ramp->to - ramp->from) * progress(ramp->begin, ramp->end, ramp->ease, k,
+                                                        timeline->animation.frames);
 
     if (slices->has_point)
         return slices->point_mm;
-    return sc_vec3_along(timeline->low_mm, share,
-                         sc_vec3_sub(timeline->high_mm, timeline->low_mm));
+    return sc_vec3_along(timeline->low_mm, share, sc_vec3_sub(timeline->high_mm, timeline->low_mm));
 }
 
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)

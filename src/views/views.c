@@ -74,8 +74,7 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     sc_scene scene = {.plane_count = 1, .group_count = groups, .slice = true};
 
     scene.camera = sc_camera_look(eye, middle, kind->up, SC_ORTHOGRAPHIC, half_height_mm);
-    scene.planes[0] =
-        (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, v->point_mm)};
+    scene.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, v->point_mm)};
     for (int g = 0; g < groups; g++)
         scene.groups[g] = 1;
     return scene;
@@ -99,19 +98,30 @@ typedef struct drawing {
     uint8_t ink[3], paper[3];
 } drawing;
 
+/* Letters of the given size, in ink or in a view's own colour. */
+static sc_letters letters_of(const drawing *d, double size, const uint8_t *rgb)
+{
+    sc_letters out = {.size_px = size * d->text_px};
+
+    for (int i = 0; i < 3; i++) {
+        out.rgb[i] = rgb ? rgb[i] : d->ink[i];
+        out.halo[i] = d->paper[i];
+    }
+    return out;
+}
+
 static void draw_letters(const drawing *d, const struct view *kind, sc_viewport p)
 {
-    const double inset = 0.6 * d->text_px, size = 1.15 * d->text_px;
-    const double x = p.x_px, y = p.y_px, width = p.width_px, height = p.height_px;
+    const sc_letters letters = letters_of(d, 1.15, NULL);
+    const double inset = 0.6 * d->text_px;
+    const double left = p.x_px + inset, right = p.x_px + p.width_px - inset;
+    const double top = p.y_px + inset, bottom = p.y_px + p.height_px - inset;
+    const double x = (left + right) / 2, y = (top + bottom) / 2;
 
-    sc_overlay_text(d->overlay, x + inset, y + height / 2, -1, 0, size, d->ink, d->paper,
-                    kind->letters[0]);
-    sc_overlay_text(d->overlay, x + width - inset, y + height / 2, 1, 0, size, d->ink, d->paper,
-                    kind->letters[1]);
-    sc_overlay_text(d->overlay, x + width / 2, y + inset, 0, -1, size, d->ink, d->paper,
-                    kind->letters[2]);
-    sc_overlay_text(d->overlay, x + width / 2, y + height - inset, 0, 1, size, d->ink, d->paper,
-                    kind->letters[3]);
+    sc_overlay_text(d->overlay, left, y, -1, 0, &letters, kind->letters[0]);
+    sc_overlay_text(d->overlay, right, y, 1, 0, &letters, kind->letters[1]);
+    sc_overlay_text(d->overlay, x, top, 0, -1, &letters, kind->letters[2]);
+    sc_overlay_text(d->overlay, x, bottom, 0, 1, &letters, kind->letters[3]);
 }
 
 /* Where the other two slices cross this one. */
@@ -137,27 +147,28 @@ static void draw_lines(const drawing *d, int which, sc_viewport p)
     }
 }
 
-/* The longest of 1, 2, 5, 10, ... mm that takes no more than a fifth of the panel. */
+/* The longest of 1, 2, 5, 10, ... times a power of ten that is not longer than @p room_mm. */
+static double round_length(double room_mm)
+{
+    const double decade = pow(10, floor(log10(room_mm)));
+
+    return room_mm >= 5 * decade ? 5 * decade : room_mm >= 2 * decade ? 2 * decade : decade;
+}
+
+/* A fifth of the panel at most. */
 static void draw_scale_bar(const drawing *d, sc_viewport p)
 {
-    static const double steps[] = {1, 2, 5};
-    const double room_mm = 0.2 * p.width_px * d->mm_per_px;
-    const double thick = fmax(2, d->text_px / 6), inset = 0.9 * d->text_px;
-    double length_mm = 0.001, x, y, length_px;
+    const double length_mm = round_length(0.2 * p.width_px * d->mm_per_px);
+    const double length_px = length_mm / d->mm_per_px, thick = fmax(2, d->text_px / 6);
+    const double x = p.x_px + 0.9 * d->text_px, y = p.y_px + p.height_px - 0.9 * d->text_px;
+    const sc_letters letters = letters_of(d, 0.8, NULL);
     char text[32];
 
-    for (double decade = 0.001; decade < 1e6; decade *= 10) {
-        for (int i = 0; i < 3; i++)
-            length_mm = steps[i] * decade <= room_mm ? steps[i] * decade : length_mm;
-    }
-    length_px = length_mm / d->mm_per_px;
-    x = p.x_px + inset;
-    y = p.y_px + p.height_px - inset;
     sc_overlay_line(d->overlay, x - 1, y, x + length_px + 1, y, thick + 2, d->paper, 0.85);
     sc_overlay_line(d->overlay, x, y, x + length_px, y, thick, d->ink, 1);
     snprintf(text, sizeof text, "%g mm", length_mm);
-    sc_overlay_text(d->overlay, x + length_px / 2, y - thick - 0.2 * d->text_px, 0, 1,
-                    0.8 * d->text_px, d->ink, d->paper, text);
+    sc_overlay_text(d->overlay, x + length_px / 2, y - thick - 0.2 * d->text_px, 0, 1, &letters,
+                    text);
 }
 
 /* The name and the coordinate of the slice: towards the head, the front, the right is positive. */
@@ -165,6 +176,7 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
 {
     static const char *const ends[PANELS][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
     const sc_vec3 at = d->v->point_mm;
+    const sc_letters letters = letters_of(d, 0.8, kinds[which].rgb);
     const double mm = which == TRANSVERSE ? at.z : which == CORONAL ? at.y : at.x;
     char text[64];
 
@@ -174,7 +186,7 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
     else
         snprintf(text, sizeof text, "%c = %.1f mm", "zyx"[which], mm);
     sc_overlay_text(d->overlay, p.x_px + 0.6 * d->text_px, p.y_px + 0.6 * d->text_px, -1, -1,
-                    0.8 * d->text_px, kinds[which].rgb, d->paper, text);
+                    &letters, text);
 }
 
 static void annotate(const drawing *d, int which, sc_viewport p)
@@ -213,8 +225,8 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     sc_render_view(renderer, scene, &space, image, &sum);
     for (int i = 0; i < PANELS; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
-        const sc_scene slice = slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2,
-                                           scene->group_count);
+        const sc_scene slice =
+            slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2, scene->group_count);
 
         sc_render_view(renderer, &slice, &p, image, &each);
         add_stats(&sum, &each);

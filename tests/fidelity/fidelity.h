@@ -10,8 +10,8 @@
 typedef struct shape {
     const char *name;
     int size[3];
-    double radius;   /* of the tube; 0: not a torus */
-    double volume;   /* in voxels; 0: not known */
+    double radius; /* of the tube; 0: not a torus */
+    double volume; /* in voxels; 0: not known */
     double voxel_mm;
     sc_phantom *phantom;
 } shape;

@@ -116,8 +116,8 @@ static bool parse(int argc, char **argv, options *o)
             o->json = true;
         else if (c == 'f' && (!strcmp(optarg, "smooth") || !strcmp(optarg, "voxel")))
             o->surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        else if (c == 's' && (o->smooth = strtod(optarg, &end), !*end && o->smooth >= 0 &&
-                                                                    o->smooth <= SC_SMOOTH_MAX))
+        else if (c == 's' && (o->smooth = strtod(optarg, &end),
+                              !*end && o->smooth >= 0 && o->smooth <= SC_SMOOTH_MAX))
             continue;
         else if (c == 'm')
             o->mesh = optarg;

@@ -139,8 +139,7 @@ static void measure_hits(const stage *st, fidelity *out)
             const sc_vec3 d = random_direction(&seed), side = sc_vec3_perpendicular(d);
             const double r = st->reach_mm * sqrt(random_of(&seed));
             const double angle = 2 * M_PI * random_of(&seed);
-            const sc_vec3 through =
-                sc_vec3_along(st->middle_mm, r, sc_vec3_rotate(side, d, angle));
+            const sc_vec3 through = sc_vec3_along(st->middle_mm, r, sc_vec3_rotate(side, d, angle));
 
             directions[i] = d;
             eyes[i] = sc_vec3_along(through, -st->reach_mm, d);
@@ -218,9 +217,9 @@ static int owner_at(const stage *st, sc_vec3 mm)
         return (int)sc_kernel_owner(v, place);
     if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
         return 0;
-    return ((const uint8_t *)
-                v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] +
-                        (size_t)x];
+    return (
+        (const uint8_t *)
+            v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x];
 }
 
 /* Jittered samples: four in each voxel near the surface, one in every eighth elsewhere. */
@@ -233,11 +232,10 @@ static void measure_owners(const stage *st, fidelity *out)
     for (int z = 0; z < st->s->size[2]; z += every) {
         for (int y = 0; y < st->s->size[1]; y += every) {
             for (int x = 0; x < st->s->size[0]; x += every) {
-                const sc_vec3 mm = sc_affine_point(
-                    &st->volume.to_ras_mm,
-                    (sc_vec3){x + every * (random_of(&seed) - 0.5),
-                              y + every * (random_of(&seed) - 0.5),
-                              z + every * (random_of(&seed) - 0.5)});
+                const sc_vec3 mm = sc_affine_point(&st->volume.to_ras_mm,
+                                                   (sc_vec3){x + every * (random_of(&seed) - 0.5),
+                                                             y + every * (random_of(&seed) - 0.5),
+                                                             z + every * (random_of(&seed) - 0.5)});
                 double border;
                 const int truth = shape_owner(st->s, mm, &border);
 

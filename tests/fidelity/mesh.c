@@ -49,10 +49,10 @@ static size_t bytes_of(const char *type)
     static const struct {
         const char *name;
         size_t bytes;
-    } types[] = {{"char", 1},  {"uchar", 1},  {"int8", 1},   {"uint8", 1},   {"short", 2},
-                 {"ushort", 2}, {"int16", 2}, {"uint16", 2}, {"int", 4},     {"uint", 4},
-                 {"int32", 4}, {"uint32", 4}, {"float", 4},  {"float32", 4}, {"double", 8},
-                 {"float64", 8}};
+    } types[] = {{"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},
+                 {"short", 2}, {"ushort", 2},  {"int16", 2},  {"uint16", 2},
+                 {"int", 4},   {"uint", 4},    {"int32", 4},  {"uint32", 4},
+                 {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
 
     for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
         if (!strcmp(types[i].name, type))
@@ -120,8 +120,9 @@ static sc_status read_ply_header(const sc_ctx *ctx, ply *p, ply_header *h)
         if (!strncmp(line, "format ", 7)) {
             p->ascii = !strncmp(line + 7, "ascii", 5);
             if (!p->ascii && strncmp(line + 7, "binary_little_endian", 20))
-                return sc_fail(ctx, SC_ERR_DATA, "line %d: \"%s\", expected ascii or "
-                                                 "binary_little_endian",
+                return sc_fail(ctx, SC_ERR_DATA,
+                               "line %d: \"%s\", expected ascii or "
+                               "binary_little_endian",
                                line_number, line);
         } else if (sscanf(line, "element vertex %zu", &h->vertices) == 1) {
             in_vertex = true;
@@ -222,9 +223,8 @@ static sc_status read_stl(const sc_ctx *ctx, const char *data, size_t bytes, mes
     sort_vertices = m->vertices;
     qsort(order, m->vertex_count, sizeof *order, compare_corners);
     for (size_t i = 0; i < m->vertex_count; i++)
-        vertex_of[order[i]] = i && !compare_corners(&order[i - 1], &order[i])
-                                  ? vertex_of[order[i - 1]]
-                                  : order[i];
+        vertex_of[order[i]] =
+            i && !compare_corners(&order[i - 1], &order[i]) ? vertex_of[order[i - 1]] : order[i];
     for (size_t i = 0; i < m->vertex_count && status == SC_OK; i += 3)
         status = add_triangle(ctx, m, vertex_of[i], vertex_of[i + 1], vertex_of[i + 2]);
 out:
@@ -252,8 +252,7 @@ static double finish_mesh(mesh *m, double *areas)
     return volume;
 }
 
-static void sample_mesh(const shape *s, const mesh *m, const double *areas, double sign,
-                        errors *e)
+static void sample_mesh(const shape *s, const mesh *m, const double *areas, double sign, errors *e)
 {
     uint64_t seed = 23;
 

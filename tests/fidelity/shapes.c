@@ -13,16 +13,16 @@
 
 static const double radii[3] = {52, 46, 58};
 
-const shape shapes[] = {{.name = "ellipsoid",
-                         .size = {144, 144, 144},
-                         .volume = 4.0 / 3 * M_PI * 52 * 46 * 58,
-                         .voxel_mm = 1},
-                        TORUS("torus-6", 6.0),
-                        TORUS("torus-3", 3.0),
-                        TORUS("torus-1.5", 1.5),
-                        TORUS("torus-1", 1.0),
-                        {.name = "phantom",
-                         .size = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}}};
+const shape shapes[] = {
+    {.name = "ellipsoid",
+     .size = {144, 144, 144},
+     .volume = 4.0 / 3 * M_PI * 52 * 46 * 58,
+     .voxel_mm = 1},
+    TORUS("torus-6", 6.0),
+    TORUS("torus-3", 3.0),
+    TORUS("torus-1.5", 1.5),
+    TORUS("torus-1", 1.0),
+    {.name = "phantom", .size = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}}};
 const size_t shape_count = SC_COUNT_OF(shapes);
 
 const shape *shape_find(const char *name)

@@ -103,8 +103,8 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     sc_image_clear(&b);
 }
 
-/* Other numbers for the same tissues, colours moving along: nothing changes but, on smooth surfaces,
- * who owns a point for which two labels have the same vote. */
+/* Other numbers for the same tissues, colours moving along: nothing changes but, on smooth
+ * surfaces, who owns a point for which two labels have the same vote. */
 static void relabelling_volume_and_table_together_changes_nothing(void **state)
 {
     sc_volume original = small_phantom(), renamed;

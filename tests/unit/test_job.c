@@ -53,7 +53,8 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
     refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
     refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2: not YAML");
     refuses("output: {fps: 25}\n", "no volume is named");
-    refuses("volume: phantom\nrender: {smooth: 2}\n", "smooth is \"2\", expected a number from 0 to");
+    refuses("volume: phantom\nrender: {smooth: 2}\n",
+            "smooth is \"2\", expected a number from 0 to");
     refuses("volume: phantom\nrender: {mode: papre}\n", "did you mean \"paper\"?");
     refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
     refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");

@@ -136,7 +136,8 @@ static void threads_tiles_and_batches_change_nothing(void **state)
 static void the_work_of_a_frame_is_known(void **state)
 {
     /* rays, samples or cells, contributions; more or less by the last bit of a cosine */
-    static const uint64_t known[3][3] = {{3446, 125945, 1547}, {3446, 34025, 1518}, {8118, 93396, 5121}};
+    static const uint64_t known[3][3] = {
+        {3446, 125945, 1547}, {3446, 34025, 1518}, {8118, 93396, 5121}};
 
     (void)state;
     for (int way = 0; way < 3; way++) {

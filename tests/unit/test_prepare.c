@@ -95,8 +95,8 @@ static void normals_of_an_ellipsoid(void **state)
                 const int x = (int)(brick % (size_t)v->bricks[0] * 4) + (bit & 3) - 1;
                 const int y = (int)(brick / (size_t)v->bricks[0] % (size_t)v->bricks[1] * 4) +
                               (bit >> 2 & 3) - 1;
-                const int z = (int)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) +
-                              (bit >> 4) - 1;
+                const int z =
+                    (int)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1] * 4) + (bit >> 4) - 1;
                 const sc_vec3 truth =
                     sc_vec3_unit((sc_vec3){(x - 40) / 900., (y - 36.3) / 676, (z - 38) / 1089.});
                 const double sign = id_at(v, x, y, z) ? 1 : -1; /* outward of its own label */
@@ -104,9 +104,8 @@ static void normals_of_an_ellipsoid(void **state)
                 double angle;
 
                 sc_record_normal(sc_record_at(v, n), got);
-                angle = acos(
-                    fmin(1, sign * sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1],
-                                                                             got[2]}))));
+                angle = acos(fmin(
+                    1, sign * sc_vec3_dot(truth, sc_vec3_unit((sc_vec3){got[0], got[1], got[2]}))));
                 squares += angle * angle;
                 count++;
             }
