@@ -250,6 +250,101 @@ static int everything(double x, double y, double z)
     return 1;
 }
 
+/* The thickness at a place is that of the tissue there: a slab of 9 voxels of half a millimetre. */
+static void local_thickness_of_a_slab(void **state)
+{
+    const int size[3] = {60, 60, 200};
+    const double spacing[3] = {1, 1, 0.5};
+    const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
+    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_and_rod);
+    sc_preparation *p;
+    sc_prepared v;
+    void *block;
+
+    (void)state;
+    assert_near(sc_thickness_mm(SC_THICKNESS_STEPS), 2 * SC_THICKNESS_LEAST_MM, 1e-12);
+    assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
+    assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
+    sc_preparation_pack(p, block);
+    assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
+    assert_non_null(v.thickness);
+    for (int side = 0; side < 2; side++) { /* the slab's faces, in the middle of the volume */
+        const int q[3] = {31, 11, side ? 29 : 21};
+        const size_t brick =
+            (size_t)((q[2] >> 2) * v.bricks[1] + (q[1] >> 2)) * (size_t)v.bricks[0] +
+            (size_t)(q[0] >> 2);
+        const int bit = (q[0] & 3) | (q[1] & 3) << 2 | (q[2] & 3) << 4;
+        const uint64_t below = v.near[brick] & ((1ull << bit) - 1);
+
+        assert_true(v.near[brick] >> bit & 1);
+        assert_near(sc_thickness_mm(v.thickness[v.near_start[brick] + sc_count_bits(below)]), 4.5,
+                    0.6);
+    }
+    sc_preparation_free(p);
+    sc_free(block);
+    sc_volume_clear(&volume);
+}
+
+/* A plane with ripples, as of a segmentation drawn on coarser voxels: the light does not show
+ * them. */
+static int rippled(double x, double y, double z)
+{
+    (void)y;
+    return z < 20 + 0.8 * sin(x * 0.55);
+}
+
+/* How far the normals of the rippled plane lean along x, rms, and over how many. */
+static double lean_of_normals(const sc_prepared *v, size_t *count)
+{
+    double squares = 0;
+
+    *count = 0;
+    for (size_t brick = 0, n = 0; n < v->near_count; brick++) {
+        const int x = (int)(brick % (size_t)v->bricks[0]);
+        const int y = (int)(brick / (size_t)v->bricks[0] % (size_t)v->bricks[1]);
+        const int z = (int)(brick / (size_t)v->bricks[0] / (size_t)v->bricks[1]);
+
+        for (uint64_t mask = v->near[brick]; mask; mask &= mask - 1, n++) {
+            float normal[3];
+
+            if (x < 4 || x > 11 || y < 4 || y > 7 || z < 4 || z > 6)
+                continue;
+            sc_record_normal(sc_record_at(v, n), normal);
+            squares +=
+                (double)(normal[0] * normal[0] / (normal[0] * normal[0] + normal[2] * normal[2]));
+            ++*count;
+        }
+    }
+    return sqrt(squares / (double)*count);
+}
+
+static void ripples_of_a_flat_surface_are_calmed(void **state)
+{
+    const int size[3] = {64, 48, 40};
+    sc_volume volume = shape_volume(size, cube, 1, 2, rippled);
+    double lean[2];
+    size_t count = 0;
+
+    (void)state;
+    for (int calm = 0; calm < 2; calm++) {
+        const sc_prepare_settings settings = {.smooth = calm, .threads = 1};
+        sc_preparation *p;
+        sc_prepared v;
+        void *block;
+
+        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
+        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
+        sc_preparation_pack(p, block);
+        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
+        lean[calm] = lean_of_normals(&v, &count);
+        sc_preparation_free(p);
+        sc_free(block);
+    }
+    assert_true(count > 500);
+    assert_true(lean[0] > 0.1 && lean[1] < lean[0] / 2.5);
+    sc_volume_clear(&volume);
+}
+
 static void one_voxel_and_one_slice(void **state)
 {
     static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
@@ -275,6 +370,8 @@ int main(void)
         cmocka_unit_test(surface_of_a_ball),
         cmocka_unit_test(the_result_does_not_depend_on_threads),
         cmocka_unit_test(masks_hold_what_can_be_seen_and_hulls_its_corners),
+        cmocka_unit_test(local_thickness_of_a_slab),
+        cmocka_unit_test(ripples_of_a_flat_surface_are_calmed),
         cmocka_unit_test(one_voxel_and_one_slice),
     };
 

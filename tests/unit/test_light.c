@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What light, edges and rays per pixel do to a picture. */
+#include "check.h"
+
+#include "scenes.h"
+
+#include <math.h>
+
+static const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+}
+
+static int brightness(const sc_image *image, int x, int y)
+{
+    const uint8_t *p = pixel(image, x, y);
+
+    return p[0] + p[1] + p[2];
+}
+
+/* A plate with a deep hole in its middle, seen from the front; a pillar stands on its left. */
+static int plate(double x, double y, double z)
+{
+    const double dx = x - 40, dz = z - 40;
+
+    if (y > 20 && y < 44 && fabs(x - 14) < 4 && fabs(z - 40) < 12)
+        return 1;
+    return y < 20 && (y < 6 || dx * dx + dz * dz > 64);
+}
+
+static small_scene plate_scene(double opacity, sc_scene *scene)
+{
+    const int size[3] = {81, 60, 81};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume volume = shape_volume(size, spacing, 1, 2, plate);
+    small_scene s;
+
+    for (int i = 0; i < 3; i++)
+        volume.labels[1].rgb[i] = 200;
+    s = make_scene(volume, opacity);
+    s.settings.width_px = s.settings.height_px = 81;
+    *scene = (sc_scene){.group_count = 1};
+    scene->camera = sc_camera_look((sc_vec3){40, 300, 40}, (sc_vec3){40, 20, 40},
+                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 40.5);
+    return s;
+}
+
+static void holes_are_darker_than_open_surfaces(void **state)
+{
+    sc_scene scene;
+    small_scene s = plate_scene(1, &scene);
+    sc_image with, without;
+
+    (void)state;
+    with = draw_view(&s, &scene, NULL);
+    s.settings.light.occlusion = 0;
+    without = draw_view(&s, &scene, NULL);
+    /* the open plate and the bottom of the hole */
+    assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) - 30);
+    assert_true(brightness(&with, 40, 40) < brightness(&without, 40, 40) - 60);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    free_scene(&s);
+}
+
+static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
+{
+    sc_scene scene;
+    small_scene s = plate_scene(1, &scene);
+    sc_image with, without;
+    int darker_right = 0, darker_left = 0;
+
+    (void)state;
+    s.settings.light.occlusion = 0;
+    without = draw_view(&s, &scene, NULL);
+    s.settings.light.shadows = true;
+    with = draw_view(&s, &scene, NULL);
+    /* seen from the front the pillar stands right of the middle, at 66; light comes from the left */
+    for (int y = 30; y < 60; y++) {
+        for (int x = 0; x < 81; x++) {
+            const int less = brightness(&without, x, y) - brightness(&with, x, y);
+
+            darker_right += x > 66 && less > 60;
+            darker_left += x < 50 && less > 60;
+        }
+    }
+    assert_true(darker_right > 80 && darker_left < 10);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    free_scene(&s);
+}
+
+static void distance_fades_into_the_background(void **state)
+{
+    sc_scene scene;
+    small_scene s = plate_scene(1, &scene);
+    sc_image with, without;
+
+    (void)state;
+    s.settings.background[0] = s.settings.background[1] = s.settings.background[2] = 255;
+    without = draw_view(&s, &scene, NULL);
+    s.settings.light.depth_cue = 0.8;
+    with = draw_view(&s, &scene, NULL);
+    /* the plate is far, the top of the pillar near: it changes less */
+    assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) + 20);
+    assert_true(brightness(&with, 20, 10) - brightness(&without, 20, 10) >
+                brightness(&with, 66, 40) - brightness(&without, 66, 40) + 10);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    free_scene(&s);
+}
+
+static int ball(double x, double y, double z)
+{
+    return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
+}
+
+static small_scene ball_scene(double opacity, sc_scene *scene)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), opacity);
+
+    s.settings.width_px = s.settings.height_px = 101;
+    *scene = (sc_scene){.group_count = 1};
+    scene->camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
+                                   (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+    return s;
+}
+
+/* A glass ball is densest at its rim, and the more so with stronger edges. */
+static void translucent_edges_stand_out(void **state)
+{
+    sc_scene scene;
+    small_scene s = ball_scene(0.2, &scene);
+    sc_image with, without;
+
+    (void)state;
+    s.settings.light.flat = true;
+    s.settings.light.edges = 0;
+    without = draw_view(&s, &scene, NULL);
+    s.settings.light.edges = 1;
+    with = draw_view(&s, &scene, NULL);
+    assert_int_equal(brightness(&with, 50, 50), brightness(&without, 50, 50));
+    assert_true(brightness(&with, 50 + 36, 50) < brightness(&without, 50 + 36, 50) - 40);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    free_scene(&s);
+}
+
+static void flat_light_shows_plain_colours(void **state)
+{
+    sc_scene scene;
+    small_scene s = ball_scene(1, &scene);
+    sc_image image;
+
+    (void)state;
+    s.settings.light.flat = true;
+    image = draw_view(&s, &scene, NULL);
+    for (int x = 18; x < 84; x++)
+        assert_memory_equal(pixel(&image, x, 50), s.volume.labels[1].rgb, 3);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+/* Rays on edges alone come close to rays everywhere, for a fraction of them. */
+static void adaptive_antialiasing_is_nearly_full(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 1);
+    const sc_scene scene = front_view(&s);
+    sc_render_stats full, adaptive, single;
+    sc_image a, b, c;
+    sc_image_difference close, far;
+
+    (void)state;
+    s.settings.width_px = 360;
+    s.settings.height_px = 280;
+    s.settings.samples = 8;
+    a = draw_view(&s, &scene, &full);
+    s.settings.everywhere = false;
+    b = draw_view(&s, &scene, &adaptive);
+    s.settings.samples = 1;
+    c = draw_view(&s, &scene, &single);
+    assert_true(sc_image_compare(&a, &b, &close) && sc_image_compare(&a, &c, &far));
+    assert_true(close.rms < far.rms / 4);
+    assert_true(3 * adaptive.counters.rays < full.counters.rays);
+    assert_true(single.counters.rays < adaptive.counters.rays);
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+    sc_image_clear(&c);
+    free_scene(&s);
+}
+
+static int halves(double x, double y, double z)
+{
+    return ball(x, y, z) ? 1 + (z > 20.2) : 0;
+}
+
+/* A line between two tissues on a cut face, as wide as asked for, and none elsewhere. */
+static void cut_faces_have_outlines_where_tissues_meet(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
+    small_scene s;
+    sc_scene scene = {.plane_count = 1, .group_count = 1, .groups = {1}};
+    sc_image image;
+    int dark = 0;
+
+    (void)state;
+    for (int id = 1; id < 3; id++) {
+        for (int i = 0; i < 3; i++)
+            volume.labels[id].rgb[i] = 200;
+    }
+    s = make_scene(volume, 1);
+    s.settings.width_px = s.settings.height_px = 400; /* ten pixels a voxel */
+    s.settings.cap_outline = 0.8;
+    scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
+                                  SC_ORTHOGRAPHIC, 20);
+    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    image = draw_view(&s, &scene, NULL);
+    for (int y = 150; y < 250; y++)
+        dark += brightness(&image, 200, y) < 450;
+    assert_in_range(dark, 5, 11);
+    assert_int_equal(brightness(&image, 200, 120), brightness(&image, 200, 280));
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+/* Inside a tissue its walls are seen from within; nothing is solid there. */
+static void a_camera_inside_a_tissue_sees_its_walls(void **state)
+{
+    sc_scene scene;
+    small_scene s = ball_scene(1, &scene);
+    sc_image image;
+
+    (void)state;
+    scene.camera = sc_camera_look((sc_vec3){20, 20, 20}, (sc_vec3){20, 0, 20}, (sc_vec3){0, 0, 1},
+                                  SC_PERSPECTIVE, 0.5);
+    image = draw_view(&s, &scene, NULL);
+    for (int y = 0; y < 101; y += 10) {
+        for (int x = 0; x < 101; x += 10)
+            assert_true(brightness(&image, x, y) < 740);
+    }
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(holes_are_darker_than_open_surfaces),
+        cmocka_unit_test(the_pillar_casts_a_shadow_away_from_the_key_light),
+        cmocka_unit_test(distance_fades_into_the_background),
+        cmocka_unit_test(translucent_edges_stand_out),
+        cmocka_unit_test(flat_light_shows_plain_colours),
+        cmocka_unit_test(adaptive_antialiasing_is_nearly_full),
+        cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
+        cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
+    };
+
+    return RUN(tests);
+}

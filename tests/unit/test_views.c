@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Lines and text over pictures; slices in the right place, the right way round, in the colours of
+ * the tissues. */
+#include "check.h"
+
+#include "scenes.h"
+#include "segcast/views.h"
+
+#include <math.h>
+#include <string.h>
+
+static const uint8_t black[3] = {0, 0, 0}, white[3] = {255, 255, 255};
+
+static sc_image blank_image(int width, int height)
+{
+    sc_image image;
+
+    assert_ok(sc_image_init(&quiet, width, height, &image));
+    memset(image.rgb, 255, sc_image_bytes(&image));
+    return image;
+}
+
+static const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+}
+
+static void lines_and_frames_lie_where_they_should(void **state)
+{
+    sc_image image = blank_image(60, 40);
+    sc_overlay *overlay;
+
+    (void)state;
+    assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
+    sc_overlay_line(overlay, 10, 20.5, 50, 20.5, 1, black, 1);
+    sc_overlay_frame(overlay, 2.5, 2.5, 54, 34, 1, black);
+    assert_memory_equal(pixel(&image, 30, 20), white, 3); /* not before it is finished */
+    sc_overlay_finish(overlay);
+    for (int x = 12; x < 48; x++) {
+        assert_memory_equal(pixel(&image, x, 20), black, 3);
+        assert_memory_equal(pixel(&image, x, 18), white, 3);
+        assert_memory_equal(pixel(&image, x, 2), black, 3);
+        assert_memory_equal(pixel(&image, x, 36), black, 3);
+    }
+    sc_image_clear(&image);
+}
+
+/* The box of the dark pixels within the picture. */
+static void ink_box(const sc_image *image, int box[4])
+{
+    box[0] = box[1] = 10000;
+    box[2] = box[3] = -1;
+    for (int y = 0; y < image->height_px; y++) {
+        for (int x = 0; x < image->width_px; x++) {
+            if (pixel(image, x, y)[0] > 100)
+                continue;
+            box[0] = x < box[0] ? x : box[0];
+            box[1] = y < box[1] ? y : box[1];
+            box[2] = x > box[2] ? x : box[2];
+            box[3] = y > box[3] ? y : box[3];
+        }
+    }
+}
+
+static void text_is_anchored_and_has_its_size(void **state)
+{
+    const sc_letters letters = {.size_px = 30, .halo = {255, 255, 255}};
+
+    (void)state;
+    for (int anchor = -1; anchor <= 1; anchor++) {
+        sc_image image = blank_image(200, 100);
+        sc_overlay *overlay;
+        int box[4];
+
+        assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
+        sc_overlay_text(overlay, 100, 50, anchor, anchor, &letters, "HL");
+        sc_overlay_finish(overlay);
+        ink_box(&image, box);
+        assert_in_range(box[3] - box[1], 17, 27); /* the height of capitals */
+        assert_near(box[0] + (anchor + 1) / 2.0 * (box[2] - box[0]), 100, 3);
+        assert_near(box[1] + (anchor + 1) / 2.0 * (box[3] - box[1]), 50, 3);
+        sc_image_clear(&image);
+    }
+}
+
+/* Three rods along R, A and S that start in the middle: red, green and blue. */
+static int rods(double x, double y, double z)
+{
+    const bool mx = fabs(x - 20) < 2, my = fabs(y - 20) < 2, mz = fabs(z - 20) < 2;
+
+    return x > 20 && my && mz ? 1 : y > 20 && mx && mz ? 2 : z > 20 && mx && my ? 3 : 0;
+}
+
+static void slices_are_in_radiological_convention(void **state)
+{
+    static const uint8_t colors[4][3] = {{0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    /* steps on a panel from its middle: where the rod lies, seen in each slice */
+    static const int rod_of[3][2] = {{1, 2}, {1, 3}, {2, 3}};
+    static const int steps[3][2][2] = {
+        {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}};
+    sc_volume volume = shape_volume(size, spacing, 1, 4, rods);
+    small_scene s;
+    sc_views views = {.point_mm = {20, 20, 20},
+                      .high_mm = {40, 40, 40},
+                      .oriented = true,
+                      .background = {255, 255, 255}};
+    sc_image image = blank_image(400, 400);
+    sc_renderer *r;
+    sc_render_stats stats;
+    sc_scene scene;
+
+    (void)state;
+    for (int id = 1; id < 4; id++)
+        memcpy(volume.labels[id].rgb, colors[id], 3);
+    s = make_scene(volume, 1);
+    scene = front_view(&s);
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_views_draw(&quiet, r, &views, &scene, &image, &stats));
+    for (int panel = 0; panel < 3; panel++) {
+        for (int i = 0; i < 2; i++) {
+            /* beside the line of the other slice */
+            const int x = (panel & 1) * 200 + 100 + steps[panel][i][0] + (i ? 3 : 0);
+            const int y = (panel & 2) * 100 + 100 + steps[panel][i][1] + (i ? 0 : 3);
+
+            assert_memory_equal(pixel(&image, x, y), colors[rod_of[panel][i]], 3);
+        }
+        assert_memory_equal(pixel(&image, (panel & 1) * 200 + 125, (panel & 2) * 100 + 103), white,
+                            3);
+    }
+    assert_true(stats.counters.rays > 0);
+    sc_renderer_free(r);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
+static void no_allocation_that_fails_is_lost(void **state)
+{
+    sc_image image = blank_image(32, 32);
+    long budget = 0;
+    const sc_ctx poor = {.alloc_budget = &budget};
+    sc_overlay *overlay = NULL;
+
+    (void)state;
+    assert_int_equal(sc_overlay_begin(&poor, &image, &overlay), SC_ERR_MEMORY);
+    assert_null(overlay);
+    sc_image_clear(&image);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lines_and_frames_lie_where_they_should),
+        cmocka_unit_test(text_is_anchored_and_has_its_size),
+        cmocka_unit_test(slices_are_in_radiological_convention),
+        cmocka_unit_test(no_allocation_that_fails_is_lost),
+    };
+
+    return RUN(tests);
+}
