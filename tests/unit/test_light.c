@@ -81,7 +81,7 @@ static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
             const int less = brightness(&without, x, y) - brightness(&with, x, y);
 
             darker_right += x > 66 && less > 60;
-            darker_left += x < 50 && less > 60;
+            darker_left += x < 28 && less > 60;
         }
     }
     assert_true(darker_right > 80 && darker_left < 10);
