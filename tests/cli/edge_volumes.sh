@@ -1,0 +1,43 @@
+# Volumes and jobs at the edge of what makes sense: each draws, says what is odd, and ends well.
+nrrd() { # nrrd NAME SIZES COUNT BYTE: a volume of one label throughout
+    {
+        printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: %s\nspace: right-anterior-superior\n' "$2"
+        printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n'
+        head -c "$3" /dev/zero | tr '\0' "$4"
+    } >"$1.nrrd"
+}
+nrrd flat '40 30 1' 1200 '\1'
+nrrd rod '1 50 1' 50 '\1'
+nrrd point '1 1 1' 1 '\1'
+nrrd nothing '20 20 20' 8000 '\0'
+
+for name in flat rod point; do
+    for surface in smooth voxel; do
+        for smooth in 0 1.25; do
+            printf 'volume: %s.nrrd\noutput: {size: [64, 48]}\nrender: {surface: %s, smooth: %s}\n' \
+                "$name" "$surface" "$smooth" >job.yaml
+            printf 'animation: {camera: {orbit: {start: 30, elevation: 40}}}\n' >>job.yaml
+            "$SEGCAST" still job.yaml -o "$name.png" >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
+            "$SEGCAST" still job.yaml -o plain.png --set render.skip=none -q >/dev/null
+            "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods differ"
+            "$SEGCAST" still job.yaml -o blank.png -q --set 'tissues."*".opacity=0' >/dev/null
+            "$IMAGE_DIFFERENCE" "$name.png" blank.png 0 0 2>/dev/null >&2 && fail "$name $surface: nothing is drawn"
+        done
+    done
+    "$SEGCAST" views "$name.nrrd" -o views.png --size 200x160 -q >/dev/null || fail "views of $name"
+done
+
+"$SEGCAST" views nothing.nrrd -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "background only"
+grep -q 'holds background only' log.txt || fail "background only is not said: $(cat log.txt)"
+
+printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{plane: {normal: superior, at: 50 mm}}]\n' >gone.yaml
+"$SEGCAST" render gone.yaml -o gone >/dev/null 2>log.txt || fail "a clip that removes everything: $(cat log.txt)"
+grep -q 'removes everything in 3 frames' log.txt || fail "no warning: $(cat log.txt)"
+grep -c '"frame"' gone/manifest.jsonl | grep -qx 3 || fail "frames are missing"
+
+printf 'volume: flat.nrrd\ntissues: {"*": {interior_opacity: 0.1}}\n' >inside.yaml
+"$SEGCAST" still inside.yaml -o x.png --set output.size=[32,32] >/dev/null 2>log.txt
+grep -q 'interior_opacity is not used' log.txt || fail "no word of interior_opacity: $(cat log.txt)"
+
+"$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "half a point is taken"
+grep -q 'expected for example' log.txt || fail "half a point: $(cat log.txt)"
