@@ -23,7 +23,8 @@ const shape *shape_find(const char *name);
 /* Signed distance in voxels to the surface of what @p label owns, and the outward unit normal at
  * the nearest point of the surface. @p p in mm. */
 double shape_distance(const shape *s, int label, sc_vec3 p, sc_vec3 *normal);
-/* The label that owns a point, and the distance in voxels to the nearest border. */
+/* The label that owns a point, and the distance in voxels to the nearest border (of the phantom
+ * only whether it is more than half a voxel). */
 int shape_owner(const shape *s, sc_vec3 p, double *border);
 /* A point on the middle line of a torus, @p u in [0, 1). */
 sc_vec3 shape_middle(const shape *s, double u);

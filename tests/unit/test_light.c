@@ -75,7 +75,8 @@ static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
     without = draw_view(&s, &scene, NULL);
     s.settings.light.shadows = true;
     with = draw_view(&s, &scene, NULL);
-    /* seen from the front the pillar stands right of the middle, at 66; light comes from the left */
+    /* seen from the front the pillar stands right of the middle, at 66; light comes from the left
+     */
     for (int y = 30; y < 60; y++) {
         for (int x = 0; x < 81; x++) {
             const int less = brightness(&without, x, y) - brightness(&with, x, y);
