@@ -34,13 +34,36 @@ static uint32_t id_at_place(const sc_prepared *v, int x, int y, int z)
                                : ((const uint16_t *)v->ids)[index];
 }
 
+/* Sum over the 64 places of a brick that lies inside the volume. */
+static float sum_inside(const blur *b, const int low[3])
+{
+    const sc_prepared *v = b->volume;
+    const size_t nx = (size_t)v->size[0], plane = nx * (size_t)v->size[1];
+    const size_t base =
+        (size_t)(low[2] - 1) * plane + (size_t)(low[1] - 1) * nx + (size_t)(low[0] - 1);
+    float sum = 0;
+
+    for (int row = 0; row < SC_BRICK * SC_BRICK; row++) {
+        const size_t at = base + (size_t)(row / SC_BRICK) * plane + (size_t)(row % SC_BRICK) * nx;
+
+        for (size_t x = 0; x < SC_BRICK; x++)
+            sum += b->opacity[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[at + x]
+                                                  : ((const uint16_t *)v->ids)[at + x]];
+    }
+    return sum;
+}
+
 static float occupancy(const blur *b, size_t brick, const int low[3])
 {
+    const int *size = b->volume->size;
     float sum = 0;
 
     /* The second place: the first may lie in the rim around the volume. */
     if (!b->volume->near[brick])
         return b->opacity[id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
+    if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
+        low[1] + SC_BRICK <= size[1] + 1 && low[2] + SC_BRICK <= size[2] + 1)
+        return sum_inside(b, low) / 64;
     for (int bit = 0; bit < 64; bit++)
         sum += b->opacity[id_at_place(b->volume, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
                                       low[2] + (bit >> 4))];
