@@ -70,6 +70,19 @@ void sc_preparation_pack(const sc_preparation *preparation, void *block);
 SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes,
                                        sc_prepared *out);
 
+/** The dense id at a place; outside of the volume background. */
+static inline uint32_t sc_id_at_place(const sc_prepared *v, int x, int y, int z)
+{
+    const size_t index =
+        ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
+        (size_t)(x - 1);
+
+    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
+        return 0;
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
+                               : ((const uint16_t *)v->ids)[index];
+}
+
 /** What is kept of a place near an interface, in SC_RECORD_BYTES bytes, lowest first:
  *  bits 0-4   the weight of its own label's vote, 1 to 31: half of what the label's smoothed
  *             membership has over that of any other, 31 standing for one half

@@ -32,17 +32,6 @@ typedef struct sc_crossing {
 } sc_crossing;
 enum { SC_CROSSINGS_MAX = 24 };
 
-static inline uint32_t sc_cell_label(const sc_prepared *v, int label_bytes, int x, int y, int z)
-{
-    const size_t index =
-        ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
-        (size_t)(x - 1);
-
-    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
-        return 0;
-    return label_bytes == 1 ? ((const uint8_t *)v->ids)[index] : ((const uint16_t *)v->ids)[index];
-}
-
 /* Labels of the corners of the cell at c->q. @return whether they differ. */
 static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
 {
@@ -61,8 +50,7 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
         }
     } else {
         for (int i = 0; i < SC_CORNERS; i++)
-            c->labels[i] =
-                sc_cell_label(v, label_bytes, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+            c->labels[i] = sc_id_at_place(v, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
     }
     for (int i = 1; i < SC_CORNERS; i++)
         differ |= c->labels[i] ^ c->labels[0];

@@ -22,18 +22,6 @@ typedef struct blur {
     int which;
 } blur;
 
-static uint32_t id_at_place(const sc_prepared *v, int x, int y, int z)
-{
-    size_t index;
-
-    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
-        return 0;
-    index = ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
-            (size_t)(x - 1);
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
-                               : ((const uint16_t *)v->ids)[index];
-}
-
 /* Sum over the 64 places of a brick that lies inside the volume. */
 static float sum_inside(const blur *b, const int low[3])
 {
@@ -60,13 +48,13 @@ static float occupancy(const blur *b, size_t brick, const int low[3])
 
     /* The second place: the first may lie in the rim around the volume. */
     if (!b->volume->near[brick])
-        return b->opacity[id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
+        return b->opacity[sc_id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
     if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
         low[1] + SC_BRICK <= size[1] + 1 && low[2] + SC_BRICK <= size[2] + 1)
         return sum_inside(b, low) / 64;
     for (int bit = 0; bit < 64; bit++)
-        sum += b->opacity[id_at_place(b->volume, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
-                                      low[2] + (bit >> 4))];
+        sum += b->opacity[sc_id_at_place(b->volume, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
+                                         low[2] + (bit >> 4))];
     return sum / 64;
 }
 

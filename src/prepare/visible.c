@@ -9,19 +9,6 @@ typedef struct mask_builder {
     uint64_t *masks;
 } mask_builder;
 
-/* The id at a place; those outside of the volume are background. */
-static uint32_t id_at(const sc_prepared *v, int x, int y, int z)
-{
-    const size_t index =
-        ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +
-        (size_t)(x - 1);
-
-    if (x < 1 || y < 1 || z < 1 || x > v->size[0] || y > v->size[1] || z > v->size[2])
-        return 0;
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
-                               : ((const uint16_t *)v->ids)[index];
-}
-
 /* Places of the brick that are voxels of the volume. @p low: its first place. */
 static uint64_t inside_bits(const sc_prepared *v, const int low[3])
 {
@@ -58,7 +45,7 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
         for (; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
             const uint32_t id =
-                id_at(v, low[0] + (bit & 3), low[1] + (bit >> 2 & 3), low[2] + (bit >> 4));
+                sc_id_at_place(v, low[0] + (bit & 3), low[1] + (bit >> 2 & 3), low[2] + (bit >> 4));
             const int needs = boundary >> bit & 1 ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 
             if (b->show[id] & needs)
@@ -71,12 +58,12 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
 /* Does the cell hold more than one label, one of them shown? */
 static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
 {
-    const uint32_t first = id_at(b->volume, x, y, z);
+    const uint32_t first = sc_id_at_place(b->volume, x, y, z);
     bool mixed = false, shown = b->show[first] & SC_SHOW_BOUNDARY;
 
     for (int corner = 1; corner < 8; corner++) {
         const uint32_t id =
-            id_at(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+            sc_id_at_place(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
 
         mixed = mixed || id != first;
         shown = shown || b->show[id] & SC_SHOW_BOUNDARY;
