@@ -39,5 +39,15 @@ printf 'volume: flat.nrrd\ntissues: {"*": {interior_opacity: 0.1}}\n' >inside.ya
 "$SEGCAST" still inside.yaml -o x.png --set output.size=[32,32] >/dev/null 2>log.txt
 grep -q 'interior_opacity is not used' log.txt || fail "no word of interior_opacity: $(cat log.txt)"
 
+# Slices go through the point that is asked for; and info measures what a table hides, too.
+"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+"$SEGCAST" views heart.nrrd -o middle.png --size 200x160 -q >/dev/null
+"$SEGCAST" views heart.nrrd -o aside.png --size 200x160 --point 10,-20,30 -q >/dev/null
+"$IMAGE_DIFFERENCE" middle.png aside.png 0 0 2>/dev/null >&2 && fail "the point does not matter"
+printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
+"$SEGCAST" info heart.nrrd --labels hidden.txt --labels-format itksnap --json 2>/dev/null |
+    jq -e '.labels[] | select(.value == 8) | (.visible | not) and .voxels > 0 and .thickness_mm > 0
+        and .surface_mm2 > 0' >/dev/null || fail "info of a hidden tissue"
+
 "$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "half a point is taken"
 grep -q 'expected for example' log.txt || fail "half a point: $(cat log.txt)"

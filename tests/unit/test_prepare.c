@@ -250,13 +250,21 @@ static int everything(double x, double y, double z)
     return 1;
 }
 
-/* The thickness at a place is that of the tissue there: a slab of 9 voxels of half a millimetre. */
+static int slab_on_block(double x, double y, double z)
+{
+    (void)x;
+    (void)y;
+    return z < 20 ? 0 : z < 29 ? 1 : 2;
+}
+
+/* The thickness at a place is that of the tissue there, not of the next one: a slab of 9 voxels of
+ * half a millimetre on a thick block. */
 static void local_thickness_of_a_slab(void **state)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
     const sc_prepare_settings settings = {.local_thickness = true, .threads = 2};
-    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_and_rod);
+    sc_volume volume = shape_volume(size, spacing, 1, 3, slab_on_block);
     sc_preparation *p;
     sc_prepared v;
     void *block;

@@ -179,9 +179,35 @@ static void exceptions_make_groups_of_planes(void **state)
     sc_volume_clear(&volume);
 }
 
+/* Unseen is what is hidden, or has no opacity at all; the thickness is needed for what is seen. */
+static void unseen_labels_are_found(void **state)
+{
+    const sc_label labels[6] = {{.value = 0, .opacity = -1},
+                                {.value = 1, .name = "auto", .opacity = -1},
+                                {.value = 2, .name = "glass", .opacity = 0},
+                                {.value = 3, .name = "off", .opacity = 1, .hidden = true},
+                                {.value = 4, .name = "ruled out", .opacity = 1},
+                                {.value = 5, .name = "inside", .opacity = 0}};
+    const sc_tissue_rule rules[] = {
+        {.pattern = "ruled out", .has_visible = true, .visible = false},
+        {.pattern = "inside", .has_interior_opacity = true, .interior_opacity = 0.1},
+        {.pattern = "auto", .has_opacity = true, .opacity = 0.5}};
+    const bool expected[6] = {false, false, true, true, true, false};
+    bool hidden[6], thickness;
+
+    (void)state;
+    sc_hidden_labels(labels, 6, rules, 3, hidden, &thickness);
+    for (int id = 0; id < 6; id++)
+        assert_int_equal(hidden[id], expected[id]);
+    assert_false(thickness);
+    sc_hidden_labels(labels, 6, rules, 2, hidden, &thickness);
+    assert_true(thickness);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(unseen_labels_are_found),
         cmocka_unit_test(clipping_agrees_with_the_half_spaces),
         cmocka_unit_test(one_plane_cuts_the_same_in_both_modes),
         cmocka_unit_test(rules_by_name_glob_and_number_later_ones_winning),
