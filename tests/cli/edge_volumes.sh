@@ -43,7 +43,10 @@ grep -q 'interior_opacity is not used' log.txt || fail "no word of interior_opac
 "$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
 "$SEGCAST" views heart.nrrd -o middle.png --size 200x160 -q >/dev/null
 "$SEGCAST" views heart.nrrd -o aside.png --size 200x160 --point 10,-20,30 -q >/dev/null
-"$IMAGE_DIFFERENCE" middle.png aside.png 0 0 2>/dev/null >&2 && fail "the point does not matter"
+"$SEGCAST" views heart.nrrd -o other.png --size 200x160 --point -10,20,0 -q >/dev/null
+for picture in middle other; do
+    "$IMAGE_DIFFERENCE" $picture.png aside.png 0 0 2>/dev/null >&2 && fail "the point does not matter"
+done
 printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
 "$SEGCAST" info heart.nrrd --labels hidden.txt --labels-format itksnap --json 2>/dev/null |
     jq -e '.labels[] | select(.value == 8) | (.visible | not) and .voxels > 0 and .thickness_mm > 0
