@@ -29,19 +29,29 @@ static size_t framed(const sc_prepared *v, size_t x, size_t y, size_t z)
     return ((z + 1) * (size_t)(v->bricks[1] + 2) + y + 1) * (size_t)(v->bricks[0] + 2) + x + 1;
 }
 
+/* The first place of a brick. */
+static void low_of_brick(const sc_prepared *v, size_t brick, int low[3])
+{
+    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
+
+    low[0] = (int)(brick % bx) * SC_BRICK;
+    low[1] = (int)(brick / bx % by) * SC_BRICK;
+    low[2] = (int)(brick / bx / by) * SC_BRICK;
+}
+
 static void build_masks(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
     const sc_prepared *v = b->volume;
-    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
-                            (int)(brick / bx / by) * SC_BRICK};
+        int low[3];
         const uint64_t boundary = v->near[brick];
-        uint64_t left = b->interior ? inside_bits(v, low) : boundary, mask = 0;
+        uint64_t left, mask = 0;
 
+        low_of_brick(v, brick, low);
+        left = b->interior ? inside_bits(v, low) : boundary;
         for (; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
             const uint32_t id =
@@ -51,7 +61,8 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
             if (b->show[id] & needs)
                 mask |= 1ull << bit;
         }
-        b->masks[framed(v, brick % bx, brick / bx % by, brick / bx / by)] = mask;
+        b->masks[framed(v, (size_t)low[0] / SC_BRICK, (size_t)low[1] / SC_BRICK,
+                        (size_t)low[2] / SC_BRICK)] = mask;
     }
 }
 
@@ -76,14 +87,13 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
     const sc_prepared *v = b->volume;
-    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const int low[3] = {(int)(brick % bx) * SC_BRICK, (int)(brick / bx % by) * SC_BRICK,
-                            (int)(brick / bx / by) * SC_BRICK};
+        int low[3];
         uint64_t mask = 0;
 
+        low_of_brick(v, brick, low);
         for (uint64_t left = v->near[brick]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
 
@@ -91,7 +101,8 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
                                 low[2] + (bit >> 4)))
                 mask |= 1ull << bit;
         }
-        b->masks[framed(v, brick % bx, brick / bx % by, brick / bx / by)] = mask;
+        b->masks[framed(v, (size_t)low[0] / SC_BRICK, (size_t)low[1] / SC_BRICK,
+                        (size_t)low[2] / SC_BRICK)] = mask;
     }
 }
 
