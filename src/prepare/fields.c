@@ -23,8 +23,7 @@ enum {
     TAPS = 2 * RADIUS + 1,
     PATTERNS = 1 << WINDOW,
     ROWS = WINDOW * WINDOW,
-    CLASSES_MAX = 49, /* distances of rows from the axis */
-    WEIGHT_LEAST = 3  /* of SC_WEIGHT_MAX: a voxel always owns its centre */
+    WEIGHT_LEAST = 3 /* of SC_WEIGHT_MAX: a voxel always owns its centre */
 };
 
 #define WEIGHT_WIDTH 1.55 /* standard deviation of the filter for weights, in reference voxels */
