@@ -15,7 +15,8 @@ typedef enum sc_surface {
 
 typedef enum sc_skip {
     SC_SKIP_NONE,    /**< every sample or cell is classified from the labels alone (paper: plain) */
-    SC_SKIP_INTERIOR /**< only those marked by preprocessing are (paper: accelerated) */
+    SC_SKIP_INTERIOR, /**< only those marked by preprocessing are (paper: accelerated) */
+    SC_SKIP_LEAP      /**< the same, in leaps over empty bricks, many rays side by side */
 } sc_skip;
 
 /** A label as the kernel sees it. */
@@ -48,6 +49,7 @@ typedef struct sc_march {
     const uint64_t *visible;        /**< sc_visible_masks or, smooth, sc_visible_cells; not read by
                                          SC_SKIP_NONE */
     int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
+    const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;                  /**< voxel only */
     sc_march_light light;
@@ -95,8 +97,17 @@ typedef struct sc_radiance {
 typedef struct sc_march_counters {
     uint64_t rays;          /**< that met the volume */
     uint64_t samples;       /**< samples or cells looked at */
+    uint64_t leaps;         /**< over empty bricks; SC_SKIP_LEAP only */
     uint64_t contributions; /**< samples, crossings and caps that added colour */
 } sc_march_counters;
+
+static inline void sc_add_counters(sc_march_counters *to, const sc_march_counters *from)
+{
+    to->rays += from->rays;
+    to->samples += from->samples;
+    to->leaps += from->leaps;
+    to->contributions += from->contributions;
+}
 
 /** March @p count rays. @param out [count]. Adds to @p counters. Threads: any. */
 typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
@@ -107,12 +118,21 @@ typedef struct sc_kernel {
     sc_surface surface;
     sc_skip skip;
     int label_bytes;
-    const char *cpu; /**< instruction set, "c" for plain C */
+    const char *cpu; /**< instruction set: one of sc_cpu_names */
     sc_march_fn *march;
 } sc_kernel;
 
-/** The kernel for a job; never NULL for valid arguments. */
-const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, int label_bytes);
+/** Names of instruction sets: "auto", the best that this processor has, then all there are
+ *  kernels for on some processor, the best first and plain C, "c", last. NULL ends the list. */
+extern const char *const sc_cpu_names[];
+/** Can this processor run them? */
+bool sc_cpu_has(const char *name);
+/** The kernel for a job. SC_SKIP_NONE and SC_SKIP_INTERIOR are there in plain C alone.
+ *  @param cpu one of sc_cpu_names; NULL is "auto".
+ *  @return NULL if this processor cannot run it, or the volume is too large for it: kernels of
+ *  SC_SKIP_LEAP count in 31 bits. */
+const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
+                                const char *cpu);
 /** The label that owns a point, by the largest vote: the rule of the smooth surface.
  *  @param place point in places (voxel + 1). @return dense id; background outside. */
 uint32_t sc_kernel_owner(const sc_prepared *volume, const float place[3]);

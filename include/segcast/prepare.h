@@ -7,6 +7,8 @@
 
 #include "segcast/volume.h"
 
+/** Wide kernels read single bytes by four: so many may be read beyond the end of what they use. */
+enum { SC_GATHER_BYTES = 3 };
 enum { SC_BRICK = 4 /**< edge of a brick in voxels; its 64 voxels are the bits of one mask */ };
 
 /** What is measured of one label. */
@@ -112,10 +114,11 @@ static inline void sc_record_normal(uint32_t record, float out[3])
     const float fold = z < 0 ? -z : 0;
     const float ox = x < 0 ? x + fold : x - fold, oy = y < 0 ? y + fold : y - fold;
     const float length = (float)(1 << (record >> 5 & 7)) * sqrtf(ox * ox + oy * oy + z * z);
+    const float inverse = 1 / length;
 
-    out[0] = ox / length;
-    out[1] = oy / length;
-    out[2] = z / length;
+    out[0] = ox * inverse;
+    out[1] = oy * inverse;
+    out[2] = z * inverse;
 }
 
 /** Thickness of a code: SC_THICKNESS_STEPS codes to an octave, from SC_THICKNESS_LEAST_MM up. */
@@ -148,6 +151,12 @@ SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *vol
  *  than one label, one of them with SC_SHOW_BOUNDARY; shape as of sc_visible_masks. */
 SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
+/** Chessboard distance, in bricks, of every brick of @p masks (of sc_visible_masks or
+ *  sc_visible_cells; same shape) to the nearest one that is not empty: all bricks less than that
+ *  away are. 0 for those that are not; no more than 254. SC_GATHER_BYTES more may be read.
+ *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
+SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
+                                         const uint64_t *masks, uint8_t **out);
 /** How much of its surroundings is filled with visible tissue, coarsely: for the light in
  *  cavities and for shadows. Values of two Gaussian blurs, 255 for all filled. */
 typedef struct sc_occlusion {

@@ -14,6 +14,8 @@ typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
+    const char *cpu; /**< instruction set of the kernels, one of sc_cpu_names; NULL: the best that
+                          this processor has */
     int samples;        /**< rays per pixel, 1 to SC_SAMPLES_MAX */
     bool everywhere;    /**< take them in every pixel; else one, and those where neighbouring pixels
                              see something else */
@@ -36,7 +38,7 @@ typedef struct sc_render_stats {
 } sc_render_stats;
 
 /** @p volume and @p tissues (by dense id) stay borrowed until sc_renderer_free.
- *  @return SC_ERR_MEMORY. */
+ *  @return SC_ERR_MEMORY; SC_ERR_USAGE if the processor has not what settings->cpu names. */
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
                                       sc_renderer **out);

@@ -22,7 +22,7 @@ static void set_defaults(sc_job *job)
                    .preset = 5},
         .render = {.surface = SC_SURFACE_SMOOTH,
                    .smooth = 1,
-                   .skip = SC_SKIP_INTERIOR,
+                   .skip = SC_SKIP_LEAP,
                    .caps = 1,
                    .samples = 4,
                    .step_voxels = 0.5,
@@ -59,7 +59,7 @@ static sc_status apply_mode(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
     if (status != SC_OK || job->render.mode == SC_MODE_STANDARD)
         return status;
     job->render.surface = SC_SURFACE_VOXEL;
-    job->render.skip = job->render.mode == SC_MODE_PAPER ? SC_SKIP_NONE : SC_SKIP_INTERIOR;
+    job->render.skip = job->render.mode == SC_MODE_PAPER ? SC_SKIP_NONE : SC_SKIP_LEAP;
     job->render.samples = 1;
     job->light.flat = true;
     return SC_OK;

@@ -29,7 +29,7 @@ typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATE
 typedef struct sc_render_options {
     int mode;    /* sc_mode: other defaults for the rest */
     int surface; /* sc_surface */
-    int skip, caps, samples;
+    int skip, cpu, caps, samples;
     int antialiasing; /* 0 adaptive, 1 full */
     int thickness;    /* 0 per tissue, 1 local */
     double smooth, step_voxels, cap_outline;

@@ -211,6 +211,8 @@ static const option_row rows[] = {
     {"samples", 0, "N", "rays per pixel on edges, 1 to 8", "orbit views", take_key,
      "render.samples"},
     {"point", 0, "R,A,S", "where the slices cross, in mm", "views", take_point, NULL},
+    {"cpu", 0, "NAME", "kernels for auto, avx512, avx2, sse4 or c (plain C); same pictures", JOBS,
+     take_key, "render.cpu"},
     {"json", 0, NULL, "for machines", "info", take_json, NULL},
     {"threads", 0, "N", "threads of each rank", JOBS " info phantom", take_threads, NULL},
     {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom", take_quiet, NULL},

@@ -232,6 +232,7 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .height_px = job->output.size_px[1],
         .surface = (sc_surface)job->render.surface,
         .skip = (sc_skip)job->render.skip,
+        .cpu = sc_cpu_names[job->render.cpu],
         .samples = job->render.samples,
         .everywhere = job->render.antialiasing != 0,
         .step_voxels = job->render.step_voxels,

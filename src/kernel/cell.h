@@ -68,19 +68,10 @@ static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
     return v->near_start[brick] + sc_count_bits(v->near[brick] & below);
 }
 
-/* Weights and kinds of a cell with differing labels. */
-static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
+/* Weights and kinds, from labels and records. */
+static inline void sc_cell_sort(sc_cell *c)
 {
     c->kind_count = 0;
-    for (int i = 0; i < SC_CORNERS; i += 2) {
-        const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
-        const size_t low = sc_record_index(v, c->q[0], y, z);
-        /* Both corners are near an interface: within a brick their records are neighbours. */
-        const size_t high = (c->q[0] & 3) < 3 ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
-
-        c->records[i] = sc_record_at(v, low);
-        c->records[i + 1] = sc_record_at(v, high);
-    }
     for (int i = 0; i < SC_CORNERS; i++) {
         const uint32_t label = c->labels[i];
         int at = 0;
@@ -94,6 +85,21 @@ static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
             c->kinds[k] = c->kinds[k - 1];
         c->kinds[at] = label;
     }
+}
+
+/* Records, weights and kinds of a cell with differing labels. */
+static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
+{
+    for (int i = 0; i < SC_CORNERS; i += 2) {
+        const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
+        const size_t low = sc_record_index(v, c->q[0], y, z);
+        /* Both corners are near an interface: within a brick their records are neighbours. */
+        const size_t high = (c->q[0] & 3) < 3 ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
+
+        c->records[i] = sc_record_at(v, low);
+        c->records[i + 1] = sc_record_at(v, high);
+    }
+    sc_cell_sort(c);
 }
 
 /* The vote of label @p i less that of @p j at the corners. */

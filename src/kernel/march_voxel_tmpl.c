@@ -4,50 +4,8 @@
  *
  * Without skipping, a sample is classified from the labels around it, using nothing that
  * preprocessing has found; with it, one bit of the visible masks decides. Both must agree. */
-#include "shade.h"
 #include "variants.h"
-
-typedef struct cursor {
-    const sc_march *m;
-    const sc_ray *ray;
-    sc_radiance light;
-    uint64_t samples, contributions;
-} cursor;
-
-static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
-{
-    return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
-}
-
-/* Of a place: a voxel plus one. */
-static inline size_t brick_index(const sc_prepared *v, int x, int y, int z)
-{
-    return ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
-           (size_t)(x >> 2);
-}
-
-static inline int brick_bit(int x, int y, int z)
-{
-    return (x & 3) | (y & 3) << 2 | (z & 3) << 4;
-}
-
-static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
-{
-    return (unsigned)x < (unsigned)v->size[0] && (unsigned)y < (unsigned)v->size[1] &&
-           (unsigned)z < (unsigned)v->size[2];
-}
-
-static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
-{
-    return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
-}
-
-/* Position at a distance along the ray, in places plus 1/2. */
-static inline void position(const sc_ray *ray, float t, float p[3])
-{
-    for (int i = 0; i < 3; i++)
-        p[i] = ray->origin[i] + ray->direction[i] * t;
-}
+#include "voxel_ray.h"
 
 /* Mean of the normals of those of the eight nearest voxels that are boundary voxels of the same
  * label, by distance. @return false where they have no direction. */
@@ -160,15 +118,6 @@ static inline int find_sample(cursor *c, int k, int last)
     return k;
 }
 
-static inline bool kept(const sc_ray *ray, int group, int k)
-{
-    for (int i = 0; i < ray->parts[group]; i++) {
-        if (k >= ray->first[group][i] && k < ray->last[group][i])
-            return true;
-    }
-    return false;
-}
-
 /* Opacity of one sample of a boundary voxel. */
 static float boundary_alpha(const sc_march *m, const sc_march_tissue *tissue, int x, int y, int z)
 {
@@ -219,79 +168,6 @@ static void take_sample(cursor *c, int k)
     sc_light(m, tissue, &spot, rgb);
     sc_note(&c->light, label, alpha, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, alpha);
-}
-
-/* The cut face at the begin of a part: solid where a visible tissue of the group is cut. */
-static void take_cap(cursor *c, int group, int part)
-{
-    const sc_march *m = c->m;
-    const int plane = c->ray->cap_plane[group][part];
-    const sc_march_tissue *tissue;
-    float p[3], n[3], rgb[3];
-    int x, y, z;
-
-    position(c->ray, c->ray->begin_mm[group][part], p);
-    x = (int)p[0] - 1;
-    y = (int)p[1] - 1;
-    z = (int)p[2] - 1;
-    if (!in_volume(m->volume, x, y, z))
-        return;
-    tissue = &m->tissues[label_at(m->volume, x, y, z)];
-    if (!tissue->show || tissue->clip_group != group)
-        return;
-    for (int i = 0; i < 3; i++)
-        n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->begin_mm[group][part],
-                 tissue->rgb, rgb);
-    c->contributions++;
-    sc_note(&c->light, label_at(m->volume, x, y, z), 1,
-            c->ray->base_mm + c->ray->begin_mm[group][part], n);
-    sc_blend(&c->light, rgb, 1);
-}
-
-/* The next part, over all groups, whose first sample is at or after @p k; false if none is. */
-static bool next_part(const sc_ray *ray, int k, int *first, int *last)
-{
-    *first = INT32_MAX;
-    *last = 0;
-    for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            const int begin = ray->first[g][i] > k ? ray->first[g][i] : k;
-
-            if (begin >= ray->last[g][i])
-                continue;
-            if (begin < *first) {
-                *first = begin;
-                *last = ray->last[g][i];
-            }
-        }
-    }
-    return *first != INT32_MAX;
-}
-
-/* Cut faces that lie between sample k - 1 and sample k, front to back. */
-static void take_caps_before(cursor *c, int k)
-{
-    const sc_ray *ray = c->ray;
-
-    for (int i = 0; i < 2; i++) {
-        for (int g = 0; g < ray->groups; g++) {
-            if (i < ray->parts[g] && ray->cap_plane[g][i] >= 0 && ray->first[g][i] == k)
-                take_cap(c, g, i);
-        }
-    }
-}
-
-/* Is there anything to do at sample k but to look at it: a cut face, or the end of the part? */
-static int next_event(const sc_ray *ray, int k, int last)
-{
-    for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            if (ray->first[g][i] > k && ray->first[g][i] < last)
-                last = ray->first[g][i];
-        }
-    }
-    return last;
 }
 
 static void march_ray(cursor *c, bool caps)

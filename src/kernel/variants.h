@@ -5,9 +5,17 @@
 
 #include "segcast/kernel.h"
 
-sc_march_fn sc_march_voxel_none_u8_c, sc_march_voxel_none_u16_c;
-sc_march_fn sc_march_voxel_interior_u8_c, sc_march_voxel_interior_u16_c;
-sc_march_fn sc_march_smooth_none_u8_c, sc_march_smooth_none_u16_c;
-sc_march_fn sc_march_smooth_interior_u8_c, sc_march_smooth_interior_u16_c;
+#define SC_DECLARE_KERNELS(skip, cpu)                                                              \
+    sc_march_fn sc_march_voxel_##skip##_u8_##cpu, sc_march_voxel_##skip##_u16_##cpu,               \
+        sc_march_smooth_##skip##_u8_##cpu, sc_march_smooth_##skip##_u16_##cpu
+
+SC_DECLARE_KERNELS(none, c);
+SC_DECLARE_KERNELS(interior, c);
+SC_DECLARE_KERNELS(leap, c);
+#ifdef SC_KERNELS_X86
+SC_DECLARE_KERNELS(leap, sse4);
+SC_DECLARE_KERNELS(leap, avx2);
+SC_DECLARE_KERNELS(leap, avx512);
+#endif
 
 #endif

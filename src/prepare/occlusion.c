@@ -157,7 +157,7 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const
     mean_mm = cbrt(brick_mm[0] * brick_mm[1] * brick_mm[2]);
     SC_TRY(sc_zalloc(ctx, count, sizeof(float), &from));
     SC_TRY(sc_alloc(ctx, count, sizeof(float), &to));
-    SC_TRY(sc_alloc(ctx, count, 2, &filled));
+    SC_TRY(sc_alloc(ctx, count + SC_GATHER_BYTES, 2, &filled));
     b.from = from;
     b.to = to;
     b.filled = filled;

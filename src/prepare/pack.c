@@ -49,7 +49,7 @@ static block_header layout(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.total_bytes = aligned(sizeof h);
     for (int i = 0; i < SECTIONS; i++) {
         h.offset[i] = h.total_bytes;
-        h.total_bytes += aligned(bytes[i]);
+        h.total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
     }
     return h;
 }

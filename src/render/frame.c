@@ -197,13 +197,6 @@ static void draw_row(tile *t, int y)
     }
 }
 
-static void add_counters(sc_march_counters *to, const sc_march_counters *from)
-{
-    to->rays += from->rays;
-    to->samples += from->samples;
-    to->contributions += from->contributions;
-}
-
 static int least(int a, int b)
 {
     return a < b ? a : b;
@@ -233,7 +226,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
         for (int y = t.y0; y < t.y1; y++)
             draw_row(&t, y);
     }
-    add_counters(&stats->counters, &t.counters);
+    sc_add_counters(&stats->counters, &t.counters);
     stats->cpu_s += sc_thread_cpu_s() - begin_s;
 }
 
@@ -317,7 +310,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     *stats = (sc_render_stats){0};
     for (int i = 0; i < r->settings.threads; i++) {
-        add_counters(&stats->counters, &r->stats[i].counters);
+        sc_add_counters(&stats->counters, &r->stats[i].counters);
         stats->cpu_s += r->stats[i].cpu_s;
     }
     stats->wall_s = sc_wall_s() - begin_s;

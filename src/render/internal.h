@@ -19,6 +19,7 @@ struct sc_renderer {
     sc_march march;
     sc_march_tissue *tissues;
     uint64_t *visible;
+    uint8_t *distances;
     sc_occlusion occlusion;
     sc_vec3 *hull;
     size_t hull_count;

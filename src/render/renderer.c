@@ -97,6 +97,7 @@ static void fill_march(sc_renderer *r)
     r->march = (sc_march){
         .volume = v,
         .visible = r->visible,
+        .distances = r->distances,
         .visible_row = v->bricks[0] + 2,
         .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
         .tissues = r->tissues,
@@ -148,6 +149,8 @@ static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *
         r->visible = NULL;
         SC_TRY(sc_visible_cells(ctx, r->volume, show, threads, &r->visible));
     }
+    if (r->kernel->skip == SC_SKIP_LEAP)
+        SC_TRY(sc_brick_distances(ctx, r->volume, r->visible, &r->distances));
 out:
     return status;
 }
@@ -168,6 +171,19 @@ out:
     return status;
 }
 
+/* A volume too large for leaps is marched without them. */
+static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
+{
+    const sc_render_settings *s = &r->settings;
+
+    r->kernel = sc_kernel_find(s->surface, s->skip, r->volume, s->cpu);
+    if (!r->kernel && s->cpu && !sc_cpu_has(s->cpu))
+        return sc_fail(ctx, SC_ERR_USAGE, "this processor cannot run kernels for %s", s->cpu);
+    if (!r->kernel)
+        r->kernel = sc_kernel_find(s->surface, SC_SKIP_INTERIOR, r->volume, NULL);
+    return SC_OK;
+}
+
 sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                           const sc_prepared *volume, const sc_tissue *tissues, sc_renderer **out)
 {
@@ -181,11 +197,11 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     r = block;
     r->settings = *settings;
     r->volume = volume;
-    r->kernel = sc_kernel_find(settings->surface, settings->skip, volume->label_bytes);
     if (!sc_affine_invert(&volume->to_ras_mm, &r->to_voxel)) {
         status = sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
         goto out;
     }
+    SC_TRY(find_kernel(ctx, r));
     SC_TRY(allocate(ctx, r));
     SC_TRY(sc_alloc(ctx, labels, 1, &show));
     SC_TRY(sc_alloc(ctx, labels, sizeof(float), &opacity));
@@ -214,6 +230,7 @@ void sc_renderer_free(sc_renderer *r)
         return;
     sc_free(r->tissues);
     sc_free(r->visible);
+    sc_free(r->distances);
     sc_occlusion_clear(&r->occlusion);
     sc_free(r->hull);
     sc_free(r->stats);

@@ -318,7 +318,7 @@ static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
     const sc_vec3 low = sc_affine_point(&v->to_ras_mm, (sc_vec3){0, 0, 0});
     const sc_vec3 high = sc_affine_point(&v->to_ras_mm, corner);
 
-    st->kernel = sc_kernel_find(surface, SC_SKIP_INTERIOR, v->label_bytes);
+    st->kernel = sc_kernel_find(surface, SC_SKIP_INTERIOR, v, NULL);
     (void)sc_affine_invert(&v->to_ras_mm, &st->to_voxel);
     st->middle_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
     st->reach_mm = 0.56 * sc_vec3_length(sc_vec3_sub(high, low)) / (st->s->phantom ? 1.3 : 1.5);

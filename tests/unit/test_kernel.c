@@ -60,7 +60,33 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     return scene;
 }
 
-static void both_methods_give_the_same_bits_everywhere(void **state)
+/* Leaps, by every kernel that this processor can run. Their counts agree too. */
+static void expect_leaps_to_agree(small_scene *s, const sc_scene *scene, sc_image *expected,
+                                  const sc_march_counters *work)
+{
+    sc_march_counters first = {0};
+
+    s->settings.skip = SC_SKIP_LEAP;
+    for (int i = 1; sc_cpu_names[i]; i++) {
+        sc_render_stats stats;
+        sc_image image;
+
+        if (!sc_cpu_has(sc_cpu_names[i]))
+            continue;
+        s->settings.cpu = sc_cpu_names[i];
+        image = draw_view(s, scene, &stats);
+        expect_same(expected, &image);
+        sc_image_clear(&image);
+        assert_int_equal(stats.counters.contributions, work->contributions);
+        assert_true(stats.counters.samples + stats.counters.leaps <= work->samples);
+        if (first.rays)
+            assert_memory_equal(&stats.counters, &first, sizeof first);
+        first = stats.counters;
+    }
+    s->settings.cpu = NULL;
+}
+
+static void all_methods_give_the_same_bits_everywhere(void **state)
 {
     const int size[3] = {37, 26, 31};
     const double spacing[3] = {1, 1.3, 0.8};
@@ -95,6 +121,7 @@ static void both_methods_give_the_same_bits_everywhere(void **state)
         expect_same(&a, &b);
         assert_int_equal(plain.counters.contributions, fast.counters.contributions);
         assert_true(fast.counters.samples <= plain.counters.samples);
+        expect_leaps_to_agree(&s, &scene, &a, &fast.counters);
         blank += is_blank(&a);
         sc_image_clear(&a);
         sc_image_clear(&b);
@@ -206,7 +233,7 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
                          sc_vec3 direction, float length, uint64_t *contributions)
 {
     const sc_prepared *v = &s->prepared.view;
-    const sc_kernel *kernel = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, v->label_bytes);
+    const sc_kernel *kernel = sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, v, NULL);
     sc_march_tissue tissues[8];
     sc_march_counters counters = {0};
     sc_radiance light;
@@ -357,15 +384,34 @@ static void every_kernel_is_listed_and_found(void **state)
     const sc_kernel *all = sc_kernel_all(&count);
 
     (void)state;
-    assert_int_equal(count, 8);
-    for (size_t i = 0; i < count; i++)
-        assert_ptr_equal(sc_kernel_find(all[i].surface, all[i].skip, all[i].label_bytes), &all[i]);
+    assert_true(count >= 12);
+    for (size_t i = 0; i < count; i++) {
+        const sc_prepared volume = {.label_bytes = all[i].label_bytes};
+        const sc_kernel *found =
+            sc_kernel_find(all[i].surface, all[i].skip, &volume, all[i].cpu);
+
+        if (sc_cpu_has(all[i].cpu))
+            assert_ptr_equal(found, &all[i]);
+        else
+            assert_null(found);
+    }
+}
+
+static void a_volume_too_large_for_leaps_is_marched_without(void **state)
+{
+    const sc_prepared large = {.size = {2000, 2000, 2000}, .label_bytes = 1};
+    const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .near_count = 1u << 30};
+
+    (void)state;
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &large, NULL));
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &records, "c"));
+    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, &large, NULL));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(both_methods_give_the_same_bits_everywhere),
+        cmocka_unit_test(all_methods_give_the_same_bits_everywhere),
         cmocka_unit_test(threads_tiles_and_batches_change_nothing),
         cmocka_unit_test(the_work_of_a_frame_is_known),
         cmocka_unit_test(no_crossing_is_missed),
@@ -373,6 +419,7 @@ int main(void)
         cmocka_unit_test(cut_faces_are_solid),
         cmocka_unit_test(shading_is_smooth),
         cmocka_unit_test(every_kernel_is_listed_and_found),
+        cmocka_unit_test(a_volume_too_large_for_leaps_is_marched_without),
     };
 
     return RUN(tests);

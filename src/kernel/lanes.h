@@ -1,0 +1,341 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to kernel: MARCH_LANES rays side by side in a vector register. Arithmetic is written with
+ * the compiler's vector types and operators, which are exact IEEE operations on any processor;
+ * what those do not offer (masks, choices, gathers, roots) stands here once per instruction set,
+ * the build's flags telling which. Without any of them plain C does it. */
+#ifndef SC_KERNEL_LANES_H
+#define SC_KERNEL_LANES_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined __SSE4_1__ || defined __AVX2__
+#include <immintrin.h>
+#endif
+
+enum { LANES = MARCH_LANES };
+
+typedef float vf __attribute__((vector_size(4 * MARCH_LANES)));
+typedef int32_t vi __attribute__((vector_size(4 * MARCH_LANES)));
+typedef uint32_t vu __attribute__((vector_size(4 * MARCH_LANES)));
+
+static inline vf f_set(float x)
+{
+    return x - (vf){0};
+}
+
+static inline vi i_set(int32_t x)
+{
+    return x - (vi){0};
+}
+
+static inline vf f_load(const float *from)
+{
+    vf out;
+
+    memcpy(&out, from, sizeof out);
+    return out;
+}
+
+static inline vi i_load(const int32_t *from)
+{
+    vi out;
+
+    memcpy(&out, from, sizeof out);
+    return out;
+}
+
+static inline void f_store(vf x, float *to)
+{
+    memcpy(to, &x, sizeof x);
+}
+
+static inline void i_store(vi x, int32_t *to)
+{
+    memcpy(to, &x, sizeof x);
+}
+
+static inline vf f_of(vi x)
+{
+    return __builtin_convertvector(x, vf);
+}
+
+/* Towards zero; what does not fit gives anything. */
+static inline vi i_of(vf x)
+{
+#if defined __AVX512F__
+    return (vi)_mm512_cvttps_epi32((__m512)x);
+#elif defined __AVX2__
+    return (vi)_mm256_cvttps_epi32((__m256)x);
+#elif defined __SSE4_1__
+    return (vi)_mm_cvttps_epi32((__m128)x);
+#else
+    vi out;
+
+    for (int i = 0; i < LANES; i++)
+        out[i] = x[i] > -2e9f && x[i] < 2e9f ? (int32_t)x[i] : INT32_MIN;
+    return out;
+#endif
+}
+
+/* ---- masks ---- */
+
+#if defined __AVX512F__
+typedef __mmask16 vm;
+
+static inline vm m_none(void)
+{
+    return 0;
+}
+
+static inline vm m_and(vm a, vm b)
+{
+    return (vm)(a & b);
+}
+
+static inline vm m_or(vm a, vm b)
+{
+    return (vm)(a | b);
+}
+
+/* a without b */
+static inline vm m_less(vm a, vm b)
+{
+    return (vm)(a & ~b);
+}
+
+static inline vm f_below(vf a, vf b)
+{
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
+}
+
+static inline vm f_at_most(vf a, vf b)
+{
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ);
+}
+
+static inline vm f_equal(vf a, vf b)
+{
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_EQ_OQ);
+}
+
+static inline vm i_equal(vi a, vi b)
+{
+    return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
+}
+
+static inline vm i_below(vi a, vi b)
+{
+    return _mm512_cmplt_epi32_mask((__m512i)a, (__m512i)b);
+}
+
+static inline vf f_pick(vm m, vf yes, vf no)
+{
+    return (vf)_mm512_mask_blend_ps(m, (__m512)no, (__m512)yes);
+}
+
+static inline vi i_pick(vm m, vi yes, vi no)
+{
+    return (vi)_mm512_mask_blend_epi32(m, (__m512i)no, (__m512i)yes);
+}
+
+/* One bit per lane. */
+static inline uint32_t m_bits(vm m)
+{
+    return m;
+}
+
+static inline vm m_of_bits(uint32_t bits)
+{
+    return (vm)bits;
+}
+#else
+typedef vi vm;
+
+static inline vm m_none(void)
+{
+    return (vi){0};
+}
+
+static inline vm m_and(vm a, vm b)
+{
+    return a & b;
+}
+
+static inline vm m_or(vm a, vm b)
+{
+    return a | b;
+}
+
+static inline vm m_less(vm a, vm b)
+{
+    return a & ~b;
+}
+
+static inline vm f_below(vf a, vf b)
+{
+    return a < b;
+}
+
+static inline vm f_at_most(vf a, vf b)
+{
+    return a <= b;
+}
+
+static inline vm f_equal(vf a, vf b)
+{
+    return a == b;
+}
+
+static inline vm i_equal(vi a, vi b)
+{
+    return a == b;
+}
+
+static inline vm i_below(vi a, vi b)
+{
+    return a < b;
+}
+
+static inline vi i_pick(vm m, vi yes, vi no)
+{
+#if defined __AVX2__
+    return (vi)_mm256_blendv_epi8((__m256i)no, (__m256i)yes, (__m256i)m);
+#elif defined __SSE4_1__
+    return (vi)_mm_blendv_epi8((__m128i)no, (__m128i)yes, (__m128i)m);
+#else
+    return (yes & m) | (no & ~m);
+#endif
+}
+
+static inline vf f_pick(vm m, vf yes, vf no)
+{
+    return (vf)i_pick(m, (vi)yes, (vi)no);
+}
+
+static inline uint32_t m_bits(vm m)
+{
+#if defined __AVX2__
+    return (uint32_t)_mm256_movemask_ps((__m256)m);
+#elif defined __SSE4_1__
+    return (uint32_t)_mm_movemask_ps((__m128)m);
+#else
+    uint32_t bits = 0;
+
+    for (int i = 0; i < LANES; i++)
+        bits |= (uint32_t)(m[i] & 1) << i;
+    return bits;
+#endif
+}
+
+static inline vm m_of_bits(uint32_t bits)
+{
+    vi out;
+
+    for (int i = 0; i < LANES; i++)
+        out[i] = -(int32_t)(bits >> i & 1);
+    return out;
+}
+#endif
+
+static inline bool m_any(vm m)
+{
+    return m_bits(m) != 0;
+}
+
+static inline unsigned m_count(vm m)
+{
+    return (unsigned)__builtin_popcount(m_bits(m));
+}
+
+/* ---- what follows from those ---- */
+
+static inline vf f_sqrt(vf x)
+{
+#if defined __AVX512F__
+    return (vf)_mm512_sqrt_ps((__m512)x);
+#elif defined __AVX2__
+    return (vf)_mm256_sqrt_ps((__m256)x);
+#elif defined __SSE4_1__
+    return (vf)_mm_sqrt_ps((__m128)x);
+#else
+    for (int i = 0; i < LANES; i++)
+        x[i] = sqrtf(x[i]);
+    return x;
+#endif
+}
+
+/* The four bytes at base + offset of the lanes in @p m, 0 in the others. */
+static inline vi i_gather(const void *base, vi offset_bytes, vm m)
+{
+#if defined __AVX512F__
+    return (vi)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m, (__m512i)offset_bytes, base,
+                                           1);
+#elif defined __AVX2__
+    return (vi)_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), (const int *)base,
+                                           (__m256i)offset_bytes, (__m256i)m, 1);
+#else
+    vi out = {0};
+
+    for (uint32_t left = m_bits(m); left; left &= left - 1) {
+        const int i = __builtin_ctz(left);
+        int32_t each;
+
+        memcpy(&each, (const uint8_t *)base + offset_bytes[i], sizeof each);
+        out[i] = each;
+    }
+    return out;
+#endif
+}
+
+static inline vf f_gather(const void *base, vi offset_bytes, vm m)
+{
+    return (vf)i_gather(base, offset_bytes, m);
+}
+
+static inline vi i_floor(vf x)
+{
+    const vi whole = i_of(x);
+
+    return i_pick(f_below(x, f_of(whole)), whole - 1, whole);
+}
+
+static inline vf f_clamp01(vf x)
+{
+    return f_pick(f_below(x, f_set(0)), f_set(0), f_pick(f_below(f_set(1), x), f_set(1), x));
+}
+
+static inline vf f_above0(vf x)
+{
+    return f_pick(f_below(f_set(0), x), x, f_set(0));
+}
+
+/* Bits set. */
+static inline vi i_count_bits(vi x)
+{
+    vu v = (vu)x;
+
+    v -= v >> 1 & 0x55555555u;
+    v = (v & 0x33333333u) + (v >> 2 & 0x33333333u);
+    v = (v + (v >> 4)) & 0x0f0f0f0fu;
+    return (vi)(v * 0x01010101u >> 24);
+}
+
+static inline vf f_dot(const vf a[3], const vf b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline vf f_length(const vf a[3])
+{
+    return f_sqrt(f_dot(a, a));
+}
+
+static inline vf f_lerp(vf low, vf high, vf at)
+{
+    return low * (1 - at) + high * at;
+}
+
+#endif

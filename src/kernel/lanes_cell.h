@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to kernel: cell.h for MARCH_LANES cells side by side. Cells of two labels that are crossed
+ * at most once, nearly all there are, are handled in lanes; the others one by one, by cell.h. */
+#ifndef SC_KERNEL_LANES_CELL_H
+#define SC_KERNEL_LANES_CELL_H
+
+#include "cell.h"
+#include "lanes.h"
+
+typedef struct v_cell {
+    vi q[3];
+    vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
+    vf weights[SC_CORNERS];
+} v_cell;
+
+/* Labels of both ends of a row of the cell, along x. Rows outside of the volume are background. */
+static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi y, vi z, vm on,
+                                vi out[2])
+{
+    const int row = v->size[0], layer = row * v->size[1];
+    const vm inside = m_and(m_and(m_and(i_below(i_set(0), y), i_below(y, i_set(v->size[1] + 1))),
+                                  m_and(i_below(i_set(0), z), i_below(z, i_set(v->size[2] + 1)))),
+                            on);
+    /* What is left of the volume is read from its first voxel, and shifted into its place. */
+    const vm low_in = m_and(inside, i_below(i_set(0), x));
+    const vm high_in = m_and(inside, i_below(x, i_set(row)));
+    const vi first = i_pick(i_below(i_set(0), x), x - 1, i_set(0));
+    const vi two = i_gather(v->ids, ((z - 1) * layer + (y - 1) * row + first) * label_bytes,
+                            m_or(low_in, high_in));
+    const int bits = 8 * label_bytes;
+    const vi low = two & ((1 << bits) - 1), next = two >> bits & ((1 << bits) - 1);
+
+    out[0] = i_pick(low_in, low, i_set(0));
+    out[1] = i_pick(high_in, i_pick(i_below(i_set(0), x), next, low), i_set(0));
+}
+
+static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *c, vm on)
+{
+    for (int i = 0; i < SC_CORNERS; i += 2)
+        v_row_labels(v, label_bytes, c->q[0], c->q[1] + (i >> 1 & 1), c->q[2] + (i >> 2), on,
+                     &c->labels[i]);
+}
+
+/* Index of the records of places near an interface. */
+static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
+{
+    const vi brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
+    const vi low = i_gather(v->near, brick * 8, on), high = i_gather(v->near, brick * 8 + 4, on);
+    const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
+    const vi below = (i_set(1) << bit) - 1;
+    const vm upper = i_equal(z & 2, i_set(2));
+    const vi counted = i_count_bits(i_pick(upper, high, low) & below) +
+                       i_pick(upper, i_count_bits(low), i_set(0));
+
+    return i_gather(v->near_start, brick * 4, on) + counted;
+}
+
+/* Records and weights of cells with differing labels. */
+static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
+{
+    const vm across = m_and(on, i_equal(c->q[0] & 3, i_set(3)));
+
+    for (int i = 0; i < SC_CORNERS; i += 2) {
+        const vi y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
+
+        c->record_index[i] = v_record_index(v, c->q[0], y, z, on);
+        c->record_index[i + 1] = c->record_index[i] + 1;
+        if (m_any(across))
+            c->record_index[i + 1] = i_pick(across, v_record_index(v, c->q[0] + 1, y, z, across),
+                                            c->record_index[i + 1]);
+    }
+    for (int i = 0; i < SC_CORNERS; i++) {
+        c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
+        c->weights[i] = f_of(c->records[i] & 31);
+    }
+}
+
+/* One of the cells, for cell.h. */
+static inline void v_cell_lane(const v_cell *c, int lane, sc_cell *out)
+{
+    for (int i = 0; i < 3; i++)
+        out->q[i] = c->q[i][lane];
+    for (int i = 0; i < SC_CORNERS; i++) {
+        out->labels[i] = (uint32_t)c->labels[i][lane];
+        out->records[i] = (uint32_t)c->records[i][lane];
+    }
+    sc_cell_sort(out);
+}
+
+/* The least and the greatest label. @return where there is no third. */
+static inline vm v_cell_kinds(const v_cell *c, vi *low, vi *high)
+{
+    vm two;
+
+    *low = *high = c->labels[0];
+    for (int i = 1; i < SC_CORNERS; i++) {
+        *low = i_pick(i_below(c->labels[i], *low), c->labels[i], *low);
+        *high = i_pick(i_below(*high, c->labels[i]), c->labels[i], *high);
+    }
+    two = m_or(i_equal(c->labels[0], *low), i_equal(c->labels[0], *high));
+    for (int i = 1; i < SC_CORNERS; i++)
+        two = m_and(two, m_or(i_equal(c->labels[i], *low), i_equal(c->labels[i], *high)));
+    return two;
+}
+
+static inline void v_bernstein(const vf s[SC_CORNERS], const vf a[3], const vf b[3], vf out[4])
+{
+    vf x[2][4], xy[2][2][2], f[2][2][2];
+
+    for (int row = 0; row < 4; row++) {
+        x[0][row] = f_lerp(s[2 * row], s[2 * row + 1], a[0]);
+        x[1][row] = f_lerp(s[2 * row], s[2 * row + 1], b[0]);
+    }
+    for (int i = 0; i < 2; i++) {
+        for (int z = 0; z < 2; z++) {
+            xy[i][0][z] = f_lerp(x[i][2 * z], x[i][2 * z + 1], a[1]);
+            xy[i][1][z] = f_lerp(x[i][2 * z], x[i][2 * z + 1], b[1]);
+        }
+        for (int j = 0; j < 2; j++) {
+            f[i][j][0] = f_lerp(xy[i][j][0], xy[i][j][1], a[2]);
+            f[i][j][1] = f_lerp(xy[i][j][0], xy[i][j][1], b[2]);
+        }
+    }
+    out[0] = f[0][0][0];
+    out[1] = (f[1][0][0] + f[0][1][0] + f[0][0][1]) * (1.0f / 3);
+    out[2] = (f[1][1][0] + f[1][0][1] + f[0][1][1]) * (1.0f / 3);
+    out[3] = f[1][1][1];
+}
+
+static inline vf v_cubic(const vf b[4], vf u)
+{
+    const vf v = 1 - u;
+
+    return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
+}
+
+/* Changes of sign of the coefficients: 0 to 3. */
+static inline vi v_variations(const vf b[4])
+{
+    vi count = {0};
+
+    for (int i = 0; i < 3; i++) {
+        const vm a = f_below(b[i], f_set(0)), c = f_below(b[i + 1], f_set(0));
+
+        count = i_pick(m_or(m_less(a, c), m_less(c, a)), count + 1, count);
+    }
+    return count;
+}
+
+/* sc_root_between 0 and 1. */
+static inline vf v_root(const vf b[4], vm on)
+{
+    vf low = {0}, high = f_set(1), at_low = b[0], at_high = b[3], u = {0};
+    vi side = {0};
+
+    for (int i = 0; i < 16 && m_any(on); i++) {
+        const vf margin = 0.02f * (high - low);
+        const vf guess = low + (high - low) * (at_low / (at_low - at_high));
+        vf f;
+        vm to_low, to_high, a;
+
+        u = f_pick(on,
+                   f_pick(f_below(guess, low + margin), low + margin,
+                          f_pick(f_below(high - margin, guess), high - margin, guess)),
+                   u);
+        f = v_cubic(b, u);
+        on = m_less(on, m_and(f_below(f_set(-0.002f), f), f_below(f, f_set(0.002f))));
+        a = f_below(at_low, f_set(0));
+        to_high = m_or(m_less(f_below(f, f_set(0)), a), m_less(a, f_below(f, f_set(0))));
+        to_low = m_less(on, to_high);
+        to_high = m_and(on, to_high);
+        at_high = f_pick(m_and(to_low, i_below(side, i_set(0))), at_high * 0.5f, at_high);
+        at_low = f_pick(m_and(to_high, i_below(i_set(0), side)), at_low * 0.5f, at_low);
+        low = f_pick(to_low, u, low);
+        at_low = f_pick(to_low, f, at_low);
+        high = f_pick(to_high, u, high);
+        at_high = f_pick(to_high, f, at_high);
+        side = i_pick(to_low, i_set(-1), i_pick(to_high, i_set(1), side));
+    }
+    return u;
+}
+
+static inline void v_record_normal(vi record, vf out[3])
+{
+    const vf x = f_of((record << 16) >> 24), y = f_of((record << 8) >> 24);
+    const vf ax = f_pick(f_below(x, f_set(0)), -x, x), ay = f_pick(f_below(y, f_set(0)), -y, y);
+    const vf z = 127 - ax - ay;
+    const vf fold = f_pick(f_below(z, f_set(0)), -z, f_set(0));
+    const vf ox = f_pick(f_below(x, f_set(0)), x + fold, x - fold);
+    const vf oy = f_pick(f_below(y, f_set(0)), y + fold, y - fold);
+    const vf length = f_of(i_set(1) << (record >> 5 & 7)) * f_sqrt(ox * ox + oy * oy + z * z);
+    const vf inverse = 1 / length;
+
+    out[0] = ox * inverse;
+    out[1] = oy * inverse;
+    out[2] = z * inverse;
+}
+
+/* Share of a corner in the point @p a. */
+static inline vf v_corner_share(int corner, const vf a[3])
+{
+    return (corner & 1 ? a[0] : 1 - a[0]) * (corner & 2 ? a[1] : 1 - a[1]) *
+           (corner & 4 ? a[2] : 1 - a[2]);
+}
+
+static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf a[3], vf n[3])
+{
+    vf sums[2][3] = {{{0}}}, weights[2] = {{0}}, apart = {0}, lengths, one;
+
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const vf weight = v_corner_share(i, a);
+        const vm side[2] = {i_equal(c->labels[i], first), i_equal(c->labels[i], second)};
+        vf each[3];
+
+        v_record_normal(c->records[i], each);
+        for (int s = 0; s < 2; s++) {
+            weights[s] = f_pick(side[s], weights[s] + weight, weights[s]);
+            for (int k = 0; k < 3; k++)
+                sums[s][k] = f_pick(side[s], sums[s][k] + weight * each[k], sums[s][k]);
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        apart -= sums[0][k] * sums[1][k];
+    lengths = f_length(sums[0]) * f_length(sums[1]);
+    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f);
+    one = f_clamp01(one);
+    for (int s = 0; s < 2; s++)
+        weights[s] = one + (1 - one) / (weights[s] + 1e-9f);
+    for (int k = 0; k < 3; k++)
+        n[k] = sums[0][k] * weights[0] - sums[1][k] * weights[1];
+}
+
+#endif

@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to kernel: shade.h for MARCH_LANES rays side by side: the same operations in the same
+ * order, so that every lane gets the same bits. What a function does is said there. */
+#ifndef SC_KERNEL_LANES_SHADE_H
+#define SC_KERNEL_LANES_SHADE_H
+
+#include "lanes.h"
+#include "shade.h"
+
+#include <stddef.h>
+
+/* Light that has come along the rays. */
+typedef struct v_radiance {
+    vf rgb[3], transmittance, depth_mm, normal[3];
+    vi label, signature;
+} v_radiance;
+
+/* Points to be lit. What does not depend on the tissue is found once. */
+typedef struct v_spot {
+    vf place[3], normal[3], eye[3], depth_mm;
+    vf key, fill, head, open, lit, shine;
+} v_spot;
+
+static inline v_radiance v_darkness(void)
+{
+    return (v_radiance){.transmittance = f_set(1), .depth_mm = f_set(HUGE_VALF)};
+}
+
+static inline sc_radiance v_radiance_of_lane(const v_radiance *light, int lane)
+{
+    sc_radiance out = {.transmittance = light->transmittance[lane],
+                       .depth_mm = light->depth_mm[lane],
+                       .label = (uint32_t)light->label[lane],
+                       .signature = (uint32_t)light->signature[lane]};
+
+    for (int i = 0; i < 3; i++) {
+        out.rgb[i] = light->rgb[i][lane];
+        out.normal[i] = light->normal[i][lane];
+    }
+    return out;
+}
+
+static inline void v_radiance_set_lane(v_radiance *light, int lane, const sc_radiance *from)
+{
+    light->transmittance[lane] = from->transmittance;
+    light->depth_mm[lane] = from->depth_mm;
+    light->label[lane] = (int32_t)from->label;
+    light->signature[lane] = (int32_t)from->signature;
+    for (int i = 0; i < 3; i++) {
+        light->rgb[i][lane] = from->rgb[i];
+        light->normal[i][lane] = from->normal[i];
+    }
+}
+
+/* What is known of tissues: the four bytes at @p offset of the sc_march_tissue of each label. */
+static inline vi v_tissue(const sc_march *m, vi label, size_t offset, vm on)
+{
+    return i_gather(m->tissues, label * (int32_t)sizeof(sc_march_tissue) + (int32_t)offset, on);
+}
+
+static inline vf v_tissue_f(const sc_march *m, vi label, size_t offset, vm on)
+{
+    return (vf)v_tissue(m, label, offset, on);
+}
+
+static inline void v_face_eye(const vf eye[3], vf n[3])
+{
+    const vf toward = f_dot(n, eye);
+    const vm over = f_below(toward, f_set(-0.35f)), averted = f_below(toward, f_set(0));
+    vf flat[3], length;
+
+    if (!m_any(averted))
+        return;
+    for (int i = 0; i < 3; i++)
+        flat[i] = n[i] - toward * eye[i];
+    length = f_length(flat);
+    for (int i = 0; i < 3; i++)
+        n[i] = f_pick(averted, f_pick(over, -n[i], flat[i] / length), n[i]);
+}
+
+static inline vf v_power(vf x, vi n)
+{
+    vf result = f_set(1);
+
+    for (; m_any(i_below(i_set(0), n)); n >>= 1) {
+        result = f_pick(i_equal(n & 1, i_set(1)), result * x, result);
+        x *= x;
+    }
+    return result;
+}
+
+static inline vf v_share_kept(const sc_march *m, const vf place[3], float width_mm)
+{
+    vf kept = f_set(1), removed = f_set(1);
+
+    for (int i = 0; i < m->plane_count; i++) {
+        const float *p = m->plane_places[i];
+        const vf mm = p[0] * place[0] + p[1] * place[1] + p[2] * place[2] + p[3];
+        const vf share = f_clamp01(0.5f + 0.5f * mm / width_mm);
+
+        kept *= share;
+        removed *= 1 - share;
+    }
+    return m->cut_away && m->plane_count ? 1 - removed : kept;
+}
+
+static inline vf v_filled(const sc_march *m, const vf place[3], int which, vm on)
+{
+    const sc_occlusion *o = m->occlusion;
+    const int row = o->size[0], layer = row * o->size[1];
+    vf upper[3], sum = {0};
+    vi base = {0};
+
+    for (int i = 0; i < 3; i++) {
+        const vf at = place[i] * (1.0f / SC_BRICK) + o->brick_offset;
+        const vi low = i_of(at);
+
+        on = m_and(on, m_and(f_at_most(f_set(0), at), f_below(at, f_set((float)(o->size[i] - 1)))));
+        upper[i] = at - f_of(low);
+        base += low * (i == 0 ? 1 : i == 1 ? row : layer);
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        const vf weight = (corner & 1 ? upper[0] : 1 - upper[0]) *
+                          (corner & 2 ? upper[1] : 1 - upper[1]) *
+                          (corner & 4 ? upper[2] : 1 - upper[2]);
+        const int step = (corner & 1) + (corner & 2 ? row : 0) + (corner & 4 ? layer : 0);
+
+        sum += weight * f_of(i_gather(o->filled, 2 * (base + step), on) >> (8 * which) & 255);
+    }
+    return f_pick(on, sum * (1.0f / 255), f_set(0));
+}
+
+static inline void v_move(const sc_march *m, const vf place[3], const vf direction[3], vf mm,
+                          vf out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const float *row = m->place_per_mm[i];
+
+        out[i] = place[i] +
+                 mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
+    }
+}
+
+static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
+{
+    const float flat = 0.2f;
+    const sc_occlusion *o = m->occlusion;
+    vf open = f_set(1);
+
+    for (int which = 0; which < 2; which++) {
+        const float width_mm = (float)(which ? o->wide_mm : o->narrow_mm);
+        vf above[3], filled;
+
+        v_move(m, spot->place, spot->normal, f_set(width_mm), above);
+        filled = v_filled(m, above, which, on);
+        if (m->plane_count)
+            filled *= v_share_kept(m, above, 1.5f * width_mm);
+        open *= 1 - f_clamp01((filled - flat) * (1 / (1 - flat)));
+    }
+    return open;
+}
+
+static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
+{
+    const sc_occlusion *o = m->occlusion;
+    const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
+    vf through = f_set(1), place[3], key[3];
+
+    for (int i = 0; i < 3; i++)
+        key[i] = f_set(m->light.key_direction[i]);
+    v_move(m, spot->place, spot->normal, f_set(0.8f * (float)o->narrow_mm), place);
+    for (int k = 0; k < 96; k++) {
+        vf at[3], filled, after;
+
+        on = m_and(on, f_below(f_set(0.02f), through));
+        if (!m_any(on))
+            break;
+        v_move(m, place, key, f_set(start_mm + (float)k * step_mm), at);
+        filled = v_filled(m, at, 0, on);
+        after = through * (1 - 0.6f * f_clamp01((filled - 0.1f) * 2) *
+                                   v_share_kept(m, at, (float)o->narrow_mm));
+        through = f_pick(m_and(on, f_below(f_set(0.1f), filled)), after, through);
+    }
+    return through;
+}
+
+/* All but the tissue: the first half of sc_light. */
+static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
+{
+    const sc_march_light *l = &m->light;
+    vf direction[3], h[3], length;
+
+    spot->key = spot->fill = spot->head = spot->shine = f_set(0);
+    spot->open = spot->lit = f_set(1);
+    if (l->flat)
+        return;
+    for (int i = 0; i < 3; i++) {
+        direction[i] = f_set(l->key_direction[i]);
+        h[i] = direction[i] + spot->eye[i];
+    }
+    spot->key = f_above0(f_dot(spot->normal, direction));
+    for (int i = 0; i < 3; i++)
+        direction[i] = f_set(l->fill_direction[i]);
+    spot->fill = f_above0(f_dot(spot->normal, direction));
+    spot->head = f_above0(f_dot(spot->normal, spot->eye));
+    if (m->occlusion && l->occlusion > 0)
+        spot->open = 1 - l->occlusion * (1 - v_openness(m, spot, on));
+    if (m->occlusion && l->shadow > 0)
+        spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
+    length = f_length(h);
+    spot->shine = f_pick(m_and(f_below(f_set(0), length), f_below(f_set(0), spot->key)),
+                         f_above0(f_dot(spot->normal, h) / length), f_set(0));
+}
+
+static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[3])
+{
+    const vf far = (depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
+    const vf share = light->cue * f_clamp01(far);
+
+    for (int i = 0; i < 3; i++)
+        rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
+}
+
+/* The second half of sc_light. */
+static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm on, vf out[3])
+{
+    const sc_march_light *l = &m->light;
+    vf diffuse, shine, around;
+
+    for (int i = 0; i < 3; i++)
+        out[i] = v_tissue_f(m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+    if (l->flat)
+        return;
+    diffuse = v_tissue_f(m, label, offsetof(sc_march_tissue, diffuse), on);
+    shine = v_tissue_f(m, label, offsetof(sc_march_tissue, specular), on) *
+            f_pick(f_below(f_set(0), spot->shine),
+                   v_power(spot->shine, v_tissue(m, label, offsetof(sc_march_tissue, shininess), on)), f_set(0)) *
+            spot->lit * spot->open;
+    around = (l->ambient + l->fill * spot->fill + l->head * spot->head) * spot->open;
+    for (int i = 0; i < 3; i++)
+        out[i] = out[i] * diffuse *
+                     (around + l->key * spot->key * spot->lit * (0.5f + 0.5f * spot->open)) +
+                 shine;
+    if (l->cue > 0)
+        v_depth_cue(l, spot->depth_mm, out);
+}
+
+static inline vf v_edge_alpha(const sc_march_light *light, vf alpha, vf toward)
+{
+    const vf side = 1 - f_pick(f_below(f_set(0), toward), toward, -toward);
+    const vf grows = f_pick(f_below(4 * alpha, f_set(1)), 4 * alpha, f_set(1));
+
+    return 1 - (1 - alpha) * (1 - light->edges * grows * side * side * side);
+}
+
+static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
+{
+    const vf share = light->transmittance * alpha;
+
+    for (int i = 0; i < 3; i++)
+        light->rgb[i] = f_pick(on, light->rgb[i] + share * rgb[i], light->rgb[i]);
+    light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
+}
+
+static inline void v_note(v_radiance *light, vi label, vf alpha, const v_spot *spot, vm on)
+{
+    vm first;
+
+    on = m_less(on, f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)));
+    light->signature =
+        i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
+    first = m_and(on, i_equal(light->label, i_set(0)));
+    light->label = i_pick(first, label, light->label);
+    light->depth_mm = f_pick(first, spot->depth_mm, light->depth_mm);
+    for (int i = 0; i < 3; i++)
+        light->normal[i] = f_pick(first, spot->normal[i], light->normal[i]);
+}
+
+#endif

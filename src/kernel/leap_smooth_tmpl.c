@@ -1,0 +1,438 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Template: the smooth surface model, MARCH_LANES rays side by side, leaping over empty bricks.
+ * Compiled once per instruction set and label width (MARCH_LABEL) under the name MARCH_NAME.
+ *
+ * Every lane does what march_smooth_tmpl.c does with its ray, with the same operations; lanes wait
+ * for each other at the costly places, so that those are entered with as many as possible. The
+ * distance of a brick to the nearest one with something in it says how far a leap may go: it ends
+ * in the very cell, at the very distance, that single steps would have led to. */
+#include "lanes_cell.h"
+#include "lanes_shade.h"
+#include "smooth_ray.h"
+#include "variants.h"
+
+/* A change of owner per lane, in the cells at hand. */
+typedef struct crossings {
+    vi left, entered;
+    vf u;
+    /* of lanes whose cells need a list: all of them */
+    sc_crossing list[LANES][SC_CROSSINGS_MAX];
+    int count[LANES], next[LANES];
+    uint32_t listed; /* lanes, as bits */
+} crossings;
+
+typedef struct packet {
+    const sc_march *m;
+    const sc_ray *rays;
+    v_radiance light;
+    /* the rays */
+    vf origin[3], direction[3], inverse[3], eye[3], base_mm;
+    vm forward[3], still[3];
+    /* the stretch in work */
+    vf end;
+    vi active;         /* clip groups, as bits */
+    float ended[LANES]; /* where the last one ended */
+    /* the walk */
+    vi q[3], axis;
+    vf t;
+    /* the way through the cells at hand: from the places a to b, at t1 through axis1 */
+    v_cell cell;
+    vf a[3], b[3], t1;
+    vi axis1;
+    vm alive;
+    sc_march_counters counters;
+} packet;
+
+static inline vf v_plane_mm(const packet *p, int i, vi plane)
+{
+    return (f_of(plane) - p->origin[i]) * p->inverse[i];
+}
+
+static inline vf v_exit_mm(const packet *p, int i)
+{
+    return v_plane_mm(p, i, i_pick(p->forward[i], p->q[i] + 1, p->q[i]));
+}
+
+/* The nearest of three planes; of equal ones the lowest axis. */
+static inline void nearest(const vf mm[3], vf *t, vi *axis)
+{
+    const vm one = f_below(mm[1], mm[0]);
+    const vf least = f_pick(one, mm[1], mm[0]);
+    const vm two = f_below(mm[2], least);
+
+    *t = f_pick(two, mm[2], least);
+    *axis = i_pick(two, i_set(2), i_pick(one, i_set(1), i_set(0)));
+}
+
+/* See locate() of one ray: find the cell on the axes other than the one of the plane. */
+static void v_locate(packet *p, vm on)
+{
+    for (int i = 0; i < 3; i++) {
+        const vm here = m_less(on, i_equal(p->axis, i_set(i)));
+        const vm moves = m_less(here, p->still[i]);
+        const vm earlier = i_below(i_set(i), p->axis), later = i_below(p->axis, i_set(i));
+        const vi step = i_pick(p->forward[i], i_set(1), i_set(-1));
+        vm ahead, behind;
+
+        p->q[i] = i_pick(here, i_floor(p->origin[i] + p->direction[i] * p->t), p->q[i]);
+        do {
+            const vf out = v_exit_mm(p, i);
+            const vf in = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
+
+            ahead = m_and(moves, m_or(f_below(out, p->t), m_and(f_equal(out, p->t), earlier)));
+            behind = m_and(moves, m_or(f_below(p->t, in), m_and(f_equal(in, p->t), later)));
+            p->q[i] = i_pick(ahead, p->q[i] + step, i_pick(behind, p->q[i] - step, p->q[i]));
+        } while (m_any(m_or(ahead, behind)));
+    }
+}
+
+static inline vi v_brick(const packet *p)
+{
+    return ((p->q[2] >> 2) + 1) * p->m->visible_layer + ((p->q[1] >> 2) + 1) * p->m->visible_row +
+           (p->q[0] >> 2) + 1;
+}
+
+/* Are the cells marked? */
+static inline vm v_marked(const packet *p, vi brick, vm on)
+{
+    const vi word = i_gather(p->m->visible, brick * 8 + (p->q[2] & 2) * 2, on);
+    const vi bit = (p->q[0] & 3) | (p->q[1] & 3) << 2 | (p->q[2] & 1) << 4;
+
+    return m_less(on, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+}
+
+/* One step: out of the cell, or where @p far > 0 out of the empty bricks around it. */
+static inline void advance(packet *p, vi far, vm on)
+{
+    const vm leaps = m_and(on, i_below(i_set(0), far));
+    const vi ahead = i_pick(leaps, far * SC_BRICK, i_set(1));
+    const vi back = i_pick(leaps, (1 - far) * SC_BRICK, i_set(0));
+    vf mm[3], t;
+    vi plane[3], axis;
+
+    for (int i = 0; i < 3; i++) {
+        const vi base = i_pick(leaps, p->q[i] & ~(SC_BRICK - 1), p->q[i]);
+
+        plane[i] = base + i_pick(p->forward[i], ahead, back);
+        mm[i] = v_plane_mm(p, i, plane[i]);
+    }
+    nearest(mm, &t, &axis);
+    p->t = f_pick(on, t, p->t);
+    p->axis = i_pick(on, axis, p->axis);
+    for (int i = 0; i < 3; i++)
+        p->q[i] = i_pick(m_and(on, i_equal(axis, i_set(i))),
+                         i_pick(p->forward[i], plane[i], plane[i] - 1), p->q[i]);
+    if (m_any(leaps))
+        v_locate(p, leaps);
+}
+
+/* Walk on until every lane of @p seek stands in a marked cell, or has reached its end.
+ * @return the former. */
+static vm find_cells(packet *p, vm seek)
+{
+    vm found = m_none();
+
+    while (m_any(seek = m_and(seek, f_below(p->t, p->end)))) {
+        const vi brick = v_brick(p);
+        const vi far = i_gather(p->m->distances, brick, seek) & 255;
+        const vm here = m_and(seek, i_equal(far, i_set(0)));
+        const vm marked = v_marked(p, brick, here);
+
+        p->counters.samples += m_count(here);
+        p->counters.leaps += m_count(m_less(seek, here));
+        found = m_or(found, marked);
+        seek = m_less(seek, marked);
+        if (m_any(seek))
+            advance(p, far, seek);
+    }
+    return found;
+}
+
+/* Positions within the cells at distance @p t; see local_at(). */
+static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const vf face = f_pick(p->forward[i], f_set(leaving), f_set(!leaving));
+
+        out[i] = f_pick(i_equal(axis, i_set(i)), face,
+                        f_clamp01(p->origin[i] + p->direction[i] * t - f_of(p->q[i])));
+    }
+}
+
+/* All changes of owner of one cell, by cell.h. @return whether there are any. */
+static bool list_crossings(const packet *p, crossings *x, int lane)
+{
+    float a[3], b[3];
+    sc_cell cell;
+
+    for (int i = 0; i < 3; i++) {
+        a[i] = p->a[i][lane];
+        b[i] = p->b[i][lane];
+    }
+    v_cell_lane(&p->cell, lane, &cell);
+    x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
+    x->next[lane] = 0;
+    return x->count[lane] > 0;
+}
+
+/* The changes of owner in the cells of @p on; those of @p waiting stay. @return where there are
+ * any. */
+static vm find_crossings(packet *p, vm on, vm waiting, crossings *x)
+{
+    const vm both = m_or(on, waiting);
+    vf mm[3], difference[SC_CORNERS], coefficients[4];
+    vi low, high, variations;
+    vm two, once, swapped;
+    uint32_t found;
+
+    for (int i = 0; i < 3; i++) {
+        mm[i] = v_exit_mm(p, i);
+        p->cell.q[i] = i_pick(on, p->q[i], p->cell.q[i]);
+    }
+    nearest(mm, &p->t1, &p->axis1);
+    p->axis1 = i_pick(f_below(p->t1, p->end), p->axis1, i_set(-1));
+    p->t1 = f_pick(f_below(p->t1, p->end), p->t1, p->end);
+    v_local_at(p, p->t, p->axis, false, p->a);
+    v_local_at(p, p->t1, p->axis1, true, p->b);
+    v_cell_labels(p->m->volume, sizeof(MARCH_LABEL), &p->cell, both);
+    v_cell_fill(p->m->volume, &p->cell, both);
+    two = m_and(on, v_cell_kinds(&p->cell, &low, &high));
+    for (int i = 0; i < SC_CORNERS; i++)
+        difference[i] = f_pick(i_equal(p->cell.labels[i], low), p->cell.weights[i],
+                               -p->cell.weights[i]);
+    v_bernstein(difference, p->a, p->b, coefficients);
+    variations = v_variations(coefficients);
+    once = m_and(two, i_equal(variations, i_set(1)));
+    if (m_any(once)) {
+        swapped = f_below(coefficients[0], f_set(0));
+        x->u = f_pick(once, v_root(coefficients, once), x->u);
+        x->left = i_pick(once, i_pick(swapped, high, low), x->left);
+        x->entered = i_pick(once, i_pick(swapped, low, high), x->entered);
+    }
+    found = m_bits(once);
+    x->listed &= ~m_bits(on);
+    for (uint32_t left = m_bits(m_less(on, m_and(two, i_below(variations, i_set(2))))); left;
+         left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+
+        if (list_crossings(p, x, lane)) {
+            found |= 1u << lane;
+            x->listed |= 1u << lane;
+        }
+    }
+    return m_of_bits(found);
+}
+
+/* Fetch the next change from the lists. @return the lanes that have one. */
+static vm next_crossings(crossings *x, vm on)
+{
+    uint32_t have = 0;
+
+    for (uint32_t left = m_bits(on) & x->listed; left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        const int n = x->next[lane]++;
+
+        if (n >= x->count[lane])
+            continue;
+        x->left[lane] = (int32_t)x->list[lane][n].left;
+        x->entered[lane] = (int32_t)x->list[lane][n].entered;
+        x->u[lane] = x->list[lane][n].u;
+        have |= 1u << lane;
+    }
+    return m_of_bits(have);
+}
+
+/* See alpha_here() of one ray. */
+static vf v_alpha_here(const packet *p, vi label, const vf at[3], vm on)
+{
+    const sc_march *m = p->m;
+    const vf plain = v_tissue_f(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
+    vf sum = {0}, weights = {0};
+    vm measured;
+
+    if (!m->volume->thickness)
+        return plain;
+    measured = m_less(
+        on, i_equal(v_tissue(m, label, offsetof(sc_march_tissue, show), on) >> 16 & 255, i_set(0)));
+    if (!m_any(measured))
+        return plain;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const vf weight = v_corner_share(i, at);
+        const vm own = m_and(measured, i_equal(p->cell.labels[i], label));
+        const vi code = i_gather(m->volume->thickness, p->cell.record_index[i], own) & 255;
+        const vf alpha = f_gather(m->thickness_alpha, code * 4, own);
+
+        weights = f_pick(own, weights + weight, weights);
+        sum = f_pick(own, sum + weight * alpha, sum);
+    }
+    return f_pick(m_and(measured, f_below(f_set(0), weights)), sum / weights, plain);
+}
+
+static void v_take_surface(packet *p, vi label, const vf at[3], const v_spot *spot, vm on)
+{
+    vf alpha, rgb[3];
+
+    if (!m_any(on))
+        return;
+    alpha = v_edge_alpha(&p->m->light, v_alpha_here(p, label, at, on),
+                         f_dot(spot->normal, spot->eye));
+    v_light(p->m, label, spot, on, rgb);
+    v_note(&p->light, label, alpha, spot, on);
+    v_blend(&p->light, rgb, alpha, on);
+    p->counters.contributions += m_count(on);
+}
+
+/* Where a label is shown and kept. */
+static inline vm v_contributes(const packet *p, vi label, vm on)
+{
+    const vi bytes = v_tissue(p->m, label, offsetof(sc_march_tissue, show), on);
+    const vm shown = m_less(on, i_equal(bytes & SC_SHOW_BOUNDARY, i_set(0)));
+
+    return m_less(shown, i_equal(p->active >> (bytes >> 8 & 255) & 1, i_set(0)));
+}
+
+static inline vm v_sees_on(const packet *p)
+{
+    return f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
+}
+
+/* One change of owner per lane of @p on. */
+static void take_crossings(packet *p, const crossings *x, vm on)
+{
+    const vm left = v_contributes(p, x->left, on), entered = v_contributes(p, x->entered, on);
+    const vf t = p->t + (p->t1 - p->t) * x->u;
+    const vm either = m_or(left, entered);
+    v_spot spot;
+    vf at[3], length;
+
+    if (!m_any(either))
+        return;
+    spot.depth_mm = p->base_mm + t;
+    for (int i = 0; i < 3; i++) {
+        spot.eye[i] = p->eye[i];
+        at[i] = f_lerp(p->a[i], p->b[i], x->u);
+    }
+    v_cell_normal(&p->cell, x->entered, x->left, at, spot.normal);
+    length = f_length(spot.normal);
+    for (int i = 0; i < 3; i++) {
+        spot.normal[i] =
+            f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
+        spot.place[i] = p->origin[i] + p->direction[i] * t;
+    }
+    v_face_eye(p->eye, spot.normal);
+    v_light_spot(p->m, &spot, either);
+    v_take_surface(p, x->left, at, &spot, left);
+    v_take_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));
+}
+
+/* The next stretch of the rays of @p on, cut faces at its begin included. Lanes that have none left
+ * die. */
+static void begin_stretches(packet *p, vm on)
+{
+    uint32_t begun = 0;
+
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        cursor c = {.m = p->m, .ray = &p->rays[lane]};
+        float begin, end;
+        uint32_t active;
+
+        if (p->light.transmittance[lane] < SC_OPAQUE ||
+            !next_span(c.ray, p->ended[lane], &begin, &end, &active))
+            continue;
+        p->ended[lane] = end;
+        begun |= 1u << lane;
+        if (p->m->caps && p->m->plane_count) {
+            c.light = v_radiance_of_lane(&p->light, lane);
+            start_walk(&c);
+            take_caps(&c, begin);
+            v_radiance_set_lane(&p->light, lane, &c.light);
+            p->counters.contributions += c.contributions;
+        }
+        p->t[lane] = begin;
+        p->end[lane] = p->m->only_caps || p->light.transmittance[lane] < SC_OPAQUE ? begin : end;
+        p->active[lane] = (int32_t)active;
+        p->axis[lane] = -1;
+    }
+    p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
+    v_locate(p, m_of_bits(begun));
+}
+
+static void start_packet(packet *p, int count)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        const sc_ray *ray = &p->rays[lane < count ? lane : 0];
+
+        for (int i = 0; i < 3; i++) {
+            p->origin[i][lane] = ray->origin[i];
+            p->direction[i][lane] = ray->direction[i];
+            p->eye[i][lane] = ray->toward_eye[i];
+        }
+        p->base_mm[lane] = ray->base_mm;
+        p->ended[lane] = -HUGE_VALF;
+    }
+    for (int i = 0; i < 3; i++) {
+        const vf d = p->direction[i];
+        const vm back = f_below(d, f_set(0));
+
+        p->still[i] = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
+        p->inverse[i] = f_pick(p->still[i], f_set(1e30f), 1 / d);
+        p->forward[i] = m_less(f_equal(d, d), m_less(back, p->still[i]));
+        p->q[i] = p->cell.q[i] = i_set(0);
+    }
+    p->t = p->end = f_set(0);
+    p->active = i_set(0);
+    p->axis = i_set(-1);
+    p->alive = m_of_bits((1u << count) - 1);
+    begin_stretches(p, p->alive);
+}
+
+static void march_packet(packet *p, int count, crossings *x)
+{
+    start_packet(p, count);
+    while (m_any(p->alive)) {
+        vm seek = p->alive, found = m_none();
+
+        /* Every lane finds a crossing, or the end of its stretch. */
+        while (m_any(seek)) {
+            const vm cells = find_cells(p, seek);
+            const vm crossed = m_any(cells) ? find_crossings(p, cells, found, x) : m_none();
+
+            found = m_or(found, crossed);
+            seek = m_less(cells, crossed);
+            if (m_any(seek))
+                advance(p, i_set(0), seek);
+        }
+        /* All crossings of the cells, then out of them. */
+        for (vm on = m_or(m_less(found, m_of_bits(x->listed)), next_crossings(x, found));
+             m_any(on); on = m_and(next_crossings(x, found), v_sees_on(p)))
+            take_crossings(p, x, on);
+        if (m_any(found))
+            advance(p, i_set(0), found);
+        seek = m_and(v_sees_on(p), f_below(p->t, p->end));
+        begin_stretches(p, m_less(p->alive, seek));
+    }
+}
+
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
+                sc_march_counters *counters)
+{
+    packet p;
+    crossings x;
+
+    p.m = march;
+    p.counters = (sc_march_counters){.rays = count};
+    x.listed = 0;
+    x.u = f_set(0);
+    x.left = x.entered = i_set(0);
+    for (size_t i = 0; i < count; i += LANES) {
+        const int lanes = count - i < LANES ? (int)(count - i) : LANES;
+
+        p.rays = rays + i;
+        p.light = v_darkness();
+        march_packet(&p, lanes, &x);
+        for (int lane = 0; lane < lanes; lane++)
+            out[i + (size_t)lane] = v_radiance_of_lane(&p.light, lane);
+    }
+    sc_add_counters(counters, &p.counters);
+}

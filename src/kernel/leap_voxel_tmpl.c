@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Template: the voxel surface model, MARCH_LANES rays side by side, leaping over empty bricks.
+ * Compiled once per instruction set and label width (MARCH_LABEL) under the name MARCH_NAME.
+ *
+ * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A leap goes
+ * to a sample whose forerunner still lies in empty bricks: positions along a ray never turn back,
+ * so that whatever is skipped lies there too. */
+#include "lanes_cell.h"
+#include "lanes_shade.h"
+#include "variants.h"
+#include "voxel_ray.h"
+
+typedef struct packet {
+    const sc_march *m;
+    const sc_ray *rays;
+    v_radiance light;
+    vf origin[3], direction[3], inverse[3], eye[3], base_mm;
+    vm forward[3];
+    vi k, last; /* the sample at hand, and the end of the part */
+    vi kept;    /* clip groups kept between here and there, as bits */
+    vm alive;
+    sc_march_counters counters;
+} packet;
+
+static inline vf v_distance(const packet *p, vi k)
+{
+    return (f_of(k) + 0.5f) * p->m->step_mm;
+}
+
+/* The place of a sample, in bricks of the frame where shifted by SC_BRICK. */
+static inline void v_place(const packet *p, vi k, vi out[3])
+{
+    const vf t = v_distance(p, k);
+
+    for (int i = 0; i < 3; i++)
+        out[i] = i_of(p->origin[i] + p->direction[i] * t) + SC_BRICK;
+}
+
+/* A sample beyond which the empty bricks around place @p at end: as far as is safe. */
+static vi leap(const packet *p, const vi at[3], vi far, vm on)
+{
+    vf t = f_set(1e30f);
+    vi k;
+    vm open;
+
+    for (int i = 0; i < 3; i++) {
+        const vi brick = (at[i] >> 2) - 1;
+        const vi plane = i_pick(p->forward[i], brick + far, brick + 1 - far) * SC_BRICK;
+        const vf mm = (f_of(plane) - p->origin[i]) * p->inverse[i];
+
+        t = f_pick(f_below(mm, t), mm, t);
+    }
+    t = t * (1 / p->m->step_mm) + 0.5f;
+    k = i_pick(f_below(t, f_of(p->last)), i_of(t), p->last);
+    open = m_and(on, i_below(p->k + 1, k));
+    while (m_any(open)) {
+        vm out = m_none();
+        vi before[3];
+
+        v_place(p, k - 1, before);
+        for (int i = 0; i < 3; i++) {
+            const vi apart = (before[i] >> 2) - (at[i] >> 2);
+
+            out = m_or(out, m_or(i_below(far - 1, apart), i_below(apart, 1 - far)));
+        }
+        open = m_and(open, out);
+        k = i_pick(open, k - 1, k);
+        open = m_and(open, i_below(p->k + 1, k));
+    }
+    return i_pick(i_below(p->k + 1, k), k, p->k + 1);
+}
+
+/* Go on until every lane of @p seek is at a sample to be looked at, or at the end of its part.
+ * @return the former. */
+static vm find_samples(packet *p, vm seek)
+{
+    const sc_march *m = p->m;
+    vm found = m_none();
+
+    while (m_any(seek = m_and(seek, i_below(p->k, p->last)))) {
+        vi at[3], brick, far, word, bit, next;
+        vm here, marked;
+
+        v_place(p, p->k, at);
+        brick = (at[2] >> 2) * m->visible_layer + (at[1] >> 2) * m->visible_row + (at[0] >> 2);
+        far = i_gather(m->distances, brick, seek) & 255;
+        here = m_and(seek, i_equal(far, i_set(0)));
+        word = i_gather(m->visible, brick * 8 + (at[2] & 2) * 2, here);
+        bit = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 1) << 4;
+        marked = m_less(here, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+        p->counters.samples += m_count(here);
+        p->counters.leaps += m_count(m_less(seek, here));
+        found = m_or(found, marked);
+        seek = m_less(seek, marked);
+        next = p->k + 1;
+        if (m_any(m_less(seek, here)))
+            next = i_pick(here, next, leap(p, at, far, m_less(seek, here)));
+        p->k = i_pick(seek, next, p->k);
+    }
+    return found;
+}
+
+/* Labels of voxels within the volume. */
+static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
+{
+    const vi index = (at[2] * v->size[1] + at[1]) * v->size[0] + at[0];
+
+    return i_gather(v->ids, index * (int)sizeof(MARCH_LABEL), on) &
+           ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
+}
+
+/* Is the place of a voxel near an interface? */
+static inline vm v_is_near(const sc_prepared *v, const vi at[3], vm on)
+{
+    const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
+    const vi brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
+    const vi word = i_gather(v->near, brick * 8 + (z & 2) * 2, on);
+    const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
+
+    return m_less(on, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+}
+
+/* See normal_at() of one ray. */
+static vm v_normal_at(const sc_prepared *v, const vf p[3], vi label, vm on, vf n[3])
+{
+    vf upper[3], length;
+    vi low[3];
+
+    for (int i = 0; i < 3; i++) {
+        const vi place = i_of(p[i] - 0.5f);
+
+        upper[i] = p[i] - 0.5f - f_of(place);
+        low[i] = place - 1;
+        n[i] = f_set(0);
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        const vi at[3] = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1),
+                          low[2] + (corner >> 2)};
+        const vf weight = v_corner_share(corner, upper);
+        vm own = on;
+        vf each[3];
+
+        for (int i = 0; i < 3; i++)
+            own = m_and(own,
+                        m_and(i_below(i_set(-1), at[i]), i_below(at[i], i_set(v->size[i]))));
+        own = m_and(own, i_equal(v_label_at(v, at, own), label));
+        own = v_is_near(v, at, own);
+        if (!m_any(own))
+            continue;
+        v_record_normal(i_gather(v->records,
+                                 v_record_index(v, at[0] + 1, at[1] + 1, at[2] + 1, own) *
+                                     SC_RECORD_BYTES,
+                                 own),
+                        each);
+        for (int i = 0; i < 3; i++)
+            n[i] = f_pick(own, n[i] + weight * each[i], n[i]);
+    }
+    length = f_length(n);
+    for (int i = 0; i < 3; i++)
+        n[i] /= length;
+    return m_and(on, f_below(f_set(0.02f), length));
+}
+
+/* See boundary_alpha() of one ray. */
+static vf v_boundary_alpha(const sc_march *m, vi label, const vi at[3], vm on)
+{
+    const vf plain = v_tissue_f(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
+    vm measured;
+    vi code;
+
+    if (!m->volume->thickness)
+        return plain;
+    measured = m_less(
+        on, i_equal(v_tissue(m, label, offsetof(sc_march_tissue, show), on) >> 16 & 255, i_set(0)));
+    code = i_gather(m->volume->thickness,
+                    v_record_index(m->volume, at[0] + 1, at[1] + 1, at[2] + 1, measured),
+                    measured) &
+           255;
+    return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured), plain);
+}
+
+static void take_interior(packet *p, vi label, vm on)
+{
+    vf rgb[3];
+
+    for (int i = 0; i < 3; i++)
+        rgb[i] = v_tissue_f(p->m, label,
+                            offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+    v_blend(&p->light, rgb,
+            v_tissue_f(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
+}
+
+static void take_boundary(packet *p, vi label, const vf at[3], const vi voxel[3], vm on)
+{
+    v_spot spot;
+    vf rgb[3], alpha;
+    vm known;
+
+    known = v_normal_at(p->m->volume, at, label, on, spot.normal);
+    for (int i = 0; i < 3; i++) {
+        spot.eye[i] = p->eye[i];
+        spot.normal[i] = f_pick(known, spot.normal[i], p->eye[i]);
+        spot.place[i] = at[i] - 0.5f;
+    }
+    v_face_eye(p->eye, spot.normal);
+    spot.depth_mm = p->base_mm + v_distance(p, p->k);
+    alpha = v_boundary_alpha(p->m, label, voxel, on);
+    v_light_spot(p->m, &spot, on);
+    v_light(p->m, label, &spot, on, rgb);
+    v_note(&p->light, label, alpha, &spot, on);
+    v_blend(&p->light, rgb, alpha, on);
+}
+
+/* The samples at hand, which are marked. */
+static void take_samples(packet *p, vm on)
+{
+    const vf t = v_distance(p, p->k);
+    vf at[3];
+    vi voxel[3], label, group;
+    vm boundary;
+
+    for (int i = 0; i < 3; i++) {
+        at[i] = p->origin[i] + p->direction[i] * t;
+        voxel[i] = i_of(at[i]) - 1;
+    }
+    label = v_label_at(p->m->volume, voxel, on);
+    group = v_tissue(p->m, label, offsetof(sc_march_tissue, show), on) >> 8 & 255;
+    on = m_less(on, i_equal(p->kept >> group & 1, i_set(0)));
+    p->counters.contributions += m_count(on);
+    boundary = v_is_near(p->m->volume, voxel, on);
+    if (m_any(m_less(on, boundary)))
+        take_interior(p, label, m_less(on, boundary));
+    if (m_any(boundary))
+        take_boundary(p, label, at, voxel, boundary);
+}
+
+/* The clip groups that are kept from sample @p k on to the next event. */
+static int32_t groups_kept(const sc_ray *ray, int k)
+{
+    int32_t groups = 0;
+
+    for (int g = 0; g < ray->groups; g++)
+        groups |= kept(ray, g, k) ? 1 << g : 0;
+    return groups;
+}
+
+/* The next part of the rays of @p on, cut faces at its begin included. Lanes that have none left
+ * die. */
+static void begin_parts(packet *p, vm on)
+{
+    uint32_t begun = 0;
+
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        cursor c = {.m = p->m, .ray = &p->rays[lane]};
+        int k, last;
+
+        if (p->light.transmittance[lane] < SC_OPAQUE ||
+            !next_part(c.ray, p->k[lane], &k, &last))
+            continue;
+        begun |= 1u << lane;
+        if (p->m->caps && p->m->plane_count) {
+            c.light = v_radiance_of_lane(&p->light, lane);
+            take_caps_before(&c, k);
+            v_radiance_set_lane(&p->light, lane, &c.light);
+            p->counters.contributions += c.contributions;
+        }
+        last = next_event(c.ray, k, last);
+        p->k[lane] = p->m->only_caps ? last : k;
+        p->last[lane] = last;
+        p->kept[lane] = groups_kept(c.ray, k);
+    }
+    p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
+}
+
+static void start_packet(packet *p, int count)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        const sc_ray *ray = &p->rays[lane < count ? lane : 0];
+
+        for (int i = 0; i < 3; i++) {
+            p->origin[i][lane] = ray->origin[i];
+            p->direction[i][lane] = ray->direction[i];
+            p->eye[i][lane] = ray->toward_eye[i];
+        }
+        p->base_mm[lane] = ray->base_mm;
+    }
+    for (int i = 0; i < 3; i++) {
+        const vf d = p->direction[i];
+        const vm still = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
+
+        p->inverse[i] = f_pick(still, f_set(1e30f), 1 / d);
+        p->forward[i] = m_or(still, f_below(f_set(0), d));
+    }
+    p->k = i_set(INT32_MIN);
+    p->last = p->kept = i_set(0);
+    p->alive = m_of_bits((1u << count) - 1);
+    begin_parts(p, p->alive);
+}
+
+static void march_packet(packet *p, int count)
+{
+    start_packet(p, count);
+    while (m_any(p->alive)) {
+        const vm sees_on = f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
+        const vm found = find_samples(p, m_and(p->alive, sees_on));
+
+        if (m_any(found)) {
+            take_samples(p, found);
+            p->k = i_pick(found, p->k + 1, p->k);
+        }
+        begin_parts(p, m_less(p->alive, found));
+    }
+}
+
+void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
+                sc_march_counters *counters)
+{
+    packet p;
+
+    p.m = march;
+    p.counters = (sc_march_counters){.rays = count};
+    for (size_t i = 0; i < count; i += LANES) {
+        const int lanes = count - i < LANES ? (int)(count - i) : LANES;
+
+        p.rays = rays + i;
+        p.light = v_darkness();
+        march_packet(&p, lanes);
+        for (int lane = 0; lane < lanes; lane++)
+            out[i + (size_t)lane] = v_radiance_of_lane(&p.light, lane);
+    }
+    sc_add_counters(counters, &p.counters);
+}
