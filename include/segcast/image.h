@@ -48,6 +48,18 @@ typedef struct sc_srgb_table {
     uint8_t start[1024];  /**< lowest level for linear values in [i, i + 1) / 1024 */
 } sc_srgb_table;
 void sc_srgb_table_init(sc_srgb_table *table);
-uint8_t sc_srgb_level(const sc_srgb_table *table, float linear);
+static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
+{
+    int level;
+
+    if (!(linear > 0))
+        return 0;
+    if (linear >= 1)
+        return 255;
+    level = table->start[(int)(linear * 1024)];
+    while (level < 255 && table->threshold[level] <= linear)
+        level++;
+    return (uint8_t)level;
+}
 
 #endif

@@ -66,21 +66,25 @@ typedef struct sc_march {
     float plane_places[SC_PLANES_MAX][4];  /**< distance in mm as a function of the place */
 } sc_march;
 
-/** One ray. For each clip group, the parts of the ray that are kept, in order: where they begin
- *  and end, in mm from the origin, and as samples; sample k of the voxel surface lies at
- *  (k + 1/2) step_mm, and those with first <= k < last are kept. A part that begins at a plane has
- *  cap_plane >= 0. */
+/** A part of a ray that is kept: from where to where, in mm from the origin, and which samples;
+ *  sample k of the voxel surface lies at (k + 1/2) step_mm, and those with first <= k < last are
+ *  kept. */
+typedef struct sc_ray_part {
+    float begin_mm, end_mm;
+    int32_t first, last; /**< voxel only */
+    int8_t cap_plane;    /**< the clip plane it begins at; -1: none */
+} sc_ray_part;
+
+/** One ray. */
 typedef struct sc_ray {
     float origin[3];     /**< voxel surface: in places plus 1/2, so that truncation is rounding;
                               smooth: in places (voxel + 1) */
     float direction[3];  /**< voxels per mm */
     float toward_eye[3]; /**< unit, RAS */
     float base_mm;       /**< distance of the origin from the eye */
-    uint8_t groups;
-    uint8_t parts[SC_GROUPS_MAX];
-    int32_t first[SC_GROUPS_MAX][2], last[SC_GROUPS_MAX][2];
-    float begin_mm[SC_GROUPS_MAX][2], end_mm[SC_GROUPS_MAX][2];
-    int8_t cap_plane[SC_GROUPS_MAX][2];
+    uint8_t groups;      /**< clip groups */
+    uint8_t part_count[SC_GROUPS_MAX];
+    sc_ray_part parts[SC_GROUPS_MAX][2]; /**< by clip group, in order along the ray */
 } sc_ray;
 
 /** Light that comes along a ray (premultiplied, linear), the share of what is behind, and what

@@ -99,11 +99,6 @@ typedef struct sc_camera {
 /** Look from @p position to @p target with @p up upwards in the picture. */
 sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
                          sc_projection projection, double half_height);
-/** The ray through a point of the picture; @p x and @p y run from -1 (left, bottom) to 1, and
- *  @p aspect is width / height. Direction is unit. */
-void sc_camera_ray(const sc_camera *camera, double x, double y, double aspect, sc_vec3 *origin_mm,
-                   sc_vec3 *direction);
-
 /* ---- clip planes (paper, section 2.2) ---- */
 
 enum { SC_PLANES_MAX = 16, SC_GROUPS_MAX = 8 };

@@ -84,17 +84,3 @@ void sc_srgb_table_init(sc_srgb_table *table)
         table->start[i] = (uint8_t)level;
     }
 }
-
-uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
-{
-    int level;
-
-    if (!(linear > 0))
-        return 0;
-    if (linear >= 1)
-        return 255;
-    level = table->start[(int)(linear * 1024)];
-    while (level < 255 && table->threshold[level] <= linear)
-        level++;
-    return (uint8_t)level;
-}

@@ -162,18 +162,18 @@ static inline bool next_span(const sc_ray *ray, float t, float *begin, float *en
 {
     *begin = HUGE_VALF;
     for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            const float from = ray->begin_mm[g][i] > t ? ray->begin_mm[g][i] : t;
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            const float from = ray->parts[g][i].begin_mm > t ? ray->parts[g][i].begin_mm : t;
 
-            if (from < ray->end_mm[g][i] && from < *begin)
+            if (from < ray->parts[g][i].end_mm && from < *begin)
                 *begin = from;
         }
     }
     *end = HUGE_VALF;
     *active = 0;
     for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            const float from = ray->begin_mm[g][i], to = ray->end_mm[g][i];
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            const float from = ray->parts[g][i].begin_mm, to = ray->parts[g][i].end_mm;
             const bool kept = from <= *begin && *begin < to;
 
             *active |= kept ? 1u << g : 0;
@@ -191,10 +191,10 @@ static inline void take_caps(cursor *c, float begin)
     const sc_ray *ray = c->ray;
 
     for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            if (ray->cap_plane[g][i] >= 0 && ray->begin_mm[g][i] == begin &&
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            if (ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].begin_mm == begin &&
                 c->light.transmittance >= SC_OPAQUE)
-                take_cap(c, g, ray->cap_plane[g][i], begin);
+                take_cap(c, g, ray->parts[g][i].cap_plane, begin);
         }
     }
 }

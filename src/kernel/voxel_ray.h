@@ -53,12 +53,12 @@ static inline void position(const sc_ray *ray, float t, float p[3])
 static inline void take_cap(cursor *c, int group, int part)
 {
     const sc_march *m = c->m;
-    const int plane = c->ray->cap_plane[group][part];
+    const int plane = c->ray->parts[group][part].cap_plane;
     const sc_march_tissue *tissue;
     float p[3], n[3], rgb[3];
     int x, y, z;
 
-    position(c->ray, c->ray->begin_mm[group][part], p);
+    position(c->ray, c->ray->parts[group][part].begin_mm, p);
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
@@ -69,11 +69,11 @@ static inline void take_cap(cursor *c, int group, int part)
         return;
     for (int i = 0; i < 3; i++)
         n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->begin_mm[group][part],
+    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->parts[group][part].begin_mm,
                  tissue->rgb, rgb);
     c->contributions++;
     sc_note(&c->light, label_at(m->volume, x, y, z), 1,
-            c->ray->base_mm + c->ray->begin_mm[group][part], n);
+            c->ray->base_mm + c->ray->parts[group][part].begin_mm, n);
     sc_blend(&c->light, rgb, 1);
 }
 
@@ -83,14 +83,14 @@ static inline bool next_part(const sc_ray *ray, int k, int *first, int *last)
     *first = INT32_MAX;
     *last = 0;
     for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            const int begin = ray->first[g][i] > k ? ray->first[g][i] : k;
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            const int begin = ray->parts[g][i].first > k ? ray->parts[g][i].first : k;
 
-            if (begin >= ray->last[g][i])
+            if (begin >= ray->parts[g][i].last)
                 continue;
             if (begin < *first) {
                 *first = begin;
-                *last = ray->last[g][i];
+                *last = ray->parts[g][i].last;
             }
         }
     }
@@ -104,7 +104,7 @@ static inline void take_caps_before(cursor *c, int k)
 
     for (int i = 0; i < 2; i++) {
         for (int g = 0; g < ray->groups; g++) {
-            if (i < ray->parts[g] && ray->cap_plane[g][i] >= 0 && ray->first[g][i] == k)
+            if (i < ray->part_count[g] && ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].first == k)
                 take_cap(c, g, i);
         }
     }
@@ -114,11 +114,11 @@ static inline void take_caps_before(cursor *c, int k)
 static inline int next_event(const sc_ray *ray, int k, int last)
 {
     for (int g = 0; g < ray->groups; g++) {
-        for (int i = 0; i < ray->parts[g]; i++) {
-            if (ray->first[g][i] > k && ray->first[g][i] < last)
-                last = ray->first[g][i];
-            if (ray->last[g][i] > k && ray->last[g][i] < last)
-                last = ray->last[g][i];
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            if (ray->parts[g][i].first > k && ray->parts[g][i].first < last)
+                last = ray->parts[g][i].first;
+            if (ray->parts[g][i].last > k && ray->parts[g][i].last < last)
+                last = ray->parts[g][i].last;
         }
     }
     return last;
@@ -126,8 +126,8 @@ static inline int next_event(const sc_ray *ray, int k, int last)
 
 static inline bool kept(const sc_ray *ray, int group, int k)
 {
-    for (int i = 0; i < ray->parts[group]; i++) {
-        if (k >= ray->first[group][i] && k < ray->last[group][i])
+    for (int i = 0; i < ray->part_count[group]; i++) {
+        if (k >= ray->parts[group][i].first && k < ray->parts[group][i].last)
             return true;
     }
     return false;

@@ -14,6 +14,8 @@ typedef struct frame {
     const sc_scene *scene;
     const sc_viewport *viewport;
     sc_image *image;
+    sc_lens lens;
+    sc_cover cover;
     int tiles_x;
 } frame;
 
@@ -32,7 +34,6 @@ typedef struct tile {
     sc_glimpse *glimpses; /* [y1 - y0 + 2][stride] */
     int stride;
     sc_march_counters counters;
-    float (*sums)[3]; /* [BATCH]: of the row in work */
     batch rays;
 } tile;
 
@@ -72,6 +73,7 @@ static void flush_glimpses(tile *t)
 
         for (int c = 0; c < 3; c++) {
             g->rgb[c] = light->rgb[c] + light->transmittance * background[c];
+            g->tone[c] = sqrtf(g->rgb[c] > 0 ? g->rgb[c] : 0);
             g->normal[c] = light->normal[c];
         }
         g->label = light->label;
@@ -80,32 +82,47 @@ static void flush_glimpses(tile *t)
     t->rays.count = 0;
 }
 
+static void take_glimpse(tile *t, int x, int y, const sc_glimpse *nothing)
+{
+    const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
+
+    t->glimpses[at] = *nothing;
+    if (!sc_is_covered(&t->f->cover, x, y))
+        return;
+    if (t->rays.count == BATCH)
+        flush_glimpses(t);
+    if (sc_make_ray(&t->f->lens, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
+        t->rays.target[t->rays.count++] = at;
+}
+
+/* Pixels by squares of four by four, and those by squares of two by two: what is marched side by
+ * side goes through the same part of the volume. */
 static void take_glimpses(tile *t)
 {
     const sc_renderer *r = t->f->renderer;
-    const sc_glimpse nothing = {.rgb = {r->background[0], r->background[1], r->background[2]}};
+    const int apron = r->settings.samples > 1; /* neighbours are looked at, too */
+    sc_glimpse nothing = {.rgb = {r->background[0], r->background[1], r->background[2]}};
 
-    for (int y = t->y0 - 1; y <= t->y1; y++) {
-        for (int x = t->x0 - 1; x <= t->x1; x++) {
-            const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
+    for (int c = 0; c < 3; c++)
+        nothing.tone[c] = sqrtf(nothing.rgb[c]);
+    for (int y = t->y0 - apron; y < t->y1 + apron; y += 4) {
+        for (int x = t->x0 - apron; x < t->x1 + apron; x += 4) {
+            for (int i = 0; i < 16; i++) {
+                const int px = x + (i & 1) + (i >> 1 & 2), py = y + (i >> 1 & 1) + (i >> 2 & 2);
 
-            if (t->rays.count == BATCH)
-                flush_glimpses(t);
-            t->glimpses[at] = nothing;
-            if (sc_make_ray(r, t->f->scene, t->f->viewport, x + 0.5, y + 0.5,
-                            &t->rays.rays[t->rays.count]))
-                t->rays.target[t->rays.count++] = at;
+                if (px < t->x1 + apron && py < t->y1 + apron)
+                    take_glimpse(t, px, py, &nothing);
+            }
         }
     }
     flush_glimpses(t);
 }
 
-/* Brightness as the eye sees it, nearly: the square root of the light. A difference of 0.055 is
- * about 14 levels of 255. */
+/* A difference of 0.055 is about 14 levels of 255. */
 static bool looks_different(const float a[3], const float b[3])
 {
     for (int i = 0; i < 3; i++) {
-        const float d = sqrtf(a[i] > 0 ? a[i] : 0) - sqrtf(b[i] > 0 ? b[i] : 0);
+        const float d = a[i] - b[i];
 
         if (d > 0.055f || d < -0.055f)
             return true;
@@ -119,7 +136,7 @@ static bool differ(const sc_glimpse *a, const sc_glimpse *b)
         a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
 
     return a->label != b->label || a->signature != b->signature || (a->label && cosine < 0.85f) ||
-           looks_different(a->rgb, b->rgb);
+           looks_different(a->tone, b->tone);
 }
 
 static bool on_edge(const tile *t, const sc_glimpse *g)
@@ -135,7 +152,7 @@ static void flush_samples(tile *t)
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
-        float *sum = t->sums[t->rays.target[i]];
+        float *sum = t->glimpses[t->rays.target[i]].rgb;
 
         /* Counted over the background at first: what the ray brings, and what it hides. */
         for (int c = 0; c < 3; c++)
@@ -144,57 +161,107 @@ static void flush_samples(tile *t)
     t->rays.count = 0;
 }
 
-/* All rays of one pixel; sums[target] becomes their mean less the background. */
+/* All rays of one pixel. */
 static void sample_pixel(tile *t, int x, int y, uint32_t target)
 {
-    const sc_renderer *r = t->f->renderer;
-    const int samples = r->settings.samples;
+    const int samples = t->f->renderer->settings.samples;
 
+    memset(t->glimpses[target].rgb, 0, sizeof t->glimpses[target].rgb);
+    if (!sc_is_covered(&t->f->cover, x, y))
+        return;
     for (int i = 0; i < samples; i++) {
         double at[2];
 
         sample_place(samples, i, at);
         if (t->rays.count == BATCH)
             flush_samples(t);
-        if (sc_make_ray(r, t->f->scene, t->f->viewport, x + at[0], y + at[1],
-                        &t->rays.rays[t->rays.count]))
+        if (sc_make_ray(&t->f->lens, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
             t->rays.target[t->rays.count++] = target;
     }
 }
 
-static void store(const tile *t, int x, int y, const float rgb[3])
+/* More rays where neighbours see something else, or everywhere. */
+static void refine(tile *t)
 {
-    const sc_image *image = t->f->image;
-    const size_t row = (size_t)(t->f->viewport->y_px + y) * (size_t)image->width_px;
-    uint8_t *pixel = image->rgb + (row + (size_t)(t->f->viewport->x_px + x)) * 3;
+    const sc_render_settings *s = &t->f->renderer->settings;
 
-    for (int c = 0; c < 3; c++)
-        pixel[c] = sc_srgb_level(&t->f->renderer->srgb, rgb[c]);
-}
+    for (int y = t->y0; y < t->y1; y++) {
+        sc_glimpse *row = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
 
-static void draw_row(tile *t, int y)
-{
-    const sc_renderer *r = t->f->renderer;
-    const sc_render_settings *s = &r->settings;
-    const sc_glimpse *row = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
-    float sums[BATCH][3];
-    bool sampled[BATCH];
+        for (int x = 0; x < t->x1 - t->x0; x++)
+            row[x].sampled = s->everywhere || on_edge(t, &row[x]);
+    }
+    for (int y = t->y0; y < t->y1; y++) {
+        const int row = (y - t->y0 + 1) * t->stride + 1;
 
-    memset(sums, 0, sizeof sums);
-    t->sums = sums;
-    for (int x = t->x0; x < t->x1; x++) {
-        sampled[x - t->x0] = s->everywhere || (s->samples > 1 && on_edge(t, &row[x - t->x0]));
-        if (sampled[x - t->x0])
-            sample_pixel(t, x, y, (uint32_t)(x - t->x0));
+        for (int x = 0; x < t->x1 - t->x0; x++) {
+            if (t->glimpses[row + x].sampled)
+                sample_pixel(t, t->x0 + x, y, (uint32_t)(row + x));
+        }
     }
     flush_samples(t);
-    for (int x = t->x0; x < t->x1; x++) {
-        float *sum = sums[x - t->x0];
+}
 
-        for (int c = 0; c < 3; c++)
-            sum[c] = r->background[c] + sum[c] / (float)s->samples;
-        store(t, x, y, sampled[x - t->x0] ? sum : row[x - t->x0].rgb);
+static void store_row(const tile *t, int y)
+{
+    const sc_renderer *r = t->f->renderer;
+    const sc_viewport *viewport = t->f->viewport;
+    const sc_image *image = t->f->image;
+    const size_t row = (size_t)(viewport->y_px + y) * (size_t)image->width_px;
+    const sc_glimpse *g = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
+    uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
+
+    for (int x = t->x0; x < t->x1; x++, g++, pixel += 3) {
+        for (int c = 0; c < 3; c++) {
+            const float linear = g->sampled
+                                     ? r->background[c] + g->rgb[c] / (float)r->settings.samples
+                                     : g->rgb[c];
+
+            pixel[c] = sc_srgb_level(&r->srgb, linear);
+        }
     }
+}
+
+/* A tile that nothing can be seen in. */
+static bool is_empty(const tile *t)
+{
+    for (int y = t->y0; y < t->y1 + SC_COVER_PX - 1; y += SC_COVER_PX) {
+        for (int x = t->x0; x < t->x1 + SC_COVER_PX - 1; x += SC_COVER_PX) {
+            if (sc_is_covered(&t->f->cover, x < t->x1 ? x : t->x1 - 1, y < t->y1 ? y : t->y1 - 1))
+                return false;
+        }
+    }
+    return true;
+}
+
+static void fill_empty(const tile *t)
+{
+    const sc_viewport *viewport = t->f->viewport;
+    const sc_image *image = t->f->image;
+
+    for (int y = t->y0; y < t->y1; y++) {
+        const size_t row = (size_t)(viewport->y_px + y) * (size_t)image->width_px;
+        uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
+
+        for (int x = t->x0; x < t->x1; x++, pixel += 3)
+            memcpy(pixel, t->f->renderer->empty, 3);
+    }
+}
+
+static void draw_tile(tile *t)
+{
+    const sc_render_settings *s = &t->f->renderer->settings;
+
+    if (is_empty(t)) {
+        fill_empty(t);
+        return;
+    }
+    if (!s->everywhere)
+        take_glimpses(t);
+    if (s->everywhere || s->samples > 1)
+        refine(t);
+    for (int y = t->y0; y < t->y1; y++)
+        store_row(t, y);
 }
 
 static int least(int a, int b)
@@ -221,10 +288,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
         t.y0 = (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);
         t.y1 = least(t.y0 + s->tile_px, f->viewport->height_px);
-        if (!s->everywhere)
-            take_glimpses(&t);
-        for (int y = t.y0; y < t.y1; y++)
-            draw_row(&t, y);
+        draw_tile(&t);
     }
     sc_add_counters(&stats->counters, &t.counters);
     stats->cpu_s += sc_thread_cpu_s() - begin_s;
@@ -306,6 +370,8 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     place_lamps(r, &scene->camera);
     place_depth_cue(r, &scene->camera);
     place_planes(r, scene);
+    sc_lens_init(&f.lens, r, scene, viewport);
+    sc_cover_init(&f.cover, r, scene, viewport, r->cover);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     *stats = (sc_render_stats){0};

@@ -5,12 +5,26 @@
 
 #include "segcast/render.h"
 
-/* What a ray through the middle of a pixel has seen. */
+/* What a ray through the middle of a pixel has seen; then what the pixel gets. */
 typedef struct sc_glimpse {
-    float rgb[3]; /* linear, over the background */
+    float rgb[3];  /* linear, over the background */
+    float tone[3]; /* its square root: nearly as the eye sees it */
     float normal[3];
     uint32_t label, signature;
+    bool sampled; /* rgb is the sum of more rays, less the background */
 } sc_glimpse;
+
+/* Middle of a block of bricks with something visible, in voxels. */
+typedef struct sc_block {
+    float x, y, z;
+} sc_block;
+
+/* Which pixels of a view can show anything, in squares, with one more on every side. */
+enum { SC_COVER_PX = 8 };
+typedef struct sc_cover {
+    int columns, rows;
+    const uint8_t *cells; /* [rows][columns] */
+} sc_cover;
 
 struct sc_renderer {
     sc_render_settings settings;
@@ -21,6 +35,10 @@ struct sc_renderer {
     uint64_t *visible;
     uint8_t *distances;
     sc_occlusion occlusion;
+    sc_block *blocks; /* [block_count] */
+    size_t block_count;
+    bool covers_all; /* pixels without anything visible behind them may show something, too */
+    uint8_t *cover;  /* room for the cells of a view */
     sc_vec3 *hull;
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
@@ -28,13 +46,37 @@ struct sc_renderer {
     sc_box3 whole, box; /* in voxels: the volume; what the kernel has to look at */
     sc_srgb_table srgb;
     float background[3];    /* linear */
+    uint8_t empty[3];       /* the same, as a pixel */
     sc_render_stats *stats; /* [threads]; of the frame in work */
     sc_glimpse *glimpses;   /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */
 };
 
+/* What all rays of a view share. Vectors: per mm, in voxels. */
+typedef struct sc_lens {
+    const sc_renderer *renderer;
+    const sc_scene *scene;
+    double px_scale; /* from pixels to the units of the camera's half_height */
+    double middle_px[2], shift;
+    bool from_eye;
+    sc_vec3 eye, forward, right, up;
+} sc_lens;
+
+void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
+                  const sc_viewport *viewport);
 /* A ray through a point of the viewport, in pixels from its upper left corner. @return false if it
  * meets nothing. */
-bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                 double x_px, double y_px, sc_ray *ray);
+bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
+
+/* Find the blocks, from the masks. */
+sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
+/* @p cells: room for them, borrowed by @p cover. */
+void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
+                   const sc_viewport *viewport, uint8_t *cells);
+
+static inline bool sc_is_covered(const sc_cover *cover, int x_px, int y_px)
+{
+    return cover->cells[(y_px + SC_COVER_PX) / SC_COVER_PX * cover->columns +
+                        (x_px + SC_COVER_PX) / SC_COVER_PX];
+}
 
 #endif

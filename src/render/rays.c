@@ -1,63 +1,133 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "internal.h"
 
+void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
+                  const sc_viewport *viewport)
+{
+    const sc_camera *c = &scene->camera;
+    /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
+     * grid; its rays begin at the volume, where a float tells 1/30,000 of a voxel. That place must
+     * not depend on the skip method, nor on what is visible. */
+    const bool from_eye = r->settings.surface == SC_SURFACE_VOXEL;
+
+    *lens = (sc_lens){
+        .renderer = r,
+        .scene = scene,
+        .px_scale = 2 * c->half_height / viewport->height_px,
+        .middle_px = {viewport->width_px / 2.0, viewport->height_px / 2.0},
+        .from_eye = from_eye,
+        .shift = from_eye ? 1.5 : 1,
+        .eye = sc_affine_point(&r->to_voxel, c->position_mm),
+        .forward = sc_affine_vector(&r->to_voxel, c->forward),
+        .right = sc_affine_vector(&r->to_voxel, c->right),
+        .up = sc_affine_vector(&r->to_voxel, c->up),
+    };
+}
+
 /* Kept parts of the ray per clip group. Distances in mm from the eye come in, from the ray's
  * origin go out. @return false if nothing is kept. */
-static bool fill_parts(const sc_renderer *r, const sc_scene *scene, sc_vec3 eye, sc_vec3 direction,
-                       double begin, double end, double base, sc_ray *ray)
+static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, double begin,
+                       double end, double base, sc_ray *ray)
 {
-    const double step = r->march.step_mm;
+    const sc_scene *scene = lens->scene;
+    const double step = lens->renderer->march.step_mm;
     bool any = false;
 
     ray->groups = (uint8_t)scene->group_count;
     for (int g = 0; g < scene->group_count; g++) {
         sc_interval kept[2];
 
-        ray->parts[g] = (uint8_t)sc_clip_ray(scene->planes, scene->groups[g], scene->clip_mode, eye,
-                                             direction, begin, end, kept);
-        for (int i = 0; i < ray->parts[g]; i++) {
-            ray->first[g][i] = (int32_t)ceil(kept[i].begin_mm / step - 0.5);
-            ray->last[g][i] = (int32_t)ceil(kept[i].end_mm / step - 0.5);
-            ray->begin_mm[g][i] = (float)(kept[i].begin_mm - base);
-            ray->end_mm[g][i] = (float)(kept[i].end_mm - base);
-            ray->cap_plane[g][i] = (int8_t)kept[i].begin_plane;
+        if (scene->groups[g]) {
+            ray->part_count[g] =
+                (uint8_t)sc_clip_ray(scene->planes, scene->groups[g], scene->clip_mode, eye,
+                                     direction, begin, end, kept);
+        } else { /* no plane cuts this group */
+            ray->part_count[g] = begin < end;
+            kept[0] = (sc_interval){begin, end, -1};
+        }
+        for (int i = 0; i < ray->part_count[g]; i++) {
+            sc_ray_part *part = &ray->parts[g][i];
+
+            part->begin_mm = (float)(kept[i].begin_mm - base);
+            part->end_mm = (float)(kept[i].end_mm - base);
+            part->cap_plane = (int8_t)kept[i].begin_plane;
+            if (lens->from_eye) {
+                part->first = (int32_t)ceil(kept[i].begin_mm / step - 0.5);
+                part->last = (int32_t)ceil(kept[i].end_mm / step - 0.5);
+            }
             any = true;
         }
     }
     return any;
 }
 
-bool sc_make_ray(const sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                 double x_px, double y_px, sc_ray *ray)
+/* As sc_box3_clip_line, for directions without zeros whose inverse is known. */
+static inline bool clip(const sc_box3 *box, sc_vec3 origin, sc_vec3 inverse, double *begin,
+                        double *end)
 {
-    const sc_render_settings *s = &r->settings;
-    /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
-     * grid; its rays begin at the volume, where a float tells 1/30,000 of a voxel. That place must
-     * not depend on the skip method, nor on what is visible. */
-    const bool from_eye = s->surface == SC_SURFACE_VOXEL;
-    const double shift = from_eye ? 1.5 : 1;
-    sc_vec3 eye, direction, origin, along;
+    const double x0 = (box->low.x - origin.x) * inverse.x, x1 = (box->high.x - origin.x) * inverse.x;
+    const double y0 = (box->low.y - origin.y) * inverse.y, y1 = (box->high.y - origin.y) * inverse.y;
+    const double z0 = (box->low.z - origin.z) * inverse.z, z1 = (box->high.z - origin.z) * inverse.z;
+    const double in[3] = {x0 < x1 ? x0 : x1, y0 < y1 ? y0 : y1, z0 < z1 ? z0 : z1};
+    const double out[3] = {x0 < x1 ? x1 : x0, y0 < y1 ? y1 : y0, z0 < z1 ? z1 : z0};
+
+    for (int i = 0; i < 3; i++) {
+        *begin = in[i] > *begin ? in[i] : *begin;
+        *end = out[i] < *end ? out[i] : *end;
+    }
+    return *begin < *end;
+}
+
+static inline bool clip_to_boxes(const sc_renderer *r, sc_vec3 origin, sc_vec3 along,
+                                 double *entered, double *begin, double *end)
+{
+    const sc_vec3 inverse = {1 / along.x, 1 / along.y, 1 / along.z};
+
+    if (along.x == 0 || along.y == 0 || along.z == 0) {
+        if (!sc_box3_clip_line(&r->whole, origin, along, begin, end))
+            return false;
+        *entered = *begin;
+        return sc_box3_clip_line(&r->box, origin, along, begin, end);
+    }
+    if (!clip(&r->whole, origin, inverse, begin, end))
+        return false;
+    *entered = *begin;
+    return clip(&r->box, origin, inverse, begin, end);
+}
+
+bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
+{
+    const sc_camera *c = &lens->scene->camera;
+    const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
+    const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
+    sc_vec3 eye = c->position_mm, direction = c->forward, origin = lens->eye, along = lens->forward;
     double begin = 0, end = 1e12, base;
 
-    sc_camera_ray(&scene->camera, 2 * x_px / viewport->width_px - 1,
-                  1 - 2 * y_px / viewport->height_px,
-                  (double)viewport->width_px / viewport->height_px, &eye, &direction);
-    origin = sc_affine_point(&r->to_voxel, eye);
-    along = sc_affine_vector(&r->to_voxel, direction);
-    if (!sc_box3_clip_line(&r->whole, origin, along, &begin, &end))
+    /* in mm and in voxels at once */
+    if (c->projection == SC_ORTHOGRAPHIC) {
+        eye = sc_vec3_along(sc_vec3_along(eye, across, c->right), upward, c->up);
+        origin = sc_vec3_along(sc_vec3_along(origin, across, lens->right), upward, lens->up);
+    } else {
+        const double shorten = 1 / sqrt(1 + across * across + upward * upward);
+
+        direction = sc_vec3_scale(
+            sc_vec3_along(sc_vec3_along(direction, across, c->right), upward, c->up), shorten);
+        along = sc_vec3_scale(
+            sc_vec3_along(sc_vec3_along(along, across, lens->right), upward, lens->up), shorten);
+    }
+    if (!clip_to_boxes(lens->renderer, origin, along, &base, &begin, &end))
         return false;
-    base = from_eye ? 0 : begin;
-    if (!sc_box3_clip_line(&r->box, origin, along, &begin, &end))
-        return false;
+    if (lens->from_eye)
+        base = 0;
     ray->base_mm = (float)base;
-    ray->origin[0] = (float)(origin.x + base * along.x + shift);
-    ray->origin[1] = (float)(origin.y + base * along.y + shift);
-    ray->origin[2] = (float)(origin.z + base * along.z + shift);
+    ray->origin[0] = (float)(origin.x + base * along.x + lens->shift);
+    ray->origin[1] = (float)(origin.y + base * along.y + lens->shift);
+    ray->origin[2] = (float)(origin.z + base * along.z + lens->shift);
     ray->direction[0] = (float)along.x;
     ray->direction[1] = (float)along.y;
     ray->direction[2] = (float)along.z;
     ray->toward_eye[0] = (float)-direction.x;
     ray->toward_eye[1] = (float)-direction.y;
     ray->toward_eye[2] = (float)-direction.z;
-    return fill_parts(r, scene, eye, direction, begin, end, base, ray);
+    return fill_parts(lens, eye, direction, begin, end, base, ray);
 }

@@ -122,6 +122,16 @@ static void fill_march(sc_renderer *r)
     }
 }
 
+/* A ray that meets nothing visible has nothing to show: what is visible ends somewhere, and where it
+ * ends is marked. That fails for tissues of which the masks do not hold the boundary, for a cut
+ * face may show nothing else of them; and the plain method is to know nothing of masks. */
+static void decide_cover(sc_renderer *r)
+{
+    r->covers_all = r->settings.skip == SC_SKIP_NONE;
+    for (int id = 1; id < r->volume->label_count; id++)
+        r->covers_all = r->covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
+}
+
 static void measure_hull(sc_renderer *r)
 {
     sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -167,6 +177,9 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     r->stats = block;
     SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->glimpses, &block));
     r->glimpses = block;
+    SC_TRY(sc_alloc(ctx, (size_t)(r->settings.width_px / SC_COVER_PX + 3),
+                    (size_t)(r->settings.height_px / SC_COVER_PX + 3), &block));
+    r->cover = block;
 out:
     return status;
 }
@@ -213,7 +226,12 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     sc_srgb_table_init(&r->srgb);
     for (int i = 0; i < 3; i++)
         r->background[i] = (float)sc_srgb_to_linear(settings->background[i] / 255.0);
+    for (int i = 0; i < 3; i++)
+        r->empty[i] = sc_srgb_level(&r->srgb, r->background[i]);
     fill_march(r);
+    decide_cover(r);
+    if (!r->covers_all)
+        SC_TRY(sc_find_blocks(ctx, r));
     fill_thickness(r, tissues);
     *out = r;
     r = NULL;
@@ -231,6 +249,8 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->tissues);
     sc_free(r->visible);
     sc_free(r->distances);
+    sc_free(r->blocks);
+    sc_free(r->cover);
     sc_occlusion_clear(&r->occlusion);
     sc_free(r->hull);
     sc_free(r->stats);

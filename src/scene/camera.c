@@ -16,19 +16,3 @@ sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
     camera.up = sc_vec3_cross(camera.right, camera.forward);
     return camera;
 }
-
-void sc_camera_ray(const sc_camera *camera, double x, double y, double aspect, sc_vec3 *origin_mm,
-                   sc_vec3 *direction)
-{
-    const double across = x * aspect * camera->half_height, upward = y * camera->half_height;
-
-    if (camera->projection == SC_ORTHOGRAPHIC) {
-        *origin_mm = sc_vec3_along(sc_vec3_along(camera->position_mm, across, camera->right),
-                                   upward, camera->up);
-        *direction = camera->forward;
-        return;
-    }
-    *origin_mm = camera->position_mm;
-    *direction = sc_vec3_unit(
-        sc_vec3_along(sc_vec3_along(camera->forward, across, camera->right), upward, camera->up));
-}

@@ -97,12 +97,12 @@ static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ra
                     .direction = {(float)d.x, (float)d.y, (float)d.z},
                     .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
                     .groups = 1,
-                    .parts = {meets}};
-    ray->begin_mm[0][0] = (float)begin;
-    ray->end_mm[0][0] = (float)end;
-    ray->first[0][0] = (int32_t)ceil(begin / (double)st->march.step_mm);
-    ray->last[0][0] = (int32_t)(end / (double)st->march.step_mm);
-    ray->cap_plane[0][0] = -1;
+                    .part_count = {meets}};
+    ray->parts[0][0].begin_mm = (float)begin;
+    ray->parts[0][0].end_mm = (float)end;
+    ray->parts[0][0].first = (int32_t)ceil(begin / (double)st->march.step_mm);
+    ray->parts[0][0].last = (int32_t)(end / (double)st->march.step_mm);
+    ray->parts[0][0].cap_plane = -1;
 }
 
 static sc_vec3 random_direction(uint64_t *seed)

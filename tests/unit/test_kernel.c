@@ -248,9 +248,8 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
         .direction = {(float)direction.x, (float)direction.y, (float)direction.z},
         .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
         .groups = 1,
-        .parts = {1},
-        .end_mm = {{length}},
-        .cap_plane = {{-1, -1}}};
+        .part_count = {1},
+        .parts = {{{.end_mm = length, .cap_plane = -1}}}};
 
     for (int id = 0; id < 8; id++)
         tissues[id] = (sc_march_tissue){

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which parts of a picture can show anything: blocks of the volume with something visible in them
+ * are thrown onto a coarse grid of the screen, generously. Pixels outside need no rays. */
+#include "internal.h"
+
+#include <string.h>
+
+enum { BLOCK = 2 /* bricks along each edge */ };
+
+/* Is anything visible in a block? */
+static bool is_occupied(const sc_renderer *r, int x, int y, int z)
+{
+    const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
+    uint64_t any = 0;
+
+    for (int dz = 0; dz < BLOCK && z + dz < nz; dz++) {
+        for (int dy = 0; dy < BLOCK && y + dy < ny; dy++) {
+            for (int dx = 0; dx < BLOCK && x + dx < nx; dx++)
+                any |= r->visible[(z + dz + 1) * r->march.visible_layer +
+                                  (y + dy + 1) * r->march.visible_row + x + dx + 1];
+        }
+    }
+    return any != 0;
+}
+
+sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
+{
+    const int *bricks = r->volume->bricks;
+    const size_t most = (size_t)((bricks[0] + 1) / BLOCK) * (size_t)((bricks[1] + 1) / BLOCK) *
+                        (size_t)((bricks[2] + 1) / BLOCK);
+    void *block;
+    sc_status status = sc_alloc(ctx, most, sizeof *r->blocks, &block);
+
+    if (status != SC_OK)
+        return status;
+    r->blocks = block;
+    for (int z = 0; z < bricks[2]; z += BLOCK) {
+        for (int y = 0; y < bricks[1]; y += BLOCK) {
+            for (int x = 0; x < bricks[0]; x += BLOCK) {
+                if (is_occupied(r, x, y, z)) {
+                    /* in voxels: places less one */
+                    r->blocks[r->block_count].x = (float)((x + BLOCK * 0.5) * SC_BRICK - 1);
+                    r->blocks[r->block_count].y = (float)((y + BLOCK * 0.5) * SC_BRICK - 1);
+                    r->blocks[r->block_count++].z = (float)((z + BLOCK * 0.5) * SC_BRICK - 1);
+                }
+            }
+        }
+    }
+    return SC_OK;
+}
+
+/* One axis of the camera, in voxels: position = dot(axis, voxel) + offset, and how far a block
+ * reaches to either side of its middle along it. */
+typedef struct screen_axis {
+    double x, y, z, offset, reach;
+} screen_axis;
+
+static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 direction)
+{
+    const sc_affine *to_mm = &r->volume->to_ras_mm;
+    const double half = BLOCK * SC_BRICK * 0.5 + 1; /* and a voxel to be safe */
+    screen_axis a = {sc_vec3_dot(direction, sc_affine_column(to_mm, 0)),
+                     sc_vec3_dot(direction, sc_affine_column(to_mm, 1)),
+                     sc_vec3_dot(direction, sc_affine_column(to_mm, 2)), 0, 0};
+
+    a.offset = sc_vec3_dot(
+        direction, sc_vec3_sub(sc_affine_point(to_mm, (sc_vec3){0, 0, 0}), c->position_mm));
+    a.reach = half * (fabs(a.x) + fabs(a.y) + fabs(a.z));
+    return a;
+}
+
+static inline double along(const screen_axis *a, const sc_block *b)
+{
+    return a->x * (double)b->x + a->y * (double)b->y + a->z * (double)b->z + a->offset;
+}
+
+/* The cells between two positions, which are divided by the least or the greatest depth, whichever
+ * reaches farther. */
+static inline void cells_between(double low, double high, double least, double greatest,
+                                 double scale, double middle, int count, int out[2])
+{
+    const double from = middle + scale * low * (low < 0 ? least : greatest);
+    const double to = middle + scale * high * (high > 0 ? least : greatest);
+    const double first = (from - 1) / SC_COVER_PX + 1, last = (to + 1) / SC_COVER_PX + 1;
+
+    out[0] = first > 0 ? (int)fmin(first, count) : 0;
+    out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
+}
+
+void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
+                   const sc_viewport *viewport, uint8_t *cells)
+{
+    const sc_camera *c = &scene->camera;
+    const screen_axis right = make_axis(r, c, c->right), down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
+                      deep = make_axis(r, c, c->forward);
+    const double scale = viewport->height_px / (2 * c->half_height);
+
+    *cover = (sc_cover){.columns = viewport->width_px / SC_COVER_PX + 3,
+                        .rows = viewport->height_px / SC_COVER_PX + 3,
+                        .cells = cells};
+    memset(cells, r->covers_all, (size_t)cover->columns * (size_t)cover->rows);
+    for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
+        const double x = along(&right, &r->blocks[i]), y = along(&down, &r->blocks[i]);
+        const double z = along(&deep, &r->blocks[i]);
+        double least = 1, greatest = 1; /* of what divides */
+        int columns[2], rows[2];
+
+        if (c->projection == SC_PERSPECTIVE) {
+            if (z - deep.reach < 1e-3 * deep.reach) { /* at the eye or behind it */
+                if (z + deep.reach < 0)
+                    continue;
+                memset(cells, 1, (size_t)cover->columns * (size_t)cover->rows);
+                return;
+            }
+            least = 1 / (z - deep.reach);
+            greatest = 1 / (z + deep.reach);
+        }
+        cells_between(x - right.reach, x + right.reach, least, greatest, scale,
+                      viewport->width_px / 2.0, cover->columns, columns);
+        cells_between(y - down.reach, y + down.reach, least, greatest, scale,
+                      viewport->height_px / 2.0, cover->rows, rows);
+        for (int row = rows[0]; row <= rows[1] && columns[0] <= columns[1]; row++)
+            memset(cells + row * cover->columns + columns[0], 1,
+                   (size_t)(columns[1] - columns[0] + 1));
+    }
+}

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How long frames take: one volume, prepared once, drawn in every combination of the lists given.
+ * CPU seconds are those of the whole process, the least of several repetitions; all variants of a
+ * combination take turns, so that they meet the same weather.
+ *
+ * usage: bench VOLUME [KEY=VALUE,VALUE...]...
+ *   scene    peers (colours, opacities and camera of the programs it is compared with) or heart
+ *   surface  smooth, voxel           layers   opaque, all
+ *   skip     leap, interior, none    cpu      auto, avx512, avx2, sse4, c
+ *   size     1920x1080               threads  1
+ *   samples  1 (rays per pixel at edges)
+ *   frames   of a turn of 36         repeat   times */
+#include "segcast/render.h"
+#include "segcast/timeline.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+enum { LIST_MAX = 8, TURN = 36, FAT = 11 };
+
+typedef struct list {
+    const char *key;
+    char text[200];
+    const char *values[LIST_MAX];
+    int count;
+} list;
+
+enum { SCENE, SURFACE, LAYERS, SKIP, CPU, SIZE, THREADS, SAMPLES, FRAMES, REPEAT, KEYS };
+
+static list lists[KEYS] = {
+    {.key = "scene", .text = "heart"},     {.key = "surface", .text = "smooth"},
+    {.key = "layers", .text = "opaque"},   {.key = "skip", .text = "leap"},
+    {.key = "cpu", .text = "auto"},        {.key = "size", .text = "1920x1080"},
+    {.key = "threads", .text = "1"},       {.key = "samples", .text = "1"},
+    {.key = "frames", .text = "3"},        {.key = "repeat", .text = "3"}};
+
+typedef struct prepared_set {
+    void *block;
+    sc_prepared view;
+    sc_tissue tissues[SC_LABELS_MAX];
+    double cpu_s;
+    bool opaque;
+} prepared_set;
+
+/* One combination. */
+typedef struct entry {
+    const char *value[KEYS];
+    sc_renderer *renderer;
+    sc_timeline timeline;
+    sc_image image;
+    double cpu_s, wall_s;
+    sc_march_counters counters;
+} entry;
+
+static const sc_ctx ctx = {.level = SC_LOG_WARN};
+
+static void must(sc_status status)
+{
+    if (status != SC_OK)
+        exit(1);
+}
+
+static double process_cpu_s(void)
+{
+    struct rusage r;
+
+    getrusage(RUSAGE_SELF, &r);
+    return (double)(r.ru_utime.tv_sec + r.ru_stime.tv_sec) +
+           1e-6 * (double)(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
+}
+
+/* Colours and opacities of ../shared/peers: of one layer (smooth) or, as there for volumes, of one
+ * voxel length of two. */
+static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
+{
+    static const float rgb[13][3] = {{0},
+                                     {.75f, .30f, .28f},
+                                     {.86f, .10f, .12f},
+                                     {.20f, .30f, .80f},
+                                     {.90f, .35f, .25f},
+                                     {.35f, .45f, .90f},
+                                     {.95f, .15f, .10f},
+                                     {.25f, .55f, .85f},
+                                     {.93f, .75f, .60f},
+                                     {.65f, .42f, .40f},
+                                     {.80f, .58f, .45f},
+                                     {.95f, .85f, .45f},
+                                     {1, .9f, .1f}};
+    static const double alpha[13] = {0, .35, .8, .8, .8, .8, .9, .8, .45, .35, .4, .15, 1};
+    const uint32_t n = value < 13 ? value : 12;
+    sc_tissue t = {.visible = !(opaque && n == FAT), .material = {.diffuse = 1, .shininess = 8}};
+
+    t.opacity = opaque ? 1 : voxel ? 1 - sqrt(1 - 0.98 * alpha[n]) : alpha[n];
+    memcpy(t.rgb_linear, rgb[n], sizeof t.rgb_linear);
+    return t;
+}
+
+static void set_tissues(prepared_set *p, bool peers, bool voxel)
+{
+    const sc_tissue_rule solid = {.pattern = "*", .has_opacity = true, .opacity = 1};
+    const sc_tissue_rule by_thickness = {.pattern = "*", .has_opacity = true, .opacity_auto = true};
+
+    if (!peers) {
+        must(sc_transfer_resolve(&ctx, &p->view, p->opaque ? &solid : &by_thickness, 1,
+                                 p->tissues));
+        return;
+    }
+    for (int id = 1; id < p->view.label_count; id++)
+        p->tissues[id] = peers_tissue((uint32_t)p->view.labels[id].value, p->opaque, voxel);
+}
+
+/* As a job would prepare it: hidden tissues are background, thickness only where it is needed. */
+static void prepare(const char *path, bool peers, bool opaque, prepared_set *out)
+{
+    sc_prepare_settings settings = {.smooth = 1, .threads = atoi(lists[THREADS].values[0])};
+    sc_preparation *preparation;
+    sc_volume volume;
+    bool hidden[SC_LABELS_MAX] = {false};
+    double begin_s;
+    size_t bytes;
+
+    must(sc_volume_read(&ctx, path, &volume));
+    begin_s = process_cpu_s();
+    for (int id = 1; peers && opaque && id < volume.label_count; id++)
+        hidden[id] = volume.labels[id].value == FAT;
+    sc_volume_hide(&volume, hidden, settings.threads);
+    settings.thickness = !peers && !opaque;
+    must(sc_prepare(&ctx, &volume, &settings, &preparation));
+    bytes = sc_preparation_bytes(preparation);
+    must(sc_alloc(&ctx, bytes, 1, &out->block));
+    sc_preparation_pack(preparation, out->block);
+    must(sc_prepared_view(&ctx, out->block, bytes, &out->view));
+    out->cpu_s = process_cpu_s() - begin_s;
+    out->opaque = opaque;
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+}
+
+static sc_camera peers_camera(int frame)
+{
+    const sc_vec3 middle = {234, 162, 243};
+    const double turn = 2 * 3.14159265358979323846 * frame / TURN, up = 0.20943951023931956;
+    const sc_vec3 eye = {234 + 1100 * cos(up) * sin(turn), 162 - 1100 * cos(up) * cos(turn),
+                         243 + 1100 * sin(up)};
+
+    return sc_camera_look(eye, middle, (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, tan(0.2617993877991494));
+}
+
+static void draw(entry *e, int frame)
+{
+    sc_scene scene = sc_timeline_scene(&e->timeline, frame);
+    sc_render_stats stats;
+
+    if (strcmp(e->value[SCENE], "peers") == 0)
+        scene.camera = peers_camera(frame);
+    sc_render_frame(e->renderer, &scene, &e->image, &stats);
+    sc_add_counters(&e->counters, &stats.counters);
+}
+
+static void start(entry *e, prepared_set *p)
+{
+    const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
+    const bool peers = strcmp(e->value[SCENE], "peers") == 0;
+    const char *skip = e->value[SKIP];
+    sc_animation a = {.frames = TURN,
+                      .camera = {.axis = {0, 0, 1},
+                                 .turns = 1,
+                                 .elevation_deg = 12,
+                                 .fov_deg = 30,
+                                 .zoom = {1, 1, 0, 1, 0}}};
+    sc_render_settings s = {
+        .surface = voxel ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
+        .skip = !strcmp(skip, "none")       ? SC_SKIP_NONE
+                : !strcmp(skip, "interior") ? SC_SKIP_INTERIOR
+                                            : SC_SKIP_LEAP,
+        .cpu = e->value[CPU],
+        .samples = atoi(e->value[SAMPLES]),
+        .step_voxels = 0.5,
+        .caps = true,
+        .tile_px = 32,
+        .threads = atoi(e->value[THREADS]),
+        .light = sc_lighting_default(),
+    };
+    const sc_vec3 *hull;
+    size_t count;
+
+    if (sscanf(e->value[SIZE], "%dx%d", &s.width_px, &s.height_px) != 2)
+        exit(64);
+    if (peers) /* what they do: 0.2 from everywhere, 0.8 from the eye */
+        s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
+    set_tissues(p, peers, voxel);
+    must(sc_renderer_new(&ctx, &s, &p->view, p->tissues, &e->renderer));
+    must(sc_image_init(&ctx, s.width_px, s.height_px, &e->image));
+    hull = sc_renderer_hull(e->renderer, &count);
+    sc_timeline_resolve(&a, hull, count, (double)s.width_px / s.height_px, &e->timeline);
+    e->cpu_s = e->wall_s = HUGE_VAL;
+    draw(e, 0);
+}
+
+static void measure(entry *e)
+{
+    const int frames = atoi(e->value[FRAMES]);
+    const double cpu_s = process_cpu_s(), wall_s = sc_wall_s();
+    double cpu, wall;
+
+    memset(&e->counters, 0, sizeof e->counters);
+    for (int i = 0; i < frames; i++)
+        draw(e, i * TURN / frames + 2);
+    cpu = (process_cpu_s() - cpu_s) / frames;
+    wall = (sc_wall_s() - wall_s) / frames;
+    e->cpu_s = cpu < e->cpu_s ? cpu : e->cpu_s;
+    e->wall_s = wall < e->wall_s ? wall : e->wall_s;
+}
+
+static void report(const entry *e, const prepared_set *p)
+{
+    const double frames = atoi(e->value[FRAMES]);
+    const sc_march_counters *c = &e->counters;
+    const double rays = (double)c->rays / frames;
+    const double pixels = (double)e->image.width_px * e->image.height_px;
+
+    for (int key = 0; key <= SAMPLES; key++)
+        printf("%s=%s ", lists[key].key, e->value[key]);
+    printf("kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "
+           "rays=%.0f leaps_per_ray=%.2f looks_per_ray=%.2f layers_per_ray=%.3f\n",
+           sc_renderer_kernel(e->renderer)->name, sc_renderer_kernel(e->renderer)->cpu, e->cpu_s,
+           e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays, (double)c->leaps / frames / rays,
+           (double)c->samples / frames / rays, (double)c->contributions / frames / rays);
+    fflush(stdout);
+}
+
+static void split(list *l)
+{
+    l->count = 0;
+    for (char *at = strtok(l->text, ","); at && l->count < LIST_MAX; at = strtok(NULL, ","))
+        l->values[l->count++] = at;
+}
+
+/* The combination with a number, counted through all lists but the number of layers. */
+static void combine(int n, const char *layers, entry *e)
+{
+    *e = (entry){0};
+    for (int key = 0; key < KEYS; key++) {
+        if (key == LAYERS) {
+            e->value[key] = layers;
+            continue;
+        }
+        e->value[key] = lists[key].values[n % lists[key].count];
+        n /= lists[key].count;
+    }
+}
+
+static void run(const char *path, const char *layers)
+{
+    static entry entries[128];
+    prepared_set *p = calloc(1, sizeof *p);
+    int count = 1;
+
+    for (int key = 0; key < KEYS; key++)
+        count *= key == LAYERS ? 1 : lists[key].count;
+    if (!p || count > 128)
+        exit(70);
+    prepare(path, strcmp(lists[SCENE].values[0], "peers") == 0, strcmp(layers, "opaque") == 0, p);
+    for (int n = 0; n < count; n++) {
+        combine(n, layers, &entries[n]);
+        start(&entries[n], p);
+    }
+    for (int i = 0; i < atoi(lists[REPEAT].values[0]); i++) {
+        for (int n = 0; n < count; n++)
+            measure(&entries[n]);
+    }
+    for (int n = 0; n < count; n++) {
+        report(&entries[n], p);
+        sc_renderer_free(entries[n].renderer);
+        sc_image_clear(&entries[n].image);
+    }
+    sc_free(p->block);
+    free(p);
+}
+
+static bool take_argument(const char *argument)
+{
+    for (int key = 0; key < KEYS; key++) {
+        const size_t length = strlen(lists[key].key);
+
+        if (strncmp(argument, lists[key].key, length) == 0 && argument[length] == '=') {
+            snprintf(lists[key].text, sizeof lists[key].text, "%s", argument + length + 1);
+            return true;
+        }
+    }
+    return false;
+}
+
+int main(int argc, char **argv)
+{
+    for (int i = 2; i < argc; i++) {
+        if (!take_argument(argv[i])) {
+            fprintf(stderr, "bench: what is \"%s\"?\n", argv[i]);
+            return 64;
+        }
+    }
+    if (argc < 2) {
+        fprintf(stderr, "usage: bench VOLUME [KEY=VALUE,VALUE...]...\n");
+        return 64;
+    }
+    for (int key = 0; key < KEYS; key++)
+        split(&lists[key]);
+    for (int i = 0; i < lists[LAYERS].count; i++)
+        run(argv[1], lists[LAYERS].values[i]);
+    return 0;
+}
