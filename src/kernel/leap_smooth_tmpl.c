@@ -40,8 +40,13 @@ typedef struct packet {
     vf a[3], b[3], t1;
     vi axis1;
     vm alive;
+    vm walks, stands, found; /* to a marked cell, in one, in one with a change of owner */
+    crossings x;
     sc_march_counters counters;
 } packet;
+
+/* Packets that take turns. */
+enum { PACKETS = 2 };
 
 static inline vf v_plane_mm(const packet *p, int i, vi plane)
 {
@@ -64,25 +69,32 @@ static inline void nearest(const vf mm[3], vf *t, vi *axis)
     *axis = i_pick(two, i_set(2), i_pick(one, i_set(1), i_set(0)));
 }
 
-/* See locate() of one ray: find the cell on the axes other than the one of the plane. */
-static void v_locate(packet *p, vm on)
+/* See locate() of one ray: where the planes next to the cells are out of order, a step.
+ * @return whether any lane took one. */
+static inline bool correct(packet *p, int i, vm on)
+{
+    const vm earlier = i_below(i_set(i), p->axis), later = i_below(p->axis, i_set(i));
+    const vi step = i_pick(p->forward[i], i_set(1), i_set(-1));
+    const vf out = v_exit_mm(p, i);
+    const vf in = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
+    const vm ahead = m_and(on, m_or(f_below(out, p->t), m_and(f_equal(out, p->t), earlier)));
+    const vm behind = m_and(on, m_or(f_below(p->t, in), m_and(f_equal(in, p->t), later)));
+
+    if (!m_any(m_or(ahead, behind)))
+        return false;
+    p->q[i] = i_pick(ahead, p->q[i] + step, i_pick(behind, p->q[i] - step, p->q[i]));
+    return true;
+}
+
+/* Find the cells on the axes other than the one of the plane. */
+static inline void v_locate(packet *p, vm on)
 {
     for (int i = 0; i < 3; i++) {
         const vm here = m_less(on, i_equal(p->axis, i_set(i)));
-        const vm moves = m_less(here, p->still[i]);
-        const vm earlier = i_below(i_set(i), p->axis), later = i_below(p->axis, i_set(i));
-        const vi step = i_pick(p->forward[i], i_set(1), i_set(-1));
-        vm ahead, behind;
 
         p->q[i] = i_pick(here, i_floor(p->origin[i] + p->direction[i] * p->t), p->q[i]);
-        do {
-            const vf out = v_exit_mm(p, i);
-            const vf in = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
-
-            ahead = m_and(moves, m_or(f_below(out, p->t), m_and(f_equal(out, p->t), earlier)));
-            behind = m_and(moves, m_or(f_below(p->t, in), m_and(f_equal(in, p->t), later)));
-            p->q[i] = i_pick(ahead, p->q[i] + step, i_pick(behind, p->q[i] - step, p->q[i]));
-        } while (m_any(m_or(ahead, behind)));
+        while (correct(p, i, m_less(here, p->still[i])))
+            continue;
     }
 }
 
@@ -126,26 +138,32 @@ static inline void advance(packet *p, vi far, vm on)
         v_locate(p, leaps);
 }
 
-/* Walk on until every lane of @p seek stands in a marked cell, or has reached its end.
- * @return the former. */
-static vm find_cells(packet *p, vm seek)
+/* A step of the lanes that walk, unless they stand in a marked cell or have reached their end. */
+static inline void step(packet *p)
 {
-    vm found = m_none();
+    const vm seek = m_and(p->walks, f_below(p->t, p->end));
+    const vi brick = v_brick(p);
+    const vi far = i_gather(p->m->distances, brick, seek) & 255;
+    const vm here = m_and(seek, i_equal(far, i_set(0))), marked = v_marked(p, brick, seek);
 
-    while (m_any(seek = m_and(seek, f_below(p->t, p->end)))) {
-        const vi brick = v_brick(p);
-        const vi far = i_gather(p->m->distances, brick, seek) & 255;
-        const vm here = m_and(seek, i_equal(far, i_set(0)));
-        const vm marked = v_marked(p, brick, here);
+    p->counters.samples += m_count(here);
+    p->counters.leaps += m_count(m_less(seek, here));
+    p->stands = m_or(p->stands, marked);
+    p->walks = m_less(seek, marked);
+    if (m_any(p->walks))
+        advance(p, far, p->walks);
+}
 
-        p->counters.samples += m_count(here);
-        p->counters.leaps += m_count(m_less(seek, here));
-        found = m_or(found, marked);
-        seek = m_less(seek, marked);
-        if (m_any(seek))
-            advance(p, far, seek);
+/* Walk on until every lane stands in a marked cell, or has reached its end. What one packet waits
+ * for in one step, memory and the latency of its arithmetic, the other has time to do. */
+static void walk(packet p[PACKETS])
+{
+    while (m_any(p[0].walks) || m_any(p[1].walks)) {
+        if (m_any(p[0].walks))
+            step(&p[0]);
+        if (m_any(p[1].walks))
+            step(&p[1]);
     }
-    return found;
 }
 
 /* Positions within the cells at distance @p t; see local_at(). */
@@ -175,11 +193,11 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
     return x->count[lane] > 0;
 }
 
-/* The changes of owner in the cells of @p on; those of @p waiting stay. @return where there are
- * any. */
-static vm find_crossings(packet *p, vm on, vm waiting, crossings *x)
+/* The changes of owner in the cells stood in; those found stay. @return where there are any. */
+static vm find_crossings(packet *p)
 {
-    const vm both = m_or(on, waiting);
+    crossings *x = &p->x;
+    const vm on = p->stands, both = m_or(on, p->found);
     vf mm[3], difference[SC_CORNERS], coefficients[4];
     vi low, high, variations;
     vm two, once, swapped;
@@ -358,10 +376,24 @@ static void begin_stretches(packet *p, vm on)
     v_locate(p, m_of_bits(begun));
 }
 
-static void start_packet(packet *p, int count)
+static void init_packet(packet *p, const sc_march *march)
 {
+    p->m = march;
+    p->counters = (sc_march_counters){0};
+    p->x.listed = 0;
+    p->x.u = f_set(0);
+    p->x.left = p->x.entered = i_set(0);
+}
+
+static void start_packet(packet *p, const sc_ray *rays, int count)
+{
+    p->rays = rays;
+    p->light = v_darkness();
+    p->alive = m_none();
+    if (!count)
+        return;
     for (int lane = 0; lane < LANES; lane++) {
-        const sc_ray *ray = &p->rays[lane < count ? lane : 0];
+        const sc_ray *ray = &rays[lane < count ? lane : 0];
 
         for (int i = 0; i < 3; i++) {
             p->origin[i][lane] = ray->origin[i];
@@ -383,56 +415,76 @@ static void start_packet(packet *p, int count)
     p->t = p->end = f_set(0);
     p->active = i_set(0);
     p->axis = i_set(-1);
-    p->alive = m_of_bits((1u << count) - 1);
-    begin_stretches(p, p->alive);
+    begin_stretches(p, m_of_bits((1u << count) - 1));
 }
 
-static void march_packet(packet *p, int count, crossings *x)
+/* Every lane finds a change of owner, or the end of its stretch. */
+static void find(packet p[PACKETS])
 {
-    start_packet(p, count);
-    while (m_any(p->alive)) {
-        vm seek = p->alive, found = m_none();
+    bool again = true;
 
-        /* Every lane finds a crossing, or the end of its stretch. */
-        while (m_any(seek)) {
-            const vm cells = find_cells(p, seek);
-            const vm crossed = m_any(cells) ? find_crossings(p, cells, found, x) : m_none();
-
-            found = m_or(found, crossed);
-            seek = m_less(cells, crossed);
-            if (m_any(seek))
-                advance(p, i_set(0), seek);
-        }
-        /* All crossings of the cells, then out of them. */
-        for (vm on = m_or(m_less(found, m_of_bits(x->listed)), next_crossings(x, found));
-             m_any(on); on = m_and(next_crossings(x, found), v_sees_on(p)))
-            take_crossings(p, x, on);
-        if (m_any(found))
-            advance(p, i_set(0), found);
-        seek = m_and(v_sees_on(p), f_below(p->t, p->end));
-        begin_stretches(p, m_less(p->alive, seek));
+    for (int k = 0; k < PACKETS; k++) {
+        p[k].walks = p[k].alive;
+        p[k].found = m_none();
     }
+    while (again) {
+        again = false;
+        for (int k = 0; k < PACKETS; k++)
+            p[k].stands = m_none();
+        walk(p);
+        for (int k = 0; k < PACKETS; k++) {
+            const vm crossed = m_any(p[k].stands) ? find_crossings(&p[k]) : m_none();
+
+            p[k].found = m_or(p[k].found, crossed);
+            p[k].walks = m_less(p[k].stands, crossed);
+            if (m_any(p[k].walks)) {
+                advance(&p[k], i_set(0), p[k].walks);
+                again = true;
+            }
+        }
+    }
+}
+
+/* All crossings of the cells, then out of them; and on to the next stretch at the end of one. */
+static void take(packet *p)
+{
+    for (vm on = m_or(m_less(p->found, m_of_bits(p->x.listed)), next_crossings(&p->x, p->found));
+         m_any(on); on = m_and(next_crossings(&p->x, p->found), v_sees_on(p)))
+        take_crossings(p, &p->x, on);
+    if (m_any(p->found))
+        advance(p, i_set(0), p->found);
+    begin_stretches(p, m_less(p->alive, m_and(v_sees_on(p), f_below(p->t, p->end))));
+}
+
+static int least(size_t a, int b)
+{
+    return a < (size_t)b ? (int)a : b;
 }
 
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {
-    packet p;
-    crossings x;
+    packet p[PACKETS];
 
-    p.m = march;
-    p.counters = (sc_march_counters){.rays = count};
-    x.listed = 0;
-    x.u = f_set(0);
-    x.left = x.entered = i_set(0);
-    for (size_t i = 0; i < count; i += LANES) {
-        const int lanes = count - i < LANES ? (int)(count - i) : LANES;
+    for (int k = 0; k < PACKETS; k++)
+        init_packet(&p[k], march);
+    for (size_t i = 0; i < count; i += PACKETS * LANES) {
+        const int lanes[PACKETS] = {least(count - i, LANES),
+                                    count - i > LANES ? least(count - i - LANES, LANES) : 0};
 
-        p.rays = rays + i;
-        p.light = v_darkness();
-        march_packet(&p, lanes, &x);
-        for (int lane = 0; lane < lanes; lane++)
-            out[i + (size_t)lane] = v_radiance_of_lane(&p.light, lane);
+        start_packet(&p[0], rays + i, lanes[0]);
+        start_packet(&p[1], rays + i + LANES, lanes[1]);
+        while (m_any(p[0].alive) || m_any(p[1].alive)) {
+            find(p);
+            take(&p[0]);
+            take(&p[1]);
+        }
+        for (int k = 0; k < PACKETS; k++) {
+            for (int lane = 0; lane < lanes[k]; lane++)
+                out[i + (size_t)(k * LANES + lane)] = v_radiance_of_lane(&p[k].light, lane);
+        }
     }
-    sc_add_counters(counters, &p.counters);
+    counters->rays += count;
+    for (int k = 0; k < PACKETS; k++)
+        sc_add_counters(counters, &p[k].counters);
 }
