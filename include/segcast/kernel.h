@@ -50,6 +50,8 @@ typedef struct sc_march {
                                          SC_SKIP_NONE */
     int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
     const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
+    const uint32_t *cell_start; /**< sc_cells of the masks; smooth and SC_SKIP_LEAP only */
+    const uint64_t *cells;
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;                  /**< voxel only */
     sc_march_light light;

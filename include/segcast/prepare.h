@@ -157,6 +157,19 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *vol
  *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
                                          const uint64_t *masks, uint8_t **out);
+/** The cells of sc_visible_cells, packed in the order of bricks and bits: for each the weights of its
+ *  corners (x + 2 y + 4 z), positive for the lowest label and negative for all others, as signed
+ *  fields of 6 bits: corners 0 to 4 from bit 0, 5 to 7 from bit 32. */
+typedef struct sc_cells {
+    uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index of the brick's first cell */
+    uint64_t *cells; /**< [count] */
+    size_t count;
+} sc_cells;
+#define SC_CELL_MANY (1ull << 63) /**< there are more than two labels */
+/** @return SC_ERR_MEMORY. The result does not depend on @p threads. Caller owns: sc_cells_clear. */
+SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume,
+                                     const uint64_t *masks, int threads, sc_cells *out);
+void sc_cells_clear(sc_cells *cells);
 /** How much of its surroundings is filled with visible tissue, coarsely: for the light in
  *  cavities and for shadows. Values of two Gaussian blurs, 255 for all filled. */
 typedef struct sc_occlusion {

@@ -307,6 +307,11 @@ static inline vf f_clamp01(vf x)
     return f_pick(f_below(x, f_set(0)), f_set(0), f_pick(f_below(f_set(1), x), f_set(1), x));
 }
 
+static inline vf f_size(vf x)
+{
+    return f_pick(f_below(x, f_set(0)), -x, x);
+}
+
 static inline vf f_above0(vf x)
 {
     return f_pick(f_below(f_set(0), x), x, f_set(0));

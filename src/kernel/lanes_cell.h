@@ -10,7 +10,6 @@
 typedef struct v_cell {
     vi q[3];
     vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
-    vf weights[SC_CORNERS];
 } v_cell;
 
 /* Labels of both ends of a row of the cell, along x. Rows outside of the volume are background. */
@@ -55,7 +54,7 @@ static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
     return i_gather(v->near_start, brick * 4, on) + counted;
 }
 
-/* Records and weights of cells with differing labels. */
+/* Records of cells with differing labels. */
 static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
 {
     const vm across = m_and(on, i_equal(c->q[0] & 3, i_set(3)));
@@ -69,10 +68,8 @@ static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
             c->record_index[i + 1] = i_pick(across, v_record_index(v, c->q[0] + 1, y, z, across),
                                             c->record_index[i + 1]);
     }
-    for (int i = 0; i < SC_CORNERS; i++) {
+    for (int i = 0; i < SC_CORNERS; i++)
         c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
-        c->weights[i] = f_of(c->records[i] & 31);
-    }
 }
 
 /* One of the cells, for cell.h. */
@@ -87,20 +84,14 @@ static inline void v_cell_lane(const v_cell *c, int lane, sc_cell *out)
     sc_cell_sort(out);
 }
 
-/* The least and the greatest label. @return where there is no third. */
-static inline vm v_cell_kinds(const v_cell *c, vi *low, vi *high)
+/* The least and the greatest label. */
+static inline void v_cell_kinds(const v_cell *c, vi *low, vi *high)
 {
-    vm two;
-
     *low = *high = c->labels[0];
     for (int i = 1; i < SC_CORNERS; i++) {
         *low = i_pick(i_below(c->labels[i], *low), c->labels[i], *low);
         *high = i_pick(i_below(*high, c->labels[i]), c->labels[i], *high);
     }
-    two = m_or(i_equal(c->labels[0], *low), i_equal(c->labels[0], *high));
-    for (int i = 1; i < SC_CORNERS; i++)
-        two = m_and(two, m_or(i_equal(c->labels[i], *low), i_equal(c->labels[i], *high)));
-    return two;
 }
 
 static inline void v_bernstein(const vf s[SC_CORNERS], const vf a[3], const vf b[3], vf out[4])

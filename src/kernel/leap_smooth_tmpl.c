@@ -15,6 +15,7 @@
 typedef struct crossings {
     vi left, entered;
     vf u;
+    vm upward; /* of lanes that are not listed: from the lower of two labels to the higher */
     /* of lanes whose cells need a list: all of them */
     sc_crossing list[LANES][SC_CROSSINGS_MAX];
     int count[LANES], next[LANES];
@@ -30,6 +31,7 @@ typedef struct packet {
     vm forward[3], still[3];
     /* the stretch in work */
     vf end;
+    vf doubt[3];       /* how far rounding may move a position, generously, in voxels */
     vi active;         /* clip groups, as bits */
     float ended[LANES]; /* where the last one ended */
     /* the walk */
@@ -86,15 +88,22 @@ static inline bool correct(packet *p, int i, vm on)
     return true;
 }
 
-/* Find the cells on the axes other than the one of the plane. */
+/* Find the cells on the axes other than the one of the plane. Only where a position is so close to
+ * a plane that rounding could have moved it across, the planes have to be asked. */
 static inline void v_locate(packet *p, vm on)
 {
     for (int i = 0; i < 3; i++) {
         const vm here = m_less(on, i_equal(p->axis, i_set(i)));
+        const vf at = p->origin[i] + p->direction[i] * p->t;
+        const vi cell = i_floor(at);
+        const vf within = at - f_of(cell);
+        const vm close = m_or(f_below(within, p->doubt[i]), f_below(1 - p->doubt[i], within));
 
-        p->q[i] = i_pick(here, i_floor(p->origin[i] + p->direction[i] * p->t), p->q[i]);
-        while (correct(p, i, m_less(here, p->still[i])))
-            continue;
+        p->q[i] = i_pick(here, cell, p->q[i]);
+        if (m_any(m_and(here, close))) {
+            while (correct(p, i, m_less(here, p->still[i])))
+                continue;
+        }
     }
 }
 
@@ -193,50 +202,85 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
     return x->count[lane] > 0;
 }
 
-/* The changes of owner in the cells stood in; those found stay. @return where there are any. */
+/* What is packed of the cells stood in: the difference of the votes of the lowest label and of the
+ * other at the corners. @return where there are more than two labels. */
+static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
+{
+    const vi brick = v_brick(p);
+    const vi low = i_gather(p->m->visible, brick * 8, on);
+    const vi high = i_gather(p->m->visible, brick * 8 + 4, on);
+    const vi bit = (p->q[0] & 3) | (p->q[1] & 3) << 2 | (p->q[2] & 1) << 4;
+    const vi below = (i_set(1) << bit) - 1;
+    const vm upper = i_equal(p->q[2] & 2, i_set(2));
+    const vi rank = i_count_bits(i_pick(upper, high, low) & below) +
+                    i_pick(upper, i_count_bits(low), i_set(0));
+    const vi index = i_gather(p->m->cell_start, brick * 4, on) + rank;
+    const vi first = i_gather(p->m->cells, index * 8, on);
+    const vi second = i_gather(p->m->cells, index * 8 + 4, on);
+
+    for (int i = 0; i < SC_CORNERS; i++)
+        out[i] = f_of(i < 5 ? (first << (26 - 6 * i)) >> 26 : (second << (26 - 6 * (i - 5))) >> 26);
+    return m_and(on, i_below(second, i_set(0)));
+}
+
+static inline void v_cell_read(packet *p, vm on)
+{
+    for (int i = 0; i < 3; i++)
+        p->cell.q[i] = p->q[i];
+    v_cell_labels(p->m->volume, sizeof(MARCH_LABEL), &p->cell, on);
+    v_cell_fill(p->m->volume, &p->cell, on);
+}
+
+/* Lists for the cells of @p on. @return those that have something on them. */
+static uint32_t list_cells(packet *p, vm on)
+{
+    uint32_t found = 0;
+
+    v_cell_read(p, on);
+    for (uint32_t left = m_bits(on); left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+
+        if (list_crossings(p, &p->x, lane))
+            found |= 1u << lane;
+    }
+    return found;
+}
+
+/* The changes of owner in the cells stood in. @return where there are any. */
 static vm find_crossings(packet *p)
 {
     crossings *x = &p->x;
-    const vm on = p->stands, both = m_or(on, p->found);
+    const vm on = p->stands;
     vf mm[3], difference[SC_CORNERS], coefficients[4];
-    vi low, high, variations;
-    vm two, once, swapped;
+    vi variations;
+    vm once, listed;
     uint32_t found;
 
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; i++)
         mm[i] = v_exit_mm(p, i);
-        p->cell.q[i] = i_pick(on, p->q[i], p->cell.q[i]);
-    }
     nearest(mm, &p->t1, &p->axis1);
     p->axis1 = i_pick(f_below(p->t1, p->end), p->axis1, i_set(-1));
     p->t1 = f_pick(f_below(p->t1, p->end), p->t1, p->end);
     v_local_at(p, p->t, p->axis, false, p->a);
     v_local_at(p, p->t1, p->axis1, true, p->b);
-    v_cell_labels(p->m->volume, sizeof(MARCH_LABEL), &p->cell, both);
-    v_cell_fill(p->m->volume, &p->cell, both);
-    two = m_and(on, v_cell_kinds(&p->cell, &low, &high));
-    for (int i = 0; i < SC_CORNERS; i++)
-        difference[i] = f_pick(i_equal(p->cell.labels[i], low), p->cell.weights[i],
-                               -p->cell.weights[i]);
+    listed = v_cell_differences(p, on, difference);
     v_bernstein(difference, p->a, p->b, coefficients);
     variations = v_variations(coefficients);
-    once = m_and(two, i_equal(variations, i_set(1)));
+    listed = m_or(listed, m_and(on, i_below(i_set(1), variations)));
+    once = m_less(m_and(on, i_equal(variations, i_set(1))), listed);
     if (m_any(once)) {
-        swapped = f_below(coefficients[0], f_set(0));
+        const vm upward = m_less(once, f_below(coefficients[0], f_set(0)));
+
         x->u = f_pick(once, v_root(coefficients, once), x->u);
-        x->left = i_pick(once, i_pick(swapped, high, low), x->left);
-        x->entered = i_pick(once, i_pick(swapped, low, high), x->entered);
+        x->upward = m_or(m_less(x->upward, once), upward);
     }
     found = m_bits(once);
     x->listed &= ~m_bits(on);
-    for (uint32_t left = m_bits(m_less(on, m_and(two, i_below(variations, i_set(2))))); left;
-         left &= left - 1) {
-        const int lane = __builtin_ctz(left);
+    if (m_any(listed)) {
+        const uint32_t long_ones = list_cells(p, listed);
 
-        if (list_crossings(p, x, lane)) {
-            found |= 1u << lane;
-            x->listed |= 1u << lane;
-        }
+        x->listed |= long_ones;
+        found |= long_ones;
     }
     return m_of_bits(found);
 }
@@ -373,6 +417,8 @@ static void begin_stretches(packet *p, vm on)
         p->axis[lane] = -1;
     }
     p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
+    for (int i = 0; i < 3; i++)
+        p->doubt[i] = (f_size(p->origin[i]) + f_size(p->direction[i]) * p->end) * 0x1p-20f;
     v_locate(p, m_of_bits(begun));
 }
 
@@ -381,6 +427,7 @@ static void init_packet(packet *p, const sc_march *march)
     p->m = march;
     p->counters = (sc_march_counters){0};
     p->x.listed = 0;
+    p->x.upward = m_none();
     p->x.u = f_set(0);
     p->x.left = p->x.entered = i_set(0);
 }
@@ -445,14 +492,28 @@ static void find(packet p[PACKETS])
     }
 }
 
-/* All crossings of the cells, then out of them; and on to the next stretch at the end of one. */
+/* All changes of owner in the cells found, then out of them. */
+static void take_cells(packet *p)
+{
+    crossings *x = &p->x;
+    const vm single = m_less(p->found, m_of_bits(x->listed));
+    vi low, high;
+
+    v_cell_read(p, p->found);
+    v_cell_kinds(&p->cell, &low, &high);
+    x->left = i_pick(x->upward, low, high);
+    x->entered = i_pick(x->upward, high, low);
+    for (vm on = m_or(single, next_crossings(x, p->found)); m_any(on);
+         on = m_and(next_crossings(x, p->found), v_sees_on(p)))
+        take_crossings(p, x, on);
+    advance(p, i_set(0), p->found);
+}
+
+/* And on to the next stretch at the end of one. */
 static void take(packet *p)
 {
-    for (vm on = m_or(m_less(p->found, m_of_bits(p->x.listed)), next_crossings(&p->x, p->found));
-         m_any(on); on = m_and(next_crossings(&p->x, p->found), v_sees_on(p)))
-        take_crossings(p, &p->x, on);
     if (m_any(p->found))
-        advance(p, i_set(0), p->found);
+        take_cells(p);
     begin_stretches(p, m_less(p->alive, m_and(v_sees_on(p), f_below(p->t, p->end))));
 }
 

@@ -34,6 +34,7 @@ struct sc_renderer {
     sc_march_tissue *tissues;
     uint64_t *visible;
     uint8_t *distances;
+    sc_cells cells;
     sc_occlusion occlusion;
     sc_block *blocks; /* [block_count] */
     size_t block_count;

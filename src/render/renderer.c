@@ -98,6 +98,8 @@ static void fill_march(sc_renderer *r)
         .volume = v,
         .visible = r->visible,
         .distances = r->distances,
+        .cell_start = r->cells.start,
+        .cells = r->cells.cells,
         .visible_row = v->bricks[0] + 2,
         .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
         .tissues = r->tissues,
@@ -161,6 +163,8 @@ static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *
     }
     if (r->kernel->skip == SC_SKIP_LEAP)
         SC_TRY(sc_brick_distances(ctx, r->volume, r->visible, &r->distances));
+    if (r->kernel->skip == SC_SKIP_LEAP && r->kernel->surface == SC_SURFACE_SMOOTH)
+        SC_TRY(sc_cells_build(ctx, r->volume, r->visible, threads, &r->cells));
 out:
     return status;
 }
@@ -249,6 +253,7 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->tissues);
     sc_free(r->visible);
     sc_free(r->distances);
+    sc_cells_clear(&r->cells);
     sc_free(r->blocks);
     sc_free(r->cover);
     sc_occlusion_clear(&r->occlusion);

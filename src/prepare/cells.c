@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a march of the smooth surface needs to know of the cells that can be seen, next to each
+ * other in memory: whether a ray changes its owner there is found from eight bytes. */
+#include "segcast/prepare.h"
+
+#include <string.h>
+
+enum { SIDE = SC_BRICK + 1, PLACES = SIDE * SIDE * SIDE };
+
+typedef struct cell_packer {
+    const sc_prepared *volume;
+    const uint64_t *masks;
+    uint32_t *start;
+    uint64_t *cells;
+} cell_packer;
+
+/* Labels and weights of a brick and of the first places of the bricks after it: the corners of its
+ * cells. */
+typedef struct brick_corners {
+    uint16_t labels[PLACES];
+    uint8_t weights[PLACES];
+} brick_corners;
+
+/* The weights of those places of brick (x, y, z) that lie in the corners' box; @p at: where in it
+ * the brick begins. */
+static void take_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
+                         brick_corners *out)
+{
+    const size_t brick = ((size_t)z * (size_t)v->bricks[1] + (size_t)y) * (size_t)v->bricks[0] +
+                         (size_t)x;
+    const uint8_t *record;
+    uint64_t wanted = ~0ull;
+
+    if (x >= v->bricks[0] || y >= v->bricks[1] || z >= v->bricks[2])
+        return;
+    wanted &= at[0] ? 0x1111111111111111u : ~0ull;
+    wanted &= at[1] ? 0x000f000f000f000fu : ~0ull;
+    wanted &= at[2] ? 0xffffu : ~0ull;
+    record = v->records + (size_t)v->near_start[brick] * SC_RECORD_BYTES;
+    for (uint64_t left = v->near[brick] & wanted; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const unsigned rank = sc_count_bits(v->near[brick] & ((1ull << bit) - 1));
+
+        out->weights[((at[2] + (bit >> 4)) * SIDE + at[1] + (bit >> 2 & 3)) * SIDE + at[0] +
+                     (bit & 3)] = record[rank * SC_RECORD_BYTES] & 31;
+    }
+}
+
+static void take_corners(const sc_prepared *v, const int brick[3], brick_corners *out)
+{
+    int n = 0;
+
+    memset(out->weights, 0, sizeof out->weights);
+    for (int i = 0; i < 8; i++) {
+        const int at[3] = {i & 1 ? SC_BRICK : 0, i & 2 ? SC_BRICK : 0, i & 4 ? SC_BRICK : 0};
+
+        take_weights(v, brick[0] + (i & 1), brick[1] + (i >> 1 & 1), brick[2] + (i >> 2), at, out);
+    }
+    for (int z = 0; z < SIDE; z++) {
+        for (int y = 0; y < SIDE; y++) {
+            for (int x = 0; x < SIDE; x++, n++)
+                out->labels[n] = (uint16_t)sc_id_at_place(v, brick[0] * SC_BRICK + x,
+                                                          brick[1] * SC_BRICK + y,
+                                                          brick[2] * SC_BRICK + z);
+        }
+    }
+}
+
+static uint64_t pack_cell(const brick_corners *c, int first)
+{
+    static const int corner[8] = {0,           1,
+                                  SIDE,        SIDE + 1,
+                                  SIDE * SIDE, SIDE * SIDE + 1,
+                                  SIDE * SIDE + SIDE, SIDE * SIDE + SIDE + 1};
+    uint32_t low = UINT16_MAX, high = 0;
+    uint64_t out = 0;
+
+    for (int i = 0; i < 8; i++) {
+        const uint32_t label = c->labels[first + corner[i]];
+
+        low = label < low ? label : low;
+        high = label > high ? label : high;
+    }
+    for (int i = 0; i < 8; i++) {
+        const uint32_t label = c->labels[first + corner[i]];
+        const int weight = c->weights[first + corner[i]];
+        const uint64_t field = (uint64_t)(label == low ? weight : -weight) & 63;
+
+        out |= field << (i < 5 ? 6 * i : 32 + 6 * (i - 5));
+        if (label != low && label != high)
+            out |= SC_CELL_MANY;
+    }
+    return out;
+}
+
+static void pack_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const cell_packer *p = user;
+    const int nx = p->volume->bricks[0] + 2, ny = p->volume->bricks[1] + 2;
+
+    (void)thread;
+    for (size_t i = begin; i < end; i++) {
+        const int brick[3] = {(int)(i % (size_t)nx) - 1, (int)(i / (size_t)nx % (size_t)ny) - 1,
+                              (int)(i / (size_t)nx / (size_t)ny) - 1};
+        uint64_t *out = p->cells + p->start[i];
+        brick_corners corners;
+
+        if (!p->masks[i])
+            continue;
+        take_corners(p->volume, brick, &corners);
+        for (uint64_t left = p->masks[i]; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+
+            *out++ = pack_cell(&corners, ((bit >> 4) * SIDE + (bit >> 2 & 3)) * SIDE + (bit & 3));
+        }
+    }
+}
+
+sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
+                         int threads, sc_cells *out)
+{
+    const size_t bricks = (size_t)(volume->bricks[0] + 2) * (size_t)(volume->bricks[1] + 2) *
+                          (size_t)(volume->bricks[2] + 2);
+    cell_packer p = {.volume = volume, .masks = masks};
+    size_t count = 0;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, bricks, sizeof *p.start, &block));
+    p.start = block;
+    for (size_t i = 0; i < bricks; i++) {
+        p.start[i] = (uint32_t)count;
+        count += sc_count_bits(masks[i]);
+    }
+    SC_TRY(sc_alloc(ctx, count + 1, sizeof *p.cells, &block));
+    p.cells = block;
+    sc_parallel_for(threads, bricks, 4096, pack_bricks, &p);
+    *out = (sc_cells){.start = p.start, .cells = p.cells, .count = count};
+    p.start = NULL;
+out:
+    sc_free(p.start);
+    return status;
+}
+
+void sc_cells_clear(sc_cells *cells)
+{
+    sc_free(cells->start);
+    sc_free(cells->cells);
+    *cells = (sc_cells){0};
+}
