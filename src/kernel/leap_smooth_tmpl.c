@@ -15,7 +15,8 @@
 typedef struct crossings {
     vi left, entered;
     vf u;
-    vm upward; /* of lanes that are not listed: from the lower of two labels to the higher */
+    /* of lanes that are not listed: the difference of the two votes on the way, see sc_bernstein */
+    vf coefficients[4];
     /* of lanes whose cells need a list: all of them */
     sc_crossing list[LANES][SC_CROSSINGS_MAX];
     int count[LANES], next[LANES];
@@ -268,12 +269,8 @@ static vm find_crossings(packet *p)
     variations = v_variations(coefficients);
     listed = m_or(listed, m_and(on, i_below(i_set(1), variations)));
     once = m_less(m_and(on, i_equal(variations, i_set(1))), listed);
-    if (m_any(once)) {
-        const vm upward = m_less(once, f_below(coefficients[0], f_set(0)));
-
-        x->u = f_pick(once, v_root(coefficients, once), x->u);
-        x->upward = m_or(m_less(x->upward, once), upward);
-    }
+    for (int i = 0; i < 4; i++)
+        x->coefficients[i] = f_pick(once, coefficients[i], x->coefficients[i]);
     found = m_bits(once);
     x->listed &= ~m_bits(on);
     if (m_any(listed)) {
@@ -427,7 +424,8 @@ static void init_packet(packet *p, const sc_march *march)
     p->m = march;
     p->counters = (sc_march_counters){0};
     p->x.listed = 0;
-    p->x.upward = m_none();
+    for (int i = 0; i < 4; i++)
+        p->x.coefficients[i] = f_set(0);
     p->x.u = f_set(0);
     p->x.left = p->x.entered = i_set(0);
 }
@@ -497,12 +495,14 @@ static void take_cells(packet *p)
 {
     crossings *x = &p->x;
     const vm single = m_less(p->found, m_of_bits(x->listed));
+    const vm downward = f_below(x->coefficients[0], f_set(0));
     vi low, high;
 
     v_cell_read(p, p->found);
     v_cell_kinds(&p->cell, &low, &high);
-    x->left = i_pick(x->upward, low, high);
-    x->entered = i_pick(x->upward, high, low);
+    x->left = i_pick(downward, high, low);
+    x->entered = i_pick(downward, low, high);
+    x->u = v_root(x->coefficients, single);
     for (vm on = m_or(single, next_crossings(x, p->found)); m_any(on);
          on = m_and(next_crossings(x, p->found), v_sees_on(p)))
         take_crossings(p, x, on);

@@ -160,6 +160,12 @@ static inline void take_cap(cursor *c, int group, int plane, float t)
 /* The next stretch of the ray from @p t on with the same groups kept. */
 static inline bool next_span(const sc_ray *ray, float t, float *begin, float *end, uint32_t *active)
 {
+    if (ray->groups == 1 && ray->part_count[0] == 1) { /* no plane: nearly always */
+        *begin = ray->parts[0][0].begin_mm > t ? ray->parts[0][0].begin_mm : t;
+        *end = ray->parts[0][0].end_mm;
+        *active = 1;
+        return *begin < *end;
+    }
     *begin = HUGE_VALF;
     for (int g = 0; g < ray->groups; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {

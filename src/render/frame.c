@@ -78,6 +78,7 @@ static void flush_glimpses(tile *t)
         }
         g->label = light->label;
         g->signature = light->signature;
+        g->nothing = light->transmittance == 1;
     }
     t->rays.count = 0;
 }
@@ -101,7 +102,8 @@ static void take_glimpses(tile *t)
 {
     const sc_renderer *r = t->f->renderer;
     const int apron = r->settings.samples > 1; /* neighbours are looked at, too */
-    sc_glimpse nothing = {.rgb = {r->background[0], r->background[1], r->background[2]}};
+    sc_glimpse nothing = {.nothing = true,
+                          .rgb = {r->background[0], r->background[1], r->background[2]}};
 
     for (int c = 0; c < 3; c++)
         nothing.tone[c] = sqrtf(nothing.rgb[c]);
@@ -212,6 +214,10 @@ static void store_row(const tile *t, int y)
     uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
 
     for (int x = t->x0; x < t->x1; x++, g++, pixel += 3) {
+        if (g->nothing && !g->sampled) {
+            memcpy(pixel, r->empty, 3);
+            continue;
+        }
         for (int c = 0; c < 3; c++) {
             const float linear = g->sampled
                                      ? r->background[c] + g->rgb[c] / (float)r->settings.samples

@@ -11,6 +11,7 @@ typedef struct sc_glimpse {
     float tone[3]; /* its square root: nearly as the eye sees it */
     float normal[3];
     uint32_t label, signature;
+    bool nothing; /* but background */
     bool sampled; /* rgb is the sum of more rays, less the background */
 } sc_glimpse;
 
