@@ -63,6 +63,16 @@ static inline vf v_tissue_f(const sc_march *m, vi label, size_t offset, vm on)
     return (vf)v_tissue(m, label, offset, on);
 }
 
+/* A member of the rays, at @p offset; 0 where there is no ray. */
+static inline vf v_of_rays(const sc_ray *rays, size_t offset, vm on)
+{
+    vi at;
+
+    for (int lane = 0; lane < LANES; lane++)
+        at[lane] = lane * (int32_t)sizeof(sc_ray);
+    return f_gather(rays, at + (int32_t)offset, on);
+}
+
 static inline void v_face_eye(const vf eye[3], vf n[3])
 {
     const vf toward = f_dot(n, eye);

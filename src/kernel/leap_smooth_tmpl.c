@@ -35,6 +35,7 @@ typedef struct packet {
     vf doubt[3];       /* how far rounding may move a position, generously, in voxels */
     vi active;         /* clip groups, as bits */
     float ended[LANES]; /* where the last one ended */
+    bool together;      /* there is but this one */
     /* the walk */
     vi q[3], axis;
     vf t;
@@ -384,6 +385,14 @@ static void take_crossings(packet *p, const crossings *x, vm on)
     v_take_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));
 }
 
+/* The cells in which stretches begin. */
+static void find_first_cells(packet *p, vm on)
+{
+    for (int i = 0; i < 3; i++)
+        p->doubt[i] = (f_size(p->origin[i]) + f_size(p->direction[i]) * p->end) * 0x1p-20f;
+    v_locate(p, on);
+}
+
 /* The next stretch of the rays of @p on, cut faces at its begin included. Lanes that have none left
  * die. */
 static void begin_stretches(packet *p, vm on)
@@ -414,9 +423,7 @@ static void begin_stretches(packet *p, vm on)
         p->axis[lane] = -1;
     }
     p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
-    for (int i = 0; i < 3; i++)
-        p->doubt[i] = (f_size(p->origin[i]) + f_size(p->direction[i]) * p->end) * 0x1p-20f;
-    v_locate(p, m_of_bits(begun));
+    find_first_cells(p, m_of_bits(begun));
 }
 
 static void init_packet(packet *p, const sc_march *march)
@@ -430,24 +437,39 @@ static void init_packet(packet *p, const sc_march *march)
     p->x.left = p->x.entered = i_set(0);
 }
 
+/* Rays of one stretch each, as nearly all are without planes, begin it together. */
+static bool begin_together(packet *p, int count, vm all)
+{
+    for (int lane = 0; lane < count; lane++) {
+        if (p->rays[lane].groups != 1 || p->rays[lane].part_count[0] != 1)
+            return false;
+    }
+    p->t = v_of_rays(p->rays, offsetof(sc_ray, parts[0][0].begin_mm), all);
+    p->end = v_of_rays(p->rays, offsetof(sc_ray, parts[0][0].end_mm), all);
+    p->active = i_set(1);
+    p->alive = m_and(all, f_below(p->t, p->end));
+    find_first_cells(p, p->alive);
+    return !p->m->plane_count;
+}
+
 static void start_packet(packet *p, const sc_ray *rays, int count)
 {
+    vm all;
+
     p->rays = rays;
     p->light = v_darkness();
     p->alive = m_none();
     if (!count)
         return;
-    for (int lane = 0; lane < LANES; lane++) {
-        const sc_ray *ray = &rays[lane < count ? lane : 0];
+    all = m_of_bits((1u << count) - 1);
+    for (int i = 0; i < 3; i++) {
+        const size_t at = sizeof(float) * (size_t)i;
 
-        for (int i = 0; i < 3; i++) {
-            p->origin[i][lane] = ray->origin[i];
-            p->direction[i][lane] = ray->direction[i];
-            p->eye[i][lane] = ray->toward_eye[i];
-        }
-        p->base_mm[lane] = ray->base_mm;
-        p->ended[lane] = -HUGE_VALF;
+        p->origin[i] = v_of_rays(rays, offsetof(sc_ray, origin) + at, all);
+        p->direction[i] = v_of_rays(rays, offsetof(sc_ray, direction) + at, all);
+        p->eye[i] = v_of_rays(rays, offsetof(sc_ray, toward_eye) + at, all);
     }
+    p->base_mm = v_of_rays(rays, offsetof(sc_ray, base_mm), all);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm back = f_below(d, f_set(0));
@@ -460,7 +482,12 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->t = p->end = f_set(0);
     p->active = i_set(0);
     p->axis = i_set(-1);
-    begin_stretches(p, m_of_bits((1u << count) - 1));
+    p->together = begin_together(p, count, all);
+    if (p->together)
+        return;
+    for (int lane = 0; lane < LANES; lane++)
+        p->ended[lane] = -HUGE_VALF;
+    begin_stretches(p, all);
 }
 
 /* Every lane finds a change of owner, or the end of its stretch. */
@@ -512,9 +539,15 @@ static void take_cells(packet *p)
 /* And on to the next stretch at the end of one. */
 static void take(packet *p)
 {
+    vm over;
+
     if (m_any(p->found))
         take_cells(p);
-    begin_stretches(p, m_less(p->alive, m_and(v_sees_on(p), f_below(p->t, p->end))));
+    over = m_less(p->alive, m_and(v_sees_on(p), f_below(p->t, p->end)));
+    if (p->together)
+        p->alive = m_less(p->alive, over);
+    else
+        begin_stretches(p, over);
 }
 
 static int least(size_t a, int b)

@@ -275,16 +275,16 @@ static void begin_parts(packet *p, vm on)
 
 static void start_packet(packet *p, int count)
 {
-    for (int lane = 0; lane < LANES; lane++) {
-        const sc_ray *ray = &p->rays[lane < count ? lane : 0];
+    const vm all = m_of_bits((1u << count) - 1);
 
-        for (int i = 0; i < 3; i++) {
-            p->origin[i][lane] = ray->origin[i];
-            p->direction[i][lane] = ray->direction[i];
-            p->eye[i][lane] = ray->toward_eye[i];
-        }
-        p->base_mm[lane] = ray->base_mm;
+    for (int i = 0; i < 3; i++) {
+        const size_t at = sizeof(float) * (size_t)i;
+
+        p->origin[i] = v_of_rays(p->rays, offsetof(sc_ray, origin) + at, all);
+        p->direction[i] = v_of_rays(p->rays, offsetof(sc_ray, direction) + at, all);
+        p->eye[i] = v_of_rays(p->rays, offsetof(sc_ray, toward_eye) + at, all);
     }
+    p->base_mm = v_of_rays(p->rays, offsetof(sc_ray, base_mm), all);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm still = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
@@ -294,8 +294,8 @@ static void start_packet(packet *p, int count)
     }
     p->k = i_set(INT32_MIN);
     p->last = p->kept = i_set(0);
-    p->alive = m_of_bits((1u << count) - 1);
-    begin_parts(p, p->alive);
+    p->alive = m_none();
+    begin_parts(p, all);
 }
 
 static void march_packet(packet *p, int count)

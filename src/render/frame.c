@@ -16,6 +16,7 @@ typedef struct frame {
     sc_image *image;
     sc_lens lens;
     sc_cover cover;
+    sc_glimpse nothing; /* of a pixel without a ray */
     int tiles_x;
 } frame;
 
@@ -83,11 +84,11 @@ static void flush_glimpses(tile *t)
     t->rays.count = 0;
 }
 
-static void take_glimpse(tile *t, int x, int y, const sc_glimpse *nothing)
+static void take_glimpse(tile *t, int x, int y)
 {
     const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
 
-    t->glimpses[at] = *nothing;
+    t->glimpses[at] = t->f->nothing;
     if (!sc_is_covered(&t->f->cover, x, y))
         return;
     if (t->rays.count == BATCH)
@@ -100,20 +101,16 @@ static void take_glimpse(tile *t, int x, int y, const sc_glimpse *nothing)
  * side goes through the same part of the volume. */
 static void take_glimpses(tile *t)
 {
-    const sc_renderer *r = t->f->renderer;
-    const int apron = r->settings.samples > 1; /* neighbours are looked at, too */
-    sc_glimpse nothing = {.nothing = true,
-                          .rgb = {r->background[0], r->background[1], r->background[2]}};
+    const int apron = t->f->renderer->settings.samples > 1; /* neighbours are looked at, too */
+    const int x1 = t->x1 + apron, y1 = t->y1 + apron;
 
-    for (int c = 0; c < 3; c++)
-        nothing.tone[c] = sqrtf(nothing.rgb[c]);
-    for (int y = t->y0 - apron; y < t->y1 + apron; y += 4) {
-        for (int x = t->x0 - apron; x < t->x1 + apron; x += 4) {
+    for (int y = t->y0 - apron; y < y1; y += 4) {
+        for (int x = t->x0 - apron; x < x1; x += 4) {
             for (int i = 0; i < 16; i++) {
                 const int px = x + (i & 1) + (i >> 1 & 2), py = y + (i >> 1 & 1) + (i >> 2 & 2);
 
-                if (px < t->x1 + apron && py < t->y1 + apron)
-                    take_glimpse(t, px, py, &nothing);
+                if (px < x1 && py < y1)
+                    take_glimpse(t, px, py);
             }
         }
     }
@@ -371,11 +368,16 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
                .scene = scene,
                .viewport = viewport,
                .image = image,
+               .nothing = {.nothing = true},
                .tiles_x = (viewport->width_px + px - 1) / px};
 
     place_lamps(r, &scene->camera);
     place_depth_cue(r, &scene->camera);
     place_planes(r, scene);
+    for (int c = 0; c < 3; c++) {
+        f.nothing.rgb[c] = r->background[c];
+        f.nothing.tone[c] = sqrtf(r->background[c]);
+    }
     sc_lens_init(&f.lens, r, scene, viewport);
     sc_cover_init(&f.cover, r, scene, viewport, r->cover);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
