@@ -106,19 +106,28 @@ static inline float sc_record_weight(uint32_t record)
     return (float)(record & 31);
 }
 
-/** The gradient: direction times length. */
-static inline void sc_record_normal(uint32_t record, float out[3])
+/** The direction, times 127, not unit. */
+static inline void sc_record_octant(uint32_t record, float out[3])
 {
     const float x = (float)(int8_t)(record >> 8), y = (float)(int8_t)(record >> 16);
     const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 127 - ax - ay;
     const float fold = z < 0 ? -z : 0;
-    const float ox = x < 0 ? x + fold : x - fold, oy = y < 0 ? y + fold : y - fold;
-    const float length = (float)(1 << (record >> 5 & 7)) * sqrtf(ox * ox + oy * oy + z * z);
-    const float inverse = 1 / length;
 
-    out[0] = ox * inverse;
-    out[1] = oy * inverse;
-    out[2] = z * inverse;
+    out[0] = x < 0 ? x + fold : x - fold;
+    out[1] = y < 0 ? y + fold : y - fold;
+    out[2] = z;
+}
+
+/** The gradient: direction times length. */
+static inline void sc_record_normal(uint32_t record, float out[3])
+{
+    float inverse;
+
+    sc_record_octant(record, out);
+    inverse = 1 / ((float)(1 << (record >> 5 & 7)) *
+                   sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    for (int i = 0; i < 3; i++)
+        out[i] *= inverse;
 }
 
 /** Thickness of a code: SC_THICKNESS_STEPS codes to an octave, from SC_THICKNESS_LEAST_MM up. */

@@ -171,20 +171,26 @@ static inline vf v_root(const vf b[4], vm on)
     return u;
 }
 
-static inline void v_record_normal(vi record, vf out[3])
+static inline void v_record_octant(vi record, vf out[3])
 {
     const vf x = f_of((record << 16) >> 24), y = f_of((record << 8) >> 24);
-    const vf ax = f_pick(f_below(x, f_set(0)), -x, x), ay = f_pick(f_below(y, f_set(0)), -y, y);
-    const vf z = 127 - ax - ay;
+    const vf z = 127 - f_size(x) - f_size(y);
     const vf fold = f_pick(f_below(z, f_set(0)), -z, f_set(0));
-    const vf ox = f_pick(f_below(x, f_set(0)), x + fold, x - fold);
-    const vf oy = f_pick(f_below(y, f_set(0)), y + fold, y - fold);
-    const vf length = f_of(i_set(1) << (record >> 5 & 7)) * f_sqrt(ox * ox + oy * oy + z * z);
-    const vf inverse = 1 / length;
 
-    out[0] = ox * inverse;
-    out[1] = oy * inverse;
-    out[2] = z * inverse;
+    out[0] = f_pick(f_below(x, f_set(0)), x + fold, x - fold);
+    out[1] = f_pick(f_below(y, f_set(0)), y + fold, y - fold);
+    out[2] = z;
+}
+
+static inline void v_record_normal(vi record, vf out[3])
+{
+    vf inverse;
+
+    v_record_octant(record, out);
+    inverse = 1 / (f_of(i_set(1) << (record >> 5 & 7)) *
+                   f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    for (int i = 0; i < 3; i++)
+        out[i] *= inverse;
 }
 
 /* Share of a corner in the point @p a. */

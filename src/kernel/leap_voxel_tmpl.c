@@ -109,60 +109,24 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
            ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
 }
 
-/* Is the place of a voxel near an interface? */
-static inline vm v_is_near(const sc_prepared *v, const vi at[3], vm on)
+/* Which of the voxels are boundary voxels, and the indices of their records. */
+static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi *record)
 {
     const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
     const vi brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
-    const vi word = i_gather(v->near, brick * 8 + (z & 2) * 2, on);
+    const vi low = i_gather(v->near, brick * 8, on), high = i_gather(v->near, brick * 8 + 4, on);
+    const vi start = i_gather(v->near_start, brick * 4, on);
     const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
+    const vm upper = i_equal(z & 2, i_set(2));
+    const vi word = i_pick(upper, high, low);
 
+    *record = start + i_count_bits(word & ((i_set(1) << bit) - 1)) +
+              i_pick(upper, i_count_bits(low), i_set(0));
     return m_less(on, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
 }
 
-/* See normal_at() of one ray. */
-static vm v_normal_at(const sc_prepared *v, const vf p[3], vi label, vm on, vf n[3])
-{
-    vf upper[3], length;
-    vi low[3];
-
-    for (int i = 0; i < 3; i++) {
-        const vi place = i_of(p[i] - 0.5f);
-
-        upper[i] = p[i] - 0.5f - f_of(place);
-        low[i] = place - 1;
-        n[i] = f_set(0);
-    }
-    for (int corner = 0; corner < 8; corner++) {
-        const vi at[3] = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1),
-                          low[2] + (corner >> 2)};
-        const vf weight = v_corner_share(corner, upper);
-        vm own = on;
-        vf each[3];
-
-        for (int i = 0; i < 3; i++)
-            own = m_and(own,
-                        m_and(i_below(i_set(-1), at[i]), i_below(at[i], i_set(v->size[i]))));
-        own = m_and(own, i_equal(v_label_at(v, at, own), label));
-        own = v_is_near(v, at, own);
-        if (!m_any(own))
-            continue;
-        v_record_normal(i_gather(v->records,
-                                 v_record_index(v, at[0] + 1, at[1] + 1, at[2] + 1, own) *
-                                     SC_RECORD_BYTES,
-                                 own),
-                        each);
-        for (int i = 0; i < 3; i++)
-            n[i] = f_pick(own, n[i] + weight * each[i], n[i]);
-    }
-    length = f_length(n);
-    for (int i = 0; i < 3; i++)
-        n[i] /= length;
-    return m_and(on, f_below(f_set(0.02f), length));
-}
-
-/* See boundary_alpha() of one ray. */
-static vf v_boundary_alpha(const sc_march *m, vi label, const vi at[3], vm on)
+/* See take_boundary() of one ray. */
+static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
 {
     const vf plain = v_tissue_f(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
     vm measured;
@@ -172,10 +136,7 @@ static vf v_boundary_alpha(const sc_march *m, vi label, const vi at[3], vm on)
         return plain;
     measured = m_less(
         on, i_equal(v_tissue(m, label, offsetof(sc_march_tissue, show), on) >> 16 & 255, i_set(0)));
-    code = i_gather(m->volume->thickness,
-                    v_record_index(m->volume, at[0] + 1, at[1] + 1, at[2] + 1, measured),
-                    measured) &
-           255;
+    code = i_gather(m->volume->thickness, record, measured) & 255;
     return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured), plain);
 }
 
@@ -190,21 +151,22 @@ static void take_interior(packet *p, vi label, vm on)
             v_tissue_f(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
 }
 
-static void take_boundary(packet *p, vi label, const vf at[3], const vi voxel[3], vm on)
+/* See take_boundary() of one ray. */
+static void v_take_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
 {
     v_spot spot;
-    vf rgb[3], alpha;
-    vm known;
+    vf rgb[3], alpha, length;
 
-    known = v_normal_at(p->m->volume, at, label, on, spot.normal);
+    v_record_octant(i_gather(p->m->volume->records, record * SC_RECORD_BYTES, on), spot.normal);
+    length = f_length(spot.normal);
     for (int i = 0; i < 3; i++) {
         spot.eye[i] = p->eye[i];
-        spot.normal[i] = f_pick(known, spot.normal[i], p->eye[i]);
+        spot.normal[i] /= length;
         spot.place[i] = at[i] - 0.5f;
     }
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
-    alpha = v_boundary_alpha(p->m, label, voxel, on);
+    alpha = v_boundary_alpha(p->m, label, record, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
     v_note(&p->light, label, alpha, &spot, on);
@@ -216,7 +178,7 @@ static void take_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
     vf at[3];
-    vi voxel[3], label, group;
+    vi voxel[3], label, group, record;
     vm boundary;
 
     for (int i = 0; i < 3; i++) {
@@ -227,11 +189,11 @@ static void take_samples(packet *p, vm on)
     group = v_tissue(p->m, label, offsetof(sc_march_tissue, show), on) >> 8 & 255;
     on = m_less(on, i_equal(p->kept >> group & 1, i_set(0)));
     p->counters.contributions += m_count(on);
-    boundary = v_is_near(p->m->volume, voxel, on);
+    boundary = v_find_records(p->m->volume, voxel, on, &record);
     if (m_any(m_less(on, boundary)))
         take_interior(p, label, m_less(on, boundary));
     if (m_any(boundary))
-        take_boundary(p, label, at, voxel, boundary);
+        v_take_boundary(p, label, at, record, boundary);
 }
 
 /* The clip groups that are kept from sample @p k on to the next event. */

@@ -7,44 +7,13 @@
 #include "variants.h"
 #include "voxel_ray.h"
 
-/* Mean of the normals of those of the eight nearest voxels that are boundary voxels of the same
- * label, by distance. @return false where they have no direction. */
-static bool normal_at(const sc_prepared *v, const float p[3], MARCH_LABEL label, float n[3])
+/* Index of the record of a boundary voxel. */
+static inline size_t record_of(const sc_prepared *v, int x, int y, int z)
 {
-    const int low[3] = {(int)(p[0] - 0.5f) - 1, (int)(p[1] - 0.5f) - 1, (int)(p[2] - 0.5f) - 1};
-    float upper[3], length;
+    const size_t brick = brick_index(v, x + 1, y + 1, z + 1);
+    const uint64_t bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
 
-    for (int i = 0; i < 3; i++)
-        upper[i] = p[i] - 0.5f - (float)(low[i] + 1);
-    n[0] = n[1] = n[2] = 0;
-    for (int corner = 0; corner < 8; corner++) {
-        const int x = low[0] + (corner & 1), y = low[1] + (corner >> 1 & 1);
-        const int z = low[2] + (corner >> 2);
-        const float weight = (corner & 1 ? upper[0] : 1 - upper[0]) *
-                             (corner & 2 ? upper[1] : 1 - upper[1]) *
-                             (corner & 4 ? upper[2] : 1 - upper[2]);
-        uint64_t mask, bit;
-        size_t brick;
-        float each[3];
-
-        if (!in_volume(v, x, y, z) || label_at(v, x, y, z) != label)
-            continue;
-        brick = brick_index(v, x + 1, y + 1, z + 1);
-        mask = v->near[brick];
-        bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
-        if (!(mask & bit))
-            continue;
-        sc_record_normal(sc_record_at(v, v->near_start[brick] + sc_count_bits(mask & (bit - 1))),
-                         each);
-        for (int i = 0; i < 3; i++)
-            n[i] += weight * each[i];
-    }
-    length = sqrtf(sc_dot3(n, n));
-    if (!(length > 0.02f))
-        return false;
-    for (int i = 0; i < 3; i++)
-        n[i] /= length;
-    return true;
+    return v->near_start[brick] + sc_count_bits(v->near[brick] & (bit - 1));
 }
 
 #if !MARCH_SKIPS
@@ -118,25 +87,37 @@ static inline int find_sample(cursor *c, int k, int last)
     return k;
 }
 
-/* Opacity of one sample of a boundary voxel. */
-static float boundary_alpha(const sc_march *m, const sc_march_tissue *tissue, int x, int y, int z)
+/* One sample of a boundary voxel: its own normal, which preprocessing has found (paper, section
+ * 2.3), and its own opacity. */
+static void take_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t record,
+                          const float p[3])
 {
-    const sc_prepared *v = m->volume;
-    const size_t brick = brick_index(v, x + 1, y + 1, z + 1);
-    const uint64_t bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
+    const sc_march *m = c->m;
+    const uint32_t label = (uint32_t)(tissue - m->tissues);
+    const bool measured = tissue->by_thickness && m->volume->thickness;
+    const float alpha =
+        measured ? m->thickness_alpha[m->volume->thickness[record]] : tissue->boundary_alpha;
+    sc_spot spot = {.eye = c->ray->toward_eye,
+                    .depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm};
+    float length, rgb[3];
 
-    if (!tissue->by_thickness || !v->thickness)
-        return tissue->boundary_alpha;
-    return m->thickness_alpha[v->thickness[v->near_start[brick] +
-                                           sc_count_bits(v->near[brick] & (bit - 1))]];
+    sc_record_octant(sc_record_at(m->volume, record), spot.normal);
+    length = sqrtf(sc_dot3(spot.normal, spot.normal));
+    for (int i = 0; i < 3; i++) {
+        spot.normal[i] /= length;
+        spot.place[i] = p[i] - 0.5f;
+    }
+    sc_face_eye(c->ray->toward_eye, spot.normal);
+    sc_light(m, tissue, &spot, rgb);
+    sc_note(&c->light, label, alpha, spot.depth_mm, spot.normal);
+    sc_blend(&c->light, rgb, alpha);
 }
 
 static void take_sample(cursor *c, int k)
 {
     const sc_march *m = c->m;
     const sc_march_tissue *tissue;
-    sc_spot spot = {.eye = c->ray->toward_eye};
-    float p[3], rgb[3], alpha;
+    float p[3];
     int x, y, z, kind;
     MARCH_LABEL label;
 
@@ -152,22 +133,10 @@ static void take_sample(cursor *c, int k)
     if (!kept(c->ray, tissue->clip_group, k))
         return;
     c->contributions++;
-    if (kind == SC_SHOW_INTERIOR) {
+    if (kind == SC_SHOW_INTERIOR)
         sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
-        return;
-    }
-    if (!normal_at(m->volume, p, label, spot.normal)) {
-        for (int i = 0; i < 3; i++)
-            spot.normal[i] = c->ray->toward_eye[i];
-    }
-    sc_face_eye(c->ray->toward_eye, spot.normal);
-    for (int i = 0; i < 3; i++)
-        spot.place[i] = p[i] - 0.5f;
-    spot.depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm;
-    alpha = boundary_alpha(m, tissue, x, y, z);
-    sc_light(m, tissue, &spot, rgb);
-    sc_note(&c->light, label, alpha, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, alpha);
+    else
+        take_boundary(c, k, tissue, record_of(m->volume, x, y, z), p);
 }
 
 static void march_ray(cursor *c, bool caps)
