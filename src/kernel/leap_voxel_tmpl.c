@@ -18,9 +18,12 @@ typedef struct packet {
     vm forward[3];
     vi k, last; /* the sample at hand, and the end of the part */
     vi kept;    /* clip groups kept between here and there, as bits */
-    vm alive;
+    vm alive, walks, found; /* on the way to a marked sample; at one */
     sc_march_counters counters;
 } packet;
+
+/* Packets that take turns: while one waits for memory, the other computes. */
+enum { PACKETS = 2 };
 
 static inline vf v_distance(const packet *p, vi k)
 {
@@ -70,34 +73,44 @@ static vi leap(const packet *p, const vi at[3], vi far, vm on)
     return i_pick(i_below(p->k + 1, k), k, p->k + 1);
 }
 
-/* Go on until every lane of @p seek is at a sample to be looked at, or at the end of its part.
- * @return the former. */
-static vm find_samples(packet *p, vm seek)
+/* A step of the lanes that walk, unless they are at a marked sample or at the end of their part. */
+static inline void step(packet *p)
 {
     const sc_march *m = p->m;
-    vm found = m_none();
+    const vm seek = m_and(p->walks, i_below(p->k, p->last));
+    vi at[3], brick, far, word, bit, next;
+    vm here, marked;
 
-    while (m_any(seek = m_and(seek, i_below(p->k, p->last)))) {
-        vi at[3], brick, far, word, bit, next;
-        vm here, marked;
+    v_place(p, p->k, at);
+    brick = (at[2] >> 2) * m->visible_layer + (at[1] >> 2) * m->visible_row + (at[0] >> 2);
+    far = i_gather(m->distances, brick, seek) & 255;
+    word = i_gather(m->visible, brick * 8 + (at[2] & 2) * 2, seek);
+    here = m_and(seek, i_equal(far, i_set(0)));
+    bit = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 1) << 4;
+    marked = m_less(here, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+    p->counters.samples += m_count(here);
+    p->counters.leaps += m_count(m_less(seek, here));
+    p->found = m_or(p->found, marked);
+    p->walks = m_less(seek, marked);
+    next = p->k + 1;
+    if (m_any(m_less(p->walks, here)))
+        next = i_pick(here, next, leap(p, at, far, m_less(p->walks, here)));
+    p->k = i_pick(p->walks, next, p->k);
+}
 
-        v_place(p, p->k, at);
-        brick = (at[2] >> 2) * m->visible_layer + (at[1] >> 2) * m->visible_row + (at[0] >> 2);
-        far = i_gather(m->distances, brick, seek) & 255;
-        here = m_and(seek, i_equal(far, i_set(0)));
-        word = i_gather(m->visible, brick * 8 + (at[2] & 2) * 2, here);
-        bit = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 1) << 4;
-        marked = m_less(here, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
-        p->counters.samples += m_count(here);
-        p->counters.leaps += m_count(m_less(seek, here));
-        found = m_or(found, marked);
-        seek = m_less(seek, marked);
-        next = p->k + 1;
-        if (m_any(m_less(seek, here)))
-            next = i_pick(here, next, leap(p, at, far, m_less(seek, here)));
-        p->k = i_pick(seek, next, p->k);
+/* Go on until every lane is at a sample to be looked at, or at the end of its part. */
+static void find_samples(packet p[PACKETS])
+{
+    for (int k = 0; k < PACKETS; k++) {
+        p[k].walks = m_and(p[k].alive, f_at_most(f_set(SC_OPAQUE), p[k].light.transmittance));
+        p[k].found = m_none();
     }
-    return found;
+    while (m_any(p[0].walks) || m_any(p[1].walks)) {
+        if (m_any(p[0].walks))
+            step(&p[0]);
+        if (m_any(p[1].walks))
+            step(&p[1]);
+    }
 }
 
 /* Labels of voxels within the volume. */
@@ -235,10 +248,15 @@ static void begin_parts(packet *p, vm on)
     p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
 }
 
-static void start_packet(packet *p, int count)
+static void start_packet(packet *p, const sc_ray *rays, int count)
 {
     const vm all = m_of_bits((1u << count) - 1);
 
+    p->rays = rays;
+    p->light = v_darkness();
+    p->alive = m_none();
+    if (!count)
+        return;
     for (int i = 0; i < 3; i++) {
         const size_t at = sizeof(float) * (size_t)i;
 
@@ -256,40 +274,51 @@ static void start_packet(packet *p, int count)
     }
     p->k = i_set(INT32_MIN);
     p->last = p->kept = i_set(0);
-    p->alive = m_none();
     begin_parts(p, all);
 }
 
-static void march_packet(packet *p, int count)
+/* The samples found, and on to the next part at the end of one. */
+static void take(packet *p)
 {
-    start_packet(p, count);
-    while (m_any(p->alive)) {
-        const vm sees_on = f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
-        const vm found = find_samples(p, m_and(p->alive, sees_on));
-
-        if (m_any(found)) {
-            take_samples(p, found);
-            p->k = i_pick(found, p->k + 1, p->k);
-        }
-        begin_parts(p, m_less(p->alive, found));
+    if (m_any(p->found)) {
+        take_samples(p, p->found);
+        p->k = i_pick(p->found, p->k + 1, p->k);
     }
+    if (m_any(m_less(p->alive, p->found)))
+        begin_parts(p, m_less(p->alive, p->found));
+}
+
+static int least(size_t a, int b)
+{
+    return a < (size_t)b ? (int)a : b;
 }
 
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {
-    packet p;
+    packet p[PACKETS];
 
-    p.m = march;
-    p.counters = (sc_march_counters){.rays = count};
-    for (size_t i = 0; i < count; i += LANES) {
-        const int lanes = count - i < LANES ? (int)(count - i) : LANES;
-
-        p.rays = rays + i;
-        p.light = v_darkness();
-        march_packet(&p, lanes);
-        for (int lane = 0; lane < lanes; lane++)
-            out[i + (size_t)lane] = v_radiance_of_lane(&p.light, lane);
+    for (int k = 0; k < PACKETS; k++) {
+        p[k].m = march;
+        p[k].counters = (sc_march_counters){0};
     }
-    sc_add_counters(counters, &p.counters);
+    for (size_t i = 0; i < count; i += PACKETS * LANES) {
+        const int lanes[PACKETS] = {least(count - i, LANES),
+                                    count - i > LANES ? least(count - i - LANES, LANES) : 0};
+
+        start_packet(&p[0], rays + i, lanes[0]);
+        start_packet(&p[1], rays + i + LANES, lanes[1]);
+        while (m_any(p[0].alive) || m_any(p[1].alive)) {
+            find_samples(p);
+            take(&p[0]);
+            take(&p[1]);
+        }
+        for (int k = 0; k < PACKETS; k++) {
+            for (int lane = 0; lane < lanes[k]; lane++)
+                out[i + (size_t)(k * LANES + lane)] = v_radiance_of_lane(&p[k].light, lane);
+        }
+    }
+    counters->rays += count;
+    for (int k = 0; k < PACKETS; k++)
+        sc_add_counters(counters, &p[k].counters);
 }
