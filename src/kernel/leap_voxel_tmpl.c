@@ -23,7 +23,7 @@ typedef struct packet {
 } packet;
 
 /* Packets that take turns: while one waits for memory, the other computes. */
-enum { PACKETS = 2 };
+enum { PACKETS = 2, ENOUGH = LANES / 2 };
 
 static inline vf v_distance(const packet *p, vi k)
 {
@@ -98,18 +98,30 @@ static inline void step(packet *p)
     p->k = i_pick(p->walks, next, p->k);
 }
 
-/* Go on until every lane is at a sample to be looked at, or at the end of its part. */
+static inline bool walk_on(const packet *p)
+{
+    return m_any(p->walks) && m_count(p->found) < ENOUGH;
+}
+
+/* Go on until enough lanes are at a sample to be looked at, or all others at the end of their part.
+ * @return lanes that walk on. */
 static void find_samples(packet p[PACKETS])
 {
+    bool first, second;
+
     for (int k = 0; k < PACKETS; k++) {
         p[k].walks = m_and(p[k].alive, f_at_most(f_set(SC_OPAQUE), p[k].light.transmittance));
         p[k].found = m_none();
     }
-    while (m_any(p[0].walks) || m_any(p[1].walks)) {
-        if (m_any(p[0].walks))
+    first = walk_on(&p[0]);
+    second = walk_on(&p[1]);
+    while (first || second) {
+        if (first)
             step(&p[0]);
-        if (m_any(p[1].walks))
+        if (second)
             step(&p[1]);
+        first = walk_on(&p[0]);
+        second = walk_on(&p[1]);
     }
 }
 
@@ -280,12 +292,15 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
 /* The samples found, and on to the next part at the end of one. */
 static void take(packet *p)
 {
+    vm over;
+
     if (m_any(p->found)) {
         take_samples(p, p->found);
         p->k = i_pick(p->found, p->k + 1, p->k);
     }
-    if (m_any(m_less(p->alive, p->found)))
-        begin_parts(p, m_less(p->alive, p->found));
+    over = m_less(m_less(p->alive, p->found), p->walks);
+    if (m_any(over))
+        begin_parts(p, over);
 }
 
 static int least(size_t a, int b)
