@@ -50,7 +50,7 @@ typedef struct packet {
 } packet;
 
 /* Packets that take turns. */
-enum { PACKETS = 2 };
+enum { PACKETS = 2, ENOUGH = LANES * 3 / 8 };
 
 static inline vf v_plane_mm(const packet *p, int i, vi plane)
 {
@@ -165,15 +165,25 @@ static inline void step(packet *p)
         advance(p, far, p->walks);
 }
 
-/* Walk on until every lane stands in a marked cell, or has reached its end. What one packet waits
- * for in one step, memory and the latency of its arithmetic, the other has time to do. */
+static inline bool walk_on(const packet *p)
+{
+    return m_any(p->walks) && m_count(p->stands) < ENOUGH;
+}
+
+/* Walk on until enough lanes stand in a marked cell, or all others have reached their end. What one
+ * packet waits for in one step, memory and the latency of its arithmetic, the other has time to
+ * do. */
 static void walk(packet p[PACKETS])
 {
-    while (m_any(p[0].walks) || m_any(p[1].walks)) {
-        if (m_any(p[0].walks))
+    bool first = walk_on(&p[0]), second = walk_on(&p[1]);
+
+    while (first || second) {
+        if (first)
             step(&p[0]);
-        if (m_any(p[1].walks))
+        if (second)
             step(&p[1]);
+        first = walk_on(&p[0]);
+        second = walk_on(&p[1]);
     }
 }
 
@@ -507,12 +517,13 @@ static void find(packet p[PACKETS])
         for (int k = 0; k < PACKETS; k++) {
             const vm crossed = m_any(p[k].stands) ? find_crossings(&p[k]) : m_none();
 
+            const vm passed = m_less(p[k].stands, crossed);
+
             p[k].found = m_or(p[k].found, crossed);
-            p[k].walks = m_less(p[k].stands, crossed);
-            if (m_any(p[k].walks)) {
-                advance(&p[k], i_set(0), p[k].walks);
-                again = true;
-            }
+            p[k].walks = m_or(p[k].walks, passed);
+            if (m_any(passed))
+                advance(&p[k], i_set(0), passed);
+            again = again || m_any(p[k].walks);
         }
     }
 }

@@ -45,7 +45,9 @@ struct sc_renderer {
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
     sc_affine to_voxel;
-    sc_box3 whole, box; /* in voxels: the volume; what the kernel has to look at */
+    sc_box3 box;       /* in voxels: what the kernel has to look at */
+    sc_vec3 middle_mm; /* the sphere around the volume */
+    double radius_mm;
     sc_srgb_table srgb;
     float background[3];    /* linear */
     uint8_t empty[3];       /* the same, as a pixel */

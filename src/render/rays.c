@@ -6,8 +6,8 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
 {
     const sc_camera *c = &scene->camera;
     /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
-     * grid; its rays begin at the volume, where a float tells 1/30,000 of a voxel. That place must
-     * not depend on the skip method, nor on what is visible. */
+     * grid; its rays begin where they enter the sphere around the volume, from where a float tells
+     * 1/20,000 of a voxel. That place must not depend on the skip method, nor on what is visible. */
     const bool from_eye = r->settings.surface == SC_SURFACE_VOXEL;
 
     *lens = (sc_lens){
@@ -78,21 +78,12 @@ static inline bool clip(const sc_box3 *box, sc_vec3 origin, sc_vec3 inverse, dou
     return *begin < *end;
 }
 
-static inline bool clip_to_boxes(const sc_renderer *r, sc_vec3 origin, sc_vec3 along,
-                                 double *entered, double *begin, double *end)
+static inline bool clip_to_box(const sc_box3 *box, sc_vec3 origin, sc_vec3 along, double *begin,
+                               double *end)
 {
-    const sc_vec3 inverse = {1 / along.x, 1 / along.y, 1 / along.z};
-
-    if (along.x == 0 || along.y == 0 || along.z == 0) {
-        if (!sc_box3_clip_line(&r->whole, origin, along, begin, end))
-            return false;
-        *entered = *begin;
-        return sc_box3_clip_line(&r->box, origin, along, begin, end);
-    }
-    if (!clip(&r->whole, origin, inverse, begin, end))
-        return false;
-    *entered = *begin;
-    return clip(&r->box, origin, inverse, begin, end);
+    if (along.x == 0 || along.y == 0 || along.z == 0)
+        return sc_box3_clip_line(box, origin, along, begin, end);
+    return clip(box, origin, (sc_vec3){1 / along.x, 1 / along.y, 1 / along.z}, begin, end);
 }
 
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
@@ -115,10 +106,13 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
         along = sc_vec3_scale(
             sc_vec3_along(sc_vec3_along(along, across, lens->right), upward, lens->up), shorten);
     }
-    if (!clip_to_boxes(lens->renderer, origin, along, &base, &begin, &end))
+    if (!clip_to_box(&lens->renderer->box, origin, along, &begin, &end))
         return false;
-    if (lens->from_eye)
-        base = 0;
+    base = lens->from_eye
+               ? 0
+               : fmax(sc_vec3_dot(sc_vec3_sub(lens->renderer->middle_mm, eye), direction) -
+                          lens->renderer->radius_mm,
+                      0);
     ray->base_mm = (float)base;
     ray->origin[0] = (float)(origin.x + base * along.x + lens->shift);
     ray->origin[1] = (float)(origin.y + base * along.y + lens->shift);

@@ -71,8 +71,16 @@ static void fill_boxes(sc_renderer *r)
     const sc_prepared *v = r->volume;
     double low[3], high[3];
 
-    r->whole = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
-    r->box = r->whole;
+    r->box = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
+    r->middle_mm = sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5));
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? r->box.high.x : r->box.low.x,
+                            corner & 2 ? r->box.high.y : r->box.low.y,
+                            corner & 4 ? r->box.high.z : r->box.low.z};
+        const sc_vec3 apart = sc_vec3_sub(sc_affine_point(&v->to_ras_mm, at), r->middle_mm);
+
+        r->radius_mm = fmax(r->radius_mm, sc_vec3_length(apart));
+    }
     if (r->settings.skip == SC_SKIP_NONE)
         return;
     for (int i = 0; i < 3; i++) {
