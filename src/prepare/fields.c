@@ -16,6 +16,9 @@
 #include "internal.h"
 
 #include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 enum {
     RADIUS = 6,                     /* of both filters, in places */
@@ -38,11 +41,11 @@ enum {
 #define THIN_ALL 0.30f
 
 typedef float quad __attribute__((vector_size(16)));
-typedef uint16_t eight __attribute__((vector_size(16)));
 
 /* A row of the weight's window: where it lies from the first and which table it takes. */
 typedef struct weight_row {
     int offset, table;
+    const quad *sums; /* that table */
 } weight_row;
 
 /* A Gaussian and its derivative, scaled so that the gradient at a flat interface is 1. */
@@ -127,8 +130,9 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             const double square = squared(dy * steps[1]) + squared(dz * steps[2]);
 
             if (weight_filter(square, smooth) != 0)
-                f->rows[f->row_count++] = (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                                       table_of(squares, &f->table_count, square)};
+                f->rows[f->row_count++] = (weight_row){
+                    (dz + RADIUS) * WINDOW + dy + RADIUS,
+                    table_of(squares, &f->table_count, square), NULL};
         }
     }
     status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);
@@ -136,6 +140,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
         return status;
     f->weight_tables = block;
     for (int i = 0; i < f->row_count; i++) {
+        f->rows[i].sums = f->weight_tables + (size_t)f->rows[i].table * PATTERNS;
         for (int x = -RADIUS; x <= RADIUS; x++)
             total += weight_filter(squares[f->rows[i].table] + squared(x * steps[0]), smooth);
     }
@@ -250,23 +255,27 @@ static void gather(const sc_volume *v, const int low[3], brick_work *w)
     }
 }
 
-/* Bits of the voxels of a row that hold @p id: every lane keeps the bit of its column. */
+/* Bits of the voxels of a row that hold @p id. */
+#ifdef __SSE2__
 static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 {
-    static const eight columns[2] = {{1, 2, 4, 8, 16, 32, 64, 128},
-                                     {256, 512, 1024, 2048, 4096, 8192, 16384, 32768}};
-    const eight wanted = {id, id, id, id, id, id, id, id};
-    eight low, high;
-    uint64_t words[2];
+    const __m128i wanted = _mm_set1_epi16((int16_t)id);
+    const __m128i low = _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)ids), wanted);
+    const __m128i high =
+        _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)(ids + 8)), wanted);
 
-    memcpy(&low, ids, sizeof low);
-    memcpy(&high, ids + 8, sizeof high);
-    low = ((eight)(low == wanted) & columns[0]) | ((eight)(high == wanted) & columns[1]);
-    memcpy(words, &low, sizeof words);
-    words[0] |= words[1];
-    words[0] |= words[0] >> 32;
-    return (uint32_t)(words[0] | words[0] >> 16) & 0xffff;
+    return (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(low, high));
 }
+#else
+static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
+{
+    uint32_t bits = 0;
+
+    for (int x = 0; x < WINDOW; x++)
+        bits |= (uint32_t)(ids[x] == id) << x;
+    return bits;
+}
+#endif
 
 static void fill_bits(brick_work *w, uint16_t id)
 {
@@ -315,15 +324,21 @@ static void find_gradients(const bell *b, brick_work *w)
     }
 }
 
-/* Memberships of the gathered label at the four places of a brick along row (y, z). */
-static quad memberships_of(const filters *f, const brick_work *w, int y, int z)
+/* Memberships of the gathered label at the sixteen places of a brick's layer z: four sums side by
+ * side, none of which waits for another. */
+static void memberships_of(const filters *f, const brick_work *w, int z, quad out[SC_BRICK])
 {
-    const uint32_t *bits = w->bits + z * WINDOW + y;
-    quad sum = {0, 0, 0, 0};
+    const uint32_t *bits = w->bits + z * WINDOW;
+    quad sum[SC_BRICK] = {{0}};
 
-    for (int i = 0; i < f->row_count; i++)
-        sum += f->weight_tables[(size_t)f->rows[i].table * PATTERNS + bits[f->rows[i].offset]];
-    return sum;
+    for (int i = 0; i < f->row_count; i++) {
+        const quad *sums = f->rows[i].sums;
+        const uint32_t *row = bits + f->rows[i].offset;
+
+        for (int y = 0; y < SC_BRICK; y++)
+            sum[y] += sums[row[y]];
+    }
+    memcpy(out, sum, sizeof sum);
 }
 
 static uint16_t id_of_bit(const brick_work *w, int bit)
@@ -348,15 +363,14 @@ static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
 /* Take what the gathered label, which holds the places @p own, is at the places @p mask. */
 static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
-    for (int first = 0; first < 64 && f->weight_tables; first += SC_BRICK) {
-        quad memberships;
+    for (int first = 0; first < 64 && f->weight_tables; first += SC_BRICK * SC_BRICK) {
+        quad memberships[SC_BRICK];
 
-        if (!(mask >> first & 15))
+        if (!(mask >> first & 0xffff))
             continue;
-        memberships =
-            memberships_of(f, w, first / SC_BRICK % SC_BRICK, first / SC_BRICK / SC_BRICK);
-        for (int bit = first; bit < first + SC_BRICK; bit++) {
-            const float membership = memberships[bit - first];
+        memberships_of(f, w, first / SC_BRICK / SC_BRICK, memberships);
+        for (int bit = first; bit < first + SC_BRICK * SC_BRICK; bit++) {
+            const float membership = memberships[bit >> 2 & 3][bit & 3];
 
             if (own >> bit & 1)
                 w->own[bit] = membership;
@@ -527,8 +541,9 @@ uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
     }
     while (m < 7 && strength < 0.7071)
         strength *= 2, m++;
-    return (uint32_t)weight | m << 5 | ((uint32_t)(int)floor(x * 127 + 0.5) & 255) << 8 |
-           ((uint32_t)(int)floor(y * 127 + 0.5) & 255) << 16;
+    /* rounded: 127.5 makes them positive, so that cutting off is rounding down */
+    return (uint32_t)weight | m << 5 | ((uint32_t)((int)(x * 127 + 127.5) - 127) & 255) << 8 |
+           ((uint32_t)((int)(y * 127 + 127.5) - 127) & 255) << 16;
 }
 
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)

@@ -17,6 +17,8 @@ enum {
 #define AGREE_LEAST 0.90f /* length of the mean from which on it counts */
 #define AGREE_ALL 0.965f  /* and from which on it replaces */
 
+typedef float quad __attribute__((vector_size(16)));
+
 typedef struct entry {
     float sum[3], count;
     uint32_t label;
@@ -27,7 +29,7 @@ typedef struct polish {
     uint32_t *slot; /* [bricks]: where a brick's entries are; bricks without any share 0 */
     size_t slot_count;
     entry *entries, *spread;    /* [slots][ENTRIES] */
-    float weights[SC_BRICK][3]; /* of the three bricks along an axis, by the place in its own */
+    float weights[64][27];      /* of the 27 bricks around, by the place in the middle one */
 } polish;
 
 static uint32_t record_at(const sc_preparation *p, size_t index)
@@ -151,31 +153,25 @@ static void spread_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Sums of one label in the 27 bricks around. */
-static void gather_label(const entry *const around[27], uint32_t label, float out[27][4])
+/* Sums of one label in the 27 bricks around; their number last. */
+static void gather_label(const entry *const around[27], uint32_t label, quad out[27])
 {
-    memset(out, 0, 27 * sizeof *out);
     for (int n = 0; n < 27; n++) {
         const entry *from = find_label(around[n], label);
 
-        for (int k = 0; from && k < 3; k++)
-            out[n][k] = from->sum[k];
-        out[n][3] = from ? from->count : 0;
+        out[n] = from ? (quad){from->sum[0], from->sum[1], from->sum[2], from->count}
+                      : (quad){0, 0, 0, 0};
     }
 }
 
 /* The mean direction around a place. @return how much of the place's own it replaces. */
-static float mean_direction(const polish *w, int bit, float sums[27][4], float out[3])
+static float mean_direction(const polish *w, int bit, const quad sums[27], float out[3])
 {
-    const float *x = w->weights[bit & 3], *y = w->weights[bit >> 2 & 3], *z = w->weights[bit >> 4];
-    float total[4] = {0}, length, agree;
+    quad total = {0};
+    float length, agree;
 
-    for (int n = 0; n < 27; n++) {
-        const float weight = x[n % 3] * y[n / 3 % 3] * z[n / 9];
-
-        for (int i = 0; i < 4; i++)
-            total[i] += weight * sums[n][i];
-    }
+    for (int n = 0; n < 27; n++)
+        total += w->weights[bit][n] * sums[n];
     length = sqrtf(total[0] * total[0] + total[1] * total[1] + total[2] * total[2]);
     agree = (length / total[3] - AGREE_LEAST) / (AGREE_ALL - AGREE_LEAST);
     if (!(agree > 0))
@@ -186,7 +182,7 @@ static float mean_direction(const polish *w, int bit, float sums[27][4], float o
     return agree * agree * (3 - 2 * agree);
 }
 
-static void polish_place(const polish *w, int bit, size_t index, float sums[27][4])
+static void polish_place(const polish *w, int bit, size_t index, const quad sums[27])
 {
     const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
     const uint32_t old = record_at(w->p, index);
@@ -214,7 +210,7 @@ static void polish_brick(const polish *w, size_t brick)
     find_neighbours(w, brick, around);
     while (left) {
         const uint32_t label = id_of_place(w->p, brick, __builtin_ctzll(left));
-        float sums[27][4];
+        quad sums[27];
 
         gather_label(around, label, sums);
         for (uint64_t mask = left; mask; mask &= mask - 1) {
@@ -262,6 +258,25 @@ out:
     return status;
 }
 
+/* The quadratic B-spline along each axis. */
+static void fill_weights(polish *w)
+{
+    float along[SC_BRICK][3];
+
+    for (int i = 0; i < SC_BRICK; i++) {
+        const float t = ((float)i + 0.5f) / SC_BRICK - 0.5f;
+
+        along[i][0] = 0.5f * (0.5f - t) * (0.5f - t);
+        along[i][1] = 0.75f - t * t;
+        along[i][2] = 0.5f * (0.5f + t) * (0.5f + t);
+    }
+    for (int bit = 0; bit < 64; bit++) {
+        for (int n = 0; n < 27; n++)
+            w->weights[bit][n] =
+                along[bit & 3][n % 3] * along[bit >> 2 & 3][n / 3 % 3] * along[bit >> 4][n / 9];
+    }
+}
+
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
 {
     polish w = {.p = p};
@@ -271,13 +286,7 @@ sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
     if (!(p->settings.smooth > 0))
         return SC_OK;
     SC_TRY(allocate(ctx, &w));
-    for (int i = 0; i < SC_BRICK; i++) {
-        const float t = ((float)i + 0.5f) / SC_BRICK - 0.5f;
-
-        w.weights[i][0] = 0.5f * (0.5f - t) * (0.5f - t);
-        w.weights[i][1] = 0.75f - t * t;
-        w.weights[i][2] = 0.5f * (0.5f + t) * (0.5f + t);
-    }
+    fill_weights(&w);
     sc_parallel_for(threads, p->brick_count, 4096, sum_bricks, &w);
     for (int i = 0; i < SPREADS; i++) {
         entry *swap = w.entries;
