@@ -92,6 +92,7 @@ static inline uint32_t sc_id_at_place(const sc_prepared *v, int x, int y, int z)
  *  bits 8-23  its direction, outward, in RAS: octahedral, two signed bytes (Cigolle et al. 2014,
  *             "A survey of efficient representations for independent unit vectors") */
 enum { SC_RECORD_BYTES = 3, SC_WEIGHT_MAX = 31 };
+/** @param outward of any length but zero. */
 uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength);
 
 static inline uint32_t sc_record_at(const sc_prepared *v, size_t index)

@@ -421,7 +421,7 @@ static void turn_gradients(brick_work *w, uint64_t mask)
     }
 }
 
-/* Distinct labels of the window; those of the places come first. */
+/* Distinct labels of the window; those of the places come first, and the first's bits are filled. */
 static int find_labels(brick_work *w, uint64_t mask)
 {
     int count = 0, of_places;
@@ -430,9 +430,9 @@ static int find_labels(brick_work *w, uint64_t mask)
         w->labels[count++] = id_of_bit(w, __builtin_ctzll(mask));
     of_places = count;
     for (int row = 0; row < ROWS; row++) {
-        uint32_t known = 0;
+        uint32_t known = w->bits[row] = row_bits(w->ids[row], w->labels[0]);
 
-        for (int i = 0; i < of_places; i++)
+        for (int i = 1; i < of_places; i++)
             known |= row_bits(w->ids[row], w->labels[i]);
         for (uint32_t left = ~known & 0xffff; left; left &= left - 1) {
             const uint16_t id = w->ids[row][__builtin_ctz(left)];
@@ -456,7 +456,8 @@ static void take_brick(const filters *f, brick_work *w, uint64_t mask)
     for (int i = 0; i < count; i++) {
         const uint64_t own = places_of(w, mask, w->labels[i]);
 
-        fill_bits(w, w->labels[i]);
+        if (i > 0)
+            fill_bits(w, w->labels[i]);
         take_memberships(f, w, mask, own);
         if (count == 2)
             take_gradients(f, w, mask);
@@ -493,7 +494,7 @@ static uint32_t record_of(const filters *f, const brick_work *w, int bit)
     length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     if (!(length > 1e-6))
         return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
-    return sc_record_pack(weight, (sc_vec3){n[0] / length, n[1] / length, n[2] / length}, length);
+    return sc_record_pack(weight, (sc_vec3){n[0], n[1], n[2]}, length);
 }
 
 static void store_records(const filters *f, const brick_work *w, size_t brick)
@@ -529,8 +530,8 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
 
 uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
 {
-    const double sum = fabs(outward.x) + fabs(outward.y) + fabs(outward.z);
-    double x = outward.x / sum, y = outward.y / sum;
+    const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
+    double x = outward.x * share, y = outward.y * share;
     uint32_t m = 0;
 
     if (outward.z < 0) {

@@ -45,13 +45,19 @@ static void direction_of(uint32_t record, float out[3])
     sc_record_normal(record & ~0xe0u, out);
 }
 
-static uint32_t id_of_place(const sc_preparation *p, size_t brick, int bit)
+/* The labels of a brick's places near an interface. */
+static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[64])
 {
     const size_t bx = (size_t)p->bricks[0], by = (size_t)p->bricks[1];
+    const int x = (int)(brick % bx) * SC_BRICK - 1, y = (int)(brick / bx % by) * SC_BRICK - 1,
+              z = (int)(brick / bx / by) * SC_BRICK - 1;
 
-    return sc_id_or_background(p->volume, (int)(brick % bx) * SC_BRICK - 1 + (bit & 3),
-                               (int)(brick / bx % by) * SC_BRICK - 1 + (bit >> 2 & 3),
-                               (int)(brick / bx / by) * SC_BRICK - 1 + (bit >> 4));
+    for (uint64_t left = p->near[brick]; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+
+        labels[bit] = (uint16_t)sc_id_or_background(p->volume, x + (bit & 3), y + (bit >> 2 & 3),
+                                                    z + (bit >> 4));
+    }
 }
 
 /* The block's entry for a label; NULL if it has none and no room. */
@@ -69,9 +75,11 @@ static entry *entry_of(entry *entries, uint32_t label)
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
     size_t index = w->p->near_start[brick];
+    uint16_t labels[64];
 
+    labels_of(w->p, brick, labels);
     for (uint64_t left = w->p->near[brick]; left; left &= left - 1, index++) {
-        entry *e = entry_of(entries, id_of_place(w->p, brick, __builtin_ctzll(left)));
+        entry *e = entry_of(entries, labels[__builtin_ctzll(left)]);
         float n[3];
 
         if (!e)
@@ -194,9 +202,8 @@ static void polish_place(const polish *w, int bit, size_t index, const quad sums
     if (!(share > 0))
         return;
     direction_of(old, own);
-    mixed = sc_vec3_unit((sc_vec3){own[0] + share * (mean[0] - own[0]),
-                                   own[1] + share * (mean[1] - own[1]),
-                                   own[2] + share * (mean[2] - own[2])});
+    mixed = (sc_vec3){own[0] + share * (mean[0] - own[0]), own[1] + share * (mean[1] - own[1]),
+                      own[2] + share * (mean[2] - own[2])};
     record = (sc_record_pack(0, mixed, 1) & ~0xffu) | (old & 0xffu);
     for (int i = 0; i < SC_RECORD_BYTES; i++)
         w->p->records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
@@ -206,17 +213,19 @@ static void polish_brick(const polish *w, size_t brick)
 {
     const entry *around[27];
     uint64_t left = w->p->near[brick];
+    uint16_t labels[64];
 
     find_neighbours(w, brick, around);
+    labels_of(w->p, brick, labels);
     while (left) {
-        const uint32_t label = id_of_place(w->p, brick, __builtin_ctzll(left));
+        const uint32_t label = labels[__builtin_ctzll(left)];
         quad sums[27];
 
         gather_label(around, label, sums);
         for (uint64_t mask = left; mask; mask &= mask - 1) {
             const int bit = __builtin_ctzll(mask);
 
-            if (id_of_place(w->p, brick, bit) != label)
+            if (labels[bit] != label)
                 continue;
             left &= ~(1ull << bit);
             polish_place(w, bit,
