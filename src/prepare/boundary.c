@@ -77,6 +77,28 @@ static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
     }
 }
 
+/* The first column from @p x on whose label is another than that of column @p x. */
+static int end_of_run(const sc_volume *v, size_t row, int x)
+{
+    const uint32_t id = sc_id_at(v, row + (size_t)x);
+    const size_t each = (size_t)v->label_bytes, stride = 8 / each;
+    const uint64_t same = id * (each == 1 ? 0x0101010101010101u : 0x0001000100010001u);
+    const char *ids = (const char *)v->ids + row * each;
+    int end = x + 1;
+
+    while ((size_t)end + stride <= (size_t)v->size[0]) { /* eight bytes at a time */
+        uint64_t word;
+
+        memcpy(&word, ids + (size_t)end * each, sizeof word);
+        if (word != same)
+            break;
+        end += (int)stride;
+    }
+    while (end < v->size[0] && sc_id_at(v, row + (size_t)end) == id)
+        end++;
+    return end;
+}
+
 /* Count the voxels of a row by runs of equal labels. */
 static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
 {
@@ -87,8 +109,7 @@ static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
     for (int x = 0, end; x < nx; x = end) {
         const uint32_t id = sc_id_at(v, row + (size_t)x);
 
-        for (end = x; end < nx && sc_id_at(v, row + (size_t)end) == id; end++) {
-        }
+        end = end_of_run(v, row, x);
         stats[id].voxels += (uint64_t)(end - x);
         note_box(&stats[id], x, end - 1, y, z);
     }

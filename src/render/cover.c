@@ -75,50 +75,64 @@ static inline double along(const screen_axis *a, const sc_block *b)
 }
 
 /* The cells between two positions, which are divided by the least or the greatest depth, whichever
- * reaches farther. */
-static inline void cells_between(double low, double high, double least, double greatest,
-                                 double scale, double middle, int count, int out[2])
+ * reaches farther. @p px: edge of a cell. */
+static inline void cells_between(const double ends[2], const double factors[2], double middle,
+                                 double px, int count, int out[2])
 {
-    const double from = middle + scale * low * (low < 0 ? least : greatest);
-    const double to = middle + scale * high * (high > 0 ? least : greatest);
-    const double first = (from - 1) / SC_COVER_PX + 1, last = (to + 1) / SC_COVER_PX + 1;
+    const double from = middle + ends[0] * factors[ends[0] < 0 ? 0 : 1];
+    const double to = middle + ends[1] * factors[ends[1] > 0 ? 0 : 1];
+    const double first = (from - 1) / px + 1, last = (to + 1) / px + 1;
 
     out[0] = first > 0 ? (int)fmin(first, count) : 0;
     out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
+}
+
+static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *cells, uint8_t value)
+{
+    const int side = viewport->width_px > viewport->height_px ? viewport->width_px
+                                                              : viewport->height_px;
+    sc_cover cover = {.cells = cells, .shift = SC_COVER_SHIFT};
+
+    while ((side >> cover.shift) + 3 > SC_COVER_SIDE)
+        cover.shift++;
+    cover.columns = (viewport->width_px >> cover.shift) + 3;
+    cover.rows = (viewport->height_px >> cover.shift) + 3;
+    memset(cells, value, (size_t)cover.columns * (size_t)cover.rows);
+    return cover;
 }
 
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    const sc_viewport *viewport, uint8_t *cells)
 {
     const sc_camera *c = &scene->camera;
-    const screen_axis right = make_axis(r, c, c->right), down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
+    const screen_axis right = make_axis(r, c, c->right),
+                      down = make_axis(r, c, sc_vec3_scale(c->up, -1)),
                       deep = make_axis(r, c, c->forward);
     const double scale = viewport->height_px / (2 * c->half_height);
 
-    *cover = (sc_cover){.columns = viewport->width_px / SC_COVER_PX + 3,
-                        .rows = viewport->height_px / SC_COVER_PX + 3,
-                        .cells = cells};
-    memset(cells, r->covers_all, (size_t)cover->columns * (size_t)cover->rows);
+    *cover = empty_cover(viewport, cells, r->covers_all);
     for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
         const double x = along(&right, &r->blocks[i]), y = along(&down, &r->blocks[i]);
         const double z = along(&deep, &r->blocks[i]);
-        double least = 1, greatest = 1; /* of what divides */
+        const double across[2] = {x - right.reach, x + right.reach};
+        const double downward[2] = {y - down.reach, y + down.reach};
+        double factors[2] = {scale, scale}; /* of the near side, of the far side */
         int columns[2], rows[2];
 
         if (c->projection == SC_PERSPECTIVE) {
-            if (z - deep.reach < 1e-3 * deep.reach) { /* at the eye or behind it */
-                if (z + deep.reach < 0)
-                    continue;
-                memset(cells, 1, (size_t)cover->columns * (size_t)cover->rows);
+            if (z + deep.reach < 0)
+                continue;
+            if (z - deep.reach < 1e-3 * deep.reach) { /* the eye is in it, nearly */
+                *cover = empty_cover(viewport, cells, 1);
                 return;
             }
-            least = 1 / (z - deep.reach);
-            greatest = 1 / (z + deep.reach);
+            factors[0] = scale / (z - deep.reach);
+            factors[1] = scale / (z + deep.reach);
         }
-        cells_between(x - right.reach, x + right.reach, least, greatest, scale,
-                      viewport->width_px / 2.0, cover->columns, columns);
-        cells_between(y - down.reach, y + down.reach, least, greatest, scale,
-                      viewport->height_px / 2.0, cover->rows, rows);
+        cells_between(across, factors, viewport->width_px / 2.0, 1 << cover->shift, cover->columns,
+                      columns);
+        cells_between(downward, factors, viewport->height_px / 2.0, 1 << cover->shift, cover->rows,
+                      rows);
         for (int row = rows[0]; row <= rows[1] && columns[0] <= columns[1]; row++)
             memset(cells + row * cover->columns + columns[0], 1,
                    (size_t)(columns[1] - columns[0] + 1));

@@ -225,12 +225,14 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* A tile that nothing can be seen in. */
+/* Can nothing be seen in the tile? */
 static bool is_empty(const tile *t)
 {
-    for (int y = t->y0; y < t->y1 + SC_COVER_PX - 1; y += SC_COVER_PX) {
-        for (int x = t->x0; x < t->x1 + SC_COVER_PX - 1; x += SC_COVER_PX) {
-            if (sc_is_covered(&t->f->cover, x < t->x1 ? x : t->x1 - 1, y < t->y1 ? y : t->y1 - 1))
+    const sc_cover *cover = &t->f->cover;
+
+    for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
+        for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
+            if (cover->cells[(row + 1) * cover->columns + column + 1])
                 return false;
         }
     }

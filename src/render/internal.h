@@ -21,10 +21,10 @@ typedef struct sc_block {
 } sc_block;
 
 /* Which pixels of a view can show anything, in squares, with one more on every side. */
-enum { SC_COVER_PX = 8 };
+enum { SC_COVER_SIDE = 512 /* no more squares than that along a side */, SC_COVER_SHIFT = 3 };
 typedef struct sc_cover {
-    int columns, rows;
-    const uint8_t *cells; /* [rows][columns] */
+    int columns, rows, shift; /* squares of 2^shift pixels */
+    const uint8_t *cells;     /* [rows][columns] */
 } sc_cover;
 
 struct sc_renderer {
@@ -40,7 +40,7 @@ struct sc_renderer {
     sc_block *blocks; /* [block_count] */
     size_t block_count;
     bool covers_all; /* pixels without anything visible behind them may show something, too */
-    uint8_t *cover;  /* room for the cells of a view */
+    uint8_t *cover;  /* room for the cells of a view: [SC_COVER_SIDE][SC_COVER_SIDE] */
     sc_vec3 *hull;
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
@@ -79,8 +79,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
 
 static inline bool sc_is_covered(const sc_cover *cover, int x_px, int y_px)
 {
-    return cover->cells[(y_px + SC_COVER_PX) / SC_COVER_PX * cover->columns +
-                        (x_px + SC_COVER_PX) / SC_COVER_PX];
+    return cover->cells[((y_px >> cover->shift) + 1) * cover->columns + (x_px >> cover->shift) + 1];
 }
 
 #endif

@@ -189,8 +189,7 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     r->stats = block;
     SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->glimpses, &block));
     r->glimpses = block;
-    SC_TRY(sc_alloc(ctx, (size_t)(r->settings.width_px / SC_COVER_PX + 3),
-                    (size_t)(r->settings.height_px / SC_COVER_PX + 3), &block));
+    SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
     r->cover = block;
 out:
     return status;
