@@ -485,6 +485,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         const vm back = f_below(d, f_set(0));
 
         p->still[i] = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
+        p->direction[i] = f_pick(p->still[i], f_set(0), d);
         p->inverse[i] = f_pick(p->still[i], f_set(1e30f), 1 / d);
         p->forward[i] = m_less(f_equal(d, d), m_less(back, p->still[i]));
         p->q[i] = p->cell.q[i] = i_set(0);

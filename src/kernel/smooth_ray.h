@@ -17,7 +17,8 @@ typedef struct cursor {
     uint64_t samples, contributions;
     /* the walk */
     sc_cell cell;
-    float inverse[3]; /* mm per place */
+    float direction[3]; /* the ray's, but 0 for what is so small that it never leaves a cell */
+    float inverse[3];   /* mm per place */
     int step[3];
     float t;  /* where the ray has entered the cell */
     int axis; /* the plane it came through; -1: none */
@@ -41,6 +42,7 @@ static inline void start_walk(cursor *c)
         const float d = c->ray->direction[i];
         const bool still = d > -1e-20f && d < 1e-20f; /* never leaves along this axis */
 
+        c->direction[i] = still ? 0 : d;
         c->inverse[i] = still ? 1e30f : 1 / d;
         c->step[i] = d < 0 && !still ? -1 : 1;
     }
@@ -58,7 +60,7 @@ static inline void locate(cursor *c, float t, int axis)
 
         if (i == axis)
             continue;
-        *q = (int)floorf(c->ray->origin[i] + c->ray->direction[i] * t);
+        *q = (int)floorf(c->ray->origin[i] + c->direction[i] * t);
         if (c->inverse[i] == 1e30f)
             continue;
         while ((mm = exit_mm(c, i)) < t || (mm == t && i < axis))
@@ -75,14 +77,14 @@ static inline void local_at(const cursor *c, float t, int axis, bool leaving, fl
         if (i == axis)
             out[i] = (c->step[i] > 0) == leaving ? 1 : 0;
         else
-            out[i] = sc_clamp01(c->ray->origin[i] + c->ray->direction[i] * t - (float)c->cell.q[i]);
+            out[i] = sc_clamp01(c->ray->origin[i] + c->direction[i] * t - (float)c->cell.q[i]);
     }
 }
 
 static inline void place_at(const cursor *c, float t, float out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = c->ray->origin[i] + c->ray->direction[i] * t;
+        out[i] = c->ray->origin[i] + c->direction[i] * t;
 }
 
 /* How dark the line between two tissues is at the point @p a of a cut face: 1 on it, 0 beyond its

@@ -1,0 +1,301 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every kernel that this processor can run against the plain march, ray by ray and bit by bit, on
+ * rays made to go wrong; then how long each takes.
+ *
+ * usage: kernels [RAYS]     for every surface and label width; 10000000 is what a release is run on */
+#include "check.h"
+
+#include "shapes.h"
+
+#include "segcast/kernel.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { LABELS = 7, BATCH = 509 /* no multiple of any number of lanes */ };
+
+static const int size[3] = {61, 45, 53};
+
+/* Everything a kernel needs. */
+typedef struct stage {
+    sc_volume volume;
+    prepared_copy prepared;
+    uint64_t *masks;
+    uint8_t *distances;
+    sc_cells cells;
+    sc_march_tissue tissues[LABELS];
+    sc_march march;
+} stage;
+
+/* Balls and walls in much empty space, a grid of single voxels, and noise in a corner. */
+static int scenery(double x, double y, double z)
+{
+    const double a = (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 24) * (z - 24);
+    const double b = (x - 45) * (x - 45) + (y - 25) * (y - 25) + (z - 35) * (z - 35);
+    uint64_t seed = 1 + (uint64_t)x * 7919 + (uint64_t)y * 104729 + (uint64_t)z * 1299709;
+
+    if (x > 44 && y > 34 && z < 12) {
+        random_bits(&seed);
+        return (int)((random_bits(&seed) >> 40) % 9) % LABELS;
+    }
+    if (a < 130)
+        return a < 60 ? 2 : 1;
+    if (b < 90)
+        return x < 45 ? 3 : 4;
+    if (fabs(0.3 * x + 0.1 * y + 0.95 * z - 48) < 0.56)
+        return 5;
+    return (int)x % 8 == 3 && (int)y % 8 == 3 && z > 40 ? 6 : 0;
+}
+
+static stage make_stage(sc_surface surface, int label_bytes)
+{
+    const double spacing[3] = {1, 1.2, 0.9};
+    stage s = {.volume = shape_volume(size, spacing, label_bytes, LABELS, scenery)};
+    const sc_prepared *v;
+    uint8_t show[LABELS];
+
+    s.prepared = prepare_copy(&s.volume, 2);
+    v = &s.prepared.view;
+    for (int id = 0; id < LABELS; id++) {
+        show[id] = id == 0 ? 0 : id == 2 && surface == SC_SURFACE_VOXEL ? 3 : id == 4 ? 0 : 1;
+        s.tissues[id] = (sc_march_tissue){.rgb = {0.1f * (float)id, 0.9f, 0.3f},
+                                          .boundary_alpha = id == 3 ? 1 : 0.3f,
+                                          .interior_alpha = 0.05f,
+                                          .diffuse = 0.9f,
+                                          .specular = 0.2f,
+                                          .shininess = 1 + 3 * id,
+                                          .show = show[id],
+                                          .clip_group = id == 5};
+    }
+    if (surface == SC_SURFACE_SMOOTH) {
+        assert_ok(sc_visible_cells(&quiet, v, show, 2, &s.masks));
+        assert_ok(sc_cells_build(&quiet, v, s.masks, 2, &s.cells));
+    } else {
+        assert_ok(sc_visible_masks(&quiet, v, show, 2, &s.masks));
+    }
+    assert_ok(sc_brick_distances(&quiet, v, s.masks, &s.distances));
+    return s;
+}
+
+static void set_march(stage *s)
+{
+    const sc_prepared *v = &s->prepared.view;
+
+    s->march = (sc_march){.volume = v,
+                          .visible = s->masks,
+                          .visible_row = v->bricks[0] + 2,
+                          .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
+                          .distances = s->distances,
+                          .cell_start = s->cells.start,
+                          .cells = s->cells.cells,
+                          .tissues = s->tissues,
+                          .step_mm = 0.45f,
+                          .light = {.key_direction = {0.6f, 0, 0.8f},
+                                    .fill_direction = {0, 1, 0},
+                                    .ambient = 0.2f,
+                                    .key = 0.5f,
+                                    .fill = 0.2f,
+                                    .head = 0.2f,
+                                    .edges = 0.5f,
+                                    .cue = 0.3f,
+                                    .cue_near_mm = 10,
+                                    .cue_far_mm = 90,
+                                    .cue_rgb = {1, 1, 1}}};
+}
+
+static double pick(uint64_t *seed, const double *values, int count)
+{
+    return values[(random_bits(seed) >> 33) % (uint64_t)count];
+}
+
+/* A component of a direction that is zero, nearly zero, or hardly there. */
+static double least_component(uint64_t *seed)
+{
+    static const double values[] = {0, -0.0, 1e-45, -1e-38, 1e-30, 1e-20, -1.1e-20, 1e-12, -1e-7};
+
+    return pick(seed, values, SC_COUNT_OF(values));
+}
+
+/* Where a ray comes from and goes, in places; kinds that are met by chance take turns with those
+ * that are not. */
+static void aim(uint64_t *seed, int kind, double from[3], double along[3])
+{
+    static const double small[] = {-3, -2, -1, 0, 1, 2, 3};
+
+    for (int i = 0; i < 3; i++) {
+        from[i] = random_real(seed, -1, size[i] + 2);
+        along[i] = random_real(seed, -1, 1);
+    }
+    if (kind == 1 || kind == 2) { /* along an axis; in a plane of the grid */
+        for (int i = 0; i < kind; i++)
+            along[(random_bits(seed) >> 33) % 3] = least_component(seed);
+        for (int i = 0; i < 3; i++)
+            from[i] = i == kind ? from[i] : floor(from[i]) + pick(seed, (double[]){0, 0.5}, 2);
+    } else if (kind == 3) { /* through edges and corners */
+        for (int i = 0; i < 3; i++) {
+            from[i] = floor(from[i]);
+            along[i] = pick(seed, small, SC_COUNT_OF(small));
+        }
+    } else if (kind == 4) { /* grazing: nearly along an axis, nearly in a plane */
+        const int axis = (int)((random_bits(seed) >> 33) % 3);
+
+        for (int i = 0; i < 3; i++) {
+            along[i] = i == axis ? 1 : random_real(seed, -1e-4, 1e-4);
+            from[i] = floor(from[i]) + random_real(seed, -1e-5, 1e-5);
+        }
+    }
+    if (along[0] * along[0] + along[1] * along[1] + along[2] * along[2] < 1e-6)
+        along[2] = -1;
+}
+
+/* The stretch within the volume and a voxel around it, from the origin on. */
+static bool within(const double from[3], const double along[3], double *begin, double *end)
+{
+    const sc_box3 box = {{-1.5, -1.5, -1.5}, {size[0] + 2.5, size[1] + 2.5, size[2] + 2.5}};
+
+    *begin = 0;
+    *end = 1e9;
+    return sc_box3_clip_line(&box, (sc_vec3){from[0], from[1], from[2]},
+                             (sc_vec3){along[0], along[1], along[2]}, begin, end);
+}
+
+static void set_part(sc_ray_part *part, double begin, double end, double step)
+{
+    *part = (sc_ray_part){.begin_mm = (float)begin,
+                          .end_mm = (float)end,
+                          .first = (int32_t)ceil(begin / step - 0.5),
+                          .last = (int32_t)ceil(end / step - 0.5),
+                          .cap_plane = -1};
+}
+
+static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
+{
+    const int kind = (int)((random_bits(seed) >> 33) % 6);
+    const double shift = surface == SC_SURFACE_VOXEL ? 0.5 : 0;
+    double from[3], along[3], begin, end, length;
+    sc_ray ray = {.groups = 1, .part_count = {1, 1}};
+
+    do {
+        aim(seed, kind, from, along);
+        length = sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+        for (int i = 0; i < 3; i++) {
+            along[i] /= length;
+            if (kind == 5) /* from afar */
+                from[i] -= 70 * along[i];
+        }
+    } while (!within(from, along, &begin, &end));
+    for (int i = 0; i < 3; i++) {
+        ray.origin[i] = (float)(from[i] + shift);
+        ray.direction[i] = (float)along[i];
+        ray.toward_eye[i] = (float)-along[i];
+    }
+    set_part(&ray.parts[0][0], begin, end, step);
+    switch ((random_bits(seed) >> 33) % 8) {
+    case 0: /* nothing at all */
+        set_part(&ray.parts[0][0], begin, begin, step);
+        break;
+    case 1: /* the groups are kept on different stretches, one of them on two */
+        ray.groups = 2;
+        ray.part_count[1] = 2;
+        set_part(&ray.parts[0][0], begin, begin + 0.6 * (end - begin), step);
+        set_part(&ray.parts[1][0], begin, begin + 0.3 * (end - begin), step);
+        set_part(&ray.parts[1][1], begin + 0.5 * (end - begin), end, step);
+        break;
+    case 2: /* from within */
+        set_part(&ray.parts[0][0], begin + 0.43 * (end - begin), end, step);
+        break;
+    default:
+        break;
+    }
+    return ray;
+}
+
+static void expect_equal(const sc_kernel *kernel, const sc_ray *ray, const sc_radiance *expected,
+                         const sc_radiance *found)
+{
+    if (memcmp(expected, found, sizeof *found) == 0)
+        return;
+    fail_msg("%s/%s: a ray from (%a, %a, %a) along (%a, %a, %a), %a to %a, brings (%a, %a, %a) "
+             "at %a with %a left, expected (%a, %a, %a) at %a with %a left",
+             kernel->name, kernel->cpu, ray->origin[0], ray->origin[1], ray->origin[2],
+             ray->direction[0], ray->direction[1], ray->direction[2], ray->parts[0][0].begin_mm,
+             ray->parts[0][0].end_mm, found->rgb[0], found->rgb[1], found->rgb[2], found->depth_mm,
+             found->transmittance, expected->rgb[0], expected->rgb[1], expected->rgb[2],
+             expected->depth_mm, expected->transmittance);
+}
+
+/* @return how many kernels there are for a surface and a label width, the plain march first. */
+static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kernel *out[8])
+{
+    int count = 0;
+
+    out[count++] = sc_kernel_find(surface, SC_SKIP_NONE, v, NULL);
+    out[count++] = sc_kernel_find(surface, SC_SKIP_INTERIOR, v, NULL);
+    for (int i = 1; sc_cpu_names[i]; i++) {
+        if (sc_cpu_has(sc_cpu_names[i]))
+            out[count++] = sc_kernel_find(surface, SC_SKIP_LEAP, v, sc_cpu_names[i]);
+    }
+    return count;
+}
+
+static void compare(sc_surface surface, int label_bytes, long rays)
+{
+    static sc_ray batch[BATCH];
+    static sc_radiance expected[BATCH], found[BATCH];
+    stage s = make_stage(surface, label_bytes);
+    const sc_kernel *kernels[8];
+    sc_march_counters counters[8] = {{0}};
+    double cpu_s[8] = {0};
+    uint64_t seed = 77 + (uint64_t)label_bytes;
+    int count;
+
+    set_march(&s);
+    count = find_kernels(surface, &s.prepared.view, kernels);
+    for (long done = 0; done < rays; done += BATCH) {
+        for (int i = 0; i < BATCH; i++)
+            batch[i] = make_ray(&seed, surface, (double)s.march.step_mm);
+        for (int k = 0; k < count; k++) {
+            const double begin_s = sc_thread_cpu_s();
+
+            kernels[k]->march(&s.march, batch, BATCH, k ? found : expected, &counters[k]);
+            cpu_s[k] += sc_thread_cpu_s() - begin_s;
+            for (int i = 0; k && i < BATCH; i++)
+                expect_equal(kernels[k], &batch[i], &expected[i], &found[i]);
+        }
+    }
+    assert_true(counters[0].contributions > counters[0].rays / 4);
+    for (int k = 0; k < count; k++) {
+        assert_int_equal(counters[k].contributions, counters[0].contributions);
+        printf("%-20s %-7s %10llu rays equal, %7.1f ns a ray, %5.2f of the plain march's time\n",
+               kernels[k]->name, kernels[k]->cpu, (unsigned long long)counters[k].rays,
+               1e9 * cpu_s[k] / (double)counters[k].rays, cpu_s[k] / cpu_s[0]);
+    }
+    sc_cells_clear(&s.cells);
+    sc_free(s.masks);
+    sc_free(s.distances);
+    sc_free(s.prepared.block);
+    sc_volume_clear(&s.volume);
+}
+
+static long ray_count = 100000;
+
+static void every_kernel_brings_what_the_plain_march_brings(void **state)
+{
+    (void)state;
+    for (int bytes = 1; bytes <= 2; bytes++) {
+        compare(SC_SURFACE_VOXEL, bytes, ray_count);
+        compare(SC_SURFACE_SMOOTH, bytes, ray_count);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_kernel_brings_what_the_plain_march_brings),
+    };
+
+    if (argc > 1)
+        ray_count = strtol(argv[1], NULL, 10);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
