@@ -93,6 +93,12 @@ const char *sc_nearest_word(const char *word, const char *const *candidates, siz
 SC_MUST_USE sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes,
                                    char **out, size_t *out_bytes);
 
+/** Map a whole file to be read; what is not touched is not read. The file must not change while it
+ *  is mapped. @return SC_ERR_MISSING. Caller owns: sc_file_unmap. */
+SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out,
+                                  size_t *out_bytes);
+void sc_file_unmap(const void *data, size_t bytes);
+
 /** An output that appears under its name only when complete: written to a temporary name in the
  *  same directory, then fsync and rename. */
 typedef struct sc_outfile {

@@ -44,6 +44,10 @@ typedef struct sc_prepared {
                                       bits; see sc_record_pack */
     const uint8_t *thickness;    /**< [near_count] codes of the local thickness (see
                                       sc_thickness_mm), or NULL if it was not asked for */
+    /* how it was prepared */
+    double smooth;
+    bool has_thickness, has_surface; /**< they were measured */
+    const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
 } sc_prepared;
 
 typedef struct sc_prepare_settings {
@@ -51,6 +55,8 @@ typedef struct sc_prepare_settings {
     bool thickness;       /**< measure the thickness of every label */
     bool local_thickness; /**< also at every place */
     bool surface;         /**< measure the surface of every label */
+    const bool *hidden;   /**< [label_count]: labels that were turned into background, to be noted;
+                               NULL: none. Borrowed. */
     int threads;
 } sc_prepare_settings;
 #define SC_SMOOTH_MAX 1.25
@@ -68,6 +74,16 @@ void sc_preparation_free(sc_preparation *preparation);
 size_t sc_preparation_bytes(const sc_preparation *preparation);
 /** Copy everything into one position-independent block, 64-byte aligned. */
 void sc_preparation_pack(const sc_preparation *preparation, void *block);
+/** Write the same block as a file, with a checksum: the prepared file (.segc), for this version of
+ *  segcast on machines with this order of bytes. @return SC_ERR_CREATE, SC_ERR_WRITE. */
+SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
+                                          const char *path);
+/** Does a file begin as a prepared one does? */
+bool sc_is_prepared_file(const char *path);
+/** Look into a mapped prepared file. @param path for messages. @return SC_ERR_DATA if it is
+ *  damaged, cut off, or of another version or byte order. */
+SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
+                                            size_t bytes, sc_prepared *out);
 /** Look into a packed block. @return SC_ERR_DATA if it is none. */
 SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes,
                                        sc_prepared *out);

@@ -79,8 +79,11 @@ sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **
 typedef struct sc_session {
     bool measure; /* everything is to be measured, not drawn: nothing is hidden */
     sc_job job;
-    sc_shared *shared;
+    sc_shared *shared; /* where the volume lies, or */
+    const void *mapped;
+    size_t mapped_bytes;
     size_t shared_bytes;
+    sc_label *labels; /* of a mapped volume, with the job's names and colours */
     sc_prepared volume;
     sc_tissue *tissues;
     sc_renderer *renderer;
@@ -90,6 +93,15 @@ typedef struct sc_session {
 
 /* Read the job on rank 0 and give it to all. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
+/* The volume of the job, prepared and shared. */
+sc_status sc_session_load(sc_app *app, sc_session *session);
+/* On this rank alone: read the volume of the job and prepare what the job shows of it; all of it if
+ * session->measure. @param measure_all also what this job does not need. Caller owns both outputs,
+ * also after an error. @param times NULL: not taken. */
+sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
+                             sc_volume *volume, sc_preparation **preparation,
+                             sc_rank_record *times);
+void sc_add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s);
 /* Read, prepare and share the volume; resolve tissues, planes and framing. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
 /* Draw frame @p k in the layout of the job. */
@@ -108,5 +120,6 @@ sc_status sc_run_check(sc_app *app);
 sc_status sc_run_plan(sc_app *app);
 sc_status sc_run_info(sc_app *app);
 sc_status sc_run_phantom(sc_app *app);
+sc_status sc_run_prepare(sc_app *app);
 
 #endif

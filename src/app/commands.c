@@ -12,6 +12,8 @@ static const sc_command commands[] = {
      false},
     {"orbit", "VOLUME", "make a video of a volume without a job file", sc_run_orbit, true},
     {"info", "VOLUME", "geometry, labels, boundary, thickness and surface", sc_run_info, false},
+    {"prepare", "VOLUME|JOB.yaml", "prepare a volume, as a job needs it, as a file to be mapped",
+     sc_run_prepare, false},
     {"phantom", "", "write the built-in synthetic heart", sc_run_phantom, false},
 };
 

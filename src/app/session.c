@@ -3,18 +3,9 @@
  * all ranks agree, so that they leave together when something is wrong. */
 #include "app.h"
 
-#include "segcast/phantom.h"
 #include "segcast/views.h"
 
 #include <string.h>
-
-static void add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s)
-{
-    if (!times)
-        return;
-    times->phases[phase].wall_s += sc_wall_s() - wall_s;
-    times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
-}
 
 /* Send an array of rank 0 to the others. */
 static sc_status broadcast_array(sc_app *app, void **array, size_t count, size_t size)
@@ -51,138 +42,6 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     SC_TRY(broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
     job->exceptions = exceptions;
 out:
-    return status;
-}
-
-static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *out)
-{
-    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
-    sc_phantom *phantom = NULL;
-    sc_status status;
-
-    if (strcmp(text, "phantom") &&
-        (sscanf(text, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
-         text[used]))
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
-                       text);
-    status = sc_phantom_new(app->ctx, &phantom);
-    if (status == SC_OK)
-        status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
-    sc_phantom_free(phantom);
-    return status;
-}
-
-static bool is_phantom(const char *volume)
-{
-    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
-}
-
-static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
-{
-    sc_label_table table = {0};
-    sc_status status;
-
-    if (!job->labels[0])
-        return SC_OK;
-    status =
-        sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, &table);
-    if (status == SC_OK)
-        sc_volume_apply_table(volume, &table);
-    sc_label_table_clear(&table);
-    return status;
-}
-
-/* What the job does not show becomes background. */
-static sc_status hide_labels(const sc_app *app, const sc_job *job, sc_volume *volume,
-                             bool *needs_thickness)
-{
-    void *hidden;
-    sc_status status = sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &hidden);
-
-    if (status != SC_OK)
-        return status;
-    sc_hidden_labels(volume->labels, volume->label_count, job->rules, job->rule_count, hidden,
-                     needs_thickness);
-    sc_volume_hide(volume, hidden, app->threads);
-    sc_free(hidden);
-    return SC_OK;
-}
-
-/* Read the volume of a job, with its labels. */
-static sc_status read_volume(const sc_app *app, const sc_job *job, sc_volume *volume)
-{
-    sc_status status;
-
-    if (is_phantom(job->volume))
-        SC_TRY(make_phantom(app, job->volume, volume));
-    else
-        SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
-    SC_TRY(apply_labels(app, job, volume));
-    if (volume->label_count == 1)
-        sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
-out:
-    return status;
-}
-
-/* Read the volume and prepare what the job shows of it; all of it if it is only to be measured. */
-static sc_status load_volume(const sc_app *app, const sc_session *session, sc_volume *volume,
-                             sc_preparation **preparation, sc_rank_record *times)
-{
-    const sc_job *job = &session->job;
-    sc_prepare_settings settings = {.smooth = job->render.smooth,
-                                    .thickness = session->measure,
-                                    .local_thickness = job->render.thickness != 0,
-                                    .surface = session->measure,
-                                    .threads = app->threads};
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_status status;
-
-    SC_TRY(read_volume(app, job, volume));
-    if (!session->measure)
-        SC_TRY(hide_labels(app, job, volume, &settings.thickness));
-    add_time(times, SC_PHASE_READ, wall_s, cpu_s);
-    wall_s = sc_wall_s();
-    cpu_s = sc_cpu_s();
-    SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
-    add_time(times, SC_PHASE_PREPARE, wall_s, cpu_s);
-out:
-    return status;
-}
-
-/* Pack what rank 0 has prepared into one block per node. */
-static sc_status share_volume(sc_app *app, sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_volume volume = {0};
-    sc_preparation *preparation = NULL;
-    uint64_t bytes = 0;
-    sc_status status = SC_OK;
-
-    if (first)
-        status = load_volume(app, session, &volume, &preparation, &session->times);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    if (!first)
-        add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);
-    wall_s = sc_wall_s();
-    cpu_s = sc_cpu_s();
-    bytes = first ? sc_preparation_bytes(preparation) : 0;
-    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
-    session->shared_bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, &session->shared));
-    if (first)
-        sc_preparation_pack(preparation, sc_shared_data(session->shared));
-    sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
-    preparation = NULL;
-    sc_shared_publish(app->comm, session->shared);
-    status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
-                                                       bytes, &session->volume));
-    add_time(&session->times, SC_PHASE_SHARE, wall_s, cpu_s);
-out:
-    sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
     return status;
 }
 
@@ -320,7 +179,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     double wall_s, cpu_s;
     sc_status status;
 
-    SC_TRY(share_volume(app, session));
+    SC_TRY(sc_session_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     SC_TRY(sc_comm_agree(app->comm, resolve_tissues(app, session, groups, &group_count)));
@@ -333,7 +192,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     session->timeline.group_count = group_count;
     if (hull_count > 0 && sc_comm_rank(app->comm) == 0)
         warn_of_empty_frames(app, session);
-    add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+    sc_add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
 }
@@ -343,6 +202,8 @@ void sc_session_clear(sc_session *session)
     sc_renderer_free(session->renderer);
     sc_free(session->tissues);
     sc_shared_free(session->shared);
+    sc_free(session->labels);
+    sc_file_unmap(session->mapped, session->mapped_bytes);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

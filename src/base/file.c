@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -40,6 +41,33 @@ out:
     fclose(stream);
     sc_free(data);
     return status;
+}
+
+sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, size_t *out_bytes)
+{
+    const int file = open(path, O_RDONLY | O_CLOEXEC);
+    struct stat info;
+    void *data = MAP_FAILED;
+    sc_status status = SC_OK;
+
+    if (file < 0)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0)
+        data = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_SHARED, file, 0);
+    if (data == MAP_FAILED) {
+        status = sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be mapped into memory", path);
+    } else {
+        *out = data;
+        *out_bytes = (size_t)info.st_size;
+    }
+    close(file);
+    return status;
+}
+
+void sc_file_unmap(const void *data, size_t bytes)
+{
+    if (data)
+        munmap((void *)(uintptr_t)data, bytes);
 }
 
 sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out)

@@ -16,6 +16,7 @@ struct sc_preparation {
     uint64_t near_count, boundary_count;
     sc_label_stats *stats;
     uint64_t volume_hash;
+    uint8_t *hidden; /* [label_count] */
 };
 
 static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)

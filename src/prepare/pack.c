@@ -1,21 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The prepared volume as one block: a header, then sections at 64-byte boundaries. */
+/* The prepared volume as one block, in memory or as a file: a header, then sections at 64-byte
+ * boundaries. */
 #include "internal.h"
+
+#include "segcast/image.h"
 
 #include <string.h>
 
-enum { ALIGN_BYTES = 64, SECTIONS = 7 };
+enum { ALIGN_BYTES = 64, SECTIONS = 8, VERSION = 3, BYTE_ORDER_MARK = 0x01020304 };
 
 static const char magic[8] = "segcprep";
 
 typedef struct block_header {
     char magic[8];
-    uint32_t version, header_bytes;
+    uint32_t version, byte_order, header_bytes;
     int32_t size[3], bricks[3];
-    int32_t label_bytes, label_count, oriented, local_thickness;
+    int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface;
     sc_affine to_ras_mm;
+    double smooth;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
-    uint64_t offset[SECTIONS]; /* ids, labels, stats, near, near_start, records, thickness */
+    uint64_t offset[SECTIONS]; /* ids, labels, stats, near, near_start, records, thickness,
+                                  hidden */
+    uint64_t checksum;         /* of files: of the header with 0 here, then of each section */
 } block_header;
 
 static uint64_t aligned(uint64_t bytes)
@@ -23,34 +29,53 @@ static uint64_t aligned(uint64_t bytes)
     return (bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES;
 }
 
-static block_header layout(const sc_preparation *p, uint64_t bytes[SECTIONS])
+/* Where the sections of a block lie and how long they are, from what its header says of the
+ * volume. */
+static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
+{
+    const uint64_t voxels = (uint64_t)h->size[0] * (uint64_t)h->size[1] * (uint64_t)h->size[2];
+    const uint64_t bricks =
+        (uint64_t)h->bricks[0] * (uint64_t)h->bricks[1] * (uint64_t)h->bricks[2];
+
+    bytes[0] = voxels * (uint64_t)h->label_bytes;
+    bytes[1] = (uint64_t)h->label_count * sizeof(sc_label);
+    bytes[2] = (uint64_t)h->label_count * sizeof(sc_label_stats);
+    bytes[3] = bricks * sizeof(uint64_t);
+    bytes[4] = bricks * sizeof(uint32_t);
+    bytes[5] = h->near_count * SC_RECORD_BYTES;
+    bytes[6] = h->local_thickness ? h->near_count : 0;
+    bytes[7] = (uint64_t)h->label_count;
+    h->total_bytes = aligned(sizeof *h);
+    for (int i = 0; i < SECTIONS; i++) {
+        h->offset[i] = h->total_bytes;
+        h->total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
+    }
+}
+
+static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
 {
     const sc_volume *v = p->volume;
-    block_header h = {.version = 2, .header_bytes = sizeof h};
+    block_header h;
 
+    memset(&h, 0, sizeof h); /* gaps too: they are written */
     memcpy(h.magic, magic, sizeof magic);
+    h.version = VERSION;
+    h.byte_order = BYTE_ORDER_MARK;
+    h.header_bytes = sizeof h;
     memcpy(h.size, v->size, sizeof h.size);
     memcpy(h.bricks, p->bricks, sizeof h.bricks);
     h.label_bytes = v->label_bytes;
     h.label_count = v->label_count;
     h.oriented = v->oriented;
     h.local_thickness = p->thickness != NULL;
+    h.has_thickness = p->settings.thickness;
+    h.has_surface = p->settings.surface;
     h.to_ras_mm = v->to_ras_mm;
+    h.smooth = p->settings.smooth;
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
     h.near_count = p->near_count;
-    bytes[0] = sc_volume_voxels(v) * (uint64_t)v->label_bytes;
-    bytes[1] = (uint64_t)v->label_count * sizeof(sc_label);
-    bytes[2] = (uint64_t)v->label_count * sizeof(sc_label_stats);
-    bytes[3] = p->brick_count * sizeof(uint64_t);
-    bytes[4] = p->brick_count * sizeof(uint32_t);
-    bytes[5] = p->near_count * SC_RECORD_BYTES;
-    bytes[6] = p->thickness ? p->near_count : 0;
-    h.total_bytes = aligned(sizeof h);
-    for (int i = 0; i < SECTIONS; i++) {
-        h.offset[i] = h.total_bytes;
-        h.total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
-    }
+    lay_out(&h, bytes);
     return h;
 }
 
@@ -58,21 +83,157 @@ size_t sc_preparation_bytes(const sc_preparation *preparation)
 {
     uint64_t bytes[SECTIONS];
 
-    return layout(preparation, bytes).total_bytes;
+    return header_of(preparation, bytes).total_bytes;
+}
+
+static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
+{
+    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats, p->near,
+                                           p->near_start,  p->records,        p->thickness,
+                                           p->hidden};
+
+    memcpy(out, sources, sizeof sources);
 }
 
 void sc_preparation_pack(const sc_preparation *p, void *block)
 {
     uint64_t bytes[SECTIONS];
-    const block_header h = layout(p, bytes);
-    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,    p->near,
-                                           p->near_start,  p->records,        p->thickness};
+    const block_header h = header_of(p, bytes);
+    const void *sources[SECTIONS];
 
+    sources_of(p, sources);
     memcpy(block, &h, sizeof h);
     for (int i = 0; i < SECTIONS; i++) {
         if (bytes[i])
             memcpy((char *)block + h.offset[i], sources[i], bytes[i]);
     }
+}
+
+/* @p h with no checksum in it. */
+static uint64_t checksum_of(const block_header *h, const void *const sections[SECTIONS],
+                            const uint64_t bytes[SECTIONS])
+{
+    uint64_t sum = sc_hash_bytes(h, sizeof *h, VERSION);
+
+    for (int i = 0; i < SECTIONS; i++)
+        sum = bytes[i] ? sc_hash_bytes(sections[i], bytes[i], sum) : sum;
+    return sum;
+}
+
+/* Write, and zeros up to @p end. */
+static bool put(FILE *stream, const void *data, uint64_t bytes, uint64_t *at, uint64_t end)
+{
+    static const char zeros[ALIGN_BYTES + SC_GATHER_BYTES];
+
+    if (bytes && fwrite(data, 1, bytes, stream) != bytes)
+        return false;
+    *at += bytes;
+    while (*at < end) {
+        const uint64_t gap = end - *at < sizeof zeros ? end - *at : sizeof zeros;
+
+        if (fwrite(zeros, 1, gap, stream) != gap)
+            return false;
+        *at += gap;
+    }
+    return true;
+}
+
+sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const char *path)
+{
+    uint64_t bytes[SECTIONS], at = 0;
+    block_header h = header_of(p, bytes);
+    const void *sources[SECTIONS];
+    sc_outfile file = {0};
+    sc_status status;
+    bool fine;
+
+    sources_of(p, sources);
+    h.checksum = checksum_of(&h, sources, bytes);
+    SC_TRY(sc_outfile_open(ctx, path, &file));
+    fine = put(file.stream, &h, sizeof h, &at, h.offset[0]);
+    for (int i = 0; i < SECTIONS && fine; i++)
+        fine = put(file.stream, sources[i], bytes[i], &at,
+                   i + 1 < SECTIONS ? h.offset[i + 1] : h.total_bytes);
+    if (!fine)
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes", path,
+                         (unsigned long long)at, (unsigned long long)h.total_bytes);
+    else
+        status = sc_outfile_commit(ctx, &file);
+out:
+    sc_outfile_discard(&file);
+    return status;
+}
+
+bool sc_is_prepared_file(const char *path)
+{
+    FILE *stream = fopen(path, "rb");
+    char head[sizeof magic];
+    bool is_one;
+
+    if (!stream)
+        return false;
+    is_one = fread(head, 1, sizeof head, stream) == sizeof head &&
+             memcmp(head, magic, sizeof head) == 0;
+    fclose(stream);
+    return is_one;
+}
+
+/* Do the sizes in a header belong together? */
+static bool is_sound(const block_header *h)
+{
+    block_header again = *h;
+    uint64_t bytes[SECTIONS];
+
+    for (int i = 0; i < 3; i++) {
+        if (h->size[i] < 1 || h->bricks[i] != (h->size[i] + 2 + SC_BRICK - 1) / SC_BRICK)
+            return false;
+    }
+    if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
+        h->label_count > SC_LABELS_MAX || h->near_count > UINT32_MAX)
+        return false;
+    lay_out(&again, bytes);
+    return memcmp(&again, h, sizeof again) == 0;
+}
+
+sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
+                                size_t bytes, sc_prepared *out)
+{
+    block_header h;
+    const void *sections[SECTIONS];
+    uint64_t section_bytes[SECTIONS], checksum;
+
+    if (bytes < sizeof h)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has %zu bytes, expected a header of %zu", path, bytes,
+                       sizeof h);
+    memcpy(&h, block, sizeof h);
+    if (memcmp(h.magic, magic, sizeof magic) != 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file", path);
+    if (h.byte_order != BYTE_ORDER_MARK)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: was prepared on a machine with another order of bytes; prepare it "
+                       "again here",
+                       path);
+    if (h.version != VERSION || h.header_bytes != sizeof h)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a prepared file of version %u, this segcast reads version %d; "
+                       "prepare it again",
+                       path, (unsigned)h.version, VERSION);
+    if (!is_sound(&h))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: the header is damaged; prepare it again", path);
+    if (h.total_bytes != bytes)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has %zu bytes, expected %llu; prepare it again", path,
+                       bytes, (unsigned long long)h.total_bytes);
+    checksum = h.checksum;
+    h.checksum = 0;
+    lay_out(&h, section_bytes);
+    for (int i = 0; i < SECTIONS; i++)
+        sections[i] = (const char *)block + h.offset[i];
+    if (checksum_of(&h, sections, section_bytes) != checksum)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is damaged: its contents do not have the checksum it names; prepare it "
+                       "again",
+                       path);
+    return sc_prepared_view(ctx, block, bytes, out);
 }
 
 sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, sc_prepared *out)
@@ -81,7 +242,7 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
     const char *base = block;
     sc_prepared view;
 
-    if (bytes < sizeof *h || memcmp(h->magic, magic, sizeof magic) || h->version != 2 ||
+    if (bytes < sizeof *h || memcmp(h->magic, magic, sizeof magic) || h->version != VERSION ||
         h->header_bytes != sizeof *h || h->total_bytes > bytes)
         return sc_fail(ctx, SC_ERR_DATA, "not a prepared volume of this version of segcast");
     view = (sc_prepared){
@@ -98,6 +259,10 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .near = (const uint64_t *)(base + h->offset[3]),
         .near_start = (const uint32_t *)(base + h->offset[4]),
         .records = (const uint8_t *)(base + h->offset[5]),
+        .smooth = h->smooth,
+        .has_thickness = h->has_thickness != 0,
+        .has_surface = h->has_surface != 0,
+        .hidden = (const uint8_t *)(base + h->offset[7]),
     };
     if (h->local_thickness)
         view.thickness = (const uint8_t *)(base + h->offset[6]);

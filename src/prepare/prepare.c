@@ -18,6 +18,11 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
         p->brick_count *= (size_t)p->bricks[i];
     }
     p->volume_hash = sc_volume_hash(volume);
+    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, 1, &block));
+    p->hidden = block;
+    for (int id = 0; settings->hidden && id < volume->label_count; id++)
+        p->hidden[id] = settings->hidden[id];
+    p->settings.hidden = NULL; /* it was only borrowed for this call */
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
     SC_TRY(sc_find_fields(ctx, p));
@@ -42,6 +47,7 @@ void sc_preparation_free(sc_preparation *p)
     sc_free(p->records);
     sc_free(p->thickness);
     sc_free(p->stats);
+    sc_free(p->hidden);
     sc_free(p);
 }
 

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The volume of a job, prepared, on every rank: mapped from a prepared file, or read and prepared by
+ * rank 0 and shared. */
+#include "app.h"
+
+#include "segcast/phantom.h"
+
+#include <string.h>
+
+void sc_add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s)
+{
+    if (!times)
+        return;
+    times->phases[phase].wall_s += sc_wall_s() - wall_s;
+    times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
+}
+
+static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *out)
+{
+    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
+    sc_phantom *phantom = NULL;
+    sc_status status;
+
+    if (strcmp(text, "phantom") &&
+        (sscanf(text, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
+         text[used]))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
+                       text);
+    status = sc_phantom_new(app->ctx, &phantom);
+    if (status == SC_OK)
+        status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
+    sc_phantom_free(phantom);
+    return status;
+}
+
+static bool is_phantom(const char *volume)
+{
+    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
+}
+
+static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    sc_label_table table = {0};
+    sc_status status;
+
+    if (!job->labels[0])
+        return SC_OK;
+    status =
+        sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, &table);
+    if (status == SC_OK)
+        sc_volume_apply_table(volume, &table);
+    sc_label_table_clear(&table);
+    return status;
+}
+
+/* What a job needs of a preparation. hidden: [labels], owned. */
+typedef struct needs {
+    double smooth;
+    bool thickness, local_thickness, surface;
+    bool *hidden;
+} needs;
+
+/* What the job does not show becomes background, unless all is only to be measured. */
+static sc_status find_needs(const sc_app *app, const sc_session *session, const sc_label *labels,
+                            int label_count, needs *out)
+{
+    const sc_job *job = &session->job;
+    needs n = {.smooth = job->render.smooth,
+               .thickness = session->measure,
+               .local_thickness = job->render.thickness != 0,
+               .surface = session->measure};
+    void *hidden;
+    sc_status status = sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &hidden);
+
+    if (status != SC_OK)
+        return status;
+    n.hidden = hidden;
+    if (!session->measure)
+        sc_hidden_labels(labels, label_count, job->rules, job->rule_count, hidden, &n.thickness);
+    *out = n;
+    return SC_OK;
+}
+
+/* ---- prepared files: every rank maps the file; a node holds it once ---- */
+
+/* A copy of the labels, with the names and colours of the job's table. */
+static sc_status copy_labels(const sc_app *app, sc_session *session)
+{
+    const size_t bytes = (size_t)session->volume.label_count * sizeof(sc_label);
+    sc_volume named = {.label_count = session->volume.label_count};
+    void *block;
+    sc_status status = sc_alloc(app->ctx, bytes, 1, &block);
+
+    if (status != SC_OK)
+        return status;
+    memcpy(block, session->volume.labels, bytes);
+    session->labels = named.labels = block;
+    session->volume.labels = block;
+    return apply_labels(app, &session->job, &named);
+}
+
+/* Does the file hold what the job needs? What it lacks: *why. */
+static bool fits(const sc_prepared *v, const needs *n, const char **why)
+{
+    *why = NULL;
+    if (fabs(v->smooth - n->smooth) > 1e-9)
+        *why = "another strength of smoothing";
+    else if ((n->thickness && !v->has_thickness) || (n->surface && !v->has_surface))
+        *why = "less measured";
+    else if (n->local_thickness && !v->thickness)
+        *why = "no local thickness";
+    for (int id = 1; id < v->label_count && !*why; id++) {
+        if (n->hidden[id] && !v->hidden[id] && v->stats[id].voxels)
+            *why = "tissues that the job hides";
+    }
+    return !*why;
+}
+
+/* A tissue that is gone from the file cannot be shown. */
+static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_session *session,
+                              const needs *n)
+{
+    for (int id = 1; id < session->volume.label_count && !session->measure; id++) {
+        if (session->volume.hidden[id] && !n->hidden[id])
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: was prepared without \"%s\" (label %lld), which the job shows; "
+                           "prepare it again",
+                           path, session->volume.labels[id].name,
+                           (long long)session->volume.labels[id].value);
+    }
+    return SC_OK;
+}
+
+/* Map the prepared file of the job. @param usable whether the job can use it as it is. */
+static sc_status map_prepared(const sc_app *app, sc_session *session, bool *usable)
+{
+    const char *path = session->job.volume, *why;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const sc_ctx silent = {.rank = 0};
+    const sc_ctx *ctx = first ? app->ctx : &silent;
+    needs n = {0};
+    sc_status status;
+
+    SC_TRY(sc_file_map(app->ctx, path, &session->mapped, &session->mapped_bytes));
+    SC_TRY(sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes,
+                                 &session->volume));
+    SC_TRY(copy_labels(app, session));
+    SC_TRY(find_needs(app, session, session->volume.labels, session->volume.label_count, &n));
+    SC_TRY(check_hidden(ctx, path, session, &n));
+    *usable = fits(&session->volume, &n, &why);
+    if (*usable)
+        session->shared_bytes = session->mapped_bytes;
+    else if (first)
+        sc_warn(app->ctx,
+                "%s: was prepared with %s; that is done anew, which takes seconds each time: "
+                "`segcast prepare` with the job instead of the volume makes a file that fits",
+                path, why);
+out:
+    sc_free(n.hidden);
+    return status;
+}
+
+/* The voxels and labels of the mapped file, to be prepared otherwise. */
+static sc_status unpack_volume(const sc_app *app, const sc_session *session, sc_volume *out)
+{
+    const sc_prepared *from = &session->volume;
+    sc_volume v = {.label_bytes = from->label_bytes,
+                   .label_count = from->label_count,
+                   .to_ras_mm = from->to_ras_mm,
+                   .oriented = from->oriented};
+    void *labels;
+    sc_status status;
+
+    memcpy(v.size, from->size, sizeof v.size);
+    SC_TRY(sc_alloc(app->ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
+    memcpy(v.ids, from->ids, sc_volume_voxels(&v) * (size_t)v.label_bytes);
+    SC_TRY(sc_alloc(app->ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
+    v.labels = labels;
+    memcpy(v.labels, from->labels, (size_t)v.label_count * sizeof *v.labels);
+    *out = v;
+    return SC_OK;
+out:
+    sc_volume_clear(&v);
+    return status;
+}
+
+/* Read the volume of a job, with its labels. */
+static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
+{
+    const sc_job *job = &session->job;
+    sc_status status;
+
+    if (session->mapped)
+        SC_TRY(unpack_volume(app, session, volume));
+    else if (is_phantom(job->volume))
+        SC_TRY(make_phantom(app, job->volume, volume));
+    else
+        SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
+    SC_TRY(apply_labels(app, job, volume));
+    if (volume->label_count == 1)
+        sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
+out:
+    return status;
+}
+
+sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
+                             sc_volume *volume, sc_preparation **preparation,
+                             sc_rank_record *times)
+{
+    sc_prepare_settings settings;
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    needs n = {0};
+    sc_status status;
+
+    SC_TRY(read_volume(app, session, volume));
+    SC_TRY(find_needs(app, session, volume->labels, volume->label_count, &n));
+    sc_volume_hide(volume, n.hidden, app->threads);
+    sc_add_time(times, SC_PHASE_READ, wall_s, cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    settings = (sc_prepare_settings){.smooth = n.smooth,
+                                     .thickness = n.thickness || measure_all,
+                                     .local_thickness = n.local_thickness,
+                                     .surface = n.surface || measure_all,
+                                     .hidden = n.hidden,
+                                     .threads = app->threads};
+    SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
+    sc_add_time(times, SC_PHASE_PREPARE, wall_s, cpu_s);
+out:
+    sc_free(n.hidden);
+    return status;
+}
+
+/* Pack what rank 0 has prepared into one block per node. */
+static sc_status share_volume(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_volume volume = {0};
+    sc_preparation *preparation = NULL;
+    uint64_t bytes = 0;
+    sc_status status = SC_OK;
+
+    if (first)
+        status =
+            sc_session_prepare(app, session, false, &volume, &preparation, &session->times);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    if (!first)
+        sc_add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    bytes = first ? sc_preparation_bytes(preparation) : 0;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    session->shared_bytes = bytes;
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, &session->shared));
+    if (first)
+        sc_preparation_pack(preparation, sc_shared_data(session->shared));
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    preparation = NULL;
+    sc_shared_publish(app->comm, session->shared);
+    status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
+                                                       bytes, &session->volume));
+    sc_add_time(&session->times, SC_PHASE_SHARE, wall_s, cpu_s);
+out:
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    return status;
+}
+
+sc_status sc_session_load(sc_app *app, sc_session *session)
+{
+    uint8_t is_prepared = 0;
+    bool usable = false;
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    if (sc_comm_rank(app->comm) == 0)
+        is_prepared = sc_is_prepared_file(session->job.volume);
+    sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
+    if (!is_prepared)
+        return share_volume(app, session);
+    status = map_prepared(app, session, &usable);
+    status = sc_comm_agree(app->comm, status);
+    sc_add_time(&session->times, SC_PHASE_READ, wall_s, cpu_s);
+    if (status != SC_OK || usable)
+        return status;
+    return share_volume(app, session);
+}
