@@ -14,7 +14,7 @@ typedef enum sc_surface {
 } sc_surface;
 
 typedef enum sc_skip {
-    SC_SKIP_NONE,    /**< every sample or cell is classified from the labels alone (paper: plain) */
+    SC_SKIP_NONE, /**< every sample or cell is classified from the labels alone (paper: plain) */
     SC_SKIP_INTERIOR, /**< only those marked by preprocessing are (paper: accelerated) */
     SC_SKIP_LEAP      /**< the same, in leaps over empty bricks, many rays side by side */
 } sc_skip;
@@ -50,7 +50,7 @@ typedef struct sc_march {
                                          SC_SKIP_NONE */
     int visible_row, visible_layer; /**< masks from one brick to the next along y and z */
     const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
-    const uint32_t *cell_start; /**< sc_cells of the masks; smooth and SC_SKIP_LEAP only */
+    const uint32_t *cell_start;     /**< sc_cells of the masks; smooth and SC_SKIP_LEAP only */
     const uint64_t *cells;
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;                  /**< voxel only */

@@ -183,8 +183,8 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *vol
  *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
                                          const uint64_t *masks, uint8_t **out);
-/** The cells of sc_visible_cells, packed in the order of bricks and bits: for each the weights of its
- *  corners (x + 2 y + 4 z), positive for the lowest label and negative for all others, as signed
+/** The cells of sc_visible_cells, packed in the order of bricks and bits: for each the weights of
+ * its corners (x + 2 y + 4 z), positive for the lowest label and negative for all others, as signed
  *  fields of 6 bits: corners 0 to 4 from bit 0, 5 to 7 from bit 32. */
 typedef struct sc_cells {
     uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index of the brick's first cell */

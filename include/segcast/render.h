@@ -16,9 +16,9 @@ typedef struct sc_render_settings {
     sc_skip skip;
     const char *cpu; /**< instruction set of the kernels, one of sc_cpu_names; NULL: the best that
                           this processor has */
-    int samples;        /**< rays per pixel, 1 to SC_SAMPLES_MAX */
-    bool everywhere;    /**< take them in every pixel; else one, and those where neighbouring pixels
-                             see something else */
+    int samples;     /**< rays per pixel, 1 to SC_SAMPLES_MAX */
+    bool everywhere; /**< take them in every pixel; else one, and those where neighbouring pixels
+                          see something else */
     double step_voxels; /**< between samples, in voxel lengths (the smallest spacing) */
     bool caps;
     double cap_outline; /**< width of lines between tissues on cut faces, in voxels; 0: none */

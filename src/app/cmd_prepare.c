@@ -25,8 +25,8 @@ sc_status sc_run_prepare(sc_app *app)
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, job, &session));
     if (sc_is_prepared_file(session.job.volume)) {
-        status = sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already",
-                         session.job.volume);
+        status =
+            sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", session.job.volume);
         goto out;
     }
     SC_TRY(sc_session_prepare(app, &session, true, &volume, &preparation, NULL));

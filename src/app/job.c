@@ -59,7 +59,7 @@ static sc_status apply_mode(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
     if (status != SC_OK || job->render.mode == SC_MODE_STANDARD)
         return status;
     job->render.surface = SC_SURFACE_VOXEL;
-    job->render.skip = job->render.mode == SC_MODE_PAPER ? SC_SKIP_NONE : SC_SKIP_LEAP;
+    job->render.skip = job->render.mode == SC_MODE_PAPER ? SC_SKIP_NONE : SC_SKIP_INTERIOR;
     job->render.samples = 1;
     job->light.flat = true;
     return SC_OK;

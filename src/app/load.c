@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The volume of a job, prepared, on every rank: mapped from a prepared file, or read and prepared by
- * rank 0 and shared. */
+/* The volume of a job, prepared, on every rank: mapped from a prepared file, or read and prepared
+ * by rank 0 and shared. */
 #include "app.h"
 
 #include "segcast/phantom.h"
@@ -143,8 +143,8 @@ static sc_status map_prepared(const sc_app *app, sc_session *session, bool *usab
     sc_status status;
 
     SC_TRY(sc_file_map(app->ctx, path, &session->mapped, &session->mapped_bytes));
-    SC_TRY(sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes,
-                                 &session->volume));
+    SC_TRY(
+        sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes, &session->volume));
     SC_TRY(copy_labels(app, session));
     SC_TRY(find_needs(app, session, session->volume.labels, session->volume.label_count, &n));
     SC_TRY(check_hidden(ctx, path, session, &n));
@@ -205,8 +205,7 @@ out:
 }
 
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
-                             sc_volume *volume, sc_preparation **preparation,
-                             sc_rank_record *times)
+                             sc_volume *volume, sc_preparation **preparation, sc_rank_record *times)
 {
     sc_prepare_settings settings;
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
@@ -243,8 +242,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_status status = SC_OK;
 
     if (first)
-        status =
-            sc_session_prepare(app, session, false, &volume, &preparation, &session->times);
+        status = sc_session_prepare(app, session, false, &volume, &preparation, &session->times);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (!first)
         sc_add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);

@@ -190,14 +190,16 @@ static sc_status take_quiet(const sc_ctx *ctx, sc_options *options, const option
 
 static const option_row rows[] = {
     {"output", 'o', "DIR", "folder for everything the job makes", "render", take_output, NULL},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_output, NULL},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_output,
+     NULL},
     {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_frames, NULL},
     {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
-    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set, NULL},
-    {"labels", 0, "FILE", "label table with names and colours", "orbit views info prepare", take_key,
-     "labels"},
-    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit views info prepare", take_key,
-     "labels_format"},
+    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set,
+     NULL},
+    {"labels", 0, "FILE", "label table with names and colours", "orbit views info prepare",
+     take_key, "labels"},
+    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit views info prepare",
+     take_key, "labels_format"},
     {"size", 0, "WxH", "size of the picture", "orbit views", take_picture_size, NULL},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_grid, NULL},
     {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames"},
@@ -215,7 +217,8 @@ static const option_row rows[] = {
      take_key, "render.cpu"},
     {"json", 0, NULL, "for machines", "info", take_json, NULL},
     {"threads", 0, "N", "threads of each rank", JOBS " info phantom prepare", take_threads, NULL},
-    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare", take_quiet, NULL},
+    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare", take_quiet,
+     NULL},
 };
 
 static bool takes(const option_row *row, const char *command)

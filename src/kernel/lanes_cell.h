@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: cell.h for MARCH_LANES cells side by side. Cells of two labels that are crossed
- * at most once, nearly all there are, are handled in lanes; the others one by one, by cell.h. */
+/* Private to kernel: cell.h for MARCH_LANES cells side by side. Cells of two labels that are
+ * crossed at most once, nearly all there are, are handled in lanes; the others one by one, by
+ * cell.h. */
 #ifndef SC_KERNEL_LANES_CELL_H
 #define SC_KERNEL_LANES_CELL_H
 
@@ -48,8 +49,8 @@ static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
     const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
     const vi below = (i_set(1) << bit) - 1;
     const vm upper = i_equal(z & 2, i_set(2));
-    const vi counted = i_count_bits(i_pick(upper, high, low) & below) +
-                       i_pick(upper, i_count_bits(low), i_set(0));
+    const vi counted =
+        i_count_bits(i_pick(upper, high, low) & below) + i_pick(upper, i_count_bits(low), i_set(0));
 
     return i_gather(v->near_start, brick * 4, on) + counted;
 }

@@ -146,8 +146,8 @@ static inline void v_move(const sc_march *m, const vf place[3], const vf directi
     for (int i = 0; i < 3; i++) {
         const float *row = m->place_per_mm[i];
 
-        out[i] = place[i] +
-                 mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
+        out[i] =
+            place[i] + mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
     }
 }
 
@@ -238,14 +238,17 @@ static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm o
     vf diffuse, shine, around;
 
     for (int i = 0; i < 3; i++)
-        out[i] = v_tissue_f(m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+        out[i] =
+            v_tissue_f(m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
     if (l->flat)
         return;
     diffuse = v_tissue_f(m, label, offsetof(sc_march_tissue, diffuse), on);
-    shine = v_tissue_f(m, label, offsetof(sc_march_tissue, specular), on) *
-            f_pick(f_below(f_set(0), spot->shine),
-                   v_power(spot->shine, v_tissue(m, label, offsetof(sc_march_tissue, shininess), on)), f_set(0)) *
-            spot->lit * spot->open;
+    shine =
+        v_tissue_f(m, label, offsetof(sc_march_tissue, specular), on) *
+        f_pick(f_below(f_set(0), spot->shine),
+               v_power(spot->shine, v_tissue(m, label, offsetof(sc_march_tissue, shininess), on)),
+               f_set(0)) *
+        spot->lit * spot->open;
     around = (l->ambient + l->fill * spot->fill + l->head * spot->head) * spot->open;
     for (int i = 0; i < 3; i++)
         out[i] = out[i] * diffuse *
@@ -277,8 +280,7 @@ static inline void v_note(v_radiance *light, vi label, vf alpha, const v_spot *s
     vm first;
 
     on = m_less(on, f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)));
-    light->signature =
-        i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
+    light->signature = i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
     first = m_and(on, i_equal(light->label, i_set(0)));
     light->label = i_pick(first, label, light->label);
     light->depth_mm = f_pick(first, spot->depth_mm, light->depth_mm);

@@ -32,8 +32,8 @@ typedef struct packet {
     vm forward[3], still[3];
     /* the stretch in work */
     vf end;
-    vf doubt[3];       /* how far rounding may move a position, generously, in voxels */
-    vi active;         /* clip groups, as bits */
+    vf doubt[3];        /* how far rounding may move a position, generously, in voxels */
+    vi active;          /* clip groups, as bits */
     float ended[LANES]; /* where the last one ended */
     bool together;      /* there is but this one */
     /* the walk */
@@ -224,8 +224,8 @@ static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
     const vi bit = (p->q[0] & 3) | (p->q[1] & 3) << 2 | (p->q[2] & 1) << 4;
     const vi below = (i_set(1) << bit) - 1;
     const vm upper = i_equal(p->q[2] & 2, i_set(2));
-    const vi rank = i_count_bits(i_pick(upper, high, low) & below) +
-                    i_pick(upper, i_count_bits(low), i_set(0));
+    const vi rank =
+        i_count_bits(i_pick(upper, high, low) & below) + i_pick(upper, i_count_bits(low), i_set(0));
     const vi index = i_gather(p->m->cell_start, brick * 4, on) + rank;
     const vi first = i_gather(p->m->cells, index * 8, on);
     const vi second = i_gather(p->m->cells, index * 8 + 4, on);
@@ -344,8 +344,8 @@ static void v_take_surface(packet *p, vi label, const vf at[3], const v_spot *sp
 
     if (!m_any(on))
         return;
-    alpha = v_edge_alpha(&p->m->light, v_alpha_here(p, label, at, on),
-                         f_dot(spot->normal, spot->eye));
+    alpha =
+        v_edge_alpha(&p->m->light, v_alpha_here(p, label, at, on), f_dot(spot->normal, spot->eye));
     v_light(p->m, label, spot, on, rgb);
     v_note(&p->light, label, alpha, spot, on);
     v_blend(&p->light, rgb, alpha, on);
@@ -385,8 +385,7 @@ static void take_crossings(packet *p, const crossings *x, vm on)
     v_cell_normal(&p->cell, x->entered, x->left, at, spot.normal);
     length = f_length(spot.normal);
     for (int i = 0; i < 3; i++) {
-        spot.normal[i] =
-            f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
+        spot.normal[i] = f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
         spot.place[i] = p->origin[i] + p->direction[i] * t;
     }
     v_face_eye(p->eye, spot.normal);

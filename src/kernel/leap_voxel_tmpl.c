@@ -16,8 +16,8 @@ typedef struct packet {
     v_radiance light;
     vf origin[3], direction[3], inverse[3], eye[3], base_mm;
     vm forward[3];
-    vi k, last; /* the sample at hand, and the end of the part */
-    vi kept;    /* clip groups kept between here and there, as bits */
+    vi k, last;             /* the sample at hand, and the end of the part */
+    vi kept;                /* clip groups kept between here and there, as bits */
     vm alive, walks, found; /* on the way to a marked sample; at one */
     sc_march_counters counters;
 } packet;
@@ -170,10 +170,10 @@ static void take_interior(packet *p, vi label, vm on)
     vf rgb[3];
 
     for (int i = 0; i < 3; i++)
-        rgb[i] = v_tissue_f(p->m, label,
-                            offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
-    v_blend(&p->light, rgb,
-            v_tissue_f(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
+        rgb[i] =
+            v_tissue_f(p->m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+    v_blend(&p->light, rgb, v_tissue_f(p->m, label, offsetof(sc_march_tissue, interior_alpha), on),
+            on);
 }
 
 /* See take_boundary() of one ray. */
@@ -242,8 +242,7 @@ static void begin_parts(packet *p, vm on)
         cursor c = {.m = p->m, .ray = &p->rays[lane]};
         int k, last;
 
-        if (p->light.transmittance[lane] < SC_OPAQUE ||
-            !next_part(c.ray, p->k[lane], &k, &last))
+        if (p->light.transmittance[lane] < SC_OPAQUE || !next_part(c.ray, p->k[lane], &k, &last))
             continue;
         begun |= 1u << lane;
         if (p->m->caps && p->m->plane_count) {

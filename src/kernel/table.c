@@ -5,7 +5,7 @@
 
 #define KERNEL(surface_name, SURFACE, skip_name, SKIP, bits, cpu_name)                             \
     {                                                                                              \
-        #surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, bits / 8,   \
+#surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, bits / 8,   \
             #cpu_name, sc_march_##surface_name##_##skip_name##_u##bits##_##cpu_name                \
     }
 #define KERNELS(skip, SKIP, cpu)                                                                   \
@@ -14,12 +14,9 @@
 
 /* Of two that do the same, the better stands first. */
 static const sc_kernel kernels[] = {
-    KERNELS(none, NONE, c),
-    KERNELS(interior, INTERIOR, c),
+    KERNELS(none, NONE, c),      KERNELS(interior, INTERIOR, c),
 #ifdef SC_KERNELS_X86
-    KERNELS(leap, LEAP, avx512),
-    KERNELS(leap, LEAP, avx2),
-    KERNELS(leap, LEAP, sse4),
+    KERNELS(leap, LEAP, avx512), KERNELS(leap, LEAP, avx2),      KERNELS(leap, LEAP, sse4),
 #endif
     KERNELS(leap, LEAP, c),
 };

@@ -104,7 +104,8 @@ static inline void take_caps_before(cursor *c, int k)
 
     for (int i = 0; i < 2; i++) {
         for (int g = 0; g < ray->groups; g++) {
-            if (i < ray->part_count[g] && ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].first == k)
+            if (i < ray->part_count[g] && ray->parts[g][i].cap_plane >= 0 &&
+                ray->parts[g][i].first == k)
                 take_cap(c, g, i);
         }
     }

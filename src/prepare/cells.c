@@ -26,8 +26,8 @@ typedef struct brick_corners {
 static void take_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
                          brick_corners *out)
 {
-    const size_t brick = ((size_t)z * (size_t)v->bricks[1] + (size_t)y) * (size_t)v->bricks[0] +
-                         (size_t)x;
+    const size_t brick =
+        ((size_t)z * (size_t)v->bricks[1] + (size_t)y) * (size_t)v->bricks[0] + (size_t)x;
     const uint8_t *record;
     uint64_t wanted = ~0ull;
 
@@ -59,19 +59,22 @@ static void take_corners(const sc_prepared *v, const int brick[3], brick_corners
     for (int z = 0; z < SIDE; z++) {
         for (int y = 0; y < SIDE; y++) {
             for (int x = 0; x < SIDE; x++, n++)
-                out->labels[n] = (uint16_t)sc_id_at_place(v, brick[0] * SC_BRICK + x,
-                                                          brick[1] * SC_BRICK + y,
-                                                          brick[2] * SC_BRICK + z);
+                out->labels[n] = (uint16_t)sc_id_at_place(
+                    v, brick[0] * SC_BRICK + x, brick[1] * SC_BRICK + y, brick[2] * SC_BRICK + z);
         }
     }
 }
 
 static uint64_t pack_cell(const brick_corners *c, int first)
 {
-    static const int corner[8] = {0,           1,
-                                  SIDE,        SIDE + 1,
-                                  SIDE * SIDE, SIDE * SIDE + 1,
-                                  SIDE * SIDE + SIDE, SIDE * SIDE + SIDE + 1};
+    static const int corner[8] = {0,
+                                  1,
+                                  SIDE,
+                                  SIDE + 1,
+                                  SIDE * SIDE,
+                                  SIDE * SIDE + 1,
+                                  SIDE * SIDE + SIDE,
+                                  SIDE * SIDE + SIDE + 1};
     uint32_t low = UINT16_MAX, high = 0;
     uint64_t out = 0;
 

@@ -130,9 +130,9 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             const double square = squared(dy * steps[1]) + squared(dz * steps[2]);
 
             if (weight_filter(square, smooth) != 0)
-                f->rows[f->row_count++] = (weight_row){
-                    (dz + RADIUS) * WINDOW + dy + RADIUS,
-                    table_of(squares, &f->table_count, square), NULL};
+                f->rows[f->row_count++] =
+                    (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
+                                 table_of(squares, &f->table_count, square), NULL};
         }
     }
     status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);
@@ -260,7 +260,8 @@ static void gather(const sc_volume *v, const int low[3], brick_work *w)
 static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 {
     const __m128i wanted = _mm_set1_epi16((int16_t)id);
-    const __m128i low = _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)ids), wanted);
+    const __m128i low =
+        _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)ids), wanted);
     const __m128i high =
         _mm_cmpeq_epi16(_mm_loadu_si128((const __m128i *)(const void *)(ids + 8)), wanted);
 
@@ -421,7 +422,8 @@ static void turn_gradients(brick_work *w, uint64_t mask)
     }
 }
 
-/* Distinct labels of the window; those of the places come first, and the first's bits are filled. */
+/* Distinct labels of the window; those of the places come first, and the first's bits are filled.
+ */
 static int find_labels(brick_work *w, uint64_t mask)
 {
     int count = 0, of_places;

@@ -88,9 +88,9 @@ size_t sc_preparation_bytes(const sc_preparation *preparation)
 
 static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
 {
-    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats, p->near,
-                                           p->near_start,  p->records,        p->thickness,
-                                           p->hidden};
+    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,
+                                           p->near,        p->near_start,     p->records,
+                                           p->thickness,   p->hidden};
 
     memcpy(out, sources, sizeof sources);
 }
@@ -172,8 +172,8 @@ bool sc_is_prepared_file(const char *path)
 
     if (!stream)
         return false;
-    is_one = fread(head, 1, sizeof head, stream) == sizeof head &&
-             memcmp(head, magic, sizeof head) == 0;
+    is_one =
+        fread(head, 1, sizeof head, stream) == sizeof head && memcmp(head, magic, sizeof head) == 0;
     fclose(stream);
     return is_one;
 }
@@ -192,7 +192,8 @@ static bool is_sound(const block_header *h)
         h->label_count > SC_LABELS_MAX || h->near_count > UINT32_MAX)
         return false;
     lay_out(&again, bytes);
-    return memcmp(&again, h, sizeof again) == 0;
+    return again.total_bytes == h->total_bytes &&
+           memcmp(again.offset, h->offset, sizeof again.offset) == 0;
 }
 
 sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,

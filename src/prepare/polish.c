@@ -28,8 +28,8 @@ typedef struct polish {
     const sc_preparation *p;
     uint32_t *slot; /* [bricks]: where a brick's entries are; bricks without any share 0 */
     size_t slot_count;
-    entry *entries, *spread;    /* [slots][ENTRIES] */
-    float weights[64][27];      /* of the 27 bricks around, by the place in the middle one */
+    entry *entries, *spread; /* [slots][ENTRIES] */
+    float weights[64][27];   /* of the 27 bricks around, by the place in the middle one */
 } polish;
 
 static uint32_t record_at(const sc_preparation *p, size_t index)

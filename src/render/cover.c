@@ -63,8 +63,8 @@ static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 d
                      sc_vec3_dot(direction, sc_affine_column(to_mm, 1)),
                      sc_vec3_dot(direction, sc_affine_column(to_mm, 2)), 0, 0};
 
-    a.offset = sc_vec3_dot(
-        direction, sc_vec3_sub(sc_affine_point(to_mm, (sc_vec3){0, 0, 0}), c->position_mm));
+    a.offset = sc_vec3_dot(direction,
+                           sc_vec3_sub(sc_affine_point(to_mm, (sc_vec3){0, 0, 0}), c->position_mm));
     a.reach = half * (fabs(a.x) + fabs(a.y) + fabs(a.z));
     return a;
 }
@@ -89,8 +89,8 @@ static inline void cells_between(const double ends[2], const double factors[2], 
 
 static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *cells, uint8_t value)
 {
-    const int side = viewport->width_px > viewport->height_px ? viewport->width_px
-                                                              : viewport->height_px;
+    const int side =
+        viewport->width_px > viewport->height_px ? viewport->width_px : viewport->height_px;
     sc_cover cover = {.cells = cells, .shift = SC_COVER_SHIFT};
 
     while ((side >> cover.shift) + 3 > SC_COVER_SIDE)
@@ -135,6 +135,6 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                       rows);
         for (int row = rows[0]; row <= rows[1] && columns[0] <= columns[1]; row++)
             memset(cells + row * cover->columns + columns[0], 1,
-                   (size_t)(columns[1] - columns[0] + 1));
+                   (size_t)columns[1] + 1 - (size_t)columns[0]);
     }
 }

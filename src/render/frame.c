@@ -216,9 +216,8 @@ static void store_row(const tile *t, int y)
             continue;
         }
         for (int c = 0; c < 3; c++) {
-            const float linear = g->sampled
-                                     ? r->background[c] + g->rgb[c] / (float)r->settings.samples
-                                     : g->rgb[c];
+            const float linear =
+                g->sampled ? r->background[c] + g->rgb[c] / (float)r->settings.samples : g->rgb[c];
 
             pixel[c] = sc_srgb_level(&r->srgb, linear);
         }

@@ -7,7 +7,8 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
     const sc_camera *c = &scene->camera;
     /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
      * grid; its rays begin where they enter the sphere around the volume, from where a float tells
-     * 1/20,000 of a voxel. That place must not depend on the skip method, nor on what is visible. */
+     * 1/20,000 of a voxel. That place must not depend on the skip method, nor on what is visible.
+     */
     const bool from_eye = r->settings.surface == SC_SURFACE_VOXEL;
 
     *lens = (sc_lens){
@@ -65,9 +66,12 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
 static inline bool clip(const sc_box3 *box, sc_vec3 origin, sc_vec3 inverse, double *begin,
                         double *end)
 {
-    const double x0 = (box->low.x - origin.x) * inverse.x, x1 = (box->high.x - origin.x) * inverse.x;
-    const double y0 = (box->low.y - origin.y) * inverse.y, y1 = (box->high.y - origin.y) * inverse.y;
-    const double z0 = (box->low.z - origin.z) * inverse.z, z1 = (box->high.z - origin.z) * inverse.z;
+    const double x0 = (box->low.x - origin.x) * inverse.x,
+                 x1 = (box->high.x - origin.x) * inverse.x;
+    const double y0 = (box->low.y - origin.y) * inverse.y,
+                 y1 = (box->high.y - origin.y) * inverse.y;
+    const double z0 = (box->low.z - origin.z) * inverse.z,
+                 z1 = (box->high.z - origin.z) * inverse.z;
     const double in[3] = {x0 < x1 ? x0 : x1, y0 < y1 ? y0 : y1, z0 < z1 ? z0 : z1};
     const double out[3] = {x0 < x1 ? x1 : x0, y0 < y1 ? y1 : y0, z0 < z1 ? z1 : z0};
 

@@ -72,7 +72,8 @@ static void fill_boxes(sc_renderer *r)
     double low[3], high[3];
 
     r->box = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
-    r->middle_mm = sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5));
+    r->middle_mm =
+        sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5));
     for (int corner = 0; corner < 8; corner++) {
         const sc_vec3 at = {corner & 1 ? r->box.high.x : r->box.low.x,
                             corner & 2 ? r->box.high.y : r->box.low.y,
@@ -132,8 +133,8 @@ static void fill_march(sc_renderer *r)
     }
 }
 
-/* A ray that meets nothing visible has nothing to show: what is visible ends somewhere, and where it
- * ends is marked. That fails for tissues of which the masks do not hold the boundary, for a cut
+/* A ray that meets nothing visible has nothing to show: what is visible ends somewhere, and where
+ * it ends is marked. That fails for tissues of which the masks do not hold the boundary, for a cut
  * face may show nothing else of them; and the plain method is to know nothing of masks. */
 static void decide_cover(sc_renderer *r)
 {

@@ -30,11 +30,11 @@ typedef struct list {
 enum { SCENE, SURFACE, LAYERS, SKIP, CPU, SIZE, THREADS, SAMPLES, FRAMES, REPEAT, KEYS };
 
 static list lists[KEYS] = {
-    {.key = "scene", .text = "heart"},     {.key = "surface", .text = "smooth"},
-    {.key = "layers", .text = "opaque"},   {.key = "skip", .text = "leap"},
-    {.key = "cpu", .text = "auto"},        {.key = "size", .text = "1920x1080"},
-    {.key = "threads", .text = "1"},       {.key = "samples", .text = "1"},
-    {.key = "frames", .text = "3"},        {.key = "repeat", .text = "3"}};
+    {.key = "scene", .text = "heart"},   {.key = "surface", .text = "smooth"},
+    {.key = "layers", .text = "opaque"}, {.key = "skip", .text = "leap"},
+    {.key = "cpu", .text = "auto"},      {.key = "size", .text = "1920x1080"},
+    {.key = "threads", .text = "1"},     {.key = "samples", .text = "1"},
+    {.key = "frames", .text = "3"},      {.key = "repeat", .text = "3"}};
 
 typedef struct prepared_set {
     void *block;
@@ -103,8 +103,8 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
     const sc_tissue_rule by_thickness = {.pattern = "*", .has_opacity = true, .opacity_auto = true};
 
     if (!peers) {
-        must(sc_transfer_resolve(&ctx, &p->view, p->opaque ? &solid : &by_thickness, 1,
-                                 p->tissues));
+        must(
+            sc_transfer_resolve(&ctx, &p->view, p->opaque ? &solid : &by_thickness, 1, p->tissues));
         return;
     }
     for (int id = 1; id < p->view.label_count; id++)

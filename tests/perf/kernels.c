@@ -2,7 +2,8 @@
 /* Every kernel that this processor can run against the plain march, ray by ray and bit by bit, on
  * rays made to go wrong; then how long each takes.
  *
- * usage: kernels [RAYS]     for every surface and label width; 10000000 is what a release is run on */
+ * usage: kernels [RAYS]     for every surface and label width; 10000000 is what a release is run on
+ */
 #include "check.h"
 
 #include "shapes.h"

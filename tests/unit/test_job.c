@@ -243,7 +243,7 @@ static void modes_set_defaults(void **state)
     sc_job_clear(&job);
     assert_ok(load("volume: phantom\nrender: {mode: paper-accelerated}\nlight: {flat: false}\n", &h,
                    NULL, NULL, &job));
-    assert_int_equal(job.render.skip, SC_SKIP_LEAP);
+    assert_int_equal(job.render.skip, SC_SKIP_INTERIOR);
     assert_false(job.light.flat);
     sc_job_clear(&job);
 }

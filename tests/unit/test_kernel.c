@@ -163,13 +163,10 @@ static void threads_tiles_and_batches_change_nothing(void **state)
 static void the_work_of_a_frame_is_known(void **state)
 {
     /* rays, samples or cells, leaps, contributions; more or less by the last bit of a cosine */
-    static const uint64_t known[7][4] = {{3229, 18122, 11913, 1547},
-        {3373, 15854, 12525, 1518},
-        {7965, 55661, 27661, 5049},
-        {9461, 234541, 47436, 44095},
-        {3229, 122644, 0, 1547},
-        {3373, 33646, 0, 1518},
-        {7965, 92322, 0, 5049}};
+    static const uint64_t known[7][4] = {{3229, 18122, 11913, 1547}, {3373, 15854, 12525, 1518},
+                                         {7965, 55661, 27661, 5049}, {9461, 234541, 47436, 44095},
+                                         {3229, 122644, 0, 1547},    {3373, 33646, 0, 1518},
+                                         {7965, 92322, 0, 5049}};
 
     (void)state;
     for (int way = 0; way < 7; way++) {
@@ -396,8 +393,7 @@ static void every_kernel_is_listed_and_found(void **state)
     assert_true(count >= 12);
     for (size_t i = 0; i < count; i++) {
         const sc_prepared volume = {.label_bytes = all[i].label_bytes};
-        const sc_kernel *found =
-            sc_kernel_find(all[i].surface, all[i].skip, &volume, all[i].cpu);
+        const sc_kernel *found = sc_kernel_find(all[i].surface, all[i].skip, &volume, all[i].cpu);
 
         if (sc_cpu_has(all[i].cpu))
             assert_ptr_equal(found, &all[i]);

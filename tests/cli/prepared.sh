@@ -1,0 +1,73 @@
+# A prepared file gives the pictures that the volume gives; what does not fit is prepared anew or
+# named; what is damaged is refused.
+"$SEGCAST" phantom --size 79x55x81 -o heart.nrrd -q >/dev/null
+"$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+job() { # job VOLUME [TISSUES]
+    printf 'volume: %s\noutput: {size: [160, 120]}\nanimation: {frames: 4}\n' "$1"
+    [ $# -lt 2 ] || printf 'tissues: %s\n' "$2"
+}
+same() { # same A B WHAT
+    "$IMAGE_DIFFERENCE" "$1" "$2" 0 0 || fail "$3: pictures differ"
+}
+hidden='{"epicardial fat": {visible: false}, "myocardium*": {opacity: 0.4}}'
+
+job heart.nrrd >plain.yaml
+job heart.segc >mapped.yaml
+job heart.nrrd "$hidden" >plain-hidden.yaml
+job heart.segc "$hidden" >mapped-hidden.yaml
+for kind in "" -hidden; do
+    "$SEGCAST" still "plain$kind.yaml" --frame 1 -o "plain$kind.png" -q >/dev/null
+    "$SEGCAST" still "mapped$kind.yaml" --frame 1 -o "mapped$kind.png" >/dev/null 2>log.txt ||
+        fail "mapped$kind.yaml: $(cat log.txt)"
+    same "plain$kind.png" "mapped$kind.png" "mapped$kind"
+done
+grep -q "heart.segc: was prepared with tissues that the job hides" log.txt || fail "nothing said: $(cat log.txt)"
+
+# made for the job, it fits
+"$SEGCAST" prepare plain-hidden.yaml -o hidden.segc -q >/dev/null
+job hidden.segc "$hidden" >fits.yaml
+"$SEGCAST" still fits.yaml --frame 1 -o fits.png >/dev/null 2>log.txt
+same plain-hidden.png fits.png fits
+! grep -q warning log.txt || fail "warns: $(cat log.txt)"
+# but what it has not, it cannot show
+job hidden.segc >lacks.yaml
+refused() { # refused CODE WORDS COMMAND...
+    local code=$1 words=$2 got=0
+    shift 2
+    "$SEGCAST" "$@" >/dev/null 2>log.txt || got=$?
+    [ "$got" = "$code" ] || fail "$*: exit $got, expected $code: $(cat log.txt)"
+    grep -q "$words" log.txt || fail "$*: says $(cat log.txt), expected $words"
+}
+refused 65 'was prepared without "epicardial fat"' check lacks.yaml
+refused 64 'is a prepared file already' prepare mapped.yaml -o again.segc
+refused 64 'unknown option' prepare heart.nrrd --frame 3
+
+# other settings
+for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
+    "$SEGCAST" still plain.yaml --set $setting -o a.png -q >/dev/null
+    "$SEGCAST" still mapped.yaml --set $setting -o b.png -q >/dev/null 2>&1
+    same a.png b.png "$setting"
+done
+"$SEGCAST" info heart.nrrd --json | grep -v '"file"' >a.json
+"$SEGCAST" info heart.segc --json | grep -v '"file"' >b.json
+cmp a.json b.json || fail "info differs: $(diff a.json b.json)"
+
+# damage
+size=$(wc -c <heart.segc)
+for at in 9 13 30 60 100 "$((size / 2))" "$((size - 2000))"; do
+    cp heart.segc bad.segc
+    printf '\377\376' | dd of=bad.segc bs=1 seek="$at" conv=notrunc 2>/dev/null
+    job bad.segc >bad.yaml
+    got=0
+    "$SEGCAST" check bad.yaml >/dev/null 2>log.txt || got=$?
+    # the last section ends in a gap that nothing is kept in
+    if cmp -s heart.segc bad.segc; then continue; fi
+    [ "$got" = 65 ] && grep -q "bad.segc: " log.txt || fail "byte $at: exit $got, $(cat log.txt)"
+done
+for bytes in 8 100 300 "$((size / 3))" "$((size - 1))"; do
+    head -c "$bytes" heart.segc >bad.segc
+    refused 65 'bad.segc: ' check bad.yaml
+done
+cp heart.segc bad.segc
+printf '\001\002\003\004' | dd of=bad.segc bs=1 seek=12 conv=notrunc 2>/dev/null
+refused 65 'another order of bytes' check bad.yaml
