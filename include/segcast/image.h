@@ -44,22 +44,17 @@ double sc_srgb_to_linear(double srgb);
 /** Table that turns linear light into sRGB levels by comparison alone, so that no library's pow
  *  can move a pixel. Fill once, share between threads. */
 typedef struct sc_srgb_table {
-    float threshold[255]; /**< level i + 1 begins at this linear value */
-    uint8_t start[1024];  /**< lowest level for linear values in [i, i + 1) / 1024 */
+    float threshold[256]; /**< level i + 1 begins at this linear value; the last is never reached */
+    uint8_t start[4097];  /**< lowest level for linear values in [i, i + 1) / 4096: parts so small
+                               that no more than one level begins in each */
 } sc_srgb_table;
 void sc_srgb_table_init(sc_srgb_table *table);
 static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
 {
-    int level;
+    const float within = linear > 0 ? (linear < 1 ? linear : 1) : 0;
+    const int level = table->start[(int)(within * 4096)];
 
-    if (!(linear > 0))
-        return 0;
-    if (linear >= 1)
-        return 255;
-    level = table->start[(int)(linear * 1024)];
-    while (level < 255 && table->threshold[level] <= linear)
-        level++;
-    return (uint8_t)level;
+    return (uint8_t)(level + (table->threshold[level] <= within));
 }
 
 #endif

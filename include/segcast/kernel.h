@@ -52,6 +52,9 @@ typedef struct sc_march {
     const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
     const uint32_t *cell_start;     /**< sc_cells of the masks; smooth and SC_SKIP_LEAP only */
     const uint64_t *cells;
+    float box_low[3], box_high[3];  /**< in places: rays are marched within this box alone, which
+                                         holds all that can be seen and reaches no more than 3 places
+                                         beyond those of the volume */
     const sc_march_tissue *tissues; /**< by dense id */
     float step_mm;                  /**< voxel only */
     sc_march_light light;

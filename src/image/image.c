@@ -78,8 +78,9 @@ void sc_srgb_table_init(sc_srgb_table *table)
 
     for (int i = 0; i < 255; i++)
         table->threshold[i] = (float)sc_srgb_to_linear((i + 0.5) / 255);
-    for (int i = 0; i < 1024; i++) {
-        while (level < 255 && table->threshold[level] <= (float)i / 1024)
+    table->threshold[255] = 2;
+    for (int i = 0; i <= 4096; i++) {
+        while (level < 255 && table->threshold[level] <= (float)i / 4096)
             level++;
         table->start[i] = (uint8_t)level;
     }

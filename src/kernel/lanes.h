@@ -302,6 +302,13 @@ static inline vi i_floor(vf x)
     return i_pick(f_below(x, f_of(whole)), whole - 1, whole);
 }
 
+static inline vi i_ceil(vf x)
+{
+    const vi whole = i_of(x);
+
+    return i_pick(f_below(f_of(whole), x), whole + 1, whole);
+}
+
 static inline vf f_clamp01(vf x)
 {
     return f_pick(f_below(x, f_set(0)), f_set(0), f_pick(f_below(f_set(1), x), f_set(1), x));

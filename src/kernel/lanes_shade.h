@@ -73,6 +73,23 @@ static inline vf v_of_rays(const sc_ray *rays, size_t offset, vm on)
     return f_gather(rays, at + (int32_t)offset, on);
 }
 
+/* See sc_clip_to_box(). */
+static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf inverse[3],
+                                 float shift, vf *near, vf *far)
+{
+    *near = f_set(-HUGE_VALF);
+    *far = f_set(HUGE_VALF);
+    for (int i = 0; i < 3; i++) {
+        const vf low = (m->box_low[i] + shift - origin[i]) * inverse[i];
+        const vf high = (m->box_high[i] + shift - origin[i]) * inverse[i];
+        const vm upward = f_below(low, high);
+        const vf in = f_pick(upward, low, high), out = f_pick(upward, high, low);
+
+        *near = f_pick(f_below(*near, in), in, *near);
+        *far = f_pick(f_below(out, *far), out, *far);
+    }
+}
+
 static inline void v_face_eye(const vf eye[3], vf n[3])
 {
     const vf toward = f_dot(n, eye);

@@ -32,6 +32,7 @@ typedef struct packet {
     vm forward[3], still[3];
     /* the stretch in work */
     vf end;
+    vf near, far;       /* where the box of the march begins and ends */
     vf doubt[3];        /* how far rounding may move a position, generously, in voxels */
     vi active;          /* clip groups, as bits */
     float ended[LANES]; /* where the last one ended */
@@ -426,8 +427,12 @@ static void begin_stretches(packet *p, vm on)
             v_radiance_set_lane(&p->light, lane, &c.light);
             p->counters.contributions += c.contributions;
         }
+        begin = begin > p->near[lane] ? begin : p->near[lane];
+        end = end < p->far[lane] ? end : p->far[lane];
+        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < SC_OPAQUE)
+            begin = end = 0; /* nothing to walk */
         p->t[lane] = begin;
-        p->end[lane] = p->m->only_caps || p->light.transmittance[lane] < SC_OPAQUE ? begin : end;
+        p->end[lane] = end;
         p->active[lane] = (int32_t)active;
         p->axis[lane] = -1;
     }
@@ -455,6 +460,8 @@ static bool begin_together(packet *p, int count, vm all)
     }
     p->t = v_of_rays(p->rays, offsetof(sc_ray, parts[0][0].begin_mm), all);
     p->end = v_of_rays(p->rays, offsetof(sc_ray, parts[0][0].end_mm), all);
+    p->t = f_pick(f_below(p->t, p->near), p->near, p->t);
+    p->end = f_pick(f_below(p->far, p->end), p->far, p->end);
     p->active = i_set(1);
     p->alive = m_and(all, f_below(p->t, p->end));
     find_first_cells(p, p->alive);
@@ -489,6 +496,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         p->forward[i] = m_less(f_equal(d, d), m_less(back, p->still[i]));
         p->q[i] = p->cell.q[i] = i_set(0);
     }
+    v_clip_to_box(p->m, p->origin, p->inverse, 0, &p->near, &p->far);
     p->t = p->end = f_set(0);
     p->active = i_set(0);
     p->axis = i_set(-1);

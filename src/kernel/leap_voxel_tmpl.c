@@ -18,6 +18,8 @@ typedef struct packet {
     vm forward[3];
     vi k, last;             /* the sample at hand, and the end of the part */
     vi kept;                /* clip groups kept between here and there, as bits */
+    vi nearest, farthest;   /* the first sample within the box of the march, the first beyond */
+    int ended[LANES];       /* where the last part ended */
     vm alive, walks, found; /* on the way to a marked sample; at one */
     sc_march_counters counters;
 } packet;
@@ -242,7 +244,8 @@ static void begin_parts(packet *p, vm on)
         cursor c = {.m = p->m, .ray = &p->rays[lane]};
         int k, last;
 
-        if (p->light.transmittance[lane] < SC_OPAQUE || !next_part(c.ray, p->k[lane], &k, &last))
+        if (p->light.transmittance[lane] < SC_OPAQUE ||
+            !next_part(c.ray, p->ended[lane], &k, &last))
             continue;
         begun |= 1u << lane;
         if (p->m->caps && p->m->plane_count) {
@@ -252,8 +255,11 @@ static void begin_parts(packet *p, vm on)
             p->counters.contributions += c.contributions;
         }
         last = next_event(c.ray, k, last);
-        p->k[lane] = p->m->only_caps ? last : k;
-        p->last[lane] = last;
+        p->ended[lane] = last;
+        p->k[lane] = k > p->nearest[lane] ? k : p->nearest[lane];
+        p->last[lane] = p->m->only_caps            ? p->k[lane]
+                        : last < p->farthest[lane] ? last
+                                                   : p->farthest[lane];
         p->kept[lane] = groups_kept(c.ray, k);
     }
     p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
@@ -262,6 +268,7 @@ static void begin_parts(packet *p, vm on)
 static void start_packet(packet *p, const sc_ray *rays, int count)
 {
     const vm all = m_of_bits((1u << count) - 1);
+    vf near, far;
 
     p->rays = rays;
     p->light = v_darkness();
@@ -283,8 +290,12 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         p->inverse[i] = f_pick(still, f_set(1e30f), 1 / d);
         p->forward[i] = m_or(still, f_below(f_set(0), d));
     }
-    p->k = i_set(INT32_MIN);
-    p->last = p->kept = i_set(0);
+    v_clip_to_box(p->m, p->origin, p->inverse, 0.5f, &near, &far);
+    p->nearest = i_ceil(near / p->m->step_mm - 0.5f);
+    p->farthest = i_pick(f_below(near, far), i_ceil(far / p->m->step_mm - 0.5f), p->nearest);
+    for (int lane = 0; lane < LANES; lane++)
+        p->ended[lane] = INT32_MIN;
+    p->k = p->last = p->kept = i_set(0);
     begin_parts(p, all);
 }
 

@@ -144,6 +144,8 @@ static inline bool is_marked(cursor *c)
 /* From @p begin to @p end, cell by cell. @p active: the clip groups that are kept, as bits. */
 static void walk(cursor *c, float begin, float end, uint32_t active)
 {
+    if (!(begin < end))
+        return;
     locate(c, begin, -1);
     while (c->t < end && c->light.transmittance >= SC_OPAQUE) {
         float t[3];
@@ -173,15 +175,16 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
 
 static void march_ray(cursor *c)
 {
-    float begin, end = -HUGE_VALF;
+    float begin, end = -HUGE_VALF, near, far;
     uint32_t active;
 
     start_walk(c);
+    sc_clip_to_box(c->m, c->ray->origin, c->inverse, 0, &near, &far);
     while (c->light.transmittance >= SC_OPAQUE && next_span(c->ray, end, &begin, &end, &active)) {
         if (c->m->caps)
             take_caps(c, begin);
         if (!c->m->only_caps)
-            walk(c, begin, end, active);
+            walk(c, begin > near ? begin : near, end < far ? end : far, active);
     }
 }
 

@@ -141,18 +141,21 @@ static void take_sample(cursor *c, int k)
 
 static void march_ray(cursor *c, bool caps)
 {
-    int k = INT32_MIN, last;
+    int k = INT32_MIN, last, nearest, farthest;
 
+    samples_in_box(c->m, c->ray, &nearest, &farthest);
     while (c->light.transmittance >= SC_OPAQUE && next_part(c->ray, k, &k, &last)) {
+        int at = k > nearest ? k : nearest, end;
+
         if (caps)
             take_caps_before(c, k);
         last = next_event(c->ray, k, last);
-        if (c->m->only_caps) {
-            k = last;
+        end = last < farthest ? last : farthest;
+        k = last;
+        if (c->m->only_caps)
             continue;
-        }
-        while (c->light.transmittance >= SC_OPAQUE && (k = find_sample(c, k, last)) < last)
-            take_sample(c, k++);
+        while (c->light.transmittance >= SC_OPAQUE && (at = find_sample(c, at, end)) < end)
+            take_sample(c, at++);
     }
 }
 

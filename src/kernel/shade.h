@@ -29,6 +29,23 @@ static inline float sc_clamp01(float x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
+/* The stretch of a ray within the box of the march, whose places lie @p shift higher than the ray's
+ * own; inverse: of the direction, 1e30 where that is none. */
+static inline void sc_clip_to_box(const sc_march *m, const float origin[3], const float inverse[3],
+                                  float shift, float *near, float *far)
+{
+    *near = -HUGE_VALF;
+    *far = HUGE_VALF;
+    for (int i = 0; i < 3; i++) {
+        const float low = (m->box_low[i] + shift - origin[i]) * inverse[i];
+        const float high = (m->box_high[i] + shift - origin[i]) * inverse[i];
+        const float in = low < high ? low : high, out = low < high ? high : low;
+
+        *near = in > *near ? in : *near;
+        *far = out < *far ? out : *far;
+    }
+}
+
 /* Turn a normal towards the eye. A slightly averted one on a silhouette is laid flat instead of
  * turned over, which would make it flash. */
 static inline void sc_face_eye(const float eye[3], float n[3])

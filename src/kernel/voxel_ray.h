@@ -49,6 +49,21 @@ static inline void position(const sc_ray *ray, float t, float p[3])
         p[i] = ray->origin[i] + ray->direction[i] * t;
 }
 
+/* The first sample within the box of the march, and the first beyond. */
+static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *first, int *last)
+{
+    float inverse[3], near, far;
+
+    for (int i = 0; i < 3; i++) {
+        const float d = ray->direction[i];
+
+        inverse[i] = d > -1e-20f && d < 1e-20f ? 1e30f : 1 / d;
+    }
+    sc_clip_to_box(m, ray->origin, inverse, 0.5f, &near, &far);
+    *first = near < far ? (int)ceilf(near / m->step_mm - 0.5f) : 0;
+    *last = near < far ? (int)ceilf(far / m->step_mm - 0.5f) : 0;
+}
+
 /* The cut face at the begin of a part: solid where a visible tissue of the group is cut. */
 static inline void take_cap(cursor *c, int group, int part)
 {

@@ -62,41 +62,13 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
     return any;
 }
 
-/* As sc_box3_clip_line, for directions without zeros whose inverse is known. */
-static inline bool clip(const sc_box3 *box, sc_vec3 origin, sc_vec3 inverse, double *begin,
-                        double *end)
-{
-    const double x0 = (box->low.x - origin.x) * inverse.x,
-                 x1 = (box->high.x - origin.x) * inverse.x;
-    const double y0 = (box->low.y - origin.y) * inverse.y,
-                 y1 = (box->high.y - origin.y) * inverse.y;
-    const double z0 = (box->low.z - origin.z) * inverse.z,
-                 z1 = (box->high.z - origin.z) * inverse.z;
-    const double in[3] = {x0 < x1 ? x0 : x1, y0 < y1 ? y0 : y1, z0 < z1 ? z0 : z1};
-    const double out[3] = {x0 < x1 ? x1 : x0, y0 < y1 ? y1 : y0, z0 < z1 ? z1 : z0};
-
-    for (int i = 0; i < 3; i++) {
-        *begin = in[i] > *begin ? in[i] : *begin;
-        *end = out[i] < *end ? out[i] : *end;
-    }
-    return *begin < *end;
-}
-
-static inline bool clip_to_box(const sc_box3 *box, sc_vec3 origin, sc_vec3 along, double *begin,
-                               double *end)
-{
-    if (along.x == 0 || along.y == 0 || along.z == 0)
-        return sc_box3_clip_line(box, origin, along, begin, end);
-    return clip(box, origin, (sc_vec3){1 / along.x, 1 / along.y, 1 / along.z}, begin, end);
-}
-
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
 {
     const sc_camera *c = &lens->scene->camera;
     const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
     const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
     sc_vec3 eye = c->position_mm, direction = c->forward, origin = lens->eye, along = lens->forward;
-    double begin = 0, end = 1e12, base;
+    double middle, begin, base;
 
     /* in mm and in voxels at once */
     if (c->projection == SC_ORTHOGRAPHIC) {
@@ -110,13 +82,12 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
         along = sc_vec3_scale(
             sc_vec3_along(sc_vec3_along(along, across, lens->right), upward, lens->up), shorten);
     }
-    if (!clip_to_box(&lens->renderer->box, origin, along, &begin, &end))
+    /* From where it enters the sphere around the volume to where it leaves it, or farther. */
+    middle = sc_vec3_dot(sc_vec3_sub(lens->renderer->middle_mm, eye), direction);
+    if (middle + lens->renderer->radius_mm <= 0)
         return false;
-    base = lens->from_eye
-               ? 0
-               : fmax(sc_vec3_dot(sc_vec3_sub(lens->renderer->middle_mm, eye), direction) -
-                          lens->renderer->radius_mm,
-                      0);
+    begin = fmax(middle - lens->renderer->radius_mm, 0);
+    base = lens->from_eye ? 0 : begin;
     ray->base_mm = (float)base;
     ray->origin[0] = (float)(origin.x + base * along.x + lens->shift);
     ray->origin[1] = (float)(origin.y + base * along.y + lens->shift);
@@ -127,5 +98,5 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     ray->toward_eye[0] = (float)-direction.x;
     ray->toward_eye[1] = (float)-direction.y;
     ray->toward_eye[2] = (float)-direction.z;
-    return fill_parts(lens, eye, direction, begin, end, base, ray);
+    return fill_parts(lens, eye, direction, begin, middle + lens->renderer->radius_mm, base, ray);
 }

@@ -107,6 +107,9 @@ static void fill_march(sc_renderer *r)
         .volume = v,
         .visible = r->visible,
         .distances = r->distances,
+        /* a place is a voxel plus one */
+        .box_low = {(float)r->box.low.x + 1, (float)r->box.low.y + 1, (float)r->box.low.z + 1},
+        .box_high = {(float)r->box.high.x + 1, (float)r->box.high.y + 1, (float)r->box.high.z + 1},
         .cell_start = r->cells.start,
         .cells = r->cells.cells,
         .visible_row = v->bricks[0] + 2,

@@ -9,7 +9,7 @@ job() { # job VOLUME [TISSUES]
 same() { # same A B WHAT
     "$IMAGE_DIFFERENCE" "$1" "$2" 0 0 || fail "$3: pictures differ"
 }
-hidden='{"epicardial fat": {visible: false}, "myocardium*": {opacity: 0.4}}'
+hidden='{"epicardial fat": {visible: false}, "*myocardium*": {opacity: 0.4}}'
 
 job heart.nrrd >plain.yaml
 job heart.segc >mapped.yaml

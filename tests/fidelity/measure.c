@@ -322,13 +322,16 @@ static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
     (void)sc_affine_invert(&v->to_ras_mm, &st->to_voxel);
     st->middle_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
     st->reach_mm = 0.56 * sc_vec3_length(sc_vec3_sub(high, low)) / (st->s->phantom ? 1.3 : 1.5);
-    st->march = (sc_march){.volume = v,
-                           .visible = cells,
-                           .visible_row = v->bricks[0] + 2,
-                           .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
-                           .tissues = tissues,
-                           .step_mm = (float)(0.05 * st->s->voxel_mm),
-                           .light = {.flat = true}};
+    st->march = (sc_march){
+        .volume = v,
+        .visible = cells,
+        .visible_row = v->bricks[0] + 2,
+        .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
+        .box_low = {-1.5f, -1.5f, -1.5f},
+        .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
+        .tissues = tissues,
+        .step_mm = (float)(0.05 * st->s->voxel_mm),
+        .light = {.flat = true}};
 }
 
 static sc_status run(const sc_ctx *ctx, const shape *s, sc_surface surface, int threads,

@@ -1,5 +1,5 @@
 # The crown: every frame's hash is the same for any number of ranks and threads, any size of tiles,
-# both skip methods; for each surface, and for slices beside the picture.
+# any skip method and plain C kernels or the best ones; for each surface, and for slices beside the picture.
 small_job job.yaml
 kinds=(smooth voxel views)
 settings=(render.surface=smooth render.surface=voxel output.layout=views)
@@ -13,12 +13,12 @@ done
 n=0
 for ranks in 1 2 3 5; do
     for threads in 1 2 3; do
-        for skip in none interior; do
+        for skip in none interior leap; do
             n=$((n + 1))
-            kind=${kinds[n % 3]} setting=${settings[n % 3]}
+            kind=${kinds[(n + n / 3) % 3]} setting=${settings[(n + n / 3) % 3]}
             [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
             OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
-                --set render.skip=$skip --set farm.tile=$((8 + 13 * n % 120)) \
+                --set render.skip=$skip --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
                 --set "$setting" >/dev/null
             [ "$(hashes "$kind")" = "$(hashes "run$n")" ] ||
                 fail "other pictures with $ranks ranks, $threads threads, $skip, $kind"

@@ -4,7 +4,8 @@
  * combination take turns, so that they meet the same weather.
  *
  * usage: bench VOLUME [KEY=VALUE,VALUE...]...
- *   scene    peers (colours, opacities and camera of the programs it is compared with) or heart
+ *   scene    peers (colours, opacities, light and camera of the programs it is compared with),
+ *            heart, or paper: heart without light
  *   surface  smooth, voxel           layers   opaque, all
  *   skip     leap, interior, none    cpu      auto, avx512, avx2, sse4, c
  *   size     1920x1080               threads  1
@@ -190,6 +191,8 @@ static void start(entry *e, prepared_set *p)
         exit(64);
     if (peers) /* what they do: 0.2 from everywhere, 0.8 from the eye */
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
+    if (strcmp(e->value[SCENE], "paper") == 0)
+        s.light.flat = true;
     set_tissues(p, peers, voxel);
     must(sc_renderer_new(&ctx, &s, &p->view, p->tissues, &e->renderer));
     must(sc_image_init(&ctx, s.width_px, s.height_px, &e->image));

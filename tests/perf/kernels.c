@@ -83,26 +83,29 @@ static void set_march(stage *s)
 {
     const sc_prepared *v = &s->prepared.view;
 
-    s->march = (sc_march){.volume = v,
-                          .visible = s->masks,
-                          .visible_row = v->bricks[0] + 2,
-                          .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
-                          .distances = s->distances,
-                          .cell_start = s->cells.start,
-                          .cells = s->cells.cells,
-                          .tissues = s->tissues,
-                          .step_mm = 0.45f,
-                          .light = {.key_direction = {0.6f, 0, 0.8f},
-                                    .fill_direction = {0, 1, 0},
-                                    .ambient = 0.2f,
-                                    .key = 0.5f,
-                                    .fill = 0.2f,
-                                    .head = 0.2f,
-                                    .edges = 0.5f,
-                                    .cue = 0.3f,
-                                    .cue_near_mm = 10,
-                                    .cue_far_mm = 90,
-                                    .cue_rgb = {1, 1, 1}}};
+    s->march = (sc_march){
+        .volume = v,
+        .visible = s->masks,
+        .visible_row = v->bricks[0] + 2,
+        .visible_layer = (v->bricks[0] + 2) * (v->bricks[1] + 2),
+        .box_low = {-1.5f, -1.5f, -1.5f},
+        .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
+        .distances = s->distances,
+        .cell_start = s->cells.start,
+        .cells = s->cells.cells,
+        .tissues = s->tissues,
+        .step_mm = 0.45f,
+        .light = {.key_direction = {0.6f, 0, 0.8f},
+                  .fill_direction = {0, 1, 0},
+                  .ambient = 0.2f,
+                  .key = 0.5f,
+                  .fill = 0.2f,
+                  .head = 0.2f,
+                  .edges = 0.5f,
+                  .cue = 0.3f,
+                  .cue_near_mm = 10,
+                  .cue_far_mm = 90,
+                  .cue_rgb = {1, 1, 1}}};
 }
 
 static double pick(uint64_t *seed, const double *values, int count)
