@@ -5,7 +5,7 @@
 
 #define KERNEL(surface_name, SURFACE, skip_name, SKIP, bits, cpu_name)                             \
     {                                                                                              \
-#surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, bits / 8,   \
+#surface_name "/" #skip_name "/u" #bits, SC_SURFACE_##SURFACE, SC_SKIP_##SKIP, (bits) / 8, \
             #cpu_name, sc_march_##surface_name##_##skip_name##_u##bits##_##cpu_name                \
     }
 #define KERNELS(skip, SKIP, cpu)                                                                   \

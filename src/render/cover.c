@@ -23,6 +23,18 @@ static bool is_occupied(const sc_renderer *r, int x, int y, int z)
     return any != 0;
 }
 
+/* The block whose lowest brick this is, if something is visible in it. */
+static void add_block(sc_renderer *r, int x, int y, int z)
+{
+    const double half = BLOCK * 0.5;
+
+    if (!is_occupied(r, x, y, z))
+        return;
+    r->blocks[r->block_count++] =
+        (sc_block){(float)((x + half) * SC_BRICK - 1), /* place - 1 */
+                   (float)((y + half) * SC_BRICK - 1), (float)((z + half) * SC_BRICK - 1)};
+}
+
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
 {
     const int *bricks = r->volume->bricks;
@@ -36,14 +48,8 @@ sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
     r->blocks = block;
     for (int z = 0; z < bricks[2]; z += BLOCK) {
         for (int y = 0; y < bricks[1]; y += BLOCK) {
-            for (int x = 0; x < bricks[0]; x += BLOCK) {
-                if (is_occupied(r, x, y, z)) {
-                    /* in voxels: places less one */
-                    r->blocks[r->block_count].x = (float)((x + BLOCK * 0.5) * SC_BRICK - 1);
-                    r->blocks[r->block_count].y = (float)((y + BLOCK * 0.5) * SC_BRICK - 1);
-                    r->blocks[r->block_count++].z = (float)((z + BLOCK * 0.5) * SC_BRICK - 1);
-                }
-            }
+            for (int x = 0; x < bricks[0]; x += BLOCK)
+                add_block(r, x, y, z);
         }
     }
     return SC_OK;
