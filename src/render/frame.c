@@ -211,7 +211,7 @@ static void store_row(const tile *t, int y)
     uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
 
     for (int x = t->x0; x < t->x1; x++, g++, pixel += 3) {
-        if (g->nothing && !g->sampled) {
+        if (!g->sampled && g->nothing) {
             memcpy(pixel, r->empty, 3);
             continue;
         }
