@@ -475,6 +475,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->rays = rays;
     p->light = v_darkness();
     p->alive = m_none();
+    p->together = true;
     if (!count)
         return;
     all = m_of_bits((1u << count) - 1);
