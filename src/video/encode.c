@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/cpu.h>
 #include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 #include <string.h>
@@ -73,6 +74,15 @@ static sc_status av_failed(const sc_ctx *ctx, sc_status status, const char *path
     return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
 }
 
+/* x264 r3095's macroblock tree reads beyond a row in its AVX-512 code, unless the picture's width
+ * is a multiple of 256: what the bytes of a video are then depends on what the heap held. Its AVX2
+ * code does not; every CPU with AVX-512 has that. (Found and shown with MALLOC_PERTURB_.) */
+static void avoid_unsteady_code(AVCodecContext *codec)
+{
+    if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512)
+        av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
+}
+
 static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                        const AVOutputFormat *muxer)
 {
@@ -96,6 +106,7 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     if (codec->codec_id == AV_CODEC_ID_H264) {
         av_opt_set(codec->priv_data, "preset", settings->preset, 0);
         av_opt_set(codec->priv_data, "profile", "high", 0);
+        avoid_unsteady_code(codec);
     } else {
         codec->bit_rate = 0; /* constant quality */
         av_opt_set(codec->priv_data, "deadline", "good", 0);
