@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "sink_ops.h"
+#include "internal.h"
 
 typedef struct png_sink {
     sc_sink base;

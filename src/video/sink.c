@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "sink_ops.h"
+#include "internal.h"
 
 sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, int k, const sc_image *image)
 {

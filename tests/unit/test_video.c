@@ -176,6 +176,85 @@ static void nothing_half_done_bears_the_final_name(void **state)
     sc_image_clear(&image);
 }
 
+/* Two groups encoded apart, in any order and by encoders of their own, are the video. */
+static void groups_encoded_anywhere_join_to_the_same_bytes(void **state)
+{
+    const sc_video_settings settings = {192, 120, 24, 16, "fast"};
+    const int group = sc_video_group(&settings);
+    sc_segment segments[2];
+    sc_segment_info info;
+    sc_encoder *encoder;
+    sc_muxer *muxer;
+    char *a, *b;
+    size_t a_bytes, b_bytes;
+
+    (void)state;
+    for (int g = 1; g >= 0; g--) {
+        assert_ok(sc_encoder_open(&quiet, "j.mp4", &settings, &encoder));
+        for (int k = g * group; k < (g + 1) * group && k < FRAMES; k++) {
+            sc_image image = test_picture(192, 120, k);
+
+            assert_ok(
+                sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image), (uint64_t)k));
+            sc_image_clear(&image);
+        }
+        assert_ok(sc_encoder_finish(&quiet, encoder, 7, g * group, &segments[g]));
+        sc_encoder_close(encoder);
+        assert_true(sc_segment_inspect(&segments[g], &info));
+        assert_int_equal(info.identity, 7);
+        assert_int_equal(info.first_frame, g * group);
+        assert_int_equal(info.frame_count, g ? FRAMES - group : group);
+    }
+    assert_ok(sc_muxer_open(&quiet, "j.mp4", &muxer));
+    assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
+    assert_ok(sc_muxer_add(&quiet, muxer, &segments[1]));
+    assert_false(exists("j.mp4"));
+    assert_ok(sc_muxer_finish(&quiet, muxer));
+    sc_muxer_close(muxer);
+    write_video("whole.mp4", 192, 120, FRAMES, true);
+    assert_ok(sc_file_read(&quiet, "j.mp4", 1 << 24, &a, &a_bytes));
+    assert_ok(sc_file_read(&quiet, "whole.mp4", 1 << 24, &b, &b_bytes));
+    assert_int_equal(a_bytes, b_bytes);
+    assert_memory_equal(a, b, a_bytes);
+    sc_free(a);
+    sc_free(b);
+    unlink("j.mp4");
+    unlink("whole.mp4");
+    for (int g = 0; g < 2; g++)
+        sc_segment_free(&segments[g]);
+}
+
+static void a_torn_segment_is_noticed(void **state)
+{
+    const sc_video_settings settings = {64, 64, 24, 16, "fast"};
+    sc_image image = test_picture(64, 64, 3);
+    sc_segment segment, shorter;
+    sc_segment_info info;
+    sc_encoder *encoder;
+    sc_muxer *muxer;
+
+    (void)state;
+    assert_ok(sc_encoder_open(&quiet, "t.webm", &settings, &encoder));
+    assert_ok(sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image), 1));
+    assert_ok(sc_encoder_finish(&quiet, encoder, 0, 0, &segment));
+    sc_encoder_close(encoder);
+    assert_true(sc_segment_inspect(&segment, &info));
+    for (size_t at = 0; at < segment.bytes; at += 1 + at / 9) {
+        ((char *)segment.data)[at] ^= 64;
+        assert_false(sc_segment_inspect(&segment, &info));
+        ((char *)segment.data)[at] ^= 64;
+        shorter = (sc_segment){segment.data, at};
+        assert_false(sc_segment_inspect(&shorter, &info));
+    }
+    ((char *)segment.data)[segment.bytes / 2] ^= 1;
+    assert_ok(sc_muxer_open(&quiet, "t.webm", &muxer));
+    assert_int_equal(sc_muxer_add(&quiet, muxer, &segment), SC_ERR_DATA);
+    sc_muxer_close(muxer);
+    assert_false(exists("t.webm"));
+    sc_segment_free(&segment);
+    sc_image_clear(&image);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -183,6 +262,8 @@ int main(void)
         cmocka_unit_test(odd_sizes_are_padded_not_scaled),
         cmocka_unit_test(the_bytes_are_the_same_every_time_and_the_index_comes_first),
         cmocka_unit_test(nothing_half_done_bears_the_final_name),
+        cmocka_unit_test(groups_encoded_anywhere_join_to_the_same_bytes),
+        cmocka_unit_test(a_torn_segment_is_noticed),
     };
 
     return RUN(tests);

@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Segments, one after the other, become a file; nothing is encoded again. */
+#include "internal.h"
+
+#include <libavformat/avformat.h>
+#include <string.h>
+#include <unistd.h>
+
+struct sc_muxer {
+    char *path, *temporary;
+    bool begun, published;
+    AVFormatContext *format;
+    AVStream *stream;
+    AVPacket *packet;
+    sc_segment_codec codec; /* of the first segment; its extradata is the stream's */
+    int64_t frames, packets;
+};
+
+sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out)
+{
+    const sc_container *kind = sc_container_find(path);
+    sc_muxer *m = NULL;
+    sc_text copy = {0};
+    void *block = NULL;
+    int error;
+    sc_status status;
+
+    if (!kind)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: a video ends in .mp4, .mkv or .webm", path);
+    av_log_set_level(AV_LOG_FATAL); /* errors are told by us, once */
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
+    m = block;
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    m->path = copy.data;
+    SC_TRY(sc_temporary_name(ctx, path, &m->temporary));
+    m->packet = av_packet_alloc();
+    if (!m->packet ||
+        avformat_alloc_output_context2(&m->format, NULL, kind->muxer, m->temporary) < 0) {
+        status =
+            sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path, kind->muxer);
+        goto out;
+    }
+    error = avio_open(&m->format->pb, m->temporary, AVIO_FLAG_WRITE);
+    if (error < 0) {
+        status = sc_av_failed(ctx, SC_ERR_CREATE, path, "cannot be created", error);
+        goto out;
+    }
+    *out = m;
+    return SC_OK;
+out:
+    sc_muxer_close(m);
+    return status;
+}
+
+/* The stream is what the first segment says. */
+static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
+{
+    AVCodecParameters *p;
+    AVDictionary *options = NULL;
+    int error;
+
+    sc_segment_describe(segment, &m->codec);
+    m->stream = avformat_new_stream(m->format, NULL);
+    p = m->stream ? m->stream->codecpar : NULL;
+    if (p)
+        p->extradata = av_mallocz(m->codec.extradata_bytes + AV_INPUT_BUFFER_PADDING_SIZE);
+    if (!p || !p->extradata)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
+    memcpy(p->extradata, m->codec.extradata, m->codec.extradata_bytes);
+    p->extradata_size = (int)m->codec.extradata_bytes;
+    m->codec.extradata = p->extradata;
+    p->codec_type = AVMEDIA_TYPE_VIDEO;
+    p->codec_id = (enum AVCodecID)m->codec.codec_id;
+    p->format = AV_PIX_FMT_YUV420P;
+    p->width = m->codec.width_px;
+    p->height = m->codec.height_px;
+    p->sample_aspect_ratio = m->stream->sample_aspect_ratio = (AVRational){1, 1};
+    p->color_primaries = AVCOL_PRI_BT709;
+    p->color_trc = AVCOL_TRC_BT709;
+    p->color_space = AVCOL_SPC_BT709;
+    p->color_range = AVCOL_RANGE_MPEG;
+    p->chroma_location = AVCHROMA_LOC_LEFT;
+    p->video_delay = m->codec.reorder;
+    m->stream->time_base = (AVRational){1, m->codec.fps};
+    m->stream->avg_frame_rate = m->stream->r_frame_rate = (AVRational){m->codec.fps, 1};
+    m->format->flags |= AVFMT_FLAG_BITEXACT;
+    av_dict_set(&options, "movflags", "+faststart", 0);
+    error = avformat_write_header(m->format, &options);
+    av_dict_free(&options);
+    if (error < 0)
+        return sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
+    m->begun = true;
+    return SC_OK;
+}
+
+static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
+{
+    return a->codec_id == b->codec_id && a->width_px == b->width_px &&
+           a->height_px == b->height_px && a->fps == b->fps && a->reorder == b->reorder &&
+           a->extradata_bytes == b->extradata_bytes &&
+           !memcmp(a->extradata, b->extradata, a->extradata_bytes);
+}
+
+/* Packets are in the order of decoding, one for each frame: so the time of decoding is the count
+ * of packets, less what the encoder may hold back. */
+static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int flags,
+                            const void *data, size_t bytes)
+{
+    int error = av_new_packet(m->packet, (int)bytes);
+
+    if (error < 0)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
+    memcpy(m->packet->data, data, bytes);
+    m->packet->stream_index = m->stream->index;
+    m->packet->flags = flags;
+    m->packet->pts = m->frames + pts;
+    m->packet->dts = m->packets++ - m->codec.reorder;
+    m->packet->duration = 1;
+    av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
+    error = av_interleaved_write_frame(m->format, m->packet);
+    if (error >= 0 && m->format->pb->error < 0)
+        error = m->format->pb->error;
+    return error < 0 ? sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
+}
+
+sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
+{
+    sc_segment_info info;
+    sc_segment_codec codec;
+    const void *data;
+    size_t at = 0, bytes;
+    int64_t pts;
+    int flags;
+    sc_status status = SC_OK;
+
+    if (!sc_segment_inspect(segment, &info))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: a segment of it is torn", m->path);
+    if (!m->begun)
+        SC_TRY(begin(ctx, m, segment));
+    sc_segment_describe(segment, &codec);
+    if (!same_codec(&m->codec, &codec)) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: the segment from frame %d on was made by another encoder, or with "
+                         "other settings",
+                         m->path, info.first_frame);
+        goto out;
+    }
+    while (sc_segment_next(segment, &at, &pts, &flags, &data, &bytes))
+        SC_TRY(add_packet(ctx, m, pts, flags, data, bytes));
+    m->frames += info.frame_count;
+out:
+    return status;
+}
+
+sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m)
+{
+    int error = av_write_trailer(m->format);
+    sc_status status;
+
+    if (error >= 0)
+        error = avio_closep(&m->format->pb);
+    if (error < 0)
+        return sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
+    SC_TRY(sc_file_publish(ctx, m->temporary, m->path));
+    m->published = true;
+out:
+    return status;
+}
+
+void sc_muxer_close(sc_muxer *m)
+{
+    if (!m)
+        return;
+    if (m->format && m->format->pb)
+        avio_closep(&m->format->pb);
+    if (m->temporary && !m->published)
+        unlink(m->temporary);
+    avformat_free_context(m->format);
+    av_packet_free(&m->packet);
+    sc_free(m->path);
+    sc_free(m->temporary);
+    sc_free(m);
+}

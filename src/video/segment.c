@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One encoded group of pictures as bytes that prove themselves: what they belong to, which pictures
+ * they hold, and a hash over all. They live as long as a job; only machines of one byte order share
+ * them. */
+#include "internal.h"
+
+#include <string.h>
+
+#define MAGIC "segcast\x01"
+enum { BYTE_ORDER_MARK = 0x01020304 };
+
+typedef struct segment_head {
+    char magic[8];
+    uint64_t hash; /* of everything behind this word */
+    uint64_t bytes, identity;
+    uint32_t byte_order;
+    int32_t codec_id, width_px, height_px, fps, reorder;
+    int32_t first_frame, frame_count, packet_count;
+    uint32_t extradata_bytes;
+} segment_head; /* then hashes[frame_count], extradata, packets */
+
+typedef struct packet_head {
+    int64_t pts;
+    uint32_t flags, bytes;
+} packet_head;
+
+static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capacity, size_t needed)
+{
+    size_t larger = *capacity ? *capacity : 4096;
+    void *block;
+    sc_status status;
+
+    if (needed <= *capacity)
+        return SC_OK;
+    while (larger < needed)
+        larger *= 2;
+    status = sc_alloc(ctx, larger, 1, &block);
+    if (status != SC_OK)
+        return status;
+    if (used)
+        memcpy(block, *data, used);
+    sc_free(*data);
+    *data = block;
+    *capacity = larger;
+    return SC_OK;
+}
+
+sc_status sc_segment_note(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash)
+{
+    void *hashes = b->hashes;
+    size_t capacity = (size_t)b->hash_capacity * sizeof hash;
+    const size_t used = (size_t)b->frames * sizeof hash;
+    sc_status status = grow(ctx, &hashes, used, &capacity, used + sizeof hash);
+
+    if (status != SC_OK)
+        return status;
+    b->hashes = hashes;
+    b->hash_capacity = (int)(capacity / sizeof hash);
+    b->hashes[b->frames++] = hash;
+    return SC_OK;
+}
+
+sc_status sc_segment_add(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet)
+{
+    const packet_head head = {packet->pts, (uint32_t)packet->flags, (uint32_t)packet->size};
+    const size_t more = sizeof head + head.bytes;
+    void *packets = b->packets;
+    sc_status status = grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more);
+
+    if (status != SC_OK)
+        return status;
+    b->packets = packets;
+    memcpy(b->packets + b->bytes, &head, sizeof head);
+    memcpy(b->packets + b->bytes + sizeof head, packet->data, head.bytes);
+    b->bytes += more;
+    b->packet_count++;
+    return SC_OK;
+}
+
+static uint64_t hash_of(const char *data, size_t bytes)
+{
+    const size_t from = offsetof(segment_head, bytes);
+
+    return sc_hash_bytes(data + from, bytes - from, 0);
+}
+
+sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
+                           const AVCodecContext *codec, const char *name, uint64_t identity,
+                           int first_frame, sc_segment *out)
+{
+    segment_head head = {.magic = MAGIC,
+                         .identity = identity,
+                         .byte_order = BYTE_ORDER_MARK,
+                         .codec_id = (int32_t)codec->codec_id,
+                         .width_px = codec->width,
+                         .height_px = codec->height,
+                         .fps = codec->framerate.num,
+                         .reorder = codec->has_b_frames,
+                         .first_frame = first_frame,
+                         .frame_count = b->frames,
+                         .packet_count = b->packet_count,
+                         .extradata_bytes = (uint32_t)codec->extradata_size};
+    const size_t hash_bytes = (size_t)b->frames * sizeof *b->hashes;
+    void *block;
+    char *to;
+    sc_status status;
+
+    if (b->packet_count != b->frames)
+        return sc_fail(ctx, SC_ERR_INTERNAL, "%s: the encoder made %d packets of %d frames", name,
+                       b->packet_count, b->frames);
+    head.bytes = sizeof head + hash_bytes + head.extradata_bytes + b->bytes;
+    status = sc_alloc(ctx, head.bytes, 1, &block);
+    if (status != SC_OK)
+        return status;
+    to = block;
+    memcpy(to, &head, sizeof head);
+    memcpy(to + sizeof head, b->hashes, hash_bytes);
+    if (head.extradata_bytes)
+        memcpy(to + sizeof head + hash_bytes, codec->extradata, head.extradata_bytes);
+    memcpy(to + head.bytes - b->bytes, b->packets, b->bytes);
+    head.hash = hash_of(to, head.bytes);
+    memcpy(to, &head, sizeof head);
+    *out = (sc_segment){.data = block, .bytes = head.bytes};
+    return SC_OK;
+}
+
+void sc_segment_reset(sc_segment_builder *b)
+{
+    b->bytes = 0;
+    b->frames = b->packet_count = 0;
+}
+
+void sc_segment_clear(sc_segment_builder *b)
+{
+    sc_free(b->packets);
+    sc_free(b->hashes);
+    *b = (sc_segment_builder){0};
+}
+
+void sc_segment_free(sc_segment *segment)
+{
+    sc_free(segment->data);
+    *segment = (sc_segment){0};
+}
+
+bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
+{
+    segment_head head;
+
+    if (segment->bytes < sizeof head)
+        return false;
+    memcpy(&head, segment->data, sizeof head);
+    if (memcmp(head.magic, MAGIC, sizeof head.magic) != 0 || head.byte_order != BYTE_ORDER_MARK ||
+        head.bytes != segment->bytes || head.frame_count < 1 ||
+        head.frame_count != head.packet_count ||
+        (uint64_t)head.frame_count * 8 + head.extradata_bytes + sizeof head > head.bytes ||
+        hash_of(segment->data, segment->bytes) != head.hash)
+        return false;
+    *out =
+        (sc_segment_info){.identity = head.identity,
+                          .first_frame = head.first_frame,
+                          .frame_count = head.frame_count,
+                          .hashes = (const void *)((const char *)segment->data + sizeof head)};
+    return true;
+}
+
+static const char *extradata_of(const sc_segment *segment, const segment_head *head)
+{
+    return (const char *)segment->data + sizeof *head + (size_t)head->frame_count * 8;
+}
+
+void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out)
+{
+    segment_head head;
+
+    memcpy(&head, segment->data, sizeof head);
+    *out = (sc_segment_codec){.codec_id = head.codec_id,
+                              .width_px = head.width_px,
+                              .height_px = head.height_px,
+                              .fps = head.fps,
+                              .reorder = head.reorder,
+                              .extradata = extradata_of(segment, &head),
+                              .extradata_bytes = head.extradata_bytes};
+}
+
+bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
+                     const void **data, size_t *bytes)
+{
+    segment_head head;
+    packet_head packet;
+
+    memcpy(&head, segment->data, sizeof head);
+    if (*at == 0)
+        *at = (size_t)(extradata_of(segment, &head) - (const char *)segment->data) +
+              head.extradata_bytes;
+    if (*at + sizeof packet > segment->bytes)
+        return false;
+    memcpy(&packet, (const char *)segment->data + *at, sizeof packet);
+    if (*at + sizeof packet + packet.bytes > segment->bytes)
+        return false;
+    *pts = packet.pts;
+    *flags = (int)packet.flags;
+    *data = (const char *)segment->data + *at + sizeof packet;
+    *bytes = packet.bytes;
+    *at += sizeof packet + packet.bytes;
+    return true;
+}
