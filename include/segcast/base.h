@@ -140,5 +140,14 @@ void sc_parallel_for(int threads, size_t count, size_t chunk, sc_range_fn *body,
 int sc_default_threads(void);
 /** Cores this process may run on. */
 int sc_usable_cores(void);
+/** Which those are, as bits; those beyond the last bit are left out. */
+enum { SC_CORE_WORDS = 16 };
+typedef struct sc_core_set {
+    uint64_t words[SC_CORE_WORDS];
+} sc_core_set;
+sc_core_set sc_core_set_of_process(void);
+/** Cores of the machine, and its memory, as far as its control group lets us have it. */
+int sc_machine_cores(void);
+uint64_t sc_machine_memory(void);
 
 #endif

@@ -51,12 +51,24 @@ const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
 typedef struct sc_viewport {
     int x_px, y_px, width_px, height_px;
 } sc_viewport;
-/** Draw a scene into a part of @p image, which holds it. Threads: as sc_render_frame. */
+/** Rows [first, end) of a picture, from the top. Its pixels do not depend on what else is drawn. */
+typedef struct sc_rows {
+    int first, end;
+} sc_rows;
+/** Draw a scene into a part of @p image, which holds it; of that only @p rows of the image, or all
+ *  if NULL. Threads: as sc_render_frame. */
 void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
-                    sc_image *image, sc_render_stats *stats);
-/** Draw a frame into @p image, which has the size of the settings. Threads: one frame at a time
- *  per renderer. */
-void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, sc_image *image,
-                     sc_render_stats *stats);
+                    const sc_rows *rows, sc_image *image, sc_render_stats *stats);
+/** Draw a frame, or rows of it, into @p image, which has the size of the settings. Threads: one
+ *  frame at a time per renderer. */
+void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
+                     sc_image *image, sc_render_stats *stats);
+
+/** From when to when a thread drew, by sc_wall_s; both 0 if it did not. */
+typedef struct sc_render_span {
+    double begin_s, end_s;
+} sc_render_span;
+/** What the threads did since the last call, to @p out: [threads of the settings]. */
+void sc_renderer_spans(sc_renderer *renderer, sc_render_span *out);
 
 #endif

@@ -28,7 +28,10 @@ typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
     double cpu_s;
+    double farm_idle_s; /**< its drawing thread waited for work */
+    double take_wall_s; /**< rank 0: encoding and writing beside the drawing */
     int32_t threads;
+    char host[64];
 } sc_rank_record;
 
 /** A run as written to stats.json and frames.csv. All pointers are borrowed. */
@@ -40,12 +43,79 @@ typedef struct sc_run_record {
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
     uint64_t volume_bytes, prepared_bytes;
+    double farm_wall_s; /**< from the first unit to the last */
+    bool wrote_png;
 } sc_run_record;
 
 /** Largest over mean of the ranks' render time, minus 1: 0 is perfect balance. */
 double sc_run_imbalance(const sc_run_record *run);
-/** Write @p directory/stats.json and frames.csv. @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run,
-                                   const char *directory);
+/** Write stats.json and frames.csv under the given paths. @return SC_ERR_WRITE. */
+SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
+                                   const char *csv);
+
+/** What a run could have been faster but for. */
+typedef enum sc_limit {
+    SC_LIMIT_DRAW,
+    SC_LIMIT_PREPARE,
+    SC_LIMIT_ENCODE,
+    SC_LIMIT_WRITE,
+    SC_LIMIT_GATHER,
+    SC_LIMIT_BALANCE
+} sc_limit;
+sc_limit sc_run_limit(const sc_run_record *run);
+/** How quickly a rank drew. */
+typedef struct sc_rank_speed {
+    int rank, frames;
+    double cpu_s_per_frame;
+} sc_rank_speed;
+/** Log a summary: speed, phases, waiting, slowest frames and ranks, the limit and its remedy. */
+SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run);
+
+/* ---- what each thread did when ---- */
+
+typedef enum sc_trace_kind {
+    SC_TRACE_READ,
+    SC_TRACE_PREPARE,
+    SC_TRACE_SHARE,
+    SC_TRACE_DRAW,
+    SC_TRACE_ENCODE,
+    SC_TRACE_WRITE,
+    SC_TRACE_FINISH
+} sc_trace_kind;
+
+/** A value, sent as bytes. */
+typedef struct sc_trace_event {
+    double begin_s, duration_s; /**< since sc_trace_new */
+    int32_t frame;              /**< or -1 */
+    int16_t kind, thread;
+} sc_trace_event;
+
+/** Events of one rank, of which at most @p capacity are kept. Its zero is now: ranks that make it
+ *  right after having agreed on something have a common time. Caller owns: sc_trace_free. */
+typedef struct sc_trace sc_trace;
+SC_MUST_USE sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out);
+void sc_trace_free(sc_trace *trace);
+/** Times by sc_wall_s. Threads: any. */
+void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
+                  double end_s);
+size_t sc_trace_count(const sc_trace *trace);
+size_t sc_trace_dropped(const sc_trace *trace);
+const sc_trace_event *sc_trace_events(const sc_trace *trace);
+/** Write the events of all ranks: rank i's counts[i] at events + i * stride. Threads of a rank are
+ *  numbered from 0; number record->threads is rank 0's encoding. @return SC_ERR_WRITE. */
+SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
+                                     const sc_rank_record *records, const sc_trace_event *events,
+                                     const size_t *counts, size_t stride);
+
+/* ---- how far a run is ---- */
+
+/** Rewrite status.json under @p path by rename. */
+typedef struct sc_status_report {
+    const char *state; /**< "running", "complete", "incomplete", "failed" */
+    int done, total;
+    double elapsed_s, frames_per_s, remaining_s;
+} sc_status_report;
+SC_MUST_USE sc_status sc_status_write(const sc_ctx *ctx, const char *path,
+                                      const sc_status_report *report);
 
 #endif

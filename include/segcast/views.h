@@ -19,9 +19,10 @@ typedef struct sc_views {
 
 /** Width by height of the panel with the picture in space, of a picture of the given size. */
 double sc_views_aspect(int width_px, int height_px);
-/** Draw all four panels into @p image. @p scene is that of the picture in space.
- *  @return SC_ERR_MEMORY. Threads: one at a time per renderer. */
+/** Draw all four panels into @p image; only @p rows of it are right, or all if NULL. @p scene is
+ *  that of the picture in space. @return SC_ERR_MEMORY. Threads: one at a time per renderer. */
 SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
-                                    const sc_scene *scene, sc_image *image, sc_render_stats *stats);
+                                    const sc_scene *scene, const sc_rows *rows, sc_image *image,
+                                    sc_render_stats *stats);
 
 #endif

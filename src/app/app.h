@@ -17,7 +17,8 @@ typedef struct sc_options {
     const char *size;   /* --size, as given */
     long frame;         /* --frame; -1: not given */
     int threads;        /* 0: not given */
-    bool json, quiet;
+    bool json, quiet, resume, overwrite;
+    double time_limit_s; /* 0: none */
     const char *settings[SC_SETTINGS_MAX];
     size_t setting_count;
     char *owned[SC_SETTINGS_MAX];
@@ -41,7 +42,9 @@ typedef struct sc_app {
     sc_terminal *terminal;
     const char *const *environment;
     sc_options options;
-    int threads; /* of this rank */
+    int threads;     /* of this rank */
+    double begin_s;  /* by sc_wall_s */
+    sc_trace *trace; /* borrowed, or NULL */
 } sc_app;
 
 /* Was this process started by mpirun, srun or the like? */
@@ -91,6 +94,8 @@ typedef struct sc_session {
     sc_rank_record times;
 } sc_session;
 
+/* Send an array of rank 0, @p count elements of @p size bytes, to the others. Owned there. */
+sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
 /* Read the job on rank 0 and give it to all. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
 /* The volume of the job, prepared and shared. */
@@ -101,18 +106,29 @@ sc_status sc_session_load(sc_app *app, sc_session *session);
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
                              sc_volume *volume, sc_preparation **preparation,
                              sc_rank_record *times);
-void sc_add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s);
+/* What a phase took since the given times; also to the trace. @p times NULL: not taken. */
+void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
+                 double cpu_s);
 /* Read, prepare and share the volume; resolve tissues, planes and framing. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
-/* Draw frame @p k in the layout of the job. */
-sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, sc_image *image,
-                          sc_render_stats *stats);
+/* Draw frame @p k, or rows of it, in the layout of the job. */
+sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                          sc_image *image, sc_render_stats *stats);
 void sc_session_clear(sc_session *session);
+
+/* One table of ranks, hosts, cores, threads and memory, and a warning with the flags that mend what
+ * would be slow. Collective. */
+sc_status sc_tell_placement(sc_app *app);
+/* When the allocation of the batch system ends, or the time limit of the command line does, by
+ * sc_wall_s and with a margin; 0: never. */
+double sc_deadline_s(const sc_app *app);
 
 /* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
 const volatile sig_atomic_t *sc_signals_install(void);
 
 sc_status sc_run_render(sc_app *app);
+sc_status sc_run_join(sc_app *app);
+sc_status sc_run_verify(sc_app *app);
 sc_status sc_run_orbit(sc_app *app);
 sc_status sc_run_still(sc_app *app);
 sc_status sc_run_views(sc_app *app);

@@ -20,7 +20,7 @@ static sc_status probe(sc_app *app, sc_session *session, double *cpu_s)
             sc_timeline_scene(&session->timeline, (int)((long)frames * i / PROBES));
         sc_render_stats stats;
 
-        sc_render_frame(session->renderer, &scene, &image, &stats);
+        sc_render_frame(session->renderer, &scene, NULL, &image, &stats);
         sum += stats.cpu_s;
     }
     sc_image_clear(&image);

@@ -1,129 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast render and segcast orbit: the farm around a session, and the files it leaves. */
-#include "app.h"
-
-#include "segcast/video.h"
+/* segcast render and segcast orbit: from a job to a farm, and to what it leaves. */
+#include "run.h"
 
 #include <string.h>
-#include <unistd.h>
 
-typedef struct run_state {
-    sc_app *app;
-    sc_session session;
-    int *frames, frame_count;
-    double begin_s, farm_begin_s, farm_cpu_s;
-    sc_status draw_status; /* of the drawing thread; read when that has ended */
-    /* rank 0 only */
-    const char *directory; /* of the outputs */
-    bool keep_records;     /* manifest, status and statistics */
-    char *video_path;
-    sc_sink *video, *png;
-    sc_manifest *manifest;
-    sc_frame_result *results;
-    int result_count;
-    double encode_wall_s, write_wall_s, write_cpu_s;
-    double told_s, status_s; /* when progress was last told */
-} run_state;
+/* Events of the trace kept by all ranks together: some 100 MB of JSON. */
+enum { TRACE_EVENTS = 1 << 20 };
 
-/* ---- callbacks of the farm ---- */
-
-static void draw(void *user, int frame, sc_image *image, sc_frame_result *result)
-{
-    run_state *run = user;
-    sc_render_stats stats = {0};
-
-    sc_status status = sc_session_draw(run->app, &run->session, frame, image, &stats);
-
-    run->draw_status = status != SC_OK ? status : run->draw_status;
-    result->render_wall_s = stats.wall_s;
-    result->render_cpu_s = stats.cpu_s;
-    result->rays = stats.counters.rays;
-    result->samples = stats.counters.samples;
-    result->contributions = stats.counters.contributions;
-}
-
-static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)
-{
-    run_state *run = user;
-    const sc_ctx *ctx = run->app->ctx;
-    const double wall_s = sc_wall_s();
-    double encoded_s, cpu_s;
-    sc_status status = SC_OK;
-
-    if (run->video)
-        SC_TRY(sc_sink_push(ctx, run->video, result->frame, image));
-    encoded_s = sc_wall_s();
-    cpu_s = sc_thread_cpu_s();
-    run->encode_wall_s += encoded_s - wall_s;
-    if (run->png)
-        SC_TRY(sc_sink_push(ctx, run->png, result->frame, image));
-    if (run->manifest)
-        SC_TRY(sc_manifest_add(ctx, run->manifest, result));
-    run->write_wall_s += sc_wall_s() - encoded_s;
-    run->write_cpu_s += sc_thread_cpu_s() - cpu_s;
-    run->results[run->result_count++] = *result;
-out:
-    return status;
-}
-
-static void format_seconds(double seconds, char *text, size_t size)
-{
-    const long s = (long)(seconds + 0.5);
-
-    if (s >= 3600)
-        snprintf(text, size, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
-    else
-        snprintf(text, size, "%ld:%02ld", s / 60, s % 60);
-}
-
-static void tell_bar(run_state *run, int taken, int total, double rate, const char *left)
-{
-    enum { WIDTH = 30 };
-    char bar[WIDTH + 1], text[160];
-
-    memset(bar, '.', WIDTH);
-    memset(bar, '#', (size_t)(WIDTH * (long)taken / total));
-    bar[WIDTH] = '\0';
-    snprintf(text, sizeof text, "[%s] %d/%d frames  %.2f/s  %s left", bar, taken, total, rate,
-             left);
-    sc_terminal_bar(run->app->terminal, text);
-}
-
-static void tick(void *user, int taken, int total)
-{
-    run_state *run = user;
-    const double now_s = sc_wall_s(), elapsed_s = now_s - run->farm_begin_s;
-    const double rate = elapsed_s > 0 ? taken / elapsed_s : 0;
-    const double remaining_s = rate > 0 ? (total - taken) / rate : 0;
-    const bool tty = run->app->terminal->is_tty;
-    const sc_status_report report = {"running", taken,      total, now_s - run->begin_s,
-                                     rate,      remaining_s};
-    char left[32] = "?";
-
-    if (rate > 0)
-        format_seconds(remaining_s, left, sizeof left);
-    if (tty && now_s - run->told_s > 0.2) {
-        tell_bar(run, taken, total, rate, left);
-        run->told_s = now_s;
-    } else if (!tty && now_s - run->told_s > 5) {
-        sc_info(run->app->ctx, "%d of %d frames (%.0f %%), %.2f frames/s, %s left", taken, total,
-                100.0 * taken / total, rate, left);
-        run->told_s = now_s;
-    }
-    /* Progress that cannot be told must not end the job; the frames themselves will notice. */
-    if (run->keep_records && now_s - run->status_s > 2) {
-        const sc_ctx silent = {.rank = 0};
-
-        if (sc_status_write(&silent, run->directory, &report) == SC_OK)
-            run->status_s = now_s;
-    }
-}
-
-/* ---- outputs, rank 0 ---- */
+/* ---- what a job depends on ---- */
 
 /* What decides the pictures beside the volume: the job's keys and every tissue's resolved look,
  * which may come from a label table. */
-static sc_status hash_job(const run_state *run, uint64_t *out)
+static sc_status hash_job(const sc_run *run, uint64_t *out)
 {
     const sc_session *s = &run->session;
     const sc_ctx *ctx = run->app->ctx;
@@ -145,278 +33,325 @@ out:
     return status;
 }
 
-static sc_status write_job(run_state *run)
+/* ---- outputs, rank 0 ---- */
+
+static sc_store_mode store_mode(const sc_app *app)
+{
+    return app->options.overwrite ? SC_STORE_OVERWRITE
+           : app->options.resume  ? SC_STORE_RESUME
+                                  : SC_STORE_NEW;
+}
+
+static const char *slice_of(const sc_run *run)
+{
+    return run->slice[0] ? run->slice : NULL;
+}
+
+/* "0-35:2,40" as part of a file's name. */
+static sc_status name_slice(sc_run *run)
+{
+    const char *frames = run->app->options.frames;
+    size_t used = 0;
+
+    if (!frames || run->wanted_count == run->session.job.animation.frames)
+        return SC_OK;
+    for (const char *c = frames; *c; c++) {
+        if (*c == ' ')
+            continue;
+        if (used + 1 >= sizeof run->slice)
+            return sc_fail(run->app->ctx, SC_ERR_USAGE, "--frames is longer than %zu characters",
+                           sizeof run->slice - 1);
+        run->slice[used++] = *c == ':' ? 'x' : *c == ',' ? '_' : *c;
+    }
+    return SC_OK;
+}
+
+static sc_status write_job(const sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    const sc_session *s = &run->session;
     sc_text text = {0};
-    sc_manifest_head head = {.version = sc_version(),
-                             .volume_hash = s->volume.volume_hash,
-                             .frames = s->job.animation.frames,
-                             .width_px = s->job.output.size_px[0],
-                             .height_px = s->job.output.size_px[1]};
     char *path = NULL;
     sc_status status;
 
-    SC_TRY(sc_job_write(ctx, &s->job, false, &text));
-    SC_TRY(hash_job(run, &head.job_hash));
+    SC_TRY(sc_job_write(ctx, &run->session.job, false, &text));
     SC_TRY(sc_path_join(ctx, run->directory, "job.yaml", &path));
-    SC_TRY(sc_file_write(ctx, path, text.data, text.length_bytes));
-    status = sc_manifest_open(ctx, run->directory, &head, &run->manifest);
+    status = sc_file_write(ctx, path, text.data, text.length_bytes);
 out:
     sc_text_clear(&text);
     sc_free(path);
     return status;
 }
 
-static sc_status open_video(run_state *run)
+static sc_status open_store(sc_run *run)
 {
-    const sc_job *job = &run->session.job;
-    const sc_video_settings settings = {.width_px = job->output.size_px[0],
-                                        .height_px = job->output.size_px[1],
-                                        .fps = job->output.fps,
-                                        .crf = job->output.crf,
-                                        .preset = sc_job_preset(job)};
+    const sc_session *s = &run->session;
+    sc_store_job *job = &run->store_job;
     sc_status status;
 
-    if (!strcmp(job->output.video, "none"))
-        return SC_OK;
-    status = sc_path_join(run->app->ctx, run->directory, job->output.video, &run->video_path);
-    if (status == SC_OK)
-        status = sc_sink_open_video(run->app->ctx, run->video_path, &settings, &run->video);
+    *job = (sc_store_job){.version = sc_version(),
+                          .volume_hash = s->volume.volume_hash,
+                          .frames = s->job.animation.frames,
+                          .video = s->job.output.video,
+                          .png = s->job.output.frames == SC_FRAMES_PNG,
+                          .settings = sc_run_video_settings(&s->job),
+                          .threads = run->app->threads};
+    SC_TRY(hash_job(run, &job->job_hash));
+    SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
+                         slice_of(run), store_mode(run->app), &run->store));
+    run->plan.complete = sc_store_is_complete(run->store);
+    run->plan.identity = sc_store_identity(run->store);
+    if (!run->plan.complete)
+        status = write_job(run);
+out:
     return status;
 }
 
-static sc_status open_outputs(run_state *run)
+static sc_status open_outputs(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    char *frames = NULL;
+    const sc_job *job = &run->session.job;
+    const sc_video_settings settings = sc_run_video_settings(job);
     void *results;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, (size_t)run->frame_count, sizeof *run->results, &results));
+    SC_TRY(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
     run->results = results;
+    if (sc_run_has_video(job))
+        SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
+    if (run->keep_records)
+        return open_store(run);
     SC_TRY(sc_make_directory(ctx, run->directory));
-    if (run->keep_records) {
-        SC_TRY(write_job(run));
-        if (run->session.job.output.frames == SC_FRAMES_PNG) {
-            SC_TRY(sc_path_join(ctx, run->directory, "frames", &frames));
-            SC_TRY(sc_sink_open_png(ctx, frames, &run->png));
-        }
-    }
-    status = open_video(run);
+    status = sc_sink_open_video(ctx, run->video_path, &settings, &run->sink);
 out:
-    sc_free(frames);
     return status;
 }
 
-static sc_status finish_outputs(run_state *run, sc_status outcome)
+/* ---- the plan ---- */
+
+/* The groups that ranks are to encode themselves. */
+static int share_of_groups(const sc_run *run, int whole)
+{
+    const int encode = run->session.job.farm.encode;
+    const int ranks = sc_comm_size(run->app->comm);
+
+    if (!run->keep_records || encode == SC_ENCODE_ROOT)
+        return 0;
+    return sc_handout_groups(whole, ranks, encode == SC_ENCODE_SEGMENTS);
+}
+
+/* On rank 0: what is left to be drawn, as groups and as frames. */
+static sc_status make_plan(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
-    const bool complete = outcome == SC_OK;
-    const double wall_s = sc_wall_s();
-    sc_status status = outcome;
+    sc_draw_plan *plan = &run->plan;
+    const sc_video_settings settings = sc_run_video_settings(&run->session.job);
+    int *groups = NULL, whole = 0, g = 0;
+    void *frames = NULL;
+    sc_status status;
 
-    if (complete || outcome == SC_ERR_INCOMPLETE) {
-        status = SC_OK;
-        if (run->video && run->result_count > 0)
-            status = sc_sink_finish(ctx, run->video, complete);
-        if (status == SC_OK && run->png)
-            status = sc_sink_finish(ctx, run->png, complete);
-        status = status == SC_OK ? outcome : status;
+    plan->group_frames = sc_video_group(&settings);
+    if (run->store)
+        SC_TRY(sc_store_whole_groups(ctx, run->store, &groups, &whole));
+    plan->group_count = share_of_groups(run, whole);
+    SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
+    for (int i = 0; i < run->wanted_count; i++) {
+        const int k = run->wanted[i];
+
+        while (g < plan->group_count && groups[g] + plan->group_frames <= k)
+            g++;
+        if (g < plan->group_count && k >= groups[g])
+            continue; /* in a group */
+        if (run->store && sc_store_has(run->store, k))
+            plan->kept++;
+        else
+            ((int *)frames)[plan->frame_count++] = k;
     }
-    run->encode_wall_s += sc_wall_s() - wall_s;
+    run->frames = frames;
+    run->groups = groups;
+    return SC_OK;
+out:
+    sc_free(groups);
     return status;
 }
 
-static sc_status write_state(run_state *run, sc_status outcome)
-{
-    const double elapsed_s = sc_wall_s() - run->begin_s;
-    const sc_status_report report = {
-        .state = outcome == SC_OK               ? "complete"
-                 : outcome == SC_ERR_INCOMPLETE ? "incomplete"
-                                                : "failed",
-        .done = run->result_count,
-        .total = run->frame_count,
-        .elapsed_s = elapsed_s,
-        .frames_per_s = elapsed_s > 0 ? run->result_count / elapsed_s : 0,
-    };
-
-    return run->keep_records ? sc_status_write(run->app->ctx, run->directory, &report) : SC_OK;
-}
-
-/* ---- statistics ---- */
-
-static void fill_phases(run_state *run, const sc_farm_times *times)
-{
-    sc_rank_record *r = &run->session.times;
-    const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
-    double encode_cpu_s;
-
-    r->phases[SC_PHASE_RENDER] = (sc_phase_time){times->render_wall_s, times->render_cpu_s};
-    r->phases[SC_PHASE_GATHER] = (sc_phase_time){times->gather_wall_s, times->gather_cpu_s};
-    r->phases[SC_PHASE_IDLE].wall_s += times->idle_s;
-    if (sc_comm_rank(run->app->comm) == 0) {
-        /* The encoder has threads of its own: what the farm used and nothing else did. */
-        encode_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s - run->write_cpu_s;
-        r->phases[SC_PHASE_ENCODE] =
-            (sc_phase_time){run->encode_wall_s, encode_cpu_s > 0 ? encode_cpu_s : 0};
-        r->phases[SC_PHASE_WRITE] = (sc_phase_time){run->write_wall_s, run->write_cpu_s};
-    }
-    r->peak_rss_bytes = sc_peak_rss();
-    r->cpu_s = sc_cpu_s();
-}
-
-static void summarise(const run_state *run, const sc_run_record *record)
-{
-    const sc_rank_record *r = record->rank_records;
-    double render_cpu_s = 0;
-    char wall[32];
-
-    for (int i = 0; i < record->ranks; i++)
-        render_cpu_s += r[i].phases[SC_PHASE_RENDER].cpu_s;
-    format_seconds(record->wall_s, wall, sizeof wall);
-    sc_info(run->app->ctx,
-            "%d frames in %s (%.2f frames/s): reading %.1f s, preparing %.1f s; drawing %.3f CPU "
-            "s/frame, encoding %.3f; imbalance %.0f %%",
-            record->frame_count, wall,
-            record->wall_s > 0 ? record->frame_count / record->wall_s : 0,
-            r->phases[SC_PHASE_READ].wall_s, r->phases[SC_PHASE_PREPARE].wall_s,
-            record->frame_count ? render_cpu_s / record->frame_count : 0,
-            record->frame_count ? r->phases[SC_PHASE_ENCODE].cpu_s / record->frame_count : 0,
-            100 * sc_run_imbalance(record));
-}
-
-/* Collective: the ranks' records come together on rank 0. */
-static sc_status write_records(run_state *run)
+/* The same plan on all ranks. Collective. */
+static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
-    const bool first = sc_comm_rank(app->comm) == 0;
-    char host[64] = "unknown";
-    sc_run_record record = {.version = sc_version(),
-                            .host = host,
-                            .ranks = sc_comm_size(app->comm),
-                            .nodes = sc_comm_node_count(app->comm),
-                            .wall_s = sc_wall_s() - run->begin_s,
-                            .frames = run->results,
-                            .frame_count = run->result_count,
-                            .volume_bytes = (uint64_t)run->session.volume.size[0] *
-                                            (uint64_t)run->session.volume.size[1] *
-                                            (uint64_t)run->session.volume.size[2] *
-                                            (uint64_t)run->session.volume.label_bytes,
-                            .prepared_bytes = run->session.shared_bytes};
-    void *all = NULL;
-    sc_status status = SC_OK;
+    void *frames = run->frames, *groups = run->groups;
+    sc_status status;
 
-    if (first)
-        status = sc_alloc(app->ctx, (size_t)record.ranks, sizeof(sc_rank_record), &all);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
-    record.rank_records = all;
-    gethostname(host, sizeof host - 1);
-    if (first && run->keep_records)
-        status = sc_run_write(app->ctx, &record, run->directory);
-    if (first)
-        summarise(run, &record);
+    sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
+    SC_TRY(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
+    run->frames = frames;
+    SC_TRY(sc_broadcast_array(app, &groups, (size_t)run->plan.group_count, sizeof(int)));
+    run->groups = groups;
 out:
-    sc_free(all);
     return status;
 }
 
 /* ---- the run ---- */
 
-/* Threads that share a core make everything slow; say which flags mend it. */
-static void check_placement(const sc_app *app)
+static sc_status finish_outputs(sc_run *run, sc_status outcome)
 {
-    const int cores = sc_usable_cores();
+    const sc_ctx *ctx = run->app->ctx;
+    const double begin_s = sc_wall_s();
+    sc_status status = outcome;
 
-    if (sc_comm_rank(app->comm) != 0)
-        return;
-    sc_info(app->ctx, "%d rank%s on %d node%s, %d thread%s each", sc_comm_size(app->comm),
-            sc_comm_size(app->comm) == 1 ? "" : "s", sc_comm_node_count(app->comm),
-            sc_comm_node_count(app->comm) == 1 ? "" : "s", app->threads,
-            app->threads == 1 ? "" : "s");
-    if (app->threads > cores)
-        sc_warn(app->ctx,
-                "%d threads share %d core%s; use mpirun --map-by slot:PE=%d, or srun "
-                "--cpus-per-task=%d, or --threads %d",
-                app->threads, cores, cores == 1 ? "" : "s", app->threads, app->threads, cores);
+    if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+        return outcome;
+    if (run->store)
+        status = sc_store_finish(ctx, run->store, &run->missing);
+    else if (run->result_count > 0)
+        status = sc_sink_finish(ctx, run->sink, outcome == SC_OK);
+    sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
+    return status == SC_OK ? outcome : status;
 }
 
-static sc_status run_farm(run_state *run)
+static sc_status run_farm(sc_run *run, sc_farm_times *times)
 {
     sc_app *app = run->app;
-    const bool first = sc_comm_rank(app->comm) == 0;
-    const sc_farm farm = {.width_px = run->session.job.output.size_px[0],
-                          .height_px = run->session.job.output.size_px[1],
+    const sc_job *job = &run->session.job;
+    const sc_farm farm = {.width_px = job->output.size_px[0],
+                          .height_px = job->output.size_px[1],
+                          .partition = (sc_partition)job->farm.partition,
                           .frames = run->frames,
-                          .frame_count = run->frame_count,
-                          .draw = draw,
-                          .take = take,
-                          .tick = tick,
-                          .stop = sc_signals_install(),
+                          .frame_count = run->plan.frame_count,
+                          .groups = run->groups,
+                          .group_count = run->plan.group_count,
+                          .group_frames = run->plan.group_frames,
+                          .total = job->animation.frames,
+                          .draw = sc_run_draw,
+                          .draw_group = sc_run_draw_group,
+                          .take = sc_run_take,
+                          .take_group = sc_run_take_group,
+                          .tick = sc_run_tick,
+                          .stop = run->stop,
+                          .deadline_s = run->deadline_s,
                           .user = run};
-    sc_farm_times times;
     sc_status status;
 
     run->farm_begin_s = run->told_s = sc_wall_s();
     run->farm_cpu_s = sc_cpu_s();
-    status = sc_farm_run(app->ctx, app->comm, &farm, &times);
+    status = sc_farm_run(app->ctx, app->comm, &farm, times);
     status = sc_comm_agree(app->comm, status == SC_OK ? run->draw_status : status);
     sc_terminal_clear(app->terminal);
-    if (first)
+    if (sc_comm_rank(app->comm) == 0)
         status = finish_outputs(run, status);
     status = sc_comm_agree(app->comm, status);
-    fill_phases(run, &times);
+    sc_run_fill_phases(run, times);
     return status;
 }
 
-static void clear_run(run_state *run)
+static void clear_run(sc_run *run)
 {
-    sc_sink_close(run->video);
-    sc_sink_close(run->png);
-    sc_manifest_close(run->manifest);
+    sc_sink_close(run->sink);
+    sc_store_close(run->store);
+    sc_encoder_close(run->encoder);
+    sc_image_clear(&run->group_image);
+    run->app->trace = NULL;
+    sc_trace_free(run->trace);
+    sc_free(run->spans);
     sc_free(run->video_path);
     sc_free(run->results);
     sc_free(run->frames);
+    sc_free(run->groups);
+    sc_free(run->wanted);
     sc_session_clear(&run->session);
 }
 
-static void tell_outcome(const run_state *run, sc_status outcome)
+static void tell_outcome(const sc_run *run, sc_status outcome)
 {
+    const sc_ctx *ctx = run->app->ctx;
+
     if (sc_comm_rank(run->app->comm) != 0)
         return;
     if (outcome == SC_ERR_INCOMPLETE)
-        sc_warn(run->app->ctx, "stopped on request after %d of %d frames; run again for the rest",
-                run->result_count, run->frame_count);
-    else if (outcome == SC_OK)
-        printf("%s\n", run->video_path ? run->video_path : run->directory);
+        sc_warn(ctx, "stopped on request after %d of %d frames; run again%s for the rest",
+                run->plan.kept + run->result_count, run->wanted_count,
+                run->keep_records ? " with --resume" : "");
+    else if (outcome == SC_OK && run->missing > 0)
+        sc_info(ctx,
+                "%s: %d frames of other slices are not there yet; the last slice, or `segcast join "
+                "%s`, completes the job",
+                run->directory, run->missing, run->directory);
+    if (outcome == SC_OK)
+        printf("%s\n", run->video_path && run->missing == 0 ? run->video_path : run->directory);
+}
+
+/* Rank 0: the directory is looked at before anything costs time. */
+static sc_status prepare_run(sc_run *run)
+{
+    const sc_app *app = run->app;
+    const sc_job *job = &run->session.job;
+    sc_status status;
+
+    if (app->options.overwrite && (app->options.resume || app->options.frames))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--overwrite cannot be used with --resume, nor with --frames: slices share "
+                       "a directory");
+    run->directory =
+        run->keep_records && app->options.output ? app->options.output : job->output.directory;
+    SC_TRY(sc_frames_parse(app->ctx, app->options.frames, job->animation.frames, &run->wanted,
+                           &run->wanted_count));
+    SC_TRY(name_slice(run));
+    if (run->keep_records && store_mode(app) == SC_STORE_NEW)
+        status = sc_store_check_new(app->ctx, run->directory, slice_of(run));
+out:
+    return status;
+}
+
+static sc_status begin_run(sc_run *run, const char *job_path)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *spans;
+    sc_status status;
+
+    SC_TRY(sc_session_job(app, job_path, &run->session));
+    SC_TRY(sc_trace_new(app->ctx, (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256,
+                        &run->trace));
+    SC_TRY(sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->spans, &spans));
+    run->spans = spans;
+    SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
+    SC_TRY(sc_tell_placement(app));
+    run->deadline_s = sc_deadline_s(app);
+    app->trace = run->trace;
+    SC_TRY(sc_session_volume(app, &run->session));
+    SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
+    SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
+    status = share_plan(run);
+    if (first && run->plan.complete)
+        sc_info(app->ctx, "%s: complete, and proven; there is nothing to do", run->directory);
+    else if (first && run->plan.kept)
+        sc_info(app->ctx, "%s: %d of %d frames are there, and proven", run->directory,
+                run->plan.kept, run->wanted_count);
+out:
+    return status;
 }
 
 /* @p keep_records: write the folder of the job with its manifest and statistics. */
 static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
 {
-    run_state run = {.app = app, .keep_records = keep_records, .begin_s = sc_wall_s()};
+    sc_run run = {.app = app,
+                  .keep_records = keep_records,
+                  .begin_s = sc_wall_s(),
+                  .stop = sc_signals_install()};
     const bool first = sc_comm_rank(app->comm) == 0;
-    const sc_ctx silent = {.rank = 0};
-    sc_status status, outcome;
+    sc_farm_times times;
+    sc_status status, outcome = SC_OK;
 
-    SC_TRY(sc_session_job(app, job_path, &run.session));
-    SC_TRY(sc_frames_parse(first ? app->ctx : &silent, app->options.frames,
-                           run.session.job.animation.frames, &run.frames, &run.frame_count));
-    run.directory = keep_records && app->options.output ? app->options.output
-                                                        : run.session.job.output.directory;
-    check_placement(app);
-    SC_TRY(sc_session_volume(app, &run.session));
-    SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(&run) : SC_OK));
-    outcome = run_farm(&run);
-    if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
-        (void)write_state(&run, outcome); /* the first error is the one to report */
-    status = outcome;
-    if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
-        goto out;
-    SC_TRY(sc_comm_agree(app->comm, write_records(&run)));
-    SC_TRY(sc_comm_agree(app->comm, first ? write_state(&run, outcome) : SC_OK));
+    SC_TRY(begin_run(&run, job_path));
+    if (!run.plan.complete) {
+        outcome = run_farm(&run, &times);
+        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+            (void)sc_run_write_state(&run, outcome); /* the first error is the one to report */
+        status = outcome;
+        if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+            goto out;
+        SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(&run, &times)));
+        SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(&run, outcome) : SC_OK));
+    }
     tell_outcome(&run, outcome);
     status = outcome;
 out:

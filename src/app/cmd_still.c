@@ -24,7 +24,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
                          &image));
-    SC_TRY(sc_session_draw(app, &session, (int)app->options.frame, &image, &stats));
+    SC_TRY(sc_session_draw(app, &session, (int)app->options.frame, NULL, &image, &stats));
     SC_TRY(sc_image_save_png(app->ctx, &image, path));
     sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
             stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,

@@ -14,6 +14,9 @@ static const sc_command commands[] = {
     {"info", "VOLUME", "geometry, labels, boundary, thickness and surface", sc_run_info, false},
     {"prepare", "VOLUME|JOB.yaml", "prepare a volume, as a job needs it, as a file to be mapped",
      sc_run_prepare, false},
+    {"join", "DIR", "make the video of a job whose frames were drawn in slices", sc_run_join,
+     false},
+    {"verify", "DIR", "prove every frame and the video of a finished job", sc_run_verify, false},
     {"phantom", "", "write the built-in synthetic heart", sc_run_phantom, false},
 };
 

@@ -36,8 +36,12 @@ typedef struct sc_render_options {
     uint8_t background[3];
 } sc_render_options;
 
+/* Who encodes: rank 0, or the ranks, each a group of pictures at a time. The bytes are the same. */
+typedef enum sc_encode { SC_ENCODE_AUTO, SC_ENCODE_ROOT, SC_ENCODE_SEGMENTS } sc_encode;
+
 typedef struct sc_farm_options {
-    int partition, tile_px;
+    int partition, tile_px; /* sc_partition */
+    int encode;             /* sc_encode */
 } sc_farm_options;
 
 /* Plain data but for two arrays, so that it can be sent to other ranks. */

@@ -16,7 +16,8 @@ static const char *const thicknesses[] = {"tissue", "local", NULL};
 static const char *const skips[] = {"none", "interior", "leap", NULL};
 static const char *const caps[] = {"none", "solid", NULL};
 static const char *const clip_modes[] = {"keep", "cut", NULL};
-static const char *const partitions[] = {"auto", "frames", NULL};
+static const char *const partitions[] = {"auto", "frames", "tiles", NULL};
+static const char *const encodes[] = {"auto", "rank0", "segments", NULL};
 
 static const sc_field output_fields[] = {
     {.name = "directory",
@@ -164,6 +165,10 @@ static const sc_field farm_fields[] = {{.name = "partition",
                                         .type = &sc_type_choice,
                                         .offset = offsetof(sc_farm_options, partition),
                                         .choices = partitions},
+                                       {.name = "encode",
+                                        .type = &sc_type_choice,
+                                        .offset = offsetof(sc_farm_options, encode),
+                                        .choices = encodes},
                                        {.name = "tile",
                                         .type = &sc_type_int,
                                         .offset = offsetof(sc_farm_options, tile_px),

@@ -7,10 +7,17 @@
 
 #include <string.h>
 
-void sc_add_time(sc_rank_record *times, sc_phase phase, double wall_s, double cpu_s)
+void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
+                 double cpu_s)
 {
+    static const sc_trace_kind kinds[SC_PHASE_COUNT] = {[SC_PHASE_READ] = SC_TRACE_READ,
+                                                        [SC_PHASE_PREPARE] = SC_TRACE_PREPARE,
+                                                        [SC_PHASE_SHARE] = SC_TRACE_SHARE};
+
     if (!times)
         return;
+    if (app->trace && phase <= SC_PHASE_SHARE)
+        sc_trace_add(app->trace, kinds[phase], 0, -1, wall_s, sc_wall_s());
     times->phases[phase].wall_s += sc_wall_s() - wall_s;
     times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
 }
@@ -215,7 +222,7 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
     SC_TRY(read_volume(app, session, volume));
     SC_TRY(find_needs(app, session, volume->labels, volume->label_count, &n));
     sc_volume_hide(volume, n.hidden, app->threads);
-    sc_add_time(times, SC_PHASE_READ, wall_s, cpu_s);
+    sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     settings = (sc_prepare_settings){.smooth = n.smooth,
@@ -225,7 +232,7 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
                                      .hidden = n.hidden,
                                      .threads = app->threads};
     SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
-    sc_add_time(times, SC_PHASE_PREPARE, wall_s, cpu_s);
+    sc_add_time(app, times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     sc_free(n.hidden);
     return status;
@@ -245,7 +252,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
         status = sc_session_prepare(app, session, false, &volume, &preparation, &session->times);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (!first)
-        sc_add_time(&session->times, SC_PHASE_IDLE, wall_s, cpu_s);
+        sc_add_time(app, &session->times, SC_PHASE_IDLE, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     bytes = first ? sc_preparation_bytes(preparation) : 0;
@@ -260,7 +267,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_shared_publish(app->comm, session->shared);
     status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
                                                        bytes, &session->volume));
-    sc_add_time(&session->times, SC_PHASE_SHARE, wall_s, cpu_s);
+    sc_add_time(app, &session->times, SC_PHASE_SHARE, wall_s, cpu_s);
 out:
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);
@@ -281,7 +288,7 @@ sc_status sc_session_load(sc_app *app, sc_session *session)
         return share_volume(app, session);
     status = map_prepared(app, session, &usable);
     status = sc_comm_agree(app->comm, status);
-    sc_add_time(&session->times, SC_PHASE_READ, wall_s, cpu_s);
+    sc_add_time(app, &session->times, SC_PHASE_READ, wall_s, cpu_s);
     if (status != SC_OK || usable)
         return status;
     return share_volume(app, session);

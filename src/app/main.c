@@ -67,7 +67,10 @@ int main(int argc, char **argv)
 {
     sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM")};
     sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal};
-    sc_app app = {.ctx = &ctx, .terminal = &terminal, .environment = (const char *const *)environ};
+    sc_app app = {.ctx = &ctx,
+                  .terminal = &terminal,
+                  .environment = (const char *const *)environ,
+                  .begin_s = sc_wall_s()};
     sc_status status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
 
     if (status != SC_OK)

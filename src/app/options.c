@@ -176,6 +176,50 @@ static sc_status take_json(const sc_ctx *ctx, sc_options *options, const option_
     return SC_OK;
 }
 
+static sc_status take_resume(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                             const char *value)
+{
+    (void)ctx;
+    (void)row;
+    (void)value;
+    options->resume = true;
+    return SC_OK;
+}
+
+static sc_status take_overwrite(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                                const char *value)
+{
+    (void)ctx;
+    (void)row;
+    (void)value;
+    options->overwrite = true;
+    return SC_OK;
+}
+
+/* Seconds, MM:SS or HH:MM:SS. */
+static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                                 const char *value)
+{
+    double seconds = 0;
+    const char *at = value;
+    int parts = 0;
+    char *end;
+
+    for (;;) {
+        const double part = strtod(at, &end);
+
+        if (end == at || !(part >= 0 && part <= 1e8) || ++parts > 3 || (*end && *end != ':'))
+            return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
+                           row->name, value);
+        seconds = 60 * seconds + part;
+        if (!*end)
+            break;
+        at = end + 1;
+    }
+    options->time_limit_s = seconds > 0 ? seconds : 1e-3;
+    return SC_OK;
+}
+
 static sc_status take_quiet(const sc_ctx *ctx, sc_options *options, const option_row *row,
                             const char *value)
 {
@@ -193,6 +237,12 @@ static const option_row rows[] = {
     {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_output,
      NULL},
     {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_frames, NULL},
+    {"resume", 0, NULL, "go on with what the folder holds of this job, after proving it", "render",
+     take_resume, NULL},
+    {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", take_overwrite,
+     NULL},
+    {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, exit 75", "render",
+     take_time_limit, NULL},
     {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set,
      NULL},
@@ -216,9 +266,10 @@ static const option_row rows[] = {
     {"cpu", 0, "NAME", "kernels for auto, avx512, avx2, sse4 or c (plain C); same pictures", JOBS,
      take_key, "render.cpu"},
     {"json", 0, NULL, "for machines", "info", take_json, NULL},
-    {"threads", 0, "N", "threads of each rank", JOBS " info phantom prepare", take_threads, NULL},
-    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare", take_quiet,
-     NULL},
+    {"threads", 0, "N", "threads of each rank", JOBS " info phantom prepare join verify",
+     take_threads, NULL},
+    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare join verify",
+     take_quiet, NULL},
 };
 
 static bool takes(const option_row *row, const char *command)

@@ -7,8 +7,7 @@
 
 #include <string.h>
 
-/* Send an array of rank 0 to the others. */
-static sc_status broadcast_array(sc_app *app, void **array, size_t count, size_t size)
+sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
 {
     sc_status status = SC_OK;
 
@@ -37,9 +36,9 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     rules = job->rules;
     exceptions = job->exceptions;
     sc_comm_broadcast(app->comm, job, sizeof *job);
-    SC_TRY(broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
+    SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
-    SC_TRY(broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
+    SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
     job->exceptions = exceptions;
 out:
     return status;
@@ -151,8 +150,8 @@ static double picture_aspect(const sc_job *job)
                                                  : (double)size_px[0] / size_px[1];
 }
 
-sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, sc_image *image,
-                          sc_render_stats *stats)
+sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                          sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
     const sc_scene scene = sc_timeline_scene(timeline, k);
@@ -162,11 +161,11 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, sc_imag
                       .oriented = session->volume.oriented};
 
     if (session->job.output.layout == SC_LAYOUT_PICTURE) {
-        sc_render_frame(session->renderer, &scene, image, stats);
+        sc_render_frame(session->renderer, &scene, rows, image, stats);
         return SC_OK;
     }
     memcpy(views.background, session->job.render.background, sizeof views.background);
-    return sc_views_draw(app->ctx, session->renderer, &views, &scene, image, stats);
+    return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
 }
 
 sc_status sc_session_volume(sc_app *app, sc_session *session)
@@ -192,7 +191,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     session->timeline.group_count = group_count;
     if (hull_count > 0 && sc_comm_rank(app->comm) == 0)
         warn_of_empty_frames(app, session);
-    sc_add_time(&session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+    sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
 }

@@ -1,39 +1,75 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to farm: the messages, and the drawing thread of a rank. */
+/* Private to farm: the messages, and the threads of a rank. */
 #ifndef SC_FARM_INTERNAL_H
 #define SC_FARM_INTERNAL_H
 
 #include "segcast/farm.h"
 
+/* Each SC_TAG_READY is answered by one SC_TAG_UNIT; one of kind none sends home. A rank that has
+ * been sent home and has all its answers says SC_TAG_BYE. */
 enum {
     SC_TAG_READY = 1, /* worker -> 0: int32 stop; "I can take one more unit" */
-    SC_TAG_UNIT = 2,  /* 0 -> worker: int32 index into frames, or -1: go home */
-    SC_TAG_FRAME = 3  /* worker -> 0: frame_message, then pixels; also a SC_TAG_READY */
+    SC_TAG_UNIT = 2,  /* 0 -> worker: sc_unit */
+    SC_TAG_DONE = 3,  /* worker -> 0: sc_done_message and what follows it */
+    SC_TAG_STOP = 4,  /* worker -> 0: int32 1; a signal has come */
+    SC_TAG_BYE = 5,   /* worker -> 0: int32 stop */
+    SC_TAG_PIECE = 6  /* worker -> 0: of a group's payload, in order, after its SC_TAG_DONE */
 };
 
-/* A worker has one unit in work and one waiting, so that it never waits for the mail. */
-enum { SC_UNITS_AHEAD = 2 };
-
-typedef struct sc_frame_message {
-    int32_t unit, stop;
+/* Of a group, the results and the size of its payload (uint64) follow; of a frame or band, its
+ * rows. */
+typedef struct sc_done_message {
+    sc_unit unit;
+    int32_t status; /* of draw_group */
+    int32_t stop;
     sc_frame_result result;
-} sc_frame_message;
+} sc_done_message;
 
-/* Draw one unit and fill in its result. */
-void sc_farm_draw(const sc_farm *farm, int unit, double wait_s, sc_image *image,
-                  sc_frame_result *result);
+/* ---- lane.c: a thread that does jobs in order while the main thread passes on messages ---- */
 
-/* The thread that draws while the main thread passes on messages. */
-typedef struct sc_local sc_local;
-sc_status sc_local_start(const sc_ctx *ctx, const sc_farm *farm, sc_local **out);
-/* Can it take one more unit now? */
-bool sc_local_has_room(sc_local *local);
-/* Draw @p unit into @p image, which must stay until it comes back. */
-void sc_local_give(sc_local *local, int unit, sc_image *image);
-/* A finished unit, if there is one. */
-bool sc_local_collect(sc_local *local, int *unit, sc_frame_result *result);
-/* End the thread after what it has; adds its waiting time. NULL is allowed. */
-void sc_local_stop(sc_local *local, sc_farm_times *times);
+typedef struct sc_lane sc_lane;
+/* First member of a job; the rest is between the giver and `work`. */
+typedef struct sc_lane_job {
+    struct sc_lane_job *next;
+    double waited_s; /* the lane was idle before it */
+    double wall_s, cpu_s;
+} sc_lane_job;
+typedef void sc_lane_fn(void *user, sc_lane_job *job);
+
+sc_status sc_lane_start(const sc_ctx *ctx, sc_lane_fn *work, void *user, sc_lane **out);
+/* @p job stays with the lane until it is collected. */
+void sc_lane_give(sc_lane *lane, sc_lane_job *job);
+/* A finished job, or NULL. */
+sc_lane_job *sc_lane_collect(sc_lane *lane);
+/* Jobs given and not yet finished. */
+int sc_lane_load(sc_lane *lane);
+/* For how long the job in work has been so; 0 if none is. */
+double sc_lane_age_s(sc_lane *lane);
+/* End the thread after what it has; @return seconds it was idle. NULL is allowed. */
+double sc_lane_stop(sc_lane *lane);
+
+/* ---- draw.c: a unit in work ---- */
+
+typedef struct sc_draw_job {
+    sc_lane_job lane;
+    sc_unit unit;
+    sc_image *image; /* of a frame or band */
+    sc_frame_result result;
+    /* of a group */
+    sc_frame_result *results; /* [group_frames], owned */
+    sc_payload payload;
+    sc_status status;
+} sc_draw_job;
+
+/* For sc_lane_start, with the farm as user. */
+void sc_farm_draw(void *farm, sc_lane_job *job);
+/* Frames of the group @p index. */
+int sc_farm_group_count(const sc_farm *farm, int index);
+/* How many rows of pictures a unit is: a measure of its cost. */
+double sc_farm_rows(const sc_farm *farm, const sc_unit *unit);
+
+/* No message is longer. */
+size_t sc_farm_message_bytes(const sc_farm *farm);
 
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                         sc_farm_times *times);

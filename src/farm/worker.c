@@ -1,105 +1,229 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A rank that draws. Its frames are drawn by a thread; the main thread passes on messages
- * meanwhile, because a large one only moves while both of its ends attend to it. While one frame is
- * in work, the next unit is already here and the last frame is still on its way. */
+/* A rank that draws. Its units are drawn by a thread; the main thread passes on messages
+ * meanwhile, because a large one only moves while both of its ends attend to it. The next unit is
+ * asked for shortly before the one in work ends: early enough to be here in time, late enough that
+ * no rank sits on work that another could begin. */
 #include "internal.h"
 
 #include <string.h>
 
-/* Frames waiting or in work, and two on their way. */
-enum { BUFFERS = SC_UNITS_AHEAD + 2 };
+enum {
+    BUFFERS = 4, /* in work, waiting, and two on their way */
+    UNITS = 2    /* in work, and waiting */
+};
+#define LEAD_S 0.02 /* ask so long before the unit in work is expected to end */
+
+typedef struct buffer {
+    sc_draw_job job;
+    char *message; /* a sc_done_message, then the pixels of the image, or results */
+    sc_image image;
+    bool used;
+} buffer;
 
 typedef struct worker {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
     sc_farm_times *times;
-    sc_local *local;
-    char *buffers[BUFFERS]; /* message and pixels; taken in turn */
-    sc_image images[BUFFERS];
-    int given, sent; /* frames so far; frame i stands in buffer i % BUFFERS */
-    int32_t stop_words[SC_UNITS_AHEAD];
-    int units[SC_UNITS_AHEAD], unit_count;
-    bool sent_home;
+    sc_lane *drawing;
+    buffer buffers[BUFFERS];
+    int in_hand;      /* units got and not yet sent back */
+    int asked;        /* requests without an answer */
+    double row_s;     /* what a row of a picture lately cost */
+    double work_rows; /* of the newest unit in hand */
+    bool stop_told, sent_home;
+    sc_unit pending[UNITS];
+    int pending_count;
 } worker;
 
-static sc_status send_ready(worker *w)
+static sc_status post(worker *w, int tag, const void *data, size_t bytes)
 {
+    return sc_comm_post(w->ctx, w->comm, 0, tag, data, bytes);
+}
+
+/* Is it time to ask for one more? */
+static bool should_ask(worker *w)
+{
+    double left_s;
+
+    if (w->sent_home || w->asked + w->in_hand >= UNITS)
+        return false;
+    if (w->in_hand == 0)
+        return w->asked == 0;
+    left_s = w->work_rows * w->row_s - sc_lane_age_s(w->drawing);
+    return w->asked == 0 && left_s < LEAD_S;
+}
+
+static sc_status ask(worker *w, bool *busy)
+{
+    static const int32_t words[2] = {0, 1};
+    const bool stop = *w->farm->stop;
     sc_status status = SC_OK;
 
-    for (int i = 0; i < SC_UNITS_AHEAD && status == SC_OK; i++) {
-        w->stop_words[i] = *w->farm->stop;
-        status = sc_comm_post(w->ctx, w->comm, 0, SC_TAG_READY, &w->stop_words[i],
-                              sizeof w->stop_words[i]);
+    if (stop && !w->stop_told) {
+        w->stop_told = true;
+        SC_TRY(post(w, SC_TAG_STOP, &words[1], sizeof words[1]));
     }
+    if (!should_ask(w))
+        goto out;
+    w->asked++;
+    *busy = true;
+    status = post(w, SC_TAG_READY, &words[stop], sizeof words[0]);
+out:
     return status;
 }
 
 /* Receive what has come: units, or the order to go home. */
 static bool receive(worker *w)
 {
-    sc_message message;
-    int32_t unit;
+    sc_message mail;
+    sc_unit unit;
 
-    if (!sc_comm_poll(w->comm, &message))
+    if (!sc_comm_poll(w->comm, &mail))
         return false;
-    sc_comm_receive(w->comm, &message, &unit);
-    if (unit < 0)
+    sc_comm_receive(w->comm, &mail, &unit);
+    w->asked--;
+    if (unit.kind == SC_UNIT_NONE) {
         w->sent_home = true;
-    else
-        w->units[w->unit_count++] = unit;
+        return true;
+    }
+    w->pending[w->pending_count++] = unit;
+    w->in_hand++;
     return true;
+}
+
+/* Buffers on their way are free again when all messages have left. */
+static buffer *free_buffer(worker *w)
+{
+    for (int i = 0; i < BUFFERS; i++) {
+        if (!w->buffers[i].used)
+            return &w->buffers[i];
+    }
+    if (sc_comm_pending(w->comm) > 0)
+        return NULL;
+    for (int i = 0; i < BUFFERS; i++) {
+        buffer *b = &w->buffers[i];
+
+        if (b->job.status == SC_OK && b->job.unit.kind == SC_UNIT_NONE) {
+            b->used = false;
+            sc_free(b->job.payload.data);
+            b->job.payload = (sc_payload){0};
+        }
+    }
+    for (int i = 0; i < BUFFERS; i++) {
+        if (!w->buffers[i].used)
+            return &w->buffers[i];
+    }
+    return NULL;
 }
 
 /* Hand units on to the drawing thread, as far as there are buffers. */
 static bool give_units(worker *w)
 {
     bool any = false;
+    buffer *b;
 
-    while (w->unit_count > 0 && sc_local_has_room(w->local) &&
-           w->given - w->sent + sc_comm_pending(w->comm) < BUFFERS) {
-        sc_local_give(w->local, w->units[0], &w->images[w->given++ % BUFFERS]);
-        w->unit_count--;
-        memmove(w->units, w->units + 1, (size_t)w->unit_count * sizeof w->units[0]);
+    while (w->pending_count > 0 && (b = free_buffer(w))) {
+        sc_frame_result *results = b->job.results;
+
+        b->used = true;
+        b->job = (sc_draw_job){.unit = w->pending[0], .image = &b->image, .results = results};
+        w->work_rows = sc_farm_rows(w->farm, &w->pending[0]);
+        w->pending[0] = w->pending[1];
+        w->pending_count--;
+        sc_lane_give(w->drawing, &b->job.lane);
         any = true;
     }
     return any;
 }
 
-/* Send a finished frame on its way, if there is one. */
-static sc_status send_finished(worker *w, bool *any)
+static sc_status send_payload(worker *w, const sc_payload *payload)
 {
-    sc_frame_message message;
-    char *buffer = w->buffers[w->sent % BUFFERS];
-    int unit;
+    const size_t piece_bytes = sc_farm_message_bytes(w->farm);
+    sc_status status = SC_OK;
 
-    *any = sc_local_collect(w->local, &unit, &message.result);
-    if (!*any)
+    for (size_t at = 0; at < payload->bytes && status == SC_OK; at += piece_bytes) {
+        const size_t left = payload->bytes - at;
+
+        status = post(w, SC_TAG_PIECE, (const char *)payload->data + at,
+                      left < piece_bytes ? left : piece_bytes);
+    }
+    return status;
+}
+
+static sc_status send_group(worker *w, buffer *b, sc_done_message *message)
+{
+    const int count = sc_farm_group_count(w->farm, b->job.unit.index);
+    const size_t results_bytes = (size_t)count * sizeof *b->job.results;
+    const uint64_t bytes = b->job.payload.bytes;
+    sc_status status;
+
+    message->status = b->job.status;
+    for (int i = 0; i < count; i++) {
+        b->job.results[i].rank = sc_comm_rank(w->comm);
+        w->times->render_wall_s += b->job.results[i].render_wall_s;
+        w->times->render_cpu_s += b->job.results[i].render_cpu_s;
+        message->result.render_wall_s += b->job.results[i].render_wall_s;
+    }
+    memcpy(b->message, message, sizeof *message);
+    memcpy(b->message + sizeof *message, b->job.results, results_bytes);
+    memcpy(b->message + sizeof *message + results_bytes, &bytes, sizeof bytes);
+    SC_TRY(post(w, SC_TAG_DONE, b->message, sizeof *message + results_bytes + sizeof bytes));
+    status = send_payload(w, &b->job.payload);
+out:
+    return status;
+}
+
+static sc_status send_rows(worker *w, buffer *b, sc_done_message *message)
+{
+    const size_t row_bytes = (size_t)w->farm->width_px * 3;
+    const size_t bytes = (size_t)b->job.unit.rows * row_bytes;
+
+    message->result = b->job.result;
+    message->result.rank = sc_comm_rank(w->comm);
+    w->times->render_wall_s += b->job.result.render_wall_s;
+    w->times->render_cpu_s += b->job.result.render_cpu_s;
+    memmove(b->image.rgb, b->image.rgb + (size_t)b->job.unit.row * row_bytes, bytes);
+    memcpy(b->message, message, sizeof *message);
+    return post(w, SC_TAG_DONE, b->message, sizeof *message + bytes);
+}
+
+/* Send a finished unit on its way, if there is one. */
+static sc_status send_finished(worker *w, bool *busy)
+{
+    buffer *b = (buffer *)sc_lane_collect(w->drawing);
+    sc_done_message message = {0};
+    sc_status status;
+
+    if (!b)
         return SC_OK;
-    message.unit = unit;
+    *busy = true;
+    message.unit = b->job.unit;
     message.stop = *w->farm->stop;
-    message.result.rank = sc_comm_rank(w->comm);
-    memcpy(buffer, &message, sizeof message);
-    w->sent++;
-    return sc_comm_post(w->ctx, w->comm, 0, SC_TAG_FRAME, buffer,
-                        sizeof message + sc_image_bytes(&w->images[0]));
+    w->in_hand--;
+    w->row_s = b->job.lane.wall_s / sc_farm_rows(w->farm, &b->job.unit);
+    status =
+        b->job.unit.kind == SC_UNIT_GROUP ? send_group(w, b, &message) : send_rows(w, b, &message);
+    b->job.status = SC_OK;
+    b->job.unit.kind = SC_UNIT_NONE; /* on its way */
+    return status;
 }
 
 static sc_status work(worker *w)
 {
+    static const int32_t bye = 0;
     double nap_s = 50e-6;
     sc_status status;
 
-    SC_TRY(send_ready(w));
-    while (!w->sent_home) {
+    while (!w->sent_home || w->asked > 0 || w->in_hand > 0) {
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
-        bool busy = false, sent;
+        bool busy = false;
 
         while (receive(w))
             busy = true;
         busy = give_units(w) || busy;
-        SC_TRY(send_finished(w, &sent));
-        busy = busy || sent;
+        SC_TRY(send_finished(w, &busy));
+        SC_TRY(ask(w, &busy));
         w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
         if (busy || sc_comm_pending(w->comm) > 0)
@@ -108,6 +232,7 @@ static sc_status work(worker *w)
             nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
         sc_sleep_s(nap_s);
     }
+    status = post(w, SC_TAG_BYE, &bye, sizeof bye);
 out:
     return status;
 }
@@ -115,17 +240,21 @@ out:
 static sc_status open_worker(worker *w, void **block)
 {
     const sc_farm *farm = w->farm;
-    const size_t bytes = (size_t)farm->width_px * (size_t)farm->height_px * 3;
-    const size_t each = (bytes + sizeof(sc_frame_message) + 63) / 64 * 64;
+    const size_t each = (sc_farm_message_bytes(farm) + 63) / 64 * 64;
+    void *results;
     sc_status status;
 
     SC_TRY(sc_alloc(w->ctx, BUFFERS, each, block));
     for (int i = 0; i < BUFFERS; i++) {
-        w->buffers[i] = (char *)*block + (size_t)i * each;
-        w->images[i] = (sc_image){farm->width_px, farm->height_px,
-                                  (uint8_t *)w->buffers[i] + sizeof(sc_frame_message)};
+        buffer *b = &w->buffers[i];
+
+        b->message = (char *)*block + (size_t)i * each;
+        b->image = (sc_image){farm->width_px, farm->height_px,
+                              (uint8_t *)b->message + sizeof(sc_done_message)};
+        SC_TRY(sc_alloc(w->ctx, (size_t)farm->group_frames + 1, sizeof *b->job.results, &results));
+        b->job.results = results;
     }
-    status = sc_local_start(w->ctx, farm, &w->local);
+    status = sc_lane_start(w->ctx, sc_farm_draw, (void *)(uintptr_t)farm, &w->drawing);
 out:
     return status;
 }
@@ -141,7 +270,11 @@ sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc
         status = work(&w);
         sc_comm_flush(comm);
     }
-    sc_local_stop(w.local, times);
+    times->idle_s += sc_lane_stop(w.drawing);
+    for (int i = 0; i < BUFFERS; i++) {
+        sc_free(w.buffers[i].job.results);
+        sc_free(w.buffers[i].job.payload.data);
+    }
     sc_free(block);
     return status;
 }

@@ -18,6 +18,7 @@ typedef struct frame {
     sc_cover cover;
     sc_glimpse nothing; /* of a pixel without a ray */
     int tiles_x;
+    int row0, row1; /* of the viewport, to be drawn */
 } frame;
 
 /* Rays waiting to be marched together, and where what they bring is to go. */
@@ -278,10 +279,13 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     const frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
     const double begin_s = sc_thread_cpu_s();
+    sc_render_span *span = &f->renderer->spans[thread];
     const int side = s->tile_px + 2;
     sc_render_stats *stats = &f->renderer->stats[thread];
     tile t; /* large, and most of it need not be cleared */
 
+    if (span->begin_s == 0)
+        span->begin_s = sc_wall_s();
     t.f = f;
     t.glimpses = f->renderer->glimpses + (size_t)thread * (size_t)side * (size_t)side;
     t.stride = side;
@@ -289,13 +293,14 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     t.rays.count = 0;
     for (size_t i = begin; i < end; i++) {
         t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
-        t.y0 = (int)(i / (size_t)f->tiles_x) * s->tile_px;
+        t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);
-        t.y1 = least(t.y0 + s->tile_px, f->viewport->height_px);
+        t.y1 = least(t.y0 + s->tile_px, f->row1);
         draw_tile(&t);
     }
     sc_add_counters(&stats->counters, &t.counters);
     stats->cpu_s += sc_thread_cpu_s() - begin_s;
+    span->end_s = sc_wall_s();
 }
 
 static void to_floats(sc_vec3 v, float out[3])
@@ -352,25 +357,47 @@ static void place_planes(sc_renderer *r, const sc_scene *scene)
     }
 }
 
-void sc_render_frame(sc_renderer *r, const sc_scene *scene, sc_image *image, sc_render_stats *stats)
+void sc_render_frame(sc_renderer *r, const sc_scene *scene, const sc_rows *rows, sc_image *image,
+                     sc_render_stats *stats)
 {
     const sc_viewport whole = {0, 0, r->settings.width_px, r->settings.height_px};
 
-    sc_render_view(r, scene, &whole, image, stats);
+    sc_render_view(r, scene, &whole, rows, image, stats);
+}
+
+void sc_renderer_spans(sc_renderer *r, sc_render_span *out)
+{
+    const size_t bytes = (size_t)r->settings.threads * sizeof *r->spans;
+
+    memcpy(out, r->spans, bytes);
+    memset(r->spans, 0, bytes);
+}
+
+static int within(int value, int high)
+{
+    return value < 0 ? 0 : least(value, high);
 }
 
 void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                    sc_image *image, sc_render_stats *stats)
+                    const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
     const double begin_s = sc_wall_s();
-    const int px = r->settings.tile_px;
-    const int tiles_y = (viewport->height_px + px - 1) / px;
+    const int px = r->settings.tile_px, height_px = viewport->height_px;
+    const int row0 = rows ? within(rows->first - viewport->y_px, height_px) : 0;
+    const int row1 = rows ? within(rows->end - viewport->y_px, height_px) : height_px;
+    const int tiles_y = (row1 - row0 + px - 1) / px;
     frame f = {.renderer = r,
                .scene = scene,
                .viewport = viewport,
                .image = image,
                .nothing = {.nothing = true},
-               .tiles_x = (viewport->width_px + px - 1) / px};
+               .tiles_x = (viewport->width_px + px - 1) / px,
+               .row0 = row0,
+               .row1 = row1};
+
+    *stats = (sc_render_stats){0};
+    if (row0 >= row1)
+        return;
 
     place_lamps(r, &scene->camera);
     place_depth_cue(r, &scene->camera);
@@ -383,7 +410,6 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     sc_cover_init(&f.cover, r, scene, viewport, r->cover);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
-    *stats = (sc_render_stats){0};
     for (int i = 0; i < r->settings.threads; i++) {
         sc_add_counters(&stats->counters, &r->stats[i].counters);
         stats->cpu_s += r->stats[i].cpu_s;

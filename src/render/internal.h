@@ -52,6 +52,7 @@ struct sc_renderer {
     float background[3];    /* linear */
     uint8_t empty[3];       /* the same, as a pixel */
     sc_render_stats *stats; /* [threads]; of the frame in work */
+    sc_render_span *spans;  /* [threads] */
     sc_glimpse *glimpses;   /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */
 };
 

@@ -191,6 +191,8 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     r->tissues = block;
     SC_TRY(sc_zalloc(ctx, threads, sizeof *r->stats, &block));
     r->stats = block;
+    SC_TRY(sc_zalloc(ctx, threads, sizeof *r->spans, &block));
+    r->spans = block;
     SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->glimpses, &block));
     r->glimpses = block;
     SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
@@ -270,6 +272,7 @@ void sc_renderer_free(sc_renderer *r)
     sc_occlusion_clear(&r->occlusion);
     sc_free(r->hull);
     sc_free(r->stats);
+    sc_free(r->spans);
     sc_free(r->glimpses);
     sc_free(r);
 }

@@ -117,17 +117,10 @@ out:
     return status;
 }
 
-sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *directory)
+sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
+                       const char *csv)
 {
-    char *json = NULL, *csv = NULL;
-    sc_status status;
+    sc_status status = write_json(ctx, run, json);
 
-    SC_TRY(sc_path_join(ctx, directory, "stats.json", &json));
-    SC_TRY(sc_path_join(ctx, directory, "frames.csv", &csv));
-    SC_TRY(write_json(ctx, run, json));
-    status = write_csv(ctx, run, csv);
-out:
-    sc_free(json);
-    sc_free(csv);
-    return status;
+    return status == SC_OK ? write_csv(ctx, run, csv) : status;
 }

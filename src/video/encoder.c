@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Pictures to packets by libav, one closed group of pictures after the other. Every group has an
  * encoder of its own: its bytes depend on its pictures alone, whoever encodes it and whenever.
- * Settings that decide whether a video plays everywhere, with its colours, stand in fill_codec() and
- * open_scaler(). */
+ * Settings that decide whether a video plays everywhere, with its colours, stand in fill_codec()
+ * and open_scaler(). */
 #include "internal.h"
 
 #include <libavcodec/avcodec.h>
@@ -28,8 +28,8 @@ struct sc_encoder {
     const sc_container *kind;
     sc_video_settings settings;
     AVCodecContext *codec; /* of the group in work, or NULL */
-    AVFrame *frame;     /* for the encoder, which may hold on to it */
-    AVFrame *converted; /* by swscale, which writes beyond the ends of unaligned rows */
+    AVFrame *frame;        /* for the encoder, which may hold on to it */
+    AVFrame *converted;    /* by swscale, which writes beyond the ends of unaligned rows */
     AVPacket *packet;
     struct SwsContext *scaler;
     sc_image padded; /* the picture with even sides */
@@ -136,9 +136,9 @@ static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
     const int width = e->padded.width_px, height = e->padded.height_px;
     const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
 
-    e->scaler = sws_getContext(
-        width, height, AV_PIX_FMT_RGB24, width, height, AV_PIX_FMT_YUV420P,
-        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT, NULL, NULL, NULL);
+    e->scaler = sws_getContext(width, height, AV_PIX_FMT_RGB24, width, height, AV_PIX_FMT_YUV420P,
+                               SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT,
+                               NULL, NULL, NULL);
     e->converted = av_frame_alloc();
     e->frame = av_frame_alloc();
     e->packet = av_packet_alloc();
@@ -237,8 +237,8 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
     sws_scale(e->scaler, from, stride, 0, e->padded.height_px, e->converted->data,
               e->converted->linesize);
     find_planes(e, e->yuv, planes, strides);
-    av_image_copy(planes, strides, (const uint8_t **)e->converted->data,
-                  e->converted->linesize, AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
+    av_image_copy(planes, strides, (const uint8_t **)e->converted->data, e->converted->linesize,
+                  AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
     return e->yuv;
 }
 

@@ -156,11 +156,10 @@ bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
         (uint64_t)head.frame_count * 8 + head.extradata_bytes + sizeof head > head.bytes ||
         hash_of(segment->data, segment->bytes) != head.hash)
         return false;
-    *out =
-        (sc_segment_info){.identity = head.identity,
-                          .first_frame = head.first_frame,
-                          .frame_count = head.frame_count,
-                          .hashes = (const void *)((const char *)segment->data + sizeof head)};
+    *out = (sc_segment_info){.identity = head.identity,
+                             .first_frame = head.first_frame,
+                             .frame_count = head.frame_count,
+                             .hashes = (const void *)((const char *)segment->data + sizeof head)};
     return true;
 }
 

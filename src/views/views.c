@@ -212,7 +212,8 @@ static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
 }
 
 sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
-                        const sc_scene *scene, sc_image *image, sc_render_stats *stats)
+                        const sc_scene *scene, const sc_rows *rows, sc_image *image,
+                        sc_render_stats *stats)
 {
     const int width_px = image->width_px, height_px = image->height_px;
     drawing d = {.v = views, .mm_per_px = common_scale(views, width_px, height_px)};
@@ -222,13 +223,13 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
 
     d.text_px = fmax(9, height_px / 42.0);
     choose_inks(views, d.ink, d.paper);
-    sc_render_view(renderer, scene, &space, image, &sum);
+    sc_render_view(renderer, scene, &space, rows, image, &sum);
     for (int i = 0; i < PANELS; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
         const sc_scene slice =
             slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2, scene->group_count);
 
-        sc_render_view(renderer, &slice, &p, image, &each);
+        sc_render_view(renderer, &slice, &p, rows, image, &each);
         add_stats(&sum, &each);
     }
     status = sc_overlay_begin(ctx, image, &d.overlay);

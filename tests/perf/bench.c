@@ -156,7 +156,7 @@ static void draw(entry *e, int frame)
 
     if (strcmp(e->value[SCENE], "peers") == 0)
         scene.camera = peers_camera(frame);
-    sc_render_frame(e->renderer, &scene, &e->image, &stats);
+    sc_render_frame(e->renderer, &scene, NULL, &e->image, &stats);
     sc_add_counters(&e->counters, &stats.counters);
 }
 

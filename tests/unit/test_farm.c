@@ -4,85 +4,390 @@
 
 #include "segcast/farm.h"
 
-enum { UNITS = 500, RANKS_MAX = 64 };
+enum { UNITS = 500 };
 
-/* Ranks of random speed; units come back in any order. What is held never exceeds the window, and
- * every unit is drawn exactly once. */
-static void simulate(int ranks, int window, uint64_t seed)
+/* ---- simulated ranks ---- */
+
+typedef struct event {
+    double time_s;
+    int rank;
+} event;
+
+typedef struct simulation {
+    sc_work work;
+    sc_handout handout;
+    double (*cost_s)(int frame); /* of a whole frame, for a rank of speed 1 */
+    double (*speed)(int rank);
+    double latency_s; /* from the end of a unit to the beginning of the next */
+    /* state */
+    event *heap;
+    int heap_count;
+    sc_unit *units;        /* [ranks] in work; kind none: waiting */
+    int *rows_left;        /* [frames] */
+    double *busy_s;        /* [ranks] */
+    double longest_unit_s; /* that was begun after the last frame was begun */
+    double handed_s;       /* when the last unit went out */
+    double end_s, work_s, units_done;
+    int *waiting, waiting_count;
+} simulation;
+
+static void push_event(simulation *s, event e)
 {
-    sc_handout h = {.total = UNITS, .window = window};
-    int busy[RANKS_MAX], drawn[UNITS] = {0};
-    bool back[UNITS] = {false};
+    int i = s->heap_count++;
 
-    for (int i = 0; i < ranks; i++)
-        busy[i] = -1;
-    while (h.taken < UNITS) {
-        const int rank = (int)(random_bits(&seed) % (uint64_t)ranks);
-
-        if (busy[rank] >= 0) {
-            back[busy[rank]] = true;
-            busy[rank] = -1;
-            sc_handout_back(&h);
-        } else {
-            const int unit = sc_handout_next(&h);
-
-            if (unit >= 0) {
-                assert_int_equal(drawn[unit]++, 0);
-                assert_true(unit < h.taken + window);
-                busy[rank] = unit;
-            }
-        }
-        while (h.taken < UNITS && back[h.taken])
-            h.taken++;
-    }
-    assert_true(sc_handout_finished(&h));
-    assert_int_equal(sc_handout_next(&h), SC_HANDOUT_END);
+    for (; i > 0 && s->heap[(i - 1) / 2].time_s > e.time_s; i = (i - 1) / 2)
+        s->heap[i] = s->heap[(i - 1) / 2];
+    s->heap[i] = e;
 }
 
-static void every_unit_goes_out_once_within_the_window(void **state)
+static event pop_event(simulation *s)
 {
+    const event top = s->heap[0], last = s->heap[--s->heap_count];
+    int i = 0;
+
+    for (;;) {
+        int child = 2 * i + 1;
+
+        if (child >= s->heap_count)
+            break;
+        if (child + 1 < s->heap_count && s->heap[child + 1].time_s < s->heap[child].time_s)
+            child++;
+        if (s->heap[child].time_s >= last.time_s)
+            break;
+        s->heap[i] = s->heap[child];
+        i = child;
+    }
+    s->heap[i] = last;
+    return top;
+}
+
+/* Give a rank its next unit, if there is one. */
+static bool begin_unit(simulation *s, int rank, double now_s)
+{
+    sc_unit *unit = &s->units[rank];
+    double seconds;
+
+    if (sc_handout_next(&s->handout, unit) != SC_HANDOUT_UNIT) {
+        unit->kind = SC_UNIT_NONE;
+        return false;
+    }
+    assert_true(unit->index < s->handout.taken + s->handout.window);
+    seconds = s->cost_s(unit->index) * unit->rows / s->work.height_px / s->speed(rank);
+    s->busy_s[rank] += seconds;
+    s->work_s += seconds;
+    s->handed_s = now_s;
+    if (unit->index >= s->handout.split_from && seconds > s->longest_unit_s)
+        s->longest_unit_s = seconds;
+    push_event(s, (event){now_s + s->latency_s + seconds, rank});
+    return true;
+}
+
+static void end_unit(simulation *s, int rank, double now_s)
+{
+    const sc_unit *unit = &s->units[rank];
+
+    s->rows_left[unit->index] -= unit->rows;
+    assert_true(s->rows_left[unit->index] >= 0);
+    s->units_done++;
+    sc_handout_back(&s->handout);
+    while (s->handout.taken < s->work.frames && s->rows_left[s->handout.taken] == 0)
+        s->handout.taken++;
+    s->waiting[s->waiting_count++] = rank;
+    s->end_s = now_s;
+}
+
+static void simulate(simulation *s)
+{
+    const size_t ranks = (size_t)s->work.ranks;
+
+    s->handout = sc_handout_begin(&s->work);
+    s->heap = calloc(ranks + 1, sizeof *s->heap);
+    s->units = calloc(ranks, sizeof *s->units);
+    s->busy_s = calloc(ranks, sizeof *s->busy_s);
+    s->waiting = calloc(ranks, sizeof *s->waiting);
+    s->rows_left = calloc((size_t)s->work.frames, sizeof *s->rows_left);
+    for (int k = 0; k < s->work.frames; k++)
+        s->rows_left[k] = s->work.height_px;
+    for (int rank = s->work.ranks - 1; rank >= 0; rank--)
+        s->waiting[s->waiting_count++] = rank;
+    for (double now_s = 0;;) {
+        while (s->waiting_count > 0 && begin_unit(s, s->waiting[s->waiting_count - 1], now_s))
+            s->waiting_count--;
+        if (s->heap_count == 0)
+            break;
+        const event e = pop_event(s);
+
+        now_s = e.time_s;
+        end_unit(s, e.rank, now_s);
+    }
+    assert_true(sc_handout_finished(&s->handout));
+    assert_int_equal(s->handout.taken, s->work.frames);
+    for (int k = 0; k < s->work.frames; k++)
+        assert_int_equal(s->rows_left[k], 0);
+}
+
+static void clear_simulation(simulation *s)
+{
+    free(s->heap);
+    free(s->units);
+    free(s->busy_s);
+    free(s->waiting);
+    free(s->rows_left);
+}
+
+static double same_cost(int frame)
+{
+    (void)frame;
+    return 0.4;
+}
+
+/* A sweep that empties the heart: from 1.2 s down to nearly nothing. */
+static double falling_cost(int frame)
+{
+    return frame < 900 ? 1.2 * (1 - frame / 900.0) + 0.004 : 0.004;
+}
+
+static double wild_cost(int frame)
+{
+    uint64_t seed = (uint64_t)frame * 7919 + 1;
+
+    return 0.02 + (double)(random_bits(&seed) % 1000) / 800;
+}
+
+static double same_speed(int rank)
+{
+    (void)rank;
+    return 1;
+}
+
+static double mixed_speed(int rank)
+{
+    return 0.33 + 0.67 * (rank % 5) / 4; /* the slowest has a third of the fastest's */
+}
+
+static double total_speed(const simulation *s)
+{
+    double sum = 0;
+
+    for (int i = 0; i < s->work.ranks; i++)
+        sum += s->speed(i);
+    return sum;
+}
+
+static double total_cost_s(const simulation *s)
+{
+    double sum = 0;
+
+    for (int k = 0; k < s->work.frames; k++)
+        sum += s->cost_s(k);
+    return sum;
+}
+
+/* Every row goes out once, in the window; and from the moment when nothing is left to begin, all
+ * ranks end within the time of one band. @p falling: but for a slow rank with one of the costly
+ * frames before the fall, which may last longer than all that follows; then within 1 %. */
+static void check_balance(int ranks, int frames, double (*cost_s)(int), double (*speed)(int),
+                          bool falling)
+{
+    simulation s = {.work = {.ranks = ranks,
+                             .frames = frames,
+                             .width_px = 320,
+                             .height_px = 180,
+                             .partition = SC_PARTITION_AUTO},
+                    .cost_s = cost_s,
+                    .speed = speed,
+                    .latency_s = 1e-4};
+    double ideal_s;
+
+    simulate(&s);
+    ideal_s = total_cost_s(&s) / total_speed(&s);
+    assert_true(s.end_s - s.handed_s <=
+                s.longest_unit_s + 2 * s.latency_s + (falling ? 0.01 * ideal_s : 0));
+    if (s.end_s > 1.05 * ideal_s + s.longest_unit_s)
+        fail_msg("%d ranks, %d frames: end at %g, %g would be ideal", ranks, frames, s.end_s,
+                 ideal_s);
+    clear_simulation(&s);
+}
+
+static void ranks_end_within_a_bands_time(void **state)
+{
+    static const int ranks[] = {2, 3, 7, 16, 64, 250};
+
     (void)state;
-    for (int ranks = 1; ranks <= RANKS_MAX; ranks = 2 * ranks + 1) {
-        simulate(ranks, 1, 3);
-        simulate(ranks, 2 * ranks, 5);
+    for (size_t i = 0; i < SC_COUNT_OF(ranks); i++) {
+        check_balance(ranks[i], 12 * ranks[i], same_cost, same_speed, false);
+        check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, false);
+        check_balance(ranks[i], 12 * ranks[i], wild_cost, mixed_speed, false);
+        if (ranks[i] > 100)
+            continue; /* of frames that cost so little, more would have to be held than fit */
+        check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, same_speed, true);
+        check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, mixed_speed, true);
     }
 }
 
-static void a_stop_ends_the_hand_out(void **state)
+static void the_hand_out_scales_to_65536_ranks(void **state)
 {
-    sc_handout h = {.total = 10, .window = 4};
+    (void)state;
+    for (int ranks = 1024; ranks <= 65536; ranks *= 8) {
+        simulation s = {.work = {.ranks = ranks,
+                                 .frames = 4 * ranks,
+                                 .width_px = 64,
+                                 .height_px = 48,
+                                 .partition = SC_PARTITION_AUTO},
+                        .cost_s = wild_cost,
+                        .speed = mixed_speed,
+                        .latency_s = 1e-4};
+
+        simulate(&s);
+        /* At 65,536 the frames that fit into rank 0's memory are fewer than the ranks. */
+        assert_true(s.end_s < (ranks < 10000 ? 1.3 : 3.1) * total_cost_s(&s) / total_speed(&s));
+        clear_simulation(&s);
+    }
+}
+
+/* Frames of which rank 0 can hold only a few are shared by several ranks each. */
+static void large_frames_keep_many_ranks_busy(void **state)
+{
+    simulation s = {.work = {.ranks = 300,
+                             .frames = 120,
+                             .width_px = 7680,
+                             .height_px = 4320,
+                             .partition = SC_PARTITION_AUTO},
+                    .cost_s = same_cost,
+                    .speed = same_speed,
+                    .latency_s = 1e-5};
 
     (void)state;
-    assert_int_equal(sc_handout_next(&h), 0);
-    assert_int_equal(sc_handout_next(&h), 1);
+    simulate(&s);
+    assert_true((size_t)s.handout.window * 7680 * 4320 * 3 <= (size_t)256 << 20);
+    assert_true(s.end_s < 1.25 * total_cost_s(&s) / total_speed(&s));
+    clear_simulation(&s);
+}
+
+static void one_frame_is_for_all_ranks(void **state)
+{
+    const sc_work work = {.ranks = 2,
+                          .frames = 1,
+                          .width_px = 3840,
+                          .height_px = 2160,
+                          .partition = SC_PARTITION_AUTO};
+    sc_handout h = sc_handout_begin(&work);
+    sc_unit unit;
+    int units = 0, next_row = 0;
+
+    (void)state;
+    while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
+        assert_int_equal(unit.kind, SC_UNIT_BAND);
+        assert_int_equal(unit.row, next_row);
+        next_row += unit.rows;
+        units++;
+    }
+    assert_int_equal(next_row, 2160);
+    assert_in_range(units, 12, 40);
+}
+
+static void partitions_are_what_they_say(void **state)
+{
+    sc_work work = {.ranks = 4, .frames = 100, .width_px = 640, .height_px = 480};
+    sc_handout h;
+
+    (void)state;
+    work.partition = SC_PARTITION_FRAMES;
+    assert_int_equal(sc_handout_begin(&work).split_from, 100);
+    work.partition = SC_PARTITION_TILES;
+    assert_int_equal(sc_handout_begin(&work).split_from, 0);
+    work.partition = SC_PARTITION_AUTO;
+    assert_in_range(sc_handout_begin(&work).split_from, 80, 96);
+    work.ranks = 1;
+    assert_int_equal(sc_handout_begin(&work).split_from, 100);
+    work.height_px = 7; /* lower than a band */
+    work.partition = SC_PARTITION_TILES;
+    h = sc_handout_begin(&work);
+    assert_true(h.band_rows > 0);
+}
+
+static void groups_go_out_first_and_leave_a_tail(void **state)
+{
+    const sc_work work = {.ranks = 4, .groups = 3, .frames = 2, .width_px = 64, .height_px = 64};
+    sc_handout h = sc_handout_begin(&work);
+    sc_unit unit;
+
+    (void)state;
+    for (int g = 0; g < 3; g++) {
+        assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
+        assert_int_equal(unit.kind, SC_UNIT_GROUP);
+        assert_int_equal(unit.index, g);
+    }
+    assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
+    assert_int_not_equal(unit.kind, SC_UNIT_GROUP);
+    assert_int_equal(sc_handout_groups(100, 2, false), 0);
+    assert_int_equal(sc_handout_groups(100, 2, true), 99);
+    assert_int_equal(sc_handout_groups(100, 8, false), 96);
+    assert_int_equal(sc_handout_groups(10, 8, false), 0);
+    assert_int_equal(sc_handout_groups(1, 8, true), 0);
+    assert_int_equal(sc_handout_groups(0, 8, true), 0);
+}
+
+/* What was begun is ended: also the rest of a frame of which bands are out. */
+static void a_stop_ends_the_hand_out_at_a_frame(void **state)
+{
+    const sc_work work = {.ranks = 2,
+                          .frames = 50,
+                          .width_px = 64,
+                          .height_px = 480,
+                          .partition = SC_PARTITION_TILES};
+    sc_handout h = sc_handout_begin(&work);
+    sc_unit unit;
+    int rows = 0;
+
+    (void)state;
+    assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
+    rows = unit.rows;
     h.stopped = true;
-    assert_int_equal(sc_handout_next(&h), SC_HANDOUT_END);
+    while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
+        assert_int_equal(unit.index, 0);
+        assert_false(sc_handout_finished(&h));
+        rows += unit.rows;
+    }
+    assert_int_equal(rows, 480);
     assert_false(sc_handout_finished(&h));
-    sc_handout_back(&h);
-    sc_handout_back(&h);
+    while (h.out > 0)
+        sc_handout_back(&h);
     assert_true(sc_handout_finished(&h));
 }
 
-static void the_window_bounds_memory(void **state)
-{
-    const size_t frame_4k = 3840 * 2160 * 3;
-
-    (void)state;
-    assert_true((size_t)sc_handout_window(100000, frame_4k) * frame_4k <= (size_t)128 << 20);
-    assert_true(sc_handout_window(1, 1000) >= 2);
-    assert_true(sc_handout_window(1, (size_t)1 << 40) >= 2);
-}
+/* ---- the farm with one rank ---- */
 
 typedef struct probe {
     int taken[UNITS], count, stop_after, fail_after;
     volatile sig_atomic_t stop;
+    sc_partition partition;
+    int groups;
+    double deadline_s;
 } probe;
 
-static void draw(void *user, int frame, sc_image *image, sc_frame_result *result)
+static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
 {
+    const size_t row_bytes = (size_t)image->width_px * 3;
+
     (void)user;
-    memset(image->rgb, frame, sc_image_bytes(image));
-    result->samples = (uint64_t)frame * 3;
+    memset(image->rgb + (size_t)row * row_bytes, frame, (size_t)rows * row_bytes);
+    result->samples = (uint64_t)(frame * 3 * rows);
+}
+
+/* A group's payload: its first frame. */
+static sc_status draw_group(void *user, int first, int count, sc_frame_result *results,
+                            sc_payload *out)
+{
+    void *data;
+
+    (void)user;
+    for (int i = 0; i < count; i++)
+        results[i].frame = first + i;
+    assert_ok(sc_alloc(&quiet, 1, sizeof first, &data));
+    memcpy(data, &first, sizeof first);
+    *out = (sc_payload){data, sizeof first};
+    return SC_OK;
 }
 
 static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)
@@ -90,19 +395,40 @@ static sc_status take(void *user, const sc_frame_result *result, const sc_image 
     probe *p = user;
 
     assert_int_equal(image->rgb[5], (uint8_t)result->frame);
-    assert_int_equal(result->samples, (uint64_t)result->frame * 3);
+    assert_int_equal(result->samples, (uint64_t)result->frame * 3 * (uint64_t)image->height_px);
     assert_int_equal(result->hash, sc_image_hash(image));
     p->taken[p->count++] = result->frame;
     p->stop = p->count == p->stop_after;
     return p->count == p->fail_after ? SC_ERR_WRITE : SC_OK;
 }
 
+static sc_status take_group(void *user, const sc_frame_result *results, int count,
+                            const sc_payload *payload)
+{
+    probe *p = user;
+
+    assert_int_equal(payload->bytes, sizeof(int));
+    assert_int_equal(*(const int *)payload->data, results[0].frame);
+    for (int i = 0; i < count; i++)
+        p->taken[p->count++] = results[i].frame;
+    return SC_OK;
+}
+
 static sc_status run(probe *p, const int *frames, int count)
 {
     sc_comm *comm;
     sc_farm_times times;
+    static const int groups[] = {100, 104};
     const sc_farm farm = {.width_px = 5,
-                          .height_px = 3,
+                          .height_px = 40,
+                          .partition = p->partition,
+                          .groups = groups,
+                          .group_count = p->groups,
+                          .group_frames = 4,
+                          .total = 106,
+                          .draw_group = draw_group,
+                          .take_group = take_group,
+                          .deadline_s = p->deadline_s,
                           .frames = frames,
                           .frame_count = count,
                           .draw = draw,
@@ -128,27 +454,61 @@ static void one_rank_takes_all_frames_in_order(void **state)
     assert_memory_equal(p.taken, frames, sizeof frames);
 }
 
-static void a_stop_is_incomplete_and_an_error_is_itself(void **state)
+static void bands_and_groups_come_together(void **state)
+{
+    const int frames[] = {3, 4, 7, 9, 30, 31};
+    probe p = {.stop_after = -1, .fail_after = -1, .partition = SC_PARTITION_TILES, .groups = 2};
+    int sum = 0;
+
+    (void)state;
+    assert_ok(run(&p, frames, 6));
+    assert_int_equal(p.count, 6 + 4 + 2); /* the last group is shorter */
+    for (int i = 0; i < p.count; i++)
+        sum += p.taken[i];
+    assert_int_equal(sum, 3 + 4 + 7 + 9 + 30 + 31 + 100 + 101 + 102 + 103 + 104 + 105);
+}
+
+static void a_deadline_is_a_stop(void **state)
 {
     int frames[100];
-    probe p = {.stop_after = 4, .fail_after = -1}, q = {.stop_after = -1, .fail_after = 4};
+    probe p = {.stop_after = -1, .fail_after = -1, .deadline_s = sc_wall_s() - 1};
 
     (void)state;
     for (int i = 0; i < 100; i++)
         frames[i] = i;
     assert_int_equal(run(&p, frames, 100), SC_ERR_INCOMPLETE);
-    assert_in_range(p.count, 4, 20);
-    assert_int_equal(run(&q, frames, 100), SC_ERR_WRITE);
+    assert_int_equal(p.count, 0);
+    p.deadline_s = sc_wall_s() + 1000;
+    assert_ok(run(&p, frames, 100));
+}
+
+static void a_stop_is_incomplete_and_an_error_is_itself(void **state)
+{
+    int frames[UNITS];
+    probe p = {.stop_after = 4, .fail_after = -1}, q = {.stop_after = -1, .fail_after = 4};
+
+    (void)state;
+    for (int i = 0; i < UNITS; i++)
+        frames[i] = i;
+    assert_int_equal(run(&p, frames, UNITS), SC_ERR_INCOMPLETE);
+    assert_in_range(p.count, 4, 4 + 64 + 2); /* the window, and what was in work */
+    assert_int_equal(run(&q, frames, UNITS), SC_ERR_WRITE);
     assert_int_equal(q.count, 4);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_unit_goes_out_once_within_the_window),
-        cmocka_unit_test(a_stop_ends_the_hand_out),
-        cmocka_unit_test(the_window_bounds_memory),
+        cmocka_unit_test(ranks_end_within_a_bands_time),
+        cmocka_unit_test(the_hand_out_scales_to_65536_ranks),
+        cmocka_unit_test(large_frames_keep_many_ranks_busy),
+        cmocka_unit_test(one_frame_is_for_all_ranks),
+        cmocka_unit_test(partitions_are_what_they_say),
+        cmocka_unit_test(groups_go_out_first_and_leave_a_tail),
+        cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
         cmocka_unit_test(one_rank_takes_all_frames_in_order),
+        cmocka_unit_test(bands_and_groups_come_together),
+        cmocka_unit_test(a_deadline_is_a_stop),
         cmocka_unit_test(a_stop_is_incomplete_and_an_error_is_itself),
     };
 

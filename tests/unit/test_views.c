@@ -117,7 +117,7 @@ static void slices_are_in_radiological_convention(void **state)
     s = make_scene(volume, 1);
     scene = front_view(&s);
     assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
-    assert_ok(sc_views_draw(&quiet, r, &views, &scene, &image, &stats));
+    assert_ok(sc_views_draw(&quiet, r, &views, &scene, NULL, &image, &stats));
     for (int panel = 0; panel < 3; panel++) {
         for (int i = 0; i < 2; i++) {
             /* beside the line of the other slice */

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast join and segcast verify: what a directory holds, without its volume. */
+#include "run.h"
+
+#include <string.h>
+
+/* The job as resolved lies in the directory; what it belongs to, in its manifest. */
+static sc_status read_directory(const sc_app *app, sc_job *job, sc_store_job *out, char *version)
+{
+    const char *directory = app->options.input;
+    char *path = NULL;
+    sc_job_sources sources = {0};
+    sc_status status;
+
+    *out = (sc_store_job){.threads = app->threads};
+    SC_TRY(sc_store_identify(app->ctx, directory, out, version));
+    SC_TRY(sc_path_join(app->ctx, directory, "job.yaml", &path));
+    sources.path = path;
+    SC_TRY(sc_job_load(app->ctx, &sources, job));
+    out->video = job->output.video;
+    out->png = job->output.frames == SC_FRAMES_PNG;
+    out->settings = sc_run_video_settings(job);
+    if (job->animation.frames != out->frames)
+        status = sc_fail(app->ctx, SC_ERR_DATA, "%s: has %d frames, the manifest beside it %d",
+                         path, job->animation.frames, out->frames);
+out:
+    sc_free(path);
+    return status;
+}
+
+sc_status sc_run_join(sc_app *app)
+{
+    const char *directory = app->options.input;
+    char version[64];
+    sc_job job = {0};
+    sc_store_job store_job;
+    sc_store *store = NULL;
+    int missing = 0;
+    sc_status status;
+
+    SC_TRY(read_directory(app, &job, &store_job, version));
+    SC_TRY(sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
+    SC_TRY(sc_store_finish(app->ctx, store, &missing));
+    if (missing > 0)
+        status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",
+                         directory, missing, store_job.frames);
+    else
+        printf("%s%s%s\n", directory, sc_run_has_video(&job) ? "/" : "",
+               sc_run_has_video(&job) ? job.output.video : "");
+out:
+    sc_store_close(store);
+    sc_job_clear(&job);
+    return status;
+}
+
+sc_status sc_run_verify(sc_app *app)
+{
+    char version[64];
+    sc_job job = {0};
+    sc_store_job store_job;
+    sc_status status;
+
+    SC_TRY(read_directory(app, &job, &store_job, version));
+    SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
+    printf("%s: %d frames, all proven\n", app->options.input, store_job.frames);
+out:
+    sc_job_clear(&job);
+    return status;
+}

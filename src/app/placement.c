@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which rank has which cores, and what is wrong with that. */
+#include "app.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* What a rank tells of itself. */
+typedef struct place {
+    char host[64];
+    sc_core_set cores;
+    int threads, machine_cores;
+    uint64_t memory_bytes;
+} place;
+
+enum { LINES_MAX = 16 }; /* of the table; further ranks are counted */
+
+static int count_cores(const sc_core_set *set)
+{
+    int count = 0;
+
+    for (int i = 0; i < 64 * SC_CORE_WORDS; i++)
+        count += (int)(set->words[i / 64] >> (i % 64) & 1);
+    return count;
+}
+
+/* "0-3,8" */
+static void list_cores(const sc_core_set *set, char *text, size_t size)
+{
+    size_t used = 0;
+
+    text[0] = '\0';
+    for (int i = 0; i < 64 * SC_CORE_WORDS; i++) {
+        int end = i;
+
+        if (!(set->words[i / 64] >> (i % 64) & 1))
+            continue;
+        while (end + 1 < 64 * SC_CORE_WORDS && set->words[(end + 1) / 64] >> ((end + 1) % 64) & 1)
+            end++;
+        if (used < size)
+            used += (size_t)snprintf(text + used, size - used, end > i ? "%s%d-%d" : "%s%d",
+                                     used ? "," : "", i, end);
+        i = end;
+    }
+}
+
+static bool same_host(const place *a, const place *b)
+{
+    return !strcmp(a->host, b->host);
+}
+
+/* What all ranks of a host have together. */
+typedef struct host_sum {
+    int ranks, threads, cores;
+} host_sum;
+
+static host_sum sum_host(const place *all, int count, const place *one)
+{
+    host_sum sum = {0};
+    sc_core_set together = {{0}};
+
+    for (int i = 0; i < count; i++) {
+        if (!same_host(&all[i], one))
+            continue;
+        sum.ranks++;
+        sum.threads += all[i].threads;
+        for (int w = 0; w < SC_CORE_WORDS; w++)
+            together.words[w] |= all[i].cores.words[w];
+    }
+    sum.cores = count_cores(&together);
+    return sum;
+}
+
+static void tell_table(const sc_app *app, const place *all, int count)
+{
+    sc_info(app->ctx, "rank  host              threads  cores             memory share");
+    for (int i = 0; i < count && i < LINES_MAX; i++) {
+        const host_sum sum = sum_host(all, count, &all[i]);
+        char cores[64];
+
+        list_cores(&all[i].cores, cores, sizeof cores);
+        sc_info(app->ctx, "%4d  %-16s  %7d  %-16s  %.1f GB", i, all[i].host, all[i].threads, cores,
+                (double)all[i].memory_bytes / sum.ranks / 1e9);
+    }
+    if (count > LINES_MAX)
+        sc_info(app->ctx, " ...  and %d more ranks", count - LINES_MAX);
+}
+
+/* One warning, for the first thing that is wrong, with the flags that mend it. */
+static void warn_of_sharing(const sc_app *app, const place *all, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const place *p = &all[i];
+        const host_sum sum = sum_host(all, count, p);
+        const int cores = count_cores(&p->cores), each = sum.cores / sum.ranks;
+
+        if (p->threads > cores) {
+            sc_warn(app->ctx,
+                    "%d threads of rank %d share %d core%s of %s; use mpirun --map-by slot:PE=%d "
+                    "(or --bind-to none), srun --cpus-per-task=%d, or --threads %d",
+                    p->threads, i, cores, cores == 1 ? "" : "s", p->host, p->threads, p->threads,
+                    cores);
+            return;
+        }
+        if (sum.threads > sum.cores) {
+            sc_warn(app->ctx,
+                    "%d ranks with %d threads in all share %d core%s of %s; use fewer ranks or "
+                    "--threads %d, and mpirun --map-by slot:PE=THREADS or srun "
+                    "--cpus-per-task=THREADS",
+                    sum.ranks, sum.threads, sum.cores, sum.cores == 1 ? "" : "s", p->host,
+                    each > 0 ? each : 1);
+            return;
+        }
+    }
+}
+
+/* Under Slurm, tasks without --cpus-per-task get a core each, and the rest of the node idles. */
+static void warn_of_idle_cores(const sc_app *app, const place *all, int count)
+{
+    const char *on_node = getenv("SLURM_CPUS_ON_NODE");
+    const host_sum sum = sum_host(all, count, &all[0]);
+    const int allotted = on_node ? atoi(on_node) : 0;
+
+    if (allotted >= 2 * sum.threads && !getenv("SRUN_CPUS_PER_TASK"))
+        sc_warn(app->ctx,
+                "%d threads use %d of the %d CPUs that Slurm allotted on %s; was --cpus-per-task "
+                "forgotten? give --cpus-per-task=%d, export SRUN_CPUS_PER_TASK=%d and "
+                "OMP_NUM_THREADS=%d",
+                sum.threads, sum.threads, allotted, all[0].host, allotted / sum.ranks,
+                allotted / sum.ranks, allotted / sum.ranks);
+}
+
+sc_status sc_tell_placement(sc_app *app)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const int ranks = sc_comm_size(app->comm);
+    place mine;
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    memset(&mine, 0, sizeof mine); /* it is sent, with its padding */
+    gethostname(mine.host, sizeof mine.host - 1);
+    mine.cores = sc_core_set_of_process();
+    mine.threads = app->threads;
+    mine.machine_cores = sc_machine_cores();
+    mine.memory_bytes = sc_machine_memory();
+    if (first)
+        status = sc_alloc(app->ctx, (size_t)ranks, sizeof mine, &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    if (!first)
+        goto out;
+    tell_table(app, all, ranks);
+    warn_of_sharing(app, all, ranks);
+    warn_of_idle_cores(app, all, ranks);
+out:
+    sc_free(all);
+    return status;
+}

@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Frames drawn on any rank, and taken on rank 0. */
+#include "run.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Groups that take longer than this to end are given up on a signal, where no end of the allocation
+ * is known. */
+#define PATIENCE_S 30
+
+sc_video_settings sc_run_video_settings(const sc_job *job)
+{
+    return (sc_video_settings){.width_px = job->output.size_px[0],
+                               .height_px = job->output.size_px[1],
+                               .fps = job->output.fps,
+                               .crf = job->output.crf,
+                               .preset = sc_job_preset(job)};
+}
+
+bool sc_run_has_video(const sc_job *job)
+{
+    return strcmp(job->output.video, "none") != 0;
+}
+
+static void trace_threads(sc_run *run, int frame)
+{
+    sc_renderer_spans(run->session.renderer, run->spans);
+    for (int i = 0; i < run->app->threads; i++) {
+        if (run->spans[i].begin_s > 0)
+            sc_trace_add(run->trace, SC_TRACE_DRAW, i, frame, run->spans[i].begin_s,
+                         run->spans[i].end_s);
+    }
+}
+
+static void draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *image,
+                      sc_frame_result *result)
+{
+    sc_render_stats stats = {0};
+    sc_status status = sc_session_draw(run->app, &run->session, frame, rows, image, &stats);
+
+    run->draw_status = status != SC_OK ? status : run->draw_status;
+    result->frame = frame;
+    result->render_wall_s = stats.wall_s;
+    result->render_cpu_s = stats.cpu_s;
+    result->rays = stats.counters.rays;
+    result->samples = stats.counters.samples;
+    result->contributions = stats.counters.contributions;
+    trace_threads(run, frame);
+}
+
+void sc_run_draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
+{
+    const sc_rows part = {row, row + rows};
+
+    draw_rows(user, frame, &part, image, result);
+}
+
+/* ---- groups: drawn, encoded and packed by one rank ---- */
+
+/* A group as bytes: the segment, then the frames as PNG where asked for, each behind its size. */
+static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
+{
+    const uint64_t size = bytes;
+    void *grown;
+    sc_status status = sc_alloc(ctx, payload->bytes + sizeof size + bytes, 1, &grown);
+
+    if (status != SC_OK)
+        return status;
+    if (payload->bytes)
+        memcpy(grown, payload->data, payload->bytes);
+    memcpy((char *)grown + payload->bytes, &size, sizeof size);
+    memcpy((char *)grown + payload->bytes + sizeof size, data, bytes);
+    sc_free(payload->data);
+    *payload = (sc_payload){grown, payload->bytes + sizeof size + bytes};
+    return SC_OK;
+}
+
+static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
+{
+    uint64_t size;
+
+    if (*at + sizeof size > payload->bytes)
+        return false;
+    memcpy(&size, (const char *)payload->data + *at, sizeof size);
+    if (size > payload->bytes - *at - sizeof size)
+        return false;
+    *out = (sc_segment){(char *)payload->data + *at + sizeof size, size};
+    *at += sizeof size + size;
+    return true;
+}
+
+static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image *image)
+{
+    char *data = NULL;
+    size_t bytes = 0;
+    FILE *stream = open_memstream(&data, &bytes);
+    sc_status status;
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MEMORY, "a frame could not be packed");
+    status = sc_image_write_png(ctx, image, stream, "a frame in memory");
+    fclose(stream);
+    if (status == SC_OK)
+        status = add_block(ctx, payload, data, bytes);
+    free(data);
+    return status;
+}
+
+/* After a signal: would the rest of the group come too late? */
+static bool should_give_up(const sc_run *run, double begin_s, int done, int count)
+{
+    const double now_s = sc_wall_s();
+    const double left_s = done ? (now_s - begin_s) / done * (count - done) : PATIENCE_S;
+
+    if (!*run->stop)
+        return false;
+    return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
+}
+
+static sc_status open_group_encoder(sc_run *run)
+{
+    const sc_job *job = &run->session.job;
+    const sc_video_settings settings = sc_run_video_settings(job);
+    sc_status status = SC_OK;
+
+    if (!run->group_image.rgb)
+        status =
+            sc_image_init(run->app->ctx, settings.width_px, settings.height_px, &run->group_image);
+    if (status == SC_OK && !run->encoder)
+        status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->encoder);
+    if (status == SC_OK)
+        sc_encoder_drop(run->encoder);
+    return status;
+}
+
+static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const double wait_s = result->wait_s;
+    double begin_s;
+    sc_status status;
+
+    *result = (sc_frame_result){.wait_s = wait_s};
+    draw_rows(run, frame, NULL, &run->group_image, result);
+    result->hash = sc_image_hash(&run->group_image);
+    begin_s = sc_wall_s();
+    status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->group_image),
+                             result->hash);
+    if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
+        status = add_png(ctx, pngs, &run->group_image);
+    run->encode_wall_s += sc_wall_s() - begin_s;
+    sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, frame, begin_s, sc_wall_s());
+    return status;
+}
+
+sc_status sc_run_draw_group(void *user, int first, int count, sc_frame_result *results,
+                            sc_payload *out)
+{
+    sc_run *run = user;
+    const sc_ctx *ctx = run->app->ctx;
+    const double begin_s = sc_wall_s();
+    double finish_s;
+    sc_payload pngs = {0}, all = {0};
+    sc_segment segment = {0};
+    sc_status status;
+
+    SC_TRY(open_group_encoder(run));
+    for (int i = 0; i < count; i++) {
+        if (should_give_up(run, begin_s, i, count))
+            goto out;
+        SC_TRY(draw_and_push(run, first + i, &results[i], &pngs));
+    }
+    finish_s = sc_wall_s();
+    SC_TRY(sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment));
+    SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
+    if (pngs.bytes)
+        SC_TRY(add_block(ctx, &all, pngs.data, pngs.bytes));
+    run->encode_wall_s += sc_wall_s() - finish_s;
+    *out = all;
+    all = (sc_payload){0};
+out:
+    sc_segment_free(&segment);
+    sc_free(pngs.data);
+    sc_free(all.data);
+    return status;
+}
+
+/* ---- rank 0 ---- */
+
+static sc_done_frame done_of(const sc_frame_result *result)
+{
+    return (sc_done_frame){result->frame, result->rank, result->render_cpu_s, result->hash};
+}
+
+static void note_taken(sc_run *run, const sc_frame_result *result, double begin_s)
+{
+    sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,
+                 sc_wall_s());
+    run->results[run->result_count++] = *result;
+}
+
+sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image *image)
+{
+    sc_run *run = user;
+    const sc_done_frame done = done_of(result);
+    const double begin_s = sc_wall_s();
+    sc_status status = run->store
+                           ? sc_store_take(run->app->ctx, run->store, &done, image)
+                           : sc_sink_push(run->app->ctx, run->sink, result->frame, image);
+
+    if (status == SC_OK)
+        note_taken(run, result, begin_s);
+    return status;
+}
+
+sc_status sc_run_take_group(void *user, const sc_frame_result *results, int count,
+                            const sc_payload *payload)
+{
+    sc_run *run = user;
+    const sc_ctx *ctx = run->app->ctx;
+    const bool png = run->session.job.output.frames == SC_FRAMES_PNG;
+    const double begin_s = sc_wall_s();
+    sc_segment segment, rest, *pngs;
+    void *done = NULL, *files = NULL;
+    size_t at = 0, within = 0;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof(sc_done_frame), &done));
+    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof(sc_segment), &files));
+    pngs = files;
+    if (!next_block(payload, &at, &segment) || (png && !next_block(payload, &at, &rest))) {
+        status = sc_fail(ctx, SC_ERR_INTERNAL, "a group of frames came back torn");
+        goto out;
+    }
+    for (int i = 0; i < count; i++) {
+        const sc_payload inner = {png ? rest.data : NULL, png ? rest.bytes : 0};
+
+        ((sc_done_frame *)done)[i] = done_of(&results[i]);
+        if (png && !next_block(&inner, &within, &pngs[i])) {
+            status = sc_fail(ctx, SC_ERR_INTERNAL, "a group of frames came back torn");
+            goto out;
+        }
+    }
+    SC_TRY(sc_store_take_group(ctx, run->store, done, count, &segment, png ? pngs : NULL));
+    for (int i = 0; i < count; i++)
+        note_taken(run, &results[i], begin_s);
+out:
+    sc_free(done);
+    sc_free(files);
+    return status;
+}

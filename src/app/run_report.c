@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a run tells while it goes on, and what it records at its end. */
+#include "run.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static void format_seconds(double seconds, char *text, size_t size)
+{
+    const long s = (long)(seconds + 0.5);
+
+    if (s >= 3600)
+        snprintf(text, size, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+    else
+        snprintf(text, size, "%ld:%02ld", s / 60, s % 60);
+}
+
+static void tell_bar(const sc_run *run, int done, int total, double rate, const char *left)
+{
+    enum { WIDTH = 30 };
+    char bar[WIDTH + 1], text[160];
+
+    memset(bar, '.', WIDTH);
+    memset(bar, '#', (size_t)(WIDTH * (long)done / total));
+    bar[WIDTH] = '\0';
+    snprintf(text, sizeof text, "[%s] %d/%d frames  %.2f/s  %s left", bar, done, total, rate, left);
+    sc_terminal_bar(run->app->terminal, text);
+}
+
+/* "DIR/status.json", or "DIR/status.SLICE.json": slices share the directory. */
+static sc_status record_path(const sc_run *run, const char *name, const char *ending, char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(run->app->ctx, &text, "%s/%s%s%s.%s", run->directory, name,
+                                   run->slice[0] ? "." : "", run->slice, ending);
+
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+static sc_status write_status(const sc_run *run, const sc_ctx *ctx, const sc_status_report *report)
+{
+    char *path = NULL;
+    sc_status status = record_path(run, "status", "json", &path);
+
+    if (status == SC_OK)
+        status = sc_status_write(ctx, path, report);
+    sc_free(path);
+    return status;
+}
+
+/* In a log a line now and then: the longer the job, the rarer. */
+static double log_interval_s(double elapsed_s)
+{
+    return elapsed_s < 60 ? 5 : elapsed_s < 3600 ? 30 : 300;
+}
+
+void sc_run_tick(void *user, int done_now, int total_now)
+{
+    sc_run *run = user;
+    const double now_s = sc_wall_s(), elapsed_s = now_s - run->farm_begin_s;
+    const double rate = elapsed_s > 0 ? done_now / elapsed_s : 0;
+    const double remaining_s = rate > 0 ? (total_now - done_now) / rate : 0;
+    const int done = run->plan.kept + done_now, total = run->plan.kept + total_now;
+    const bool tty = run->app->terminal->is_tty;
+    const sc_status_report report = {"running", done, total, now_s - run->begin_s,
+                                     rate,      remaining_s};
+    char left[32] = "?";
+
+    if (rate > 0)
+        format_seconds(remaining_s, left, sizeof left);
+    if (tty && now_s - run->told_s > 0.2) {
+        tell_bar(run, done, total, rate, left);
+        run->told_s = now_s;
+    } else if (!tty && now_s - run->told_s > log_interval_s(elapsed_s)) {
+        sc_info(run->app->ctx, "%d of %d frames (%.0f %%), %.2f frames/s, %s left", done, total,
+                100.0 * done / total, rate, left);
+        run->told_s = now_s;
+    }
+    /* Progress that cannot be told must not end the job; the frames themselves will notice. */
+    if (run->keep_records && now_s - run->status_s > 2) {
+        const sc_ctx silent = {.rank = 0};
+
+        if (write_status(run, &silent, &report) == SC_OK)
+            run->status_s = now_s;
+    }
+}
+
+sc_status sc_run_write_state(sc_run *run, sc_status outcome)
+{
+    const double elapsed_s = sc_wall_s() - run->begin_s;
+    const sc_status_report report = {
+        .state = outcome == SC_OK               ? "complete"
+                 : outcome == SC_ERR_INCOMPLETE ? "incomplete"
+                                                : "failed",
+        .done = run->plan.kept + run->result_count,
+        .total = run->wanted_count,
+        .elapsed_s = elapsed_s,
+        .frames_per_s = elapsed_s > 0 ? run->result_count / elapsed_s : 0,
+    };
+
+    return run->keep_records ? write_status(run, run->app->ctx, &report) : SC_OK;
+}
+
+void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
+{
+    sc_rank_record *r = &run->session.times;
+    const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
+    const sc_store_times store =
+        run->store ? sc_store_time(run->store) : (sc_store_times){times->take_wall_s, 0};
+    /* The encoder has threads of its own: what the farm used and nothing else did. */
+    const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
+
+    r->phases[SC_PHASE_RENDER] = (sc_phase_time){times->render_wall_s, times->render_cpu_s};
+    r->phases[SC_PHASE_GATHER] = (sc_phase_time){times->gather_wall_s, times->gather_cpu_s};
+    r->phases[SC_PHASE_IDLE].wall_s += times->idle_s;
+    r->phases[SC_PHASE_ENCODE] =
+        (sc_phase_time){run->encode_wall_s, rest_cpu_s > 0 ? rest_cpu_s : 0};
+    if (sc_comm_rank(run->app->comm) == 0) {
+        r->phases[SC_PHASE_ENCODE].wall_s += store.encode_wall_s;
+        r->phases[SC_PHASE_WRITE].wall_s = store.write_wall_s;
+    }
+    r->take_wall_s = times->take_wall_s;
+    r->farm_idle_s = times->idle_s;
+    r->peak_rss_bytes = sc_peak_rss();
+    r->cpu_s = sc_cpu_s();
+    gethostname(r->host, sizeof r->host - 1);
+}
+
+/* ---- the records of all ranks ---- */
+
+static int by_frame(const void *a, const void *b)
+{
+    return ((const sc_frame_result *)a)->frame - ((const sc_frame_result *)b)->frame;
+}
+
+static sc_status write_trace(sc_run *run, const sc_rank_record *records, const void *events,
+                             const size_t *counts, size_t stride)
+{
+    char *path = NULL;
+    sc_status status = record_path(run, "trace", "json", &path);
+
+    if (status == SC_OK)
+        status = sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
+                                counts, stride);
+    sc_free(path);
+    return status;
+}
+
+/* Collective: every rank's events to rank 0, which writes them. */
+static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const size_t ranks = (size_t)sc_comm_size(app->comm);
+    size_t count = sc_trace_count(run->trace), largest = 1;
+    void *counts = NULL, *mine = NULL, *all = NULL;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_alloc(app->ctx, ranks, sizeof count, &counts);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &count, sizeof count, counts);
+    for (size_t i = 0; first && i < ranks; i++)
+        largest = ((size_t *)counts)[i] > largest ? ((size_t *)counts)[i] : largest;
+    sc_comm_broadcast(app->comm, &largest, sizeof largest);
+    status = sc_zalloc(app->ctx, largest, sizeof(sc_trace_event), &mine);
+    if (first && status == SC_OK)
+        status = sc_alloc(app->ctx, ranks * largest, sizeof(sc_trace_event), &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    if (count)
+        memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
+    sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
+    if (first)
+        status = write_trace(run, records, all, counts, largest);
+out:
+    sc_free(counts);
+    sc_free(mine);
+    sc_free(all);
+    return status;
+}
+
+static sc_status write_run(sc_run *run, const sc_run_record *record)
+{
+    char *json = NULL, *csv = NULL;
+    sc_status status;
+
+    SC_TRY(record_path(run, "stats", "json", &json));
+    SC_TRY(record_path(run, "frames", "csv", &csv));
+    status = sc_run_write(run->app->ctx, record, json, csv);
+out:
+    sc_free(json);
+    sc_free(csv);
+    return status;
+}
+
+sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
+{
+    sc_app *app = run->app;
+    const sc_prepared *volume = &run->session.volume;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_run_record record = {.version = sc_version(),
+                            .host = run->session.times.host,
+                            .ranks = sc_comm_size(app->comm),
+                            .nodes = sc_comm_node_count(app->comm),
+                            .wall_s = sc_wall_s() - run->begin_s,
+                            .frames = run->results,
+                            .frame_count = run->result_count,
+                            .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                                            (uint64_t)volume->size[2] *
+                                            (uint64_t)volume->label_bytes,
+                            .prepared_bytes = run->session.shared_bytes,
+                            .farm_wall_s = times->wall_s,
+                            .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG};
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_alloc(app->ctx, (size_t)record.ranks, sizeof(sc_rank_record), &all);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
+    record.rank_records = all;
+    if (run->keep_records)
+        SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));
+    if (!first)
+        goto out;
+    if (run->results)
+        qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
+    if (run->keep_records)
+        SC_TRY(write_run(run, &record));
+    status = sc_run_summarise(app->ctx, &record);
+out:
+    sc_free(all);
+    return status;
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SCHEMA "segcast-manifest-2"
+enum { MANIFEST_MAX_BYTES = 1 << 30 };
+
+struct sc_manifest {
+    FILE *stream;
+    char *path;
+};
+
+/* Hashes as 16 hexadecimal digits: JSON numbers are too short for them. */
+static json_t *hex(uint64_t value)
+{
+    char text[17];
+
+    snprintf(text, sizeof text, "%016llx", (unsigned long long)value);
+    return json_string(text);
+}
+
+static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, json_t *line)
+{
+    char *text = line ? json_dumps(line, JSON_COMPACT) : NULL;
+    sc_status status = SC_OK;
+
+    json_decref(line);
+    if (!text)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    if (fprintf(stream, "%s\n", text) < 0 || fflush(stream))
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, strerror(errno));
+    free(text);
+    return status;
+}
+
+static json_t *head_line(const sc_store_job *job)
+{
+    return json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i]}", "schema", SCHEMA, "version",
+                     job->version, "job_hash", hex(job->job_hash), "volume_hash",
+                     hex(job->volume_hash), "frames", job->frames, "size", job->settings.width_px,
+                     job->settings.height_px);
+}
+
+static json_t *frame_line(const sc_done_frame *done)
+{
+    return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash", hex(done->hash), "rank",
+                     done->rank, "render_cpu_s", done->render_cpu_s);
+}
+
+static sc_status write_lines(const sc_ctx *ctx, FILE *stream, const char *path,
+                             const sc_store_job *job, const sc_line *lines, const bool *keep)
+{
+    sc_status status = add_line(ctx, stream, path, head_line(job));
+
+    for (int k = 0; k < job->frames && status == SC_OK; k++) {
+        if (lines && keep[k])
+            status = add_line(ctx, stream, path, frame_line(&lines[k].done));
+    }
+    return status;
+}
+
+sc_status sc_manifest_begin(const sc_ctx *ctx, const char *path, const sc_store_job *job,
+                            const sc_line *lines, const bool *keep, sc_manifest **out)
+{
+    sc_manifest *manifest = NULL;
+    sc_outfile file = {0};
+    sc_text copy = {0};
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_outfile_open(ctx, path, &file));
+    SC_TRY(write_lines(ctx, file.stream, path, job, lines, keep));
+    SC_TRY(sc_outfile_commit(ctx, &file));
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *manifest, &block));
+    manifest = block;
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    manifest->path = copy.data;
+    manifest->stream = fopen(path, "a");
+    if (!manifest->stream) {
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, strerror(errno));
+        goto out;
+    }
+    *out = manifest;
+    return SC_OK;
+out:
+    sc_outfile_discard(&file);
+    sc_manifest_close(manifest);
+    return status;
+}
+
+sc_status sc_manifest_add(const sc_ctx *ctx, sc_manifest *manifest, const sc_done_frame *done)
+{
+    return add_line(ctx, manifest->stream, manifest->path, frame_line(done));
+}
+
+sc_status sc_manifest_end(const sc_ctx *ctx, sc_manifest *manifest, const sc_store_job *job,
+                          const sc_end *end)
+{
+    const bool video = strcmp(job->video, "none") != 0;
+    json_t *line = json_pack("{s:b, s:i}", "complete", 1, "frames", job->frames);
+
+    if (line && video) {
+        json_object_set_new(line, "video", json_string(job->video));
+        json_object_set_new(line, "video_bytes", json_integer((json_int_t)end->video_bytes));
+        json_object_set_new(line, "video_hash", hex(end->video_hash));
+    }
+    return add_line(ctx, manifest->stream, manifest->path, line);
+}
+
+sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest *manifest)
+{
+    if (fflush(manifest->stream) || (fsync(fileno(manifest->stream)) && errno != EINVAL))
+        return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", manifest->path,
+                       strerror(errno));
+    return SC_OK;
+}
+
+void sc_manifest_close(sc_manifest *manifest)
+{
+    if (!manifest)
+        return;
+    if (manifest->stream)
+        fclose(manifest->stream);
+    sc_free(manifest->path);
+    sc_free(manifest);
+}
+
+/* ---- reading ---- */
+
+static uint64_t hash_in(const json_t *line, const char *key)
+{
+    const char *text = json_string_value(json_object_get(line, key));
+
+    return text ? strtoull(text, NULL, 16) : 0;
+}
+
+static int int_in(const json_t *line, const char *key)
+{
+    return (int)json_integer_value(json_object_get(line, key));
+}
+
+static void take_head(const json_t *line, sc_head *head)
+{
+    const char *version = json_string_value(json_object_get(line, "version"));
+    const json_t *size = json_object_get(line, "size");
+
+    *head = (sc_head){.known = true,
+                      .job_hash = hash_in(line, "job_hash"),
+                      .volume_hash = hash_in(line, "volume_hash"),
+                      .frames = int_in(line, "frames")};
+    snprintf(head->version, sizeof head->version, "%s", version ? version : "");
+    for (size_t i = 0; i < 2; i++)
+        head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
+}
+
+/* @return false if the line is none of a manifest. */
+static bool take_line(const json_t *line, sc_journal *journal)
+{
+    sc_done_frame done;
+
+    if (json_object_get(line, "schema")) {
+        take_head(line, &journal->head);
+        return true;
+    }
+    if (json_is_true(json_object_get(line, "complete")) ||
+        int_in(line, "complete")) { /* true, in files of ours */
+        journal->end =
+            (sc_end){true, (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
+                     hash_in(line, "video_hash")};
+        return true;
+    }
+    if (!json_is_integer(json_object_get(line, "frame")))
+        return false;
+    done = (sc_done_frame){.frame = int_in(line, "frame"),
+                           .rank = int_in(line, "rank"),
+                           .render_cpu_s = json_real_value(json_object_get(line, "render_cpu_s")),
+                           .hash = hash_in(line, "hash")};
+    if (done.frame < 0 || (journal->lines && done.frame >= journal->frames))
+        return false;
+    if (journal->lines)
+        journal->lines[done.frame] = (sc_line){true, done};
+    journal->count++;
+    return true;
+}
+
+sc_status sc_journal_read(const sc_ctx *ctx, const char *path, sc_journal *journal)
+{
+    char *text = NULL;
+    size_t bytes;
+    sc_status status = sc_file_read(ctx, path, MANIFEST_MAX_BYTES, &text, &bytes);
+
+    if (status != SC_OK)
+        return status;
+    journal->head = (sc_head){0};
+    for (char *at = text, *end; (end = strchr(at, '\n')); at = end + 1) {
+        json_t *line = json_loadb(at, (size_t)(end - at), 0, NULL);
+        const bool ok = line && (at == text) == (json_object_get(line, "schema") != NULL) &&
+                        take_line(line, journal);
+
+        json_decref(line);
+        if (!ok)
+            break; /* what follows a torn line is not believed */
+    }
+    sc_free(text);
+    return SC_OK;
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/study.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+sc_status sc_status_write(const sc_ctx *ctx, const char *path, const sc_status_report *report)
+{
+    json_t *json = json_pack("{s:s, s:s, s:i, s:i, s:f, s:f, s:f}", "schema", "segcast-status-1",
+                             "state", report->state, "done", report->done, "total", report->total,
+                             "elapsed_s", report->elapsed_s, "frames_per_s", report->frames_per_s,
+                             "remaining_s", report->remaining_s);
+    char *text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
+    sc_status status;
+
+    if (!text) {
+        status = sc_fail(ctx, SC_ERR_MEMORY, "status.json: out of memory");
+        goto out;
+    }
+    status = sc_file_write(ctx, path, text, strlen(text));
+out:
+    free(text);
+    json_decref(json);
+    return status;
+}

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* After a run: how fast it was, where the time went, and what would make the next one faster. */
+#include "segcast/study.h"
+
+#include <stdlib.h>
+
+static double phase_cpu_s(const sc_run_record *run, sc_phase phase)
+{
+    double sum = 0;
+
+    for (int i = 0; i < run->ranks; i++)
+        sum += run->rank_records[i].phases[phase].cpu_s;
+    return sum;
+}
+
+static double phase_wall_s(const sc_run_record *run, sc_phase phase)
+{
+    double longest = 0;
+
+    for (int i = 0; i < run->ranks; i++) {
+        const double wall_s = run->rank_records[i].phases[phase].wall_s;
+
+        longest = wall_s > longest ? wall_s : longest;
+    }
+    return longest;
+}
+
+/* Share of the farm's time that ranks' drawing threads waited for work, on average. */
+static double waiting_share(const sc_run_record *run)
+{
+    double idle_s = 0;
+
+    for (int i = 0; i < run->ranks; i++)
+        idle_s += run->rank_records[i].farm_idle_s;
+    return run->farm_wall_s > 0 ? idle_s / run->ranks / run->farm_wall_s : 0;
+}
+
+sc_limit sc_run_limit(const sc_run_record *run)
+{
+    const sc_rank_record *root = &run->rank_records[0];
+    const double waiting = waiting_share(run);
+    const double before_s =
+        root->phases[SC_PHASE_READ].wall_s + root->phases[SC_PHASE_PREPARE].wall_s;
+
+    if (run->farm_wall_s <= 0 || before_s > run->farm_wall_s)
+        return SC_LIMIT_PREPARE;
+    if (waiting > 0.1 && root->take_wall_s > 0.8 * run->farm_wall_s)
+        return run->wrote_png && root->phases[SC_PHASE_WRITE].wall_s >
+                                     root->phases[SC_PHASE_ENCODE].wall_s
+                   ? SC_LIMIT_WRITE
+                   : SC_LIMIT_ENCODE;
+    if (waiting > 0.2 && root->phases[SC_PHASE_GATHER].wall_s > 0.8 * run->farm_wall_s)
+        return SC_LIMIT_GATHER;
+    if (sc_run_imbalance(run) > 0.15 && waiting > 0.1)
+        return SC_LIMIT_BALANCE;
+    return SC_LIMIT_DRAW;
+}
+
+static const char *limit_text(sc_limit limit)
+{
+    static const char *const texts[] = {
+        [SC_LIMIT_DRAW] = "drawing: more ranks or threads make it faster",
+        [SC_LIMIT_PREPARE] = "reading and preparing the volume: `segcast prepare` does that once "
+                             "for all jobs",
+        [SC_LIMIT_ENCODE] = "encoding on rank 0: a faster output.preset, or farm.encode: segments "
+                            "with several ranks, makes it faster",
+        [SC_LIMIT_WRITE] = "writing frames on rank 0: output.frames: none, or farm.encode: "
+                           "segments with several ranks, makes it faster",
+        [SC_LIMIT_GATHER] = "gathering on rank 0: fewer ranks with more threads each, or "
+                            "farm.encode: segments, make it faster",
+        [SC_LIMIT_BALANCE] = "ranks that waited for others: farm.partition: auto or tiles makes it "
+                             "faster"};
+
+    return texts[limit];
+}
+
+static int by_cost(const void *a, const void *b)
+{
+    const double x = ((const sc_frame_result *)a)->render_cpu_s;
+    const double y = ((const sc_frame_result *)b)->render_cpu_s;
+
+    return x < y ? 1 : x > y ? -1 : 0;
+}
+
+static int by_speed(const void *a, const void *b)
+{
+    const sc_rank_speed *x = a, *y = b;
+
+    return x->cpu_s_per_frame < y->cpu_s_per_frame   ? 1
+           : x->cpu_s_per_frame > y->cpu_s_per_frame ? -1
+                                                     : x->rank - y->rank;
+}
+
+/* Into text: " 12 (0.31 s)" for the costliest frames. */
+static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
+{
+    void *block;
+    sc_frame_result *sorted;
+    sc_status status =
+        sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block);
+
+    if (status != SC_OK)
+        return status;
+    sorted = block;
+    for (int i = 0; i < run->frame_count; i++)
+        sorted[i] = run->frames[i];
+    qsort(sorted, (size_t)run->frame_count, sizeof *sorted, by_cost);
+    for (int i = 0; i < run->frame_count && i < 3 && status == SC_OK; i++)
+        status = sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
+                             sorted[i].render_cpu_s);
+    sc_free(block);
+    return status;
+}
+
+/* The ranks that were slowest for a row of pictures. */
+static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
+{
+    void *block;
+    sc_rank_speed *speeds;
+    sc_status status = sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block);
+
+    if (status != SC_OK)
+        return status;
+    speeds = block;
+    for (int i = 0; i < run->ranks; i++)
+        speeds[i].rank = i;
+    for (int i = 0; i < run->frame_count; i++) {
+        const sc_frame_result *f = &run->frames[i];
+
+        speeds[f->rank].frames++;
+        speeds[f->rank].cpu_s_per_frame += f->render_wall_s;
+    }
+    for (int i = 0; i < run->ranks; i++)
+        speeds[i].cpu_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
+    qsort(speeds, (size_t)run->ranks, sizeof *speeds, by_speed);
+    for (int i = 0; i < run->ranks && i < 3 && status == SC_OK; i++)
+        status = sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "",
+                             speeds[i].rank, run->rank_records[speeds[i].rank].host,
+                             speeds[i].cpu_s_per_frame);
+    sc_free(block);
+    return status;
+}
+
+sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
+{
+    const double frames = run->frame_count ? run->frame_count : 1;
+    sc_text slow = {0}, ranks = {0};
+    sc_status status = SC_OK;
+
+    sc_info(ctx, "%d frames in %.1f s (%.2f frames/s); drawing %.3f CPU s/frame, encoding %.3f",
+            run->frame_count, run->wall_s, run->wall_s > 0 ? run->frame_count / run->wall_s : 0,
+            phase_cpu_s(run, SC_PHASE_RENDER) / frames, phase_cpu_s(run, SC_PHASE_ENCODE) / frames);
+    sc_info(ctx,
+            "seconds: reading %.1f, preparing %.1f, sharing %.1f, drawing %.1f, gathering %.1f, "
+            "encoding %.1f, writing %.1f; waiting for work %.0f %%, imbalance %.0f %%",
+            phase_wall_s(run, SC_PHASE_READ), phase_wall_s(run, SC_PHASE_PREPARE),
+            phase_wall_s(run, SC_PHASE_SHARE), phase_wall_s(run, SC_PHASE_RENDER),
+            phase_wall_s(run, SC_PHASE_GATHER), phase_wall_s(run, SC_PHASE_ENCODE),
+            phase_wall_s(run, SC_PHASE_WRITE), 100 * waiting_share(run),
+            100 * sc_run_imbalance(run));
+    if (run->frame_count == 0)
+        return SC_OK;
+    SC_TRY(slow_frames(ctx, run, &slow));
+    sc_info(ctx, "slowest frames (CPU s): %s", slow.data);
+    if (run->ranks > 1) {
+        SC_TRY(slow_ranks(ctx, run, &ranks));
+        sc_info(ctx, "slowest ranks: %s", ranks.data);
+    }
+    sc_info(ctx, "limited by %s", limit_text(sc_run_limit(run)));
+out:
+    sc_text_clear(&slow);
+    sc_text_clear(&ranks);
+    return status;
+}

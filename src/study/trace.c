@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What each thread of each rank did when, as Chrome trace events: for chrome://tracing, Perfetto
+ * and the like. (Format: "Trace Event Format", Google, 2016: complete events, phase X.) */
+#include "segcast/study.h"
+
+#include <jansson.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct sc_trace {
+    pthread_mutex_t lock;
+    double zero_s;
+    sc_trace_event *events;
+    size_t count, capacity, dropped;
+};
+
+static const char *const kinds[] = {"read",   "prepare", "share", "draw",
+                                    "encode", "write",   "finish"};
+
+sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
+{
+    sc_trace *trace;
+    void *block, *events;
+    sc_status status = sc_zalloc(ctx, 1, sizeof *trace, &block);
+
+    if (status != SC_OK)
+        return status;
+    status = sc_alloc(ctx, capacity, sizeof(sc_trace_event), &events);
+    if (status != SC_OK) {
+        sc_free(block);
+        return status;
+    }
+    trace = block;
+    *trace = (sc_trace){.zero_s = sc_wall_s(), .events = events, .capacity = capacity};
+    pthread_mutex_init(&trace->lock, NULL);
+    *out = trace;
+    return SC_OK;
+}
+
+void sc_trace_free(sc_trace *trace)
+{
+    if (!trace)
+        return;
+    pthread_mutex_destroy(&trace->lock);
+    sc_free(trace->events);
+    sc_free(trace);
+}
+
+void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
+                  double end_s)
+{
+    pthread_mutex_lock(&trace->lock);
+    if (trace->count < trace->capacity)
+        trace->events[trace->count++] =
+            (sc_trace_event){begin_s - trace->zero_s, end_s - begin_s, frame, (int16_t)kind,
+                             (int16_t)thread};
+    else
+        trace->dropped++;
+    pthread_mutex_unlock(&trace->lock);
+}
+
+size_t sc_trace_count(const sc_trace *trace)
+{
+    return trace->count;
+}
+
+const sc_trace_event *sc_trace_events(const sc_trace *trace)
+{
+    return trace->events;
+}
+
+size_t sc_trace_dropped(const sc_trace *trace)
+{
+    return trace->dropped;
+}
+
+static void name_thread(FILE *stream, int rank, int thread, int encoder)
+{
+    char name[32];
+
+    snprintf(name, sizeof name, "thread %d", thread);
+    fprintf(stream, ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{"
+                    "\"name\":\"%s\"}}",
+            rank, thread, thread == encoder ? "encode, write" : name);
+}
+
+static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
+                       const sc_trace_event *events, size_t count)
+{
+    json_t *host = json_string(record->host);
+    char *quoted = host ? json_dumps(host, JSON_ENCODE_ANY) : NULL;
+
+    fprintf(stream,
+            "%s{\"ph\":\"M\",\"pid\":%d,\"name\":\"process_name\",\"args\":{\"name\":\"rank %d\","
+            "\"host\":%s}}",
+            rank ? ",\n" : "", rank, rank, quoted ? quoted : "\"\"");
+    for (int thread = 0; thread <= record->threads; thread++)
+        name_thread(stream, rank, thread, record->threads);
+    for (size_t i = 0; i < count; i++) {
+        const sc_trace_event *e = &events[i];
+
+        fprintf(stream,
+                ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.1f,\"dur\":%.1f,\"name\":\"%s",
+                rank, e->thread, 1e6 * e->begin_s, 1e6 * e->duration_s, kinds[e->kind]);
+        if (e->frame >= 0)
+            fprintf(stream, " %d\",\"args\":{\"frame\":%d}}", e->frame, e->frame);
+        else
+            fprintf(stream, "\"}");
+    }
+    free(quoted);
+    json_decref(host);
+}
+
+sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
+                         const sc_rank_record *records, const sc_trace_event *events,
+                         const size_t *counts, size_t stride)
+{
+    sc_outfile file = {0};
+    sc_status status = sc_outfile_open(ctx, path, &file);
+
+    if (status != SC_OK)
+        return status;
+    fprintf(file.stream, "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n");
+    for (int rank = 0; rank < ranks; rank++)
+        write_rank(file.stream, rank, &records[rank], events + (size_t)rank * stride,
+                   counts[rank]);
+    fprintf(file.stream, "\n]}\n");
+    return sc_outfile_commit(ctx, &file);
+}
