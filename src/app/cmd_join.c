@@ -39,7 +39,8 @@ sc_status sc_run_join(sc_app *app)
     sc_status status;
 
     SC_TRY(read_directory(app, &job, &store_job, version));
-    SC_TRY(sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
+    SC_TRY(
+        sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
     SC_TRY(sc_store_finish(app->ctx, store, &missing));
     if (missing > 0)
         status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",

@@ -65,7 +65,7 @@ void sc_run_tick(void *user, int done_now, int total_now)
     const double remaining_s = rate > 0 ? (total_now - done_now) / rate : 0;
     const int done = run->plan.kept + done_now, total = run->plan.kept + total_now;
     const bool tty = run->app->terminal->is_tty;
-    const sc_status_report report = {"running", done, total, now_s - run->begin_s,
+    const sc_status_report report = {"running", done,       total, now_s - run->begin_s,
                                      rate,      remaining_s};
     char left[32] = "?";
 

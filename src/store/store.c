@@ -40,8 +40,9 @@ bool sc_store_has_picture(const sc_store *store, int k)
 
 bool sc_store_has(const sc_store *store, int k)
 {
-    return store->complete || (store->journal.lines[k].known && (!store->job.png || store->png[k]) &&
-                               (!store->has_video || sc_store_has_picture(store, k)));
+    return store->complete ||
+           (store->journal.lines[k].known && (!store->job.png || store->png[k]) &&
+            (!store->has_video || sc_store_has_picture(store, k)));
 }
 
 bool sc_store_is_complete(const sc_store *store)

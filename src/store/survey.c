@@ -14,7 +14,7 @@ sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_
     const int count = scandir(directory, &names, NULL, alphasort);
     sc_status status = SC_OK;
 
-    if (count < 0 && errno != ENOENT)
+    if (count < 0 && errno != ENOENT && errno != ENOTDIR)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", directory, strerror(errno));
     for (int i = 0; i < count; i++) {
         if (status == SC_OK && names[i]->d_name[0] != '.')

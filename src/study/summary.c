@@ -45,8 +45,8 @@ sc_limit sc_run_limit(const sc_run_record *run)
     if (run->farm_wall_s <= 0 || before_s > run->farm_wall_s)
         return SC_LIMIT_PREPARE;
     if (waiting > 0.1 && root->take_wall_s > 0.8 * run->farm_wall_s)
-        return run->wrote_png && root->phases[SC_PHASE_WRITE].wall_s >
-                                     root->phases[SC_PHASE_ENCODE].wall_s
+        return run->wrote_png &&
+                       root->phases[SC_PHASE_WRITE].wall_s > root->phases[SC_PHASE_ENCODE].wall_s
                    ? SC_LIMIT_WRITE
                    : SC_LIMIT_ENCODE;
     if (waiting > 0.2 && root->phases[SC_PHASE_GATHER].wall_s > 0.8 * run->farm_wall_s)
@@ -96,8 +96,7 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
 {
     void *block;
     sc_frame_result *sorted;
-    sc_status status =
-        sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block);
+    sc_status status = sc_alloc(ctx, (size_t)run->frame_count + 1, sizeof(sc_frame_result), &block);
 
     if (status != SC_OK)
         return status;
@@ -134,9 +133,9 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
         speeds[i].cpu_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
     qsort(speeds, (size_t)run->ranks, sizeof *speeds, by_speed);
     for (int i = 0; i < run->ranks && i < 3 && status == SC_OK; i++)
-        status = sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "",
-                             speeds[i].rank, run->rank_records[speeds[i].rank].host,
-                             speeds[i].cpu_s_per_frame);
+        status =
+            sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
+                        run->rank_records[speeds[i].rank].host, speeds[i].cpu_s_per_frame);
     sc_free(block);
     return status;
 }

@@ -4,15 +4,15 @@
 #include "segcast/study.h"
 
 #include <jansson.h>
-#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct sc_trace {
-    pthread_mutex_t lock;
     double zero_s;
     sc_trace_event *events;
-    size_t count, capacity, dropped;
+    size_t capacity;
+    atomic_size_t added; /* also those that found no room */
 };
 
 static const char *const kinds[] = {"read",   "prepare", "share", "draw",
@@ -32,8 +32,10 @@ sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
         return status;
     }
     trace = block;
-    *trace = (sc_trace){.zero_s = sc_wall_s(), .events = events, .capacity = capacity};
-    pthread_mutex_init(&trace->lock, NULL);
+    trace->zero_s = sc_wall_s();
+    trace->events = events;
+    trace->capacity = capacity;
+    atomic_init(&trace->added, 0);
     *out = trace;
     return SC_OK;
 }
@@ -42,7 +44,6 @@ void sc_trace_free(sc_trace *trace)
 {
     if (!trace)
         return;
-    pthread_mutex_destroy(&trace->lock);
     sc_free(trace->events);
     sc_free(trace);
 }
@@ -50,19 +51,18 @@ void sc_trace_free(sc_trace *trace)
 void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
                   double end_s)
 {
-    pthread_mutex_lock(&trace->lock);
-    if (trace->count < trace->capacity)
-        trace->events[trace->count++] =
-            (sc_trace_event){begin_s - trace->zero_s, end_s - begin_s, frame, (int16_t)kind,
-                             (int16_t)thread};
-    else
-        trace->dropped++;
-    pthread_mutex_unlock(&trace->lock);
+    const size_t at = atomic_fetch_add(&trace->added, 1);
+
+    if (at < trace->capacity)
+        trace->events[at] = (sc_trace_event){begin_s - trace->zero_s, end_s - begin_s, frame,
+                                             (int16_t)kind, (int16_t)thread};
 }
 
 size_t sc_trace_count(const sc_trace *trace)
 {
-    return trace->count;
+    const size_t added = atomic_load(&trace->added);
+
+    return added < trace->capacity ? added : trace->capacity;
 }
 
 const sc_trace_event *sc_trace_events(const sc_trace *trace)
@@ -72,7 +72,7 @@ const sc_trace_event *sc_trace_events(const sc_trace *trace)
 
 size_t sc_trace_dropped(const sc_trace *trace)
 {
-    return trace->dropped;
+    return atomic_load(&trace->added) - sc_trace_count(trace);
 }
 
 static void name_thread(FILE *stream, int rank, int thread, int encoder)
@@ -80,8 +80,9 @@ static void name_thread(FILE *stream, int rank, int thread, int encoder)
     char name[32];
 
     snprintf(name, sizeof name, "thread %d", thread);
-    fprintf(stream, ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{"
-                    "\"name\":\"%s\"}}",
+    fprintf(stream,
+            ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{"
+            "\"name\":\"%s\"}}",
             rank, thread, thread == encoder ? "encode, write" : name);
 }
 
@@ -123,8 +124,7 @@ sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
         return status;
     fprintf(file.stream, "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n");
     for (int rank = 0; rank < ranks; rank++)
-        write_rank(file.stream, rank, &records[rank], events + (size_t)rank * stride,
-                   counts[rank]);
+        write_rank(file.stream, rank, &records[rank], events + (size_t)rank * stride, counts[rank]);
     fprintf(file.stream, "\n]}\n");
     return sc_outfile_commit(ctx, &file);
 }

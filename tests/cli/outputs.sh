@@ -2,7 +2,7 @@
 small_job job.yaml
 "$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
 [ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output: $(cat said.txt)"
-[ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl stats.json status.json " ] ||
+[ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl stats.json status.json trace.json " ] ||
     fail "files: $(ls -a out)"
 [ -z "$(find out -name '.*.tmp.*')" ] || fail "temporary files are left"
 "$VIDEO_PROBE" out/film.mp4 | grep -q '7 frames of 96 x 72, last at 0.2000 s' || fail "video"
@@ -26,7 +26,7 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
 # The resolved job makes the same pictures, and so does any slice of it.
 "$SEGCAST" render out/job.yaml -o again -q >/dev/null
 [ "$(hashes out)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
-[ "$(head -1 out/manifest.jsonl | jq .job_hash)" = "$(head -1 again/manifest.jsonl | jq .job_hash)" ] ||
+[ "$(job_hash out)" = "$(job_hash again)" ] ||
     fail "the resolved job is another job"
 "$SEGCAST" render job.yaml -o slice --frames 1-5:2 -q >/dev/null
 [ "$(hashes slice)" = "$(hashes out | sed -n '2p;4p;6p')" ] || fail "a slice makes other pictures"
@@ -38,13 +38,13 @@ mkdir -p sub/dir
 "$SEGCAST" phantom --size 59x41x61 -o sub/p.nrrd -q >/dev/null
 sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
 "$SEGCAST" render sub/dir/job.yaml --frames 0 -q >/dev/null
-[ -e sub/dir/out/manifest.jsonl ] || fail "the output directory is not relative to the job"
+[ -e sub/dir/out/manifest.0.jsonl ] || fail "the output directory is not relative to the job"
 "$SEGCAST" render sub/dir/out/job.yaml --frames 0 -o elsewhere -q >/dev/null
 [ "$(hashes elsewhere)" = "$(hashes out | head -1)" ] || fail "a volume from a file makes other pictures"
 
 # A picture of another job is another job; where it is written does not matter.
 "$SEGCAST" render job.yaml -o other -q --set render.step=0.7 --frames 0 >/dev/null
-[ "$(head -1 other/manifest.jsonl | jq .job_hash)" != "$(head -1 out/manifest.jsonl | jq .job_hash)" ] ||
+[ "$(job_hash other)" != "$(job_hash out)" ] ||
     fail "job hash ignores the step"
 
 # Progress in a log is plain lines, and the last line of a run sums it up.

@@ -3,7 +3,7 @@ small_job job.yaml
 sed -i 's/frames: 7/frames: 4000/' job.yaml
 name=sc_stop_$$ # to find the ranks by, under any launcher
 ln -s "$SEGCAST" "$name"
-mpirun -n 2 "./$name" render job.yaml -o out --set output.video=film.mp4 >stdout.txt 2>stderr.txt &
+mpirun -n 2 "./$name" render job.yaml -o out --set output.video=film.mp4 --set output.fps=5 >stdout.txt 2>stderr.txt &
 launcher=$!
 trap 'kill -KILL $launcher $(pgrep -x "$name") 2>/dev/null || true' EXIT
 for _ in $(seq 300); do
@@ -22,4 +22,5 @@ done=$(jq .done out/status.json)
 jq -e '.state == "incomplete" and .done < 4000' out/status.json >/dev/null || fail "status"
 [ "$(hashes out | wc -l)" = "$done" ] || fail "manifest and status disagree"
 [ ! -e out/film.mp4 ] || fail "a part bears the final name"
-"$VIDEO_PROBE" out/film.partial.mp4 | grep -q "^$done frames" || fail "the part cannot be played"
+# what can be looked at meanwhile: whole groups of pictures
+"$VIDEO_PROBE" out/film.partial.mp4 | grep -q "^$((done / 5 * 5)) frames" || fail "the part cannot be played"

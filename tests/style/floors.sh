@@ -1,7 +1,7 @@
 # A module includes only from lower floors; each foreign library lives in one module.
 # The order of src/CMakeLists.txt is the order of the floors; scene stands on prepare, because
 # opacity follows measured thickness.
-declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [prepare]=3 [scene]=4
+declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [store]=3 [prepare]=3 [scene]=4
     [timeline]=5 [kernel]=5 [render]=6 [overlay]=6 [views]=7
     [farm]=7 [study]=8 [app]=9)
 # phantom.h is volume's second public header
@@ -37,13 +37,13 @@ only() { # only PATTERN FILE_PATTERN: the include or pragma stands nowhere else
 only '#include <mpi.h>' '^src/comm/comm_mpi.c$'
 only '#include <omp.h>|# *pragma omp' '^src/base/parallel.c$'
 only '#include <png.h>' '^src/image/png.c$'
-only '#include <lib(av|sw)' '^src/video/(encode|decode).c$'
+only '#include <lib(av|sw)' '^src/video/'
 only '#include <teem/' '^src/volume/read_nrrd.c$'
 only '#include <nifti' '^src/volume/read_nifti.c$'
 only '#include <yaml.h>' '^src/app/yaml_tree.c$'
 only '#include <cairo.h>' '^src/overlay/overlay.c$'
 only '#include <xxhash.h>' '^src/image/image.c$'
-only '#include <pthread.h>' '^src/farm/local.c$'
+only '#include <pthread.h>' '^src/farm/lane.c$'
 only '\bgetenv *\(' '^src/app/|^tests/'
 only '\b(exit|abort|_exit) *\(' '^src/app/|^tests/'
 [ "$(wc -l <src/app/main.c)" -lt 100 ] || fail "main.c has grown"

@@ -33,8 +33,10 @@ mpi() { # mpi RANKS COMMAND...
     mpirun -n "$ranks" "$@"
 }
 
-# hashes DIR: frame and hash of each line of a manifest, in order of frames.
-hashes() { jq -r 'select(.frame != null) | "\(.frame) \(.hash)"' "$1/manifest.jsonl" | sort -n; }
+# hashes DIR: frame and hash of each line of the manifests, in order of frames.
+hashes() { jq -r 'select(.frame != null) | "\(.frame) \(.hash)"' "$1"/manifest*.jsonl | sort -n; }
+# job_hash DIR: what its manifest says of the job.
+job_hash() { head -q -n 1 "$1"/manifest*.jsonl | jq -r .job_hash; }
 
 small_job() { # small_job FILE [EXTRA_LINES]: a quick job on a small phantom
     cat >"$1" <<YAML

@@ -398,7 +398,9 @@ static sc_status take(void *user, const sc_frame_result *result, const sc_image 
     assert_int_equal(result->samples, (uint64_t)result->frame * 3 * (uint64_t)image->height_px);
     assert_int_equal(result->hash, sc_image_hash(image));
     p->taken[p->count++] = result->frame;
-    p->stop = p->count == p->stop_after;
+    p->stop = p->stop || p->count == p->stop_after;
+    if (p->stop_after > 0)
+        sc_sleep_s(5e-3); /* time for the farm to see it */
     return p->count == p->fail_after ? SC_ERR_WRITE : SC_OK;
 }
 
