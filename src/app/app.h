@@ -14,6 +14,7 @@ typedef struct sc_options {
     const char *input;  /* job or volume */
     const char *output; /* -o */
     const char *frames; /* --frames */
+    int slice, slices;  /* --slice I/N; slices 0: not given */
     const char *size;   /* --size, as given */
     long frame;         /* --frame; -1: not given */
     int threads;        /* 0: not given */
@@ -76,6 +77,11 @@ const char *sc_version(void);
 /* "0-35:2,40": whole numbers in [0, total), no doubles, sorted. Grammar: OpenJD IntRangeExpr.
  * @p text NULL: all. Caller owns *out: sc_free. */
 sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count);
+
+/* Frames of slice @p i of @p n: whole groups of @p group frames, so that no two slices share one.
+ * Caller owns *out: sc_free. */
+sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
+                          int *count);
 
 /* ---- a job on its way to pictures; collective unless said otherwise ---- */
 

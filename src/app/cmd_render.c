@@ -50,9 +50,12 @@ static const char *slice_of(const sc_run *run)
 /* "0-35:2,40" as part of a file's name. */
 static sc_status name_slice(sc_run *run)
 {
-    const char *frames = run->app->options.frames;
+    const sc_options *o = &run->app->options;
+    const char *frames = o->frames;
     size_t used = 0;
 
+    if (o->slices > 1)
+        snprintf(run->slice, sizeof run->slice, "%dof%d", o->slice, o->slices);
     if (!frames || run->wanted_count == run->session.job.animation.frames)
         return SC_OK;
     for (const char *c = frames; *c; c++) {
@@ -285,15 +288,23 @@ static sc_status prepare_run(sc_run *run)
     const sc_app *app = run->app;
     const sc_job *job = &run->session.job;
     sc_status status;
+    const sc_options *o = &app->options;
+    const sc_video_settings settings = sc_run_video_settings(job);
 
-    if (app->options.overwrite && (app->options.resume || app->options.frames))
+    if (o->overwrite && (o->resume || o->frames || o->slices))
         return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "--overwrite cannot be used with --resume, nor with --frames: slices share "
-                       "a directory");
+                       "--overwrite cannot be used with --resume, nor with --frames or --slice: "
+                       "slices share a directory");
+    if (o->frames && o->slices)
+        return sc_fail(app->ctx, SC_ERR_USAGE, "--frames and --slice exclude each other");
     run->directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
-    SC_TRY(sc_frames_parse(app->ctx, app->options.frames, job->animation.frames, &run->wanted,
-                           &run->wanted_count));
+    if (o->slices)
+        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_group(&settings),
+                               job->animation.frames, &run->wanted, &run->wanted_count));
+    else
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
+                               &run->wanted_count));
     SC_TRY(name_slice(run));
     if (run->keep_records && store_mode(app) == SC_STORE_NEW)
         status = sc_store_check_new(app->ctx, run->directory, slice_of(run));

@@ -84,3 +84,21 @@ out:
     sc_free(frames);
     return status;
 }
+
+sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
+                          int *count)
+{
+    const long groups = (total + group - 1) / group;
+    const long first = groups * i / n * group, next = groups * (i + 1) / n * group;
+    const long end = next < total ? next : total;
+    void *frames;
+    sc_status status = sc_alloc(ctx, (size_t)(end - first) + 1, sizeof(int), &frames);
+
+    if (status != SC_OK)
+        return status;
+    for (long k = first; k < end; k++)
+        ((int *)frames)[k - first] = (int)k;
+    *out = frames;
+    *count = (int)(end - first);
+    return SC_OK;
+}

@@ -128,6 +128,22 @@ static sc_status take_frames(const sc_ctx *ctx, sc_options *options, const optio
     return SC_OK;
 }
 
+/* I/N: part I of N, counted from 0. */
+static sc_status take_slice(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                            const char *value)
+{
+    int slice, slices, used = 0;
+
+    if (sscanf(value, "%d/%d%n", &slice, &slices, &used) != 2 || value[used] || slice < 0 ||
+        slice >= slices || slices > 1000000)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected I/N with I from 0 to N - 1, for example 0/4",
+                       row->name, value);
+    options->slice = slice;
+    options->slices = slices;
+    return SC_OK;
+}
+
 static sc_status take_grid(const sc_ctx *ctx, sc_options *options, const option_row *row,
                            const char *value)
 {
@@ -243,6 +259,8 @@ static const option_row rows[] = {
      NULL},
     {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, exit 75", "render",
      take_time_limit, NULL},
+    {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the folder",
+     "render", take_slice, NULL},
     {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set,
      NULL},

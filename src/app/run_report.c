@@ -170,6 +170,8 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
     if (first && status == SC_OK)
         status = sc_alloc(app->ctx, ranks * largest, sizeof(sc_trace_event), &all);
     SC_TRY(sc_comm_agree(app->comm, status));
+    if (first && sc_trace_dropped(run->trace))
+        sc_info(app->ctx, "trace.json: only the first %zu events of each rank are kept", count);
     if (count)
         memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
     sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
