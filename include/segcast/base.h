@@ -114,6 +114,9 @@ SC_MUST_USE sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file);
 void sc_outfile_discard(sc_outfile *file);
 /** The temporary name for @p path. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out);
+/** Remove temporary files in @p directory that killed processes left: those of this host whose
+ *  process is gone, and with @p all those of other hosts, too. */
+void sc_remove_temporaries(const char *directory, bool all);
 /** fsync and rename a finished temporary file, and fsync its directory. @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_file_publish(const sc_ctx *ctx, const char *temporary, const char *path);
 /** Write @p bytes under @p path as one sc_outfile. */

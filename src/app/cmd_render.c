@@ -270,7 +270,8 @@ static void tell_outcome(const sc_run *run, sc_status outcome)
     if (sc_comm_rank(run->app->comm) != 0)
         return;
     if (outcome == SC_ERR_INCOMPLETE)
-        sc_warn(ctx, "stopped on request after %d of %d frames; run again%s for the rest",
+        sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest",
+                run->deadline_s > 0 && !*run->stop ? "because the time is nearly up" : "on request",
                 run->plan.kept + run->result_count, run->wanted_count,
                 run->keep_records ? " with --resume" : "");
     else if (outcome == SC_OK && run->missing > 0)

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/base.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -85,6 +88,41 @@ sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out)
     if (status == SC_OK)
         *out = text.data;
     return status;
+}
+
+/* ".NAME.tmp.HOST.PID"; HOST may hold dots. @return the process, or 0. */
+static long temporary_owner(const char *name, const char *host, bool *here)
+{
+    const char *mark = name[0] == '.' ? strstr(name, ".tmp.") : NULL;
+    const char *dot = mark ? strrchr(mark + 5, '.') : NULL;
+    char *end;
+    long process;
+
+    if (!dot || dot == mark + 5)
+        return 0;
+    process = strtol(dot + 1, &end, 10);
+    *here = strlen(host) == (size_t)(dot - mark - 5) &&
+            !memcmp(host, mark + 5, (size_t)(dot - mark - 5));
+    return *end || end == dot + 1 ? 0 : process;
+}
+
+void sc_remove_temporaries(const char *directory, bool all)
+{
+    DIR *stream = opendir(directory);
+    char host[64] = "host";
+    const struct dirent *entry;
+
+    gethostname(host, sizeof host - 1);
+    while (stream && (entry = readdir(stream))) {
+        bool here = false;
+        const long process = temporary_owner(entry->d_name, host, &here);
+        const bool gone = process > 0 && kill((pid_t)process, 0) != 0 && errno == ESRCH;
+
+        if (process > 0 && (here ? gone : all))
+            unlinkat(dirfd(stream), entry->d_name, 0);
+    }
+    if (stream)
+        closedir(stream);
 }
 
 sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, sc_outfile *out)

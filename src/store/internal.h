@@ -48,7 +48,7 @@ sc_status sc_manifest_begin(const sc_ctx *ctx, const char *path, const sc_store_
 sc_status sc_manifest_add(const sc_ctx *ctx, sc_manifest *manifest, const sc_done_frame *done);
 sc_status sc_manifest_end(const sc_ctx *ctx, sc_manifest *manifest, const sc_store_job *job,
                           const sc_end *end);
-/* To the disk. */
+/* To the disk. NULL is allowed. */
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest *manifest);
 void sc_manifest_close(sc_manifest *manifest);
 

@@ -115,6 +115,8 @@ sc_status sc_manifest_end(const sc_ctx *ctx, sc_manifest *manifest, const sc_sto
 
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest *manifest)
 {
+    if (!manifest)
+        return SC_OK;
     if (fflush(manifest->stream) || (fsync(fileno(manifest->stream)) && errno != EINVAL))
         return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", manifest->path,
                        strerror(errno));

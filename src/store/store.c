@@ -154,6 +154,7 @@ static void remove_segments(const sc_ctx *ctx, sc_store *store)
     char path[2 * SC_NAME_BYTES];
 
     sc_store_path(store, path, "segments");
+    sc_remove_temporaries(path, true);
     if (sc_each_file(ctx, path, store, remove_file) == SC_OK)
         rmdir(path); /* what is not ours stays */
 }
@@ -225,6 +226,8 @@ static sc_status begin(const sc_ctx *ctx, sc_store *store, const int *wanted, in
         sc_store_path(store, path, "frames");
         SC_TRY(sc_make_directory(ctx, path));
     }
+    if (wanted_count == 0)
+        goto out; /* only to join what others did */
     sc_store_manifest_path(store, path);
     SC_TRY(sc_manifest_begin(ctx, path, &store->job, store->journal.lines, keep, &store->manifest));
 out:
@@ -464,6 +467,9 @@ static sc_status complete(const sc_ctx *ctx, sc_store *store)
         SC_TRY(sc_each_file(ctx, store->directory, store, remove_slice));
     remove_segments(ctx, store);
     remove_partial(ctx, store);
+    sc_store_path(store, path, "frames");
+    sc_remove_temporaries(path, true);
+    sc_remove_temporaries(store->directory, false);
     store->complete = true;
 out:
     store->slice = slice;

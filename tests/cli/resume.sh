@@ -1,0 +1,102 @@
+# --resume proves what is there, redoes what is torn, and ends with the same bytes; a directory of
+# another job is refused.
+small_job job.yaml
+sed -i 's/size: \[96, 72\], video: none/size: [96, 72], fps: 4, frames: png, video: film.mp4/; s/frames: 7/frames: 18/' job.yaml
+"$SEGCAST" render job.yaml -o ref -q >/dev/null
+same_as_ref() { # same_as_ref WHAT
+    [ "$(hashes out)" = "$(hashes ref)" ] || fail "$1: other frames"
+    cmp out/film.mp4 ref/film.mp4 || fail "$1: another video"
+    diff -r out/frames ref/frames || fail "$1: other PNG files"
+    "$SEGCAST" verify out >/dev/null || fail "$1: verify"
+    [ ! -e out/segments ] || fail "$1: segments are left"
+}
+
+# In an empty directory it simply starts; on a finished job it does nothing.
+"$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+same_as_ref "an empty directory"
+before=$(stat -c '%n %i %Y' out/* out/frames/*)
+expect 0 'nothing to do' "$SEGCAST" render job.yaml -o out --resume
+[ "$(cat stdout.txt)" = out/film.mp4 ] || fail "does not say where the video is"
+[ "$before" = "$(stat -c '%n %i %Y' out/* out/frames/*)" ] || fail "a finished job was written to"
+
+# Without it, a directory that holds a run is refused, before anything is read; --overwrite begins anew.
+expect 73 'holds a run already; --resume' "$SEGCAST" render job.yaml -o out --set volume=none.nrrd; one_error
+echo mine >out/frames/notes.txt
+"$SEGCAST" render job.yaml -o out --overwrite --set animation.frames=5 -q >/dev/null
+[ "$(ls out/frames | tr '\n' ' ')" = "000000.png 000001.png 000002.png 000003.png 000004.png notes.txt " ] ||
+    fail "--overwrite left $(ls out/frames), or removed what is not ours"
+expect 64 'cannot be used with --resume' "$SEGCAST" render job.yaml --resume --overwrite; one_error
+
+# Another job, volume, size, length: refused, each with its reason; nothing is touched.
+rm -rf out
+"$SEGCAST" render job.yaml -o out -q --time-limit 0.001 >/dev/null && fail "was in time" || [ $? = 75 ]
+expect 73 'another length' "$SEGCAST" render job.yaml -o out --resume --set animation.frames=9; one_error
+expect 73 'another size' "$SEGCAST" render job.yaml -o out --resume --set output.size=[96,96]; one_error
+expect 73 'another volume' "$SEGCAST" render job.yaml -o out --resume --set volume=phantom:61x41x59; one_error
+expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set render.samples=2; one_error
+expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set output.crf=30; one_error
+sed -i '1s/"version":"/"version":"0.0-/' out/manifest.jsonl
+expect 73 'another version' "$SEGCAST" render job.yaml -o out --resume; one_error
+
+# begun DIR: a job that stopped in the middle; the signal comes when some frames are there.
+begun() {
+    rm -rf "$1"
+    "$SEGCAST" render job.yaml -o "$1" -q --set animation.frames=18 >/dev/null &
+    local pid=$!
+    for _ in $(seq 2000); do
+        [ "$(cat "$1/manifest.jsonl" 2>/dev/null | grep -c '"frame"')" -ge 7 ] && break
+        sleep 0.005
+    done
+    kill -"$2" $pid 2>/dev/null || true
+    wait $pid 2>/dev/null || true
+}
+for signal in USR1 TERM KILL; do
+    begun out $signal
+    "$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+    same_as_ref "after $signal"
+done
+
+# What is torn is noticed and made again: each kind of file, cut, changed, or gone.
+tear() { # tear HOW FILE...
+    local how=$1 file
+    shift
+    for file in "$@"; do
+        [ -e "$file" ] || continue
+        case $how in
+        cut) truncate -s $(($(stat -c %s "$file") / 2)) "$file" ;;
+        change) printf '\x55' | dd of="$file" bs=1 seek=$(($(stat -c %s "$file") / 2)) conv=notrunc status=none ;;
+        empty) : >"$file" ;;
+        gone) rm "$file" ;;
+        esac
+    done
+}
+n=0
+for how in cut change empty gone; do
+    for what in 'segments/000000.seg' 'segments/*.part' 'frames/000002.png' manifest.jsonl; do
+        n=$((n + 1))
+        [ $((n % 2)) = 0 ] && [ $how != cut ] && continue # half of them are enough for every day
+        begun out TERM
+        # shellcheck disable=SC2086
+        tear $how out/$what
+        "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt || { cat stderr.txt >&2; fail "$how $what: exit $?"; }
+        same_as_ref "$how $what"
+    done
+done
+
+# Of a finished job, too; and verify finds it first.
+for what in film.mp4 frames/000011.png; do
+    for how in cut change gone; do
+        rm -rf out
+        cp -r ref out
+        tear $how out/$what
+        expect 65 "out/$what" "$SEGCAST" verify out; one_error
+        "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>&1
+        same_as_ref "$how $what of a finished job"
+    done
+done
+rm -rf out
+begun out TERM
+expect 75 'has no end' "$SEGCAST" verify out; one_error
+expect 66 'holds no run' "$SEGCAST" verify job.yaml; one_error
+sed -i '/"frame":3,/d' ref/manifest.jsonl
+expect 65 'frame 3 is not named' "$SEGCAST" verify ref; one_error

@@ -1,0 +1,51 @@
+# Slices of one job, drawn by processes that know nothing of each other, make the same video.
+small_job job.yaml
+sed -i 's/size: \[96, 72\], video: none/size: [96, 72], fps: 4, frames: png, video: film.mp4/; s/frames: 7/frames: 18/' job.yaml
+"$SEGCAST" render job.yaml -o ref -q >/dev/null
+same_as_ref() {
+    [ "$(hashes out)" = "$(hashes ref)" ] || fail "$1: other frames"
+    cmp out/film.mp4 ref/film.mp4 || fail "$1: another video"
+    "$SEGCAST" verify out >/dev/null || fail "$1: verify"
+    [ "$(ls out/manifest* | wc -l)" = 1 ] || fail "$1: left: $(ls out)"
+}
+
+# Groups of pictures that two slices share are put together from both.
+for frames in 0-6 13-17 7-12:2; do
+    "$SEGCAST" render job.yaml -o out --frames $frames >said.txt 2>stderr.txt
+    [ "$(cat said.txt)" = out ] && grep -q 'not there yet' stderr.txt || fail "slice $frames"
+    [ ! -e out/film.mp4 ] || fail "a video before all is there"
+done
+expect 75 '3 of 18 frames are not there' "$SEGCAST" join out; one_error
+[ ! -e out/manifest.join.jsonl ] || fail "join left a manifest"
+"$SEGCAST" render job.yaml -o out --frames 8-12:2 -q >said.txt
+[ "$(cat said.txt)" = out/film.mp4 ] || fail "the last slice makes no video"
+same_as_ref "slices"
+expect 0 '' "$SEGCAST" join out
+[ "$(cat stdout.txt)" = out/film.mp4 ] || fail "join on a finished job"
+
+# All at the same time, by number; the last one to end makes the video, and no other complains.
+for _ in 1 2 3; do
+    rm -rf out
+    for i in 0 1 2 3; do
+        "$SEGCAST" render job.yaml -o out --slice $i/4 --threads 1 -q >said.$i 2>err.$i &
+    done
+    for job in $(jobs -p); do wait "$job" || fail "exit $?: $(cat err.*)"; done
+    [ -z "$(cat err.*)" ] || fail "complaints: $(cat err.*)"
+    same_as_ref "slices at the same time"
+done
+
+# A slice again needs --resume; a slice of another job is refused; join makes up for a lost end.
+rm -rf out
+"$SEGCAST" render job.yaml -o out --slice 0/2 -q >/dev/null
+expect 73 'holds a run already' "$SEGCAST" render job.yaml -o out --slice 0/2; one_error
+"$SEGCAST" render job.yaml -o out --slice 0/2 --resume -q >/dev/null
+expect 73 'another job' "$SEGCAST" render job.yaml -o out --slice 1/2 --set render.samples=1; one_error
+expect 64 'expected I/N' "$SEGCAST" render job.yaml -o out --slice 2/2; one_error
+expect 64 'exclude each other' "$SEGCAST" render job.yaml -o out --slice 0/2 --frames 3; one_error
+expect 64 'slices share' "$SEGCAST" render job.yaml -o out --slice 0/2 --overwrite; one_error
+"$SEGCAST" render job.yaml -o other --slice 1/2 -q >/dev/null
+cp other/segments/* out/segments/
+cp other/frames/* out/frames/
+cp other/manifest.1of2.jsonl out/
+expect 0 '' "$SEGCAST" join out
+same_as_ref "join"

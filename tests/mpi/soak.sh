@@ -1,0 +1,55 @@
+# Random processes are killed at random moments, again and again; each time the job is gone on with.
+# In the end it is as if nothing had been. SOAK_KILLS=50 for the long one (tools/soak).
+kills=${SOAK_KILLS:-6}
+RANDOM=${SOAK_SEED:-1}
+small_job job.yaml
+sed -i 's/size: \[96, 72\], video: none/size: [480, 360], fps: 6, frames: png, video: film.mp4/; s/frames: 7/frames: 60/' job.yaml
+"$SEGCAST" render job.yaml -o ref -q --threads 2 >/dev/null
+name=sc_soak_$$
+ln -s "$SEGCAST" "$name"
+trap 'pkill -KILL -x "$name" 2>/dev/null || true' EXIT
+
+encodes=(rank0 segments auto)
+partitions=(auto tiles frames)
+killed=0
+runs=0
+kept=0
+while :; do
+    runs=$((runs + 1))
+    mpirun -n $((runs % 2 + 1)) "./$name" render job.yaml -o out --resume \
+        --set "farm.encode=${encodes[runs % 3]}" --set "farm.partition=${partitions[runs / 3 % 3]}" \
+        >/dev/null 2>stderr.txt &
+    launcher=$!
+    if [ $killed -lt "$kills" ]; then
+        sleep "$((RANDOM % 3)).$((RANDOM % 10))$((RANDOM % 10))"
+        # mpirun, or one of the ranks, or all of them
+        mapfile -t pids < <(pgrep -x "$name" || true; echo $launcher)
+        if [ $((RANDOM % 5)) = 0 ]; then
+            kill -KILL "${pids[@]}" 2>/dev/null && killed=$((killed + 1))
+        else
+            kill -KILL "${pids[RANDOM % ${#pids[@]}]}" 2>/dev/null && killed=$((killed + 1))
+        fi
+    fi
+    code=0
+    wait $launcher 2>/dev/null || code=$?
+    for _ in $(seq 200); do
+        pgrep -x "$name" >/dev/null || break
+        sleep 0.05
+    done
+    ! pgrep -x "$name" >/dev/null || fail "a rank is left behind"
+    grep -q 'are there, and proven' stderr.txt && kept=$((kept + 1))
+    ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "an error"; }
+    if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
+        rm -rf out # complete before its time: once more from the start
+    elif [ $code = 0 ]; then
+        break
+    fi
+    [ $runs -lt $((4 * kills + 20)) ] || fail "no progress in $runs runs"
+done
+echo "$killed kills, $runs runs, $kept of them with frames to keep"
+[ $kept -gt 0 ] || fail "no run kept anything"
+[ "$(hashes out)" = "$(hashes ref)" ] || fail "other frames"
+cmp out/film.mp4 ref/film.mp4 || fail "another video"
+diff -r out/frames ref/frames || fail "other PNG files"
+"$SEGCAST" verify out >/dev/null || fail "verify"
+[ -z "$(find out -name "*.part" -o -name segments -o -name ".*")" ] || fail "left: $(find out)"
