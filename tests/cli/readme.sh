@@ -9,7 +9,7 @@ sed -i 's/^volume: phantom.*/volume: phantom:59x41x61/' heart.yaml
 "$SEGCAST" still heart.yaml --frame 90 -o look.png -q >/dev/null
 "$SEGCAST" render heart.yaml --set animation.frames=3 -q >/dev/null
 [ -e heart-out/heart.mp4 ] || fail "no video"
-for command in $(grep -oE 'segcast (check|plan|still|render|orbit|info|phantom|views|prepare|study|report|verify)\b' "$readme" | cut -d' ' -f2 | sort -u); do
+for command in $(grep -oE 'segcast (check|plan|still|render|orbit|info|phantom|views|prepare|join|study|report|verify)\b' "$readme" | cut -d' ' -f2 | sort -u); do
     "$SEGCAST" "$command" --help >/dev/null || fail "segcast $command"
 done
 grep -oE '\]\(([^)]+)\)' "$readme" | tr -d '()]' | while read -r link; do

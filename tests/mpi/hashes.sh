@@ -1,5 +1,5 @@
-# The crown: every frame's hash is the same for any number of ranks and threads, any size of tiles,
-# any skip method and plain C kernels or the best ones; for each surface, and for slices beside the picture.
+# The crown: every frame's hash is the same for any number of ranks and threads, any partition and size
+# of tiles, any skip method and plain C kernels or the best ones; for each surface, and for slices beside the picture.
 small_job job.yaml
 kinds=(smooth voxel views)
 settings=(render.surface=smooth render.surface=voxel output.layout=views)
@@ -10,6 +10,7 @@ for i in 0 1 2; do
 done
 [ "$(cat smooth/manifest.jsonl voxel/manifest.jsonl views/manifest.jsonl |
     jq -r '.hash // empty' | sort -u | wc -l)" = 21 ] || fail "different pictures have the same hash"
+partitions=(auto frames tiles)
 n=0
 for ranks in 1 2 3 5; do
     for threads in 1 2 3; do
@@ -19,7 +20,7 @@ for ranks in 1 2 3 5; do
             [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
             OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
                 --set render.skip=$skip --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
-                --set "$setting" >/dev/null
+                --set "farm.partition=${partitions[(n + n / 9) % 3]}" --set "$setting" >/dev/null
             [ "$(hashes "$kind")" = "$(hashes "run$n")" ] ||
                 fail "other pictures with $ranks ranks, $threads threads, $skip, $kind"
             jq -e ".ranks == $ranks and .threads == $threads and .nodes == 1 and
@@ -29,9 +30,16 @@ for ranks in 1 2 3 5; do
     done
 done
 
-# More ranks than frames; and a video through several ranks is byte-identical to one rank's.
+# More ranks than frames; and a video through several ranks, whoever encodes it, is byte-identical to
+# one rank's; so are the PNG files.
 mpi 5 "$SEGCAST" render job.yaml -o few --frames 2-3 -q >/dev/null
 [ "$(hashes few)" = "$(hashes smooth | sed -n '3,4p')" ] || fail "more ranks than frames"
-"$SEGCAST" render job.yaml -o v1 -q --set output.video=v.mp4 >/dev/null
-mpi 3 "$SEGCAST" render job.yaml -o v3 -q --set output.video=v.mp4 >/dev/null
-cmp v1/v.mp4 v3/v.mp4 || fail "the video depends on the number of ranks"
+video=(--set output.video=v.mp4 --set output.fps=2 --set output.frames=png)
+"$SEGCAST" render job.yaml -o v1 -q "${video[@]}" >/dev/null
+for encode in rank0 segments auto; do
+    for ranks in 1 3; do
+        mpi $ranks "$SEGCAST" render job.yaml -o v$ranks$encode -q "${video[@]}" --set farm.encode=$encode >/dev/null
+        cmp v1/v.mp4 v$ranks$encode/v.mp4 || fail "the video depends on ranks or on who encodes"
+        diff -r v1/frames v$ranks$encode/frames || fail "PNG files depend on who writes them"
+    done
+done

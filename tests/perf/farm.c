@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How much rank 0 bears, without a renderer.
+ *   farm_load simulate WORKERS RATE FRAMES   rank 0's real code with simulated workers that together
+ *                                       finish RATE frames a second
+ *   mpirun -n N farm_load ranks FRAMES       real ranks that draw nothing, as fast as they can
+ * Frames have 320 x 180 pixels. Prints frames per second and the share of one core that handing out
+ * and taking in needs. */
+#include "../../src/comm/comm_ops.h"
+#include "../../src/farm/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { WIDTH_PX = 320, HEIGHT_PX = 180 };
+
+/* ---- simulated workers, as a process group ---- */
+
+typedef struct mail {
+    double time_s;
+    int source, tag;
+    sc_unit unit;
+} mail;
+
+typedef struct sim_comm {
+    sc_comm base;
+    double draw_s; /* of a frame on a worker */
+    mail *heap;
+    int count;
+    uint8_t *pixels;
+} sim_comm;
+
+static void schedule(sim_comm *c, mail m)
+{
+    int i = c->count++;
+
+    for (; i > 0 && c->heap[(i - 1) / 2].time_s > m.time_s; i = (i - 1) / 2)
+        c->heap[i] = c->heap[(i - 1) / 2];
+    c->heap[i] = m;
+}
+
+static mail take_first(sim_comm *c)
+{
+    const mail top = c->heap[0], last = c->heap[--c->count];
+    int i = 0;
+
+    for (int child = 1; child < c->count; child = 2 * i + 1) {
+        if (child + 1 < c->count && c->heap[child + 1].time_s < c->heap[child].time_s)
+            child++;
+        if (c->heap[child].time_s >= last.time_s)
+            break;
+        c->heap[i] = c->heap[child];
+        i = child;
+    }
+    c->heap[i] = last;
+    return top;
+}
+
+static sc_status sim_agree(sc_comm *comm, sc_status mine)
+{
+    (void)comm;
+    return mine;
+}
+
+/* A unit is drawn, comes back, and the worker asks for the next. */
+static sc_status sim_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
+                          size_t bytes)
+{
+    sim_comm *c = (sim_comm *)comm;
+    const double now_s = sc_wall_s();
+    sc_unit unit;
+
+    (void)ctx;
+    (void)tag;
+    memcpy(&unit, data, bytes);
+    if (unit.kind == SC_UNIT_NONE) {
+        schedule(c, (mail){now_s, target, SC_TAG_BYE, unit});
+        return SC_OK;
+    }
+    schedule(c, (mail){now_s + c->draw_s, target, SC_TAG_DONE, unit});
+    schedule(c, (mail){now_s + c->draw_s, target, SC_TAG_READY, unit});
+    return SC_OK;
+}
+
+static int sim_pending(sc_comm *comm)
+{
+    (void)comm;
+    return 0;
+}
+
+static void sim_flush(sc_comm *comm)
+{
+    (void)comm;
+}
+
+static bool sim_poll(sc_comm *comm, sc_message *out)
+{
+    const sim_comm *c = (const sim_comm *)comm;
+    const mail *m = &c->heap[0];
+
+    if (c->count == 0 || m->time_s > sc_wall_s())
+        return false;
+    *out = (sc_message){m->source, m->tag, sizeof(int32_t)};
+    if (m->tag == SC_TAG_DONE)
+        out->bytes = sizeof(sc_done_message) + (size_t)m->unit.rows * WIDTH_PX * 3;
+    return true;
+}
+
+static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
+{
+    sim_comm *c = (sim_comm *)comm;
+    const mail m = take_first(c);
+    const sc_done_message done = {.unit = m.unit, .result = {.rank = m.source}};
+
+    if (m.tag != SC_TAG_DONE) {
+        memset(data, 0, message->bytes);
+        return;
+    }
+    memcpy(data, &done, sizeof done);
+    memcpy((char *)data + sizeof done, c->pixels, message->bytes - sizeof done);
+}
+
+static const sc_comm_ops sim_ops = {.agree = sim_agree,
+                                    .post = sim_post,
+                                    .pending = sim_pending,
+                                    .flush = sim_flush,
+                                    .poll = sim_poll,
+                                    .receive = sim_receive};
+
+/* ---- the farm ---- */
+
+typedef struct load {
+    double draw_s;
+    int taken;
+    volatile sig_atomic_t stop;
+} load;
+
+static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
+{
+    const load *l = user;
+
+    (void)frame;
+    (void)row;
+    (void)rows;
+    (void)image;
+    (void)result;
+    if (l->draw_s > 0)
+        sc_sleep_s(l->draw_s);
+}
+
+static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)
+{
+    (void)result;
+    (void)image;
+    ((load *)user)->taken++;
+    return SC_OK;
+}
+
+static int run(sc_comm *comm, load *l, int frames)
+{
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
+    sc_farm farm = {.width_px = WIDTH_PX,
+                    .height_px = HEIGHT_PX,
+                    .partition = SC_PARTITION_FRAMES,
+                    .frame_count = frames,
+                    .draw = draw,
+                    .take = take,
+                    .stop = &l->stop,
+                    .user = l};
+    int *numbers = malloc((size_t)frames * sizeof *numbers);
+    sc_farm_times times;
+    sc_status status;
+
+    for (int k = 0; k < frames; k++)
+        numbers[k] = k;
+    farm.frames = numbers;
+    status = sc_farm_run(&ctx, comm, &farm, &times);
+    if (sc_comm_rank(comm) == 0)
+        printf("%d ranks: %d frames in %.2f s, %.0f a second; rank 0: %.1f %% of a core\n",
+               sc_comm_size(comm), l->taken, times.wall_s, l->taken / times.wall_s,
+               100 * times.gather_cpu_s / times.wall_s);
+    free(numbers);
+    return status == SC_OK && (sc_comm_rank(comm) > 0 || l->taken == frames) ? 0 : 1;
+}
+
+static int simulate(int workers, double rate, int frames)
+{
+    load l = {.draw_s = workers / rate};
+    sim_comm c = {.base = {.ops = &sim_ops, .size = workers + 1, .node_count = 1},
+                  .draw_s = l.draw_s,
+                  .heap = malloc(((size_t)workers * 4 + 16) * sizeof(mail)),
+                  .pixels = calloc((size_t)WIDTH_PX * HEIGHT_PX, 3)};
+    int code;
+
+    for (int rank = 1; rank <= workers; rank++) /* spread over the time of a frame */
+        schedule(&c, (mail){sc_wall_s() + l.draw_s * rank / workers, rank, SC_TAG_READY, {0}});
+    code = run(&c.base, &l, frames);
+    free(c.heap);
+    free(c.pixels);
+    return code;
+}
+
+int main(int argc, char **argv)
+{
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
+    sc_comm *comm;
+    load l = {0};
+    int code;
+
+    if (argc == 5 && !strcmp(argv[1], "simulate"))
+        return simulate(atoi(argv[2]), atof(argv[3]), atoi(argv[4]));
+    if (argc != 3 || strcmp(argv[1], "ranks") != 0) {
+        fprintf(stderr, "usage: farm_load simulate WORKERS RATE FRAMES | farm_load ranks FRAMES\n");
+        return 64;
+    }
+    if (sc_comm_open(&ctx, true, &comm) != SC_OK)
+        return 70;
+    code = run(comm, &l, atoi(argv[2]));
+    sc_comm_close(comm);
+    return code;
+}
