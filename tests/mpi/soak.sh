@@ -23,7 +23,7 @@ while :; do
     if [ $killed -lt "$kills" ]; then
         sleep "$((RANDOM % 3)).$((RANDOM % 10))$((RANDOM % 10))"
         # mpirun, or one of the ranks, or all of them
-        mapfile -t pids < <(pgrep -x "$name" || true; echo $launcher)
+        mapfile -t pids < <(pgrep -r R,S,D -x "$name" || true; echo $launcher)
         if [ $((RANDOM % 5)) = 0 ]; then
             kill -KILL "${pids[@]}" 2>/dev/null && killed=$((killed + 1))
         else
@@ -33,10 +33,10 @@ while :; do
     code=0
     wait $launcher 2>/dev/null || code=$?
     for _ in $(seq 200); do
-        pgrep -x "$name" >/dev/null || break
+        pgrep -r R,S,D -x "$name" >/dev/null || break
         sleep 0.05
     done
-    ! pgrep -x "$name" >/dev/null || fail "a rank is left behind"
+    ! pgrep -r R,S,D -x "$name" >/dev/null || fail "a rank is left behind"
     grep -q 'are there, and proven' stderr.txt && kept=$((kept + 1))
     ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then

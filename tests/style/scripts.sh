@@ -2,7 +2,7 @@
 command -v shellcheck >/dev/null || skip "no shellcheck"
 cd "$SOURCE"
 shellcheck jobs/slurm/*.sbatch jobs/pbs/*.pbs || fail "shellcheck"
-shellcheck tools/test tools/demo tools/common || fail "shellcheck"
+shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/common || fail "shellcheck"
 for script in jobs/slurm/*.sbatch jobs/pbs/*.pbs; do
     [ "$(wc -l <"$script")" -le 40 ] || fail "$script is not short"
     grep -q "$(basename "$script")" README.md || fail "$script is not in the README"
