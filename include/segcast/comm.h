@@ -30,6 +30,8 @@ void sc_comm_close(sc_comm *comm);
 int sc_comm_rank(const sc_comm *comm);
 int sc_comm_size(const sc_comm *comm);
 int sc_comm_node_count(const sc_comm *comm);
+/** Is this rank on the node of rank 0, so that blocks of sc_shared_alloc are common to both? */
+bool sc_comm_is_near_root(const sc_comm *comm);
 /** Name and version of the message layer into @p text; callable before sc_comm_open. */
 void sc_comm_library(char *text, size_t size);
 
@@ -41,7 +43,8 @@ void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
 
 /** One block of memory per node, the same for all its ranks; not initialised. Collective;
- *  all ranks name the same size and get the same status. Caller owns: sc_shared_free. */
+ *  all ranks of a node name the same size, all ranks get the same status. Caller owns:
+ *  sc_shared_free. */
 SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes,
                                       sc_shared **out);
 /** The block as seen by this rank. */

@@ -109,9 +109,10 @@ typedef struct sc_farm {
     int group_frames; /**< of a group; the last one of `total` frames may be shorter */
     int total;
     /** Draw rows [row, row + rows) of a frame; any rank, one call at a time per rank, from a thread
-     *  of its own. What it does to other rows does not matter. */
+     *  of its own. */
     void (*draw)(void *user, int frame, int row, int rows, sc_image *image,
                  sc_frame_result *result);
+    bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Draw @p count frames from @p first on, and make of them what rank 0 is to take; threads as
      *  draw. An empty payload gives the group up, because of a stop. */
     sc_status (*draw_group)(void *user, int first, int count, sc_frame_result *results,

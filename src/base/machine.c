@@ -5,6 +5,7 @@
 
 #include <sched.h>
 #include <stdlib.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 sc_core_set sc_core_set_of_process(void)
@@ -53,4 +54,13 @@ uint64_t sc_machine_memory(void)
     limit = number_in("/sys/fs/cgroup/memory.max", bytes);
     limit = number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes", limit);
     return limit < bytes ? limit : bytes;
+}
+
+uint64_t sc_machine_shared_room(void)
+{
+    struct statvfs info;
+
+    if (statvfs("/dev/shm", &info))
+        return UINT64_MAX;
+    return (uint64_t)info.f_bavail * info.f_frsize;
 }

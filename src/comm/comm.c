@@ -44,6 +44,11 @@ int sc_comm_node_count(const sc_comm *comm)
     return comm->node_count;
 }
 
+bool sc_comm_is_near_root(const sc_comm *comm)
+{
+    return comm->near_root;
+}
+
 sc_status sc_comm_agree(sc_comm *comm, sc_status mine)
 {
     return comm->ops->agree(comm, mine);

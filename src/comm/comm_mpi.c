@@ -23,7 +23,7 @@ typedef struct mpi_shared {
 
 enum { CHUNK_BYTES = 64 << 20 }; /* counts of MPI are ints */
 
-static void wait_asleep(MPI_Request *request)
+static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
     double nap_s = 20e-6;
     int done = 0;
@@ -33,7 +33,7 @@ static void wait_asleep(MPI_Request *request)
         if (done)
             return;
         sc_sleep_s(nap_s);
-        nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
+        nap_s = nap_s < longest_nap_s ? nap_s * 1.5 : nap_s;
     }
 }
 
@@ -45,7 +45,7 @@ static void broadcast_in(MPI_Comm group, char *data, size_t bytes)
         const size_t count = bytes - at < CHUNK_BYTES ? bytes - at : CHUNK_BYTES;
 
         MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, group, &request);
-        wait_asleep(&request);
+        wait_asleep(&request, 1e-3);
     }
 }
 
@@ -61,7 +61,7 @@ static sc_status mpi_agree(sc_comm *base, sc_status mine)
     MPI_Request request;
 
     MPI_Iallreduce(&local, &smallest, 1, MPI_INT, MPI_MIN, comm->world, &request);
-    wait_asleep(&request);
+    wait_asleep(&request, 1e-3);
     return (sc_status)smallest;
 }
 
@@ -71,7 +71,7 @@ static void mpi_gather(sc_comm *base, const void *mine, size_t bytes, void *all)
     MPI_Request request;
 
     MPI_Igather(mine, (int)bytes, MPI_BYTE, all, (int)bytes, MPI_BYTE, 0, comm->world, &request);
-    wait_asleep(&request);
+    wait_asleep(&request, 1e-3);
 }
 
 static void mpi_barrier(sc_comm *base)
@@ -79,7 +79,7 @@ static void mpi_barrier(sc_comm *base)
     MPI_Request request;
 
     MPI_Ibarrier(((mpi_comm *)base)->world, &request);
-    wait_asleep(&request);
+    wait_asleep(&request, 1e-3);
 }
 
 static void mpi_unshare(sc_shared *base)
@@ -181,7 +181,7 @@ static void mpi_flush(sc_comm *base)
     mpi_comm *comm = (mpi_comm *)base;
 
     for (int i = 0; i < comm->request_count; i++)
-        wait_asleep(&comm->requests[i]);
+        wait_asleep(&comm->requests[i], 1e-3);
     comm->request_count = 0;
 }
 
@@ -201,8 +201,12 @@ static bool mpi_poll(sc_comm *base, sc_message *out)
 
 static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
 {
-    MPI_Recv(data, (int)message->bytes, MPI_BYTE, message->source, message->tag,
-             ((mpi_comm *)base)->world, MPI_STATUS_IGNORE);
+    MPI_Request request;
+
+    /* A large message comes in fragments, as its sender attends to them between naps. */
+    MPI_Irecv(data, (int)message->bytes, MPI_BYTE, message->source, message->tag,
+              ((mpi_comm *)base)->world, &request);
+    wait_asleep(&request, 200e-6);
 }
 
 static void mpi_close(sc_comm *base)
@@ -235,7 +239,7 @@ static const sc_comm_ops mpi_ops = {
 
 static void fill_ranks(mpi_comm *comm)
 {
-    int leader, nodes;
+    int leader, nodes, root;
 
     MPI_Comm_rank(comm->world, &comm->base.rank);
     MPI_Comm_size(comm->world, &comm->base.size);
@@ -245,6 +249,9 @@ static void fill_ranks(mpi_comm *comm)
     leader = comm->base.node_rank == 0;
     MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
     MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);
+    root = comm->base.rank;
+    MPI_Bcast(&root, 1, MPI_INT, 0, comm->node); /* the leader's number: ranks keep their order */
+    comm->base.near_root = root == 0;
     comm->base.node_count = nodes;
 }
 

@@ -25,6 +25,7 @@ typedef struct sc_comm_ops {
 struct sc_comm {
     const sc_comm_ops *ops;
     int rank, size, node_rank, node_count;
+    bool near_root; /* on the node of rank 0 */
 };
 
 struct sc_shared {

@@ -115,7 +115,7 @@ sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
 
     if (status != SC_OK)
         return status;
-    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_count = 1};
+    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_count = 1, .near_root = true};
     *out = comm;
     return SC_OK;
 }

@@ -49,17 +49,52 @@ void sc_farm_draw(void *user, sc_lane_job *lane_job)
         job->result.hash = sc_image_hash(job->image);
 }
 
+sc_work sc_farm_amount(const sc_farm *farm, const sc_comm *comm)
+{
+    return (sc_work){.ranks = sc_comm_size(comm),
+                     .groups = farm->group_count,
+                     .frames = farm->frame_count,
+                     .width_px = farm->width_px,
+                     .height_px = farm->height_px,
+                     .partition = farm->partition};
+}
+
+/* Try to have the window in memory that rank 0's node shares; without it pixels are sent. */
+static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
+{
+    const sc_work work = sc_farm_amount(farm, comm);
+    const size_t row_bytes = (size_t)farm->width_px * 3;
+    const size_t stride = ((size_t)farm->height_px * row_bytes + 4095) / 4096 * 4096;
+    const int window = sc_handout_begin(&work).window;
+    const size_t bytes = sc_comm_is_near_root(comm) ? stride * (size_t)window : 0;
+    const sc_ctx silent = {.rank = 0};
+    sc_shared *shared = NULL;
+
+    *out = (sc_slots){.stride = stride, .window = window};
+    if (sc_comm_size(comm) == 1 ||
+        sc_comm_agree(comm, bytes > sc_machine_shared_room() / 2 ? SC_ERR_MEMORY : SC_OK) !=
+            SC_OK ||
+        sc_shared_alloc(&silent, comm, bytes, &shared) != SC_OK)
+        return NULL;
+    if (sc_comm_is_near_root(comm))
+        out->pixels = sc_shared_data(shared);
+    return shared;
+}
+
 sc_status sc_farm_run(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
 {
     const double begin_s = sc_wall_s();
+    sc_slots slots;
+    sc_shared *shared = share_slots(comm, farm, &slots);
     sc_status status;
 
     *times = (sc_farm_times){0};
     if (sc_comm_rank(comm) == 0)
-        status = sc_farm_serve(ctx, comm, farm, times);
+        status = sc_farm_serve(ctx, comm, farm, &slots, times);
     else
-        status = sc_farm_work(ctx, comm, farm, times);
+        status = sc_farm_work(ctx, comm, farm, &slots, times);
     status = sc_comm_agree(comm, status);
+    sc_shared_free(shared);
     times->wall_s = sc_wall_s() - begin_s;
     return status;
 }

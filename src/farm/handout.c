@@ -4,11 +4,11 @@
 enum {
     WINDOW_BYTES = 256 << 20, /* of frames on rank 0 */
     WINDOW_PER_RANK = 64,
-    BAND_ROWS = 16,     /* no thinner ones: rays look at their neighbours */
-    BANDS_PER_RANK = 8, /* at least, of the frames that are split last */
-    SPLIT_PER_RANK = 4, /* so many are: also a rank of a fourth of the speed ends in time */
-    RANKS_TO_FEED = 4,  /* fewer: one encoder keeps up with them */
-    GROUPS_PER_RANK = 3 /* fewer: ranks would end at different times */
+    BAND_ROWS = 16,      /* no thinner ones: rays look at their neighbours */
+    BANDS_PER_RANK = 16, /* at least, of the frames that are split last */
+    SPLIT_PER_RANK = 4,  /* so many are: also a rank of a fourth of the speed ends in time */
+    RANKS_TO_FEED = 4,   /* fewer: one encoder keeps up with them */
+    GROUPS_PER_RANK = 3  /* fewer: ranks would end at different times */
 };
 
 static int least(int a, int b)

@@ -17,13 +17,16 @@ enum {
 };
 
 /* Of a group, the results and the size of its payload (uint64) follow; of a frame or band, its
- * rows. */
+ * rows, unless they are in their slot already. */
 typedef struct sc_done_message {
     sc_unit unit;
     int32_t status; /* of draw_group */
     int32_t stop;
     sc_frame_result result;
 } sc_done_message;
+
+/* The next unit is got so long before the one in work is expected to end. */
+#define SC_LEAD_S 0.006
 
 /* ---- lane.c: a thread that does jobs in order while the main thread passes on messages ---- */
 
@@ -71,8 +74,27 @@ double sc_farm_rows(const sc_farm *farm, const sc_unit *unit);
 /* No message is longer. */
 size_t sc_farm_message_bytes(const sc_farm *farm);
 
+/* The frames of rank 0's window, where its node has memory to share them: ranks of that node draw
+ * into them instead of sending pixels. */
+typedef struct sc_slots {
+    char *pixels; /* NULL: not shared */
+    size_t stride;
+    int window;
+} sc_slots;
+
+/* The picture in which frame @p index waits. */
+static inline sc_image sc_slot_image(const sc_slots *slots, const sc_farm *farm, int index)
+{
+    return (sc_image){farm->width_px, farm->height_px,
+                      (uint8_t *)slots->pixels + (size_t)(index % slots->window) * slots->stride};
+}
+
+/* What there is to hand out, as all ranks know it. */
+sc_work sc_farm_amount(const sc_farm *farm, const sc_comm *comm);
+
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
-                        sc_farm_times *times);
-sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times);
+                        const sc_slots *slots, sc_farm_times *times);
+sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,
+                       sc_farm_times *times);
 
 #endif

@@ -30,6 +30,7 @@ typedef struct server {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
+    const sc_slots *shared;
     sc_farm_times *times;
     sc_handout handout;
     take_job *slots;    /* [window]; frame i waits in slot i % window */
@@ -41,7 +42,8 @@ typedef struct server {
     sc_lane *drawing, *taking;
     sc_draw_job local[LOCAL_JOBS];
     bool local_used[LOCAL_JOBS];
-    sc_image local_bands[LOCAL_JOBS]; /* bands are drawn here, and copied to their slot */
+    double local_rows, local_row_s;   /* of the newest unit; what a row lately cost */
+    sc_image local_bands[LOCAL_JOBS]; /* where drawing spoils other rows */
     int *ready;                       /* ranks that wait for a unit, oldest first */
     int ready_count, ready_capacity;
     sc_unit *answers; /* [ready_capacity] of posted messages, which must stay */
@@ -260,9 +262,12 @@ static void work_came(server *s, const sc_message *mail)
         group_came(s, mail, &message);
         return;
     }
-    memcpy(slot_of(s, message.unit.index)->image.rgb +
-               (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
-           s->inbox + sizeof message, mail->bytes - sizeof message);
+    if (mail->bytes > sizeof message)
+        memcpy(slot_of(s, message.unit.index)->image.rgb +
+                   (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
+               s->inbox + sizeof message, mail->bytes - sizeof message);
+    else
+        __atomic_thread_fence(__ATOMIC_SEQ_CST); /* a neighbour wrote them, before the message */
     rows_came(s, &message.unit, &message.result);
 }
 
@@ -321,7 +326,8 @@ static bool collect_local(server *s)
     if (!job)
         return false;
     s->local_used[job - s->local] = false;
-    if (job->unit.kind == SC_UNIT_BAND) {
+    s->local_row_s = job->lane.wall_s / sc_farm_rows(s->farm, &job->unit);
+    if (job->image && job->image == &s->local_bands[job - s->local]) {
         const size_t at = (size_t)job->unit.row * row_bytes;
 
         memcpy(slot_of(s, job->unit.index)->image.rgb + at, job->image->rgb + at,
@@ -368,7 +374,8 @@ static bool may_draw_here(server *s)
 
     if (s->ready_count > 0 || waiting > s->handout.window / 2)
         return false;
-    return load == 0 || (load < LOCAL_JOBS && s->unit_s < 0.02); /* short units: no pause */
+    return load == 0 || (load < LOCAL_JOBS &&
+                         s->local_rows * s->local_row_s - sc_lane_age_s(s->drawing) < SC_LEAD_S);
 }
 
 static void draw_here(server *s)
@@ -384,8 +391,10 @@ static void draw_here(server *s)
             return;
         s->local_used[i] = true;
         *job = (sc_draw_job){.unit = unit, .results = job->results};
-        job->image =
-            unit.kind == SC_UNIT_BAND ? &s->local_bands[i] : &slot_of(s, unit.index)->image;
+        job->image = unit.kind == SC_UNIT_BAND && s->farm->spoils_other_rows
+                         ? &s->local_bands[i]
+                         : &slot_of(s, unit.index)->image;
+        s->local_rows = sc_farm_rows(s->farm, &unit);
         sc_lane_give(s->drawing, &job->lane);
     }
 }
@@ -487,30 +496,28 @@ static void dismiss(server *s)
 static sc_status open_server(server *s)
 {
     const sc_farm *farm = s->farm;
-    const int ranks = sc_comm_size(s->comm);
-    const sc_work work = {.ranks = ranks,
-                          .groups = farm->group_count,
-                          .frames = farm->frame_count,
-                          .width_px = farm->width_px,
-                          .height_px = farm->height_px,
-                          .partition = farm->partition};
+    const sc_work work = sc_farm_amount(farm, s->comm);
     void *block;
     sc_status status;
 
     s->handout = sc_handout_begin(&work);
-    s->ready_capacity = ranks * 8;
+    s->ready_capacity = work.ranks * 8;
     s->inbox_bytes = sc_farm_message_bytes(farm);
     SC_TRY(sc_zalloc(s->ctx, (size_t)s->handout.window, sizeof *s->slots, &block));
     s->slots = block;
-    for (int i = 0; i < s->handout.window; i++)
-        SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->slots[i].image));
+    for (int i = 0; i < s->handout.window; i++) {
+        if (s->shared->pixels)
+            s->slots[i].image = sc_slot_image(s->shared, farm, i);
+        else
+            SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->slots[i].image));
+    }
     SC_TRY(sc_alloc(s->ctx, s->inbox_bytes, 1, &block));
     s->inbox = block;
     SC_TRY(sc_alloc(s->ctx, (size_t)s->ready_capacity, sizeof *s->ready, &block));
     s->ready = block;
     SC_TRY(sc_alloc(s->ctx, (size_t)s->ready_capacity, sizeof *s->answers, &block));
     s->answers = block;
-    for (int i = 0; i < LOCAL_JOBS && s->handout.split_from < s->handout.frames; i++)
+    for (int i = 0; i < LOCAL_JOBS && farm->spoils_other_rows; i++)
         SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->local_bands[i]));
     for (int i = 0; i < LOCAL_JOBS; i++) {
         SC_TRY(sc_alloc(s->ctx, (size_t)farm->group_frames + 1, sizeof(sc_frame_result), &block));
@@ -526,7 +533,7 @@ static void close_server(server *s)
 {
     s->times->idle_s += sc_lane_stop(s->drawing);
     (void)sc_lane_stop(s->taking);
-    for (int i = 0; s->slots && i < s->handout.window; i++)
+    for (int i = 0; s->slots && !s->shared->pixels && i < s->handout.window; i++)
         sc_image_clear(&s->slots[i].image);
     for (int i = 0; i < LOCAL_JOBS; i++) {
         sc_image_clear(&s->local_bands[i]);
@@ -538,9 +545,10 @@ static void close_server(server *s)
     sc_free(s->answers);
 }
 
-sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
+sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
+                        const sc_slots *slots, sc_farm_times *times)
 {
-    server s = {.ctx = ctx, .comm = comm, .farm = farm, .times = times};
+    server s = {.ctx = ctx, .comm = comm, .farm = farm, .shared = slots, .times = times};
     sc_status status = sc_comm_agree(comm, open_server(&s));
 
     if (status == SC_OK) {

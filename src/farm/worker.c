@@ -11,12 +11,12 @@ enum {
     BUFFERS = 4, /* in work, waiting, and two on their way */
     UNITS = 2    /* in work, and waiting */
 };
-#define LEAD_S 0.02 /* ask so long before the unit in work is expected to end */
 
 typedef struct buffer {
     sc_draw_job job;
-    char *message; /* a sc_done_message, then the pixels of the image, or results */
-    sc_image image;
+    char *message;  /* a sc_done_message, then the pixels of the image, or results */
+    sc_image image; /* in the message */
+    sc_image slot;  /* in rank 0's window, of a frame drawn there */
     bool used;
 } buffer;
 
@@ -24,6 +24,7 @@ typedef struct worker {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
+    const sc_slots *slots;
     sc_farm_times *times;
     sc_lane *drawing;
     buffer buffers[BUFFERS];
@@ -51,7 +52,7 @@ static bool should_ask(worker *w)
     if (w->in_hand == 0)
         return w->asked == 0;
     left_s = w->work_rows * w->row_s - sc_lane_age_s(w->drawing);
-    return w->asked == 0 && left_s < LEAD_S;
+    return w->asked == 0 && left_s < SC_LEAD_S;
 }
 
 static sc_status ask(worker *w, bool *busy)
@@ -128,6 +129,10 @@ static bool give_units(worker *w)
 
         b->used = true;
         b->job = (sc_draw_job){.unit = w->pending[0], .image = &b->image, .results = results};
+        if (w->slots->pixels && b->job.unit.kind != SC_UNIT_GROUP)
+            b->slot = sc_slot_image(w->slots, w->farm, b->job.unit.index);
+        if (w->slots->pixels && (b->job.unit.kind == SC_UNIT_FRAME || !w->farm->spoils_other_rows))
+            b->job.image = &b->slot;
         w->work_rows = sc_farm_rows(w->farm, &w->pending[0]);
         w->pending[0] = w->pending[1];
         w->pending_count--;
@@ -177,13 +182,21 @@ out:
 static sc_status send_rows(worker *w, buffer *b, sc_done_message *message)
 {
     const size_t row_bytes = (size_t)w->farm->width_px * 3;
-    const size_t bytes = (size_t)b->job.unit.rows * row_bytes;
+    const size_t at = (size_t)b->job.unit.row * row_bytes;
+    size_t bytes = (size_t)b->job.unit.rows * row_bytes;
 
     message->result = b->job.result;
     message->result.rank = sc_comm_rank(w->comm);
     w->times->render_wall_s += b->job.result.render_wall_s;
     w->times->render_cpu_s += b->job.result.render_cpu_s;
-    memmove(b->image.rgb, b->image.rgb + (size_t)b->job.unit.row * row_bytes, bytes);
+    if (w->slots->pixels) { /* no pixels in the message */
+        if (b->job.image == &b->image)
+            memcpy(b->slot.rgb + at, b->image.rgb + at, bytes);
+        bytes = 0;
+        __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    } else {
+        memmove(b->image.rgb, b->image.rgb + at, bytes);
+    }
     memcpy(b->message, message, sizeof *message);
     return post(w, SC_TAG_DONE, b->message, sizeof *message + bytes);
 }
@@ -226,8 +239,10 @@ static sc_status work(worker *w)
         SC_TRY(ask(w, &busy));
         w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
-        if (busy || sc_comm_pending(w->comm) > 0)
-            nap_s = 50e-6; /* fragments of a frame are passing */
+        if (busy)
+            nap_s = 50e-6;
+        else if (sc_comm_pending(w->comm) > 0)
+            nap_s = 200e-6; /* fragments of a frame are passing; drawing needs the core more */
         else
             nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
         sc_sleep_s(nap_s);
@@ -259,9 +274,10 @@ out:
     return status;
 }
 
-sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_farm_times *times)
+sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,
+                       sc_farm_times *times)
 {
-    worker w = {.ctx = ctx, .comm = comm, .farm = farm, .times = times};
+    worker w = {.ctx = ctx, .comm = comm, .farm = farm, .slots = slots, .times = times};
     void *block = NULL;
     /* agreed with the server, before anything is sent */
     sc_status status = sc_comm_agree(comm, open_worker(&w, &block));

@@ -378,6 +378,20 @@ static int within(int value, int high)
     return value < 0 ? 0 : least(value, high);
 }
 
+/* Bands of a frame come one after the other: what it covers is found once. */
+static void cover_view(frame *f)
+{
+    sc_renderer *r = f->renderer;
+
+    if (memcmp(&r->last_scene, f->scene, sizeof r->last_scene) != 0 ||
+        memcmp(&r->last_viewport, f->viewport, sizeof r->last_viewport) != 0) {
+        sc_cover_init(&r->last_cover, r, f->scene, f->viewport, r->cover);
+        r->last_scene = *f->scene;
+        r->last_viewport = *f->viewport;
+    }
+    f->cover = r->last_cover;
+}
+
 void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
@@ -407,7 +421,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
         f.nothing.tone[c] = sqrtf(r->background[c]);
     }
     sc_lens_init(&f.lens, r, scene, viewport);
-    sc_cover_init(&f.cover, r, scene, viewport, r->cover);
+    cover_view(&f);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     for (int i = 0; i < r->settings.threads; i++) {

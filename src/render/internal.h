@@ -39,8 +39,11 @@ struct sc_renderer {
     sc_occlusion occlusion;
     sc_block *blocks; /* [block_count] */
     size_t block_count;
-    bool covers_all; /* pixels without anything visible behind them may show something, too */
-    uint8_t *cover;  /* room for the cells of a view: [SC_COVER_SIDE][SC_COVER_SIDE] */
+    bool covers_all;     /* pixels without anything visible behind them may show something, too */
+    uint8_t *cover;      /* room for the cells of a view: [SC_COVER_SIDE][SC_COVER_SIDE] */
+    sc_cover last_cover; /* the cells hold this one, of these: bands of one frame share it */
+    sc_scene last_scene;
+    sc_viewport last_viewport;
     sc_vec3 *hull;
     size_t hull_count;
     sc_box3 hull_box; /* in mm */

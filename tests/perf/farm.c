@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How much rank 0 bears, without a renderer.
- *   farm_load simulate WORKERS RATE FRAMES   rank 0's real code with simulated workers that together
- *                                       finish RATE frames a second
- *   mpirun -n N farm_load ranks FRAMES       real ranks that draw nothing, as fast as they can
- * Frames have 320 x 180 pixels. Prints frames per second and the share of one core that handing out
- * and taking in needs. */
+ *   farm_load simulate WORKERS RATE FRAMES   rank 0's real code with simulated workers that
+ * together finish RATE frames a second mpirun -n N farm_load ranks FRAMES       real ranks that
+ * draw nothing, as fast as they can Frames have 320 x 180 pixels. Prints frames per second and the
+ * share of one core that handing out and taking in needs. */
 #include "../../src/comm/comm_ops.h"
 #include "../../src/farm/internal.h"
 
