@@ -2,6 +2,8 @@
 # stops at once; whatever came, the job can be gone on with.
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 5, video: film.mp4/; s/frames: 7/frames: 4000/' job.yaml
+name=sc_signal_$$ # to find the ranks by, under any launcher
+ln -s "$SEGCAST" "$name"
 wait_for_frames() {
     for _ in $(seq 600); do
         [ "$(cat out/manifest.jsonl 2>/dev/null | grep -c '"frame"')" -ge "$1" ] && return
@@ -43,13 +45,13 @@ for signal in USR1 TERM; do
     wait $pid || code=$?
     stopped $code "$signal alone"
     rm -rf out
-    mpirun -n 2 "$SEGCAST" render job.yaml -o out --set farm.encode=segments >/dev/null 2>stderr.txt &
+    mpirun -n 2 "./$name" render job.yaml -o out --set farm.encode=segments >/dev/null 2>stderr.txt &
     pid=$!
     wait_for_frames 7
-    kill -USR1 $pid
+    pkill -USR1 -x "$name" # every rank, as srun does it
     code=0
     wait $pid || code=$?
-    stopped $code "USR1 to mpirun"
+    stopped $code "USR1 to all ranks"
 done
 
 # a second TERM: at once

@@ -118,7 +118,17 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
     memcpy((char *)data + sizeof done, c->pixels, message->bytes - sizeof done);
 }
 
+/* Workers are far away: their pixels come as messages. */
+static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+{
+    (void)comm;
+    (void)bytes;
+    (void)out;
+    return sc_fail(ctx, SC_ERR_MEMORY, "nothing is shared");
+}
+
 static const sc_comm_ops sim_ops = {.agree = sim_agree,
+                                    .share = sim_share,
                                     .post = sim_post,
                                     .pending = sim_pending,
                                     .flush = sim_flush,
