@@ -122,7 +122,7 @@ static void warn_of_idle_cores(const sc_app *app, const place *all, int count)
     const host_sum sum = sum_host(all, count, &all[0]);
     const int allotted = on_node ? atoi(on_node) : 0;
 
-    if (allotted >= 2 * sum.threads && !getenv("SRUN_CPUS_PER_TASK"))
+    if (sum.ranks > 0 && allotted >= 2 * sum.threads && !getenv("SRUN_CPUS_PER_TASK"))
         sc_warn(app->ctx,
                 "%d threads use %d of the %d CPUs that Slurm allotted on %s; was --cpus-per-task "
                 "forgotten? give --cpus-per-task=%d, export SRUN_CPUS_PER_TASK=%d and "

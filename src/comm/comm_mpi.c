@@ -21,7 +21,8 @@ typedef struct mpi_shared {
     MPI_Win window;
 } mpi_shared;
 
-enum { CHUNK_BYTES = 64 << 20 }; /* counts of MPI are ints */
+/* Large blocks go from node to node in pieces, several of them on their way at a time. */
+enum { PIECE_BYTES = 4 << 20, PIECES = 4 };
 
 static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
@@ -39,14 +40,19 @@ static void wait_asleep(MPI_Request *request, double longest_nap_s)
 
 static void broadcast_in(MPI_Comm group, char *data, size_t bytes)
 {
-    MPI_Request request;
+    MPI_Request requests[PIECES];
+    size_t piece = 0;
 
-    for (size_t at = 0; at < bytes; at += CHUNK_BYTES) {
-        const size_t count = bytes - at < CHUNK_BYTES ? bytes - at : CHUNK_BYTES;
+    for (size_t at = 0; at < bytes; at += PIECE_BYTES, piece++) {
+        const size_t count = bytes - at < PIECE_BYTES ? bytes - at : PIECE_BYTES;
+        MPI_Request *request = &requests[piece % PIECES];
 
-        MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, group, &request);
-        wait_asleep(&request, 1e-3);
+        if (piece >= PIECES)
+            wait_asleep(request, 1e-3);
+        MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, group, request);
     }
+    for (size_t i = piece > PIECES ? piece - PIECES : 0; i < piece; i++)
+        wait_asleep(&requests[i % PIECES], 1e-3);
 }
 
 static void mpi_broadcast(sc_comm *base, void *data, size_t bytes)

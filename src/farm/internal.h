@@ -65,7 +65,7 @@ typedef struct sc_draw_job {
 } sc_draw_job;
 
 /* For sc_lane_start, with the farm as user. */
-void sc_farm_draw(void *farm, sc_lane_job *job);
+void sc_farm_draw(void *user, sc_lane_job *lane_job);
 /* Frames of the group @p index. */
 int sc_farm_group_count(const sc_farm *farm, int index);
 /* How many rows of pictures a unit is: a measure of its cost. */

@@ -19,6 +19,16 @@ limited "$SEGCAST" render job.yaml -o png --set output.size=[640,480] --set outp
 one_error
 [ -z "$(ls -A png/frames)" ] || fail "left: $(ls -A png/frames)"
 
+# With room again, the job goes on with what is there, to the same bytes.
+full=(render job.yaml --set output.size=[320,240] --set output.video=film.mp4 --set output.fps=3)
+"$SEGCAST" "${full[@]}" -o ref -q >/dev/null
+code=0
+(ulimit -f 150; exec "$SEGCAST" "${full[@]}" -o again) >stdout.txt 2>stderr.txt || code=$?
+[ $code = 74 ] || fail "exit $code, expected 74"
+expect 0 '' "$SEGCAST" "${full[@]}" -o again --resume
+cmp again/film.mp4 ref/film.mp4 || fail "another video after a full disk"
+[ "$(hashes again)" = "$(hashes ref)" ] || fail "other frames after a full disk"
+
 code=0
 limited "$SEGCAST" phantom --size 200x200x200 -o p.nrrd >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || fail "exit $code, expected 74"

@@ -372,7 +372,7 @@ static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_f
 
     (void)user;
     memset(image->rgb + (size_t)row * row_bytes, frame, (size_t)rows * row_bytes);
-    result->samples = (uint64_t)(frame * 3 * rows);
+    result->samples = (uint64_t)frame * 3 * (uint64_t)rows;
 }
 
 /* A group's payload: its first frame. */
