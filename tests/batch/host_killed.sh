@@ -1,13 +1,12 @@
-# Power failure of a host in the middle: Slurm requeues the job, which goes on with what is proven.
+# Power failure of a host in the middle: Slurm requeues the job, which goes on with what is proven, on
+# another host. (Not on the same one: PMIx there stumbles over the socket of the killed step.)
+HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
 a_job 12
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
 wait_for 60 "frames" has_frames 12
 "$SLURM_CLUSTER" kill-node n2
 on_head scontrol update nodename=n2 state=down reason=killed
-sleep 1
-"$SLURM_CLUSTER" start-node n2
-on_head scontrol update nodename=n2 state=resume 2>/dev/null || true
 wait_for 180 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 grep -q 'are there, and proven' job.log || fail "nothing was kept"

@@ -64,4 +64,5 @@ kill -TERM $pid
 code=0
 wait $pid || code=$?
 [ $code = 75 ] || fail "second TERM: exit $code"
+! grep -q incomplete out/status.json 2>/dev/null || fail "the second TERM did not stop at once"
 expect 64 'expected seconds' "$SEGCAST" render job.yaml --time-limit soon; one_error

@@ -7,7 +7,7 @@ unshare --mount --pid --net --ipc --uts --fork true 2>/dev/null || skip "namespa
 "$SLURM_CLUSTER" install >install.txt 2>&1 || skip "Slurm cannot be installed here: $(tail -1 install.txt)"
 export SLURM_CLUSTER_DIR=$PWD/cluster SLURM_CLUSTER_SUBNET=10.$((RANDOM % 100 + 100)).$((RANDOM % 200))
 trap '"$SLURM_CLUSTER" down >/dev/null 2>&1 || true' EXIT
-"$SLURM_CLUSTER" up 2 >up.txt 2>&1 || skip "no Slurm of virtual hosts here: $(tail -1 up.txt)"
+"$SLURM_CLUSTER" up "${HOSTS:-2}" >up.txt 2>&1 || skip "no Slurm of virtual hosts here: $(tail -1 up.txt)"
 
 on_head() { "$SLURM_CLUSTER" exec head "$@"; }
 # The binary under the name that the batch scripts use.
