@@ -383,6 +383,8 @@ static void cover_view(frame *f)
 {
     sc_renderer *r = f->renderer;
 
+    /* Equal bytes are equal scenes; should padding differ, the cover is only found once more.
+     * NOLINTNEXTLINE(bugprone-suspicious-memory-comparison) */
     if (memcmp(&r->last_scene, f->scene, sizeof r->last_scene) != 0 ||
         memcmp(&r->last_viewport, f->viewport, sizeof r->last_viewport) != 0) {
         sc_cover_init(&r->last_cover, r, f->scene, f->viewport, r->cover);

@@ -60,6 +60,7 @@ rm -rf out
 pid=$!
 for _ in $(seq 200); do [ -e out/manifest.jsonl ] && break; sleep 0.05; done
 kill -TERM $pid
+sleep 0.02 # two at once are one
 kill -TERM $pid
 code=0
 wait $pid || code=$?
