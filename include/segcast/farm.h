@@ -112,6 +112,7 @@ typedef struct sc_farm {
      *  of its own. */
     void (*draw)(void *user, int frame, int row, int rows, sc_image *image,
                  sc_frame_result *result);
+    bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Draw @p count frames from @p first on, and make of them what rank 0 is to take; threads as
      *  draw. An empty payload gives the group up, because of a stop. */

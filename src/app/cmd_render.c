@@ -225,6 +225,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .group_frames = run->plan.group_frames,
                           .total = job->animation.frames,
                           .draw = sc_run_draw,
+                          .share_frames = job->farm.share,
                           .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS,
                           .draw_group = sc_run_draw_group,
                           .take = sc_run_take,

@@ -28,7 +28,7 @@ static void set_defaults(sc_job *job)
                    .step_voxels = 0.5,
                    .background = {255, 255, 255}},
         .light = sc_lighting_default(),
-        .farm = {.tile_px = 32},
+        .farm = {.tile_px = 32, .share = true},
         .animation = {.frames = 180,
                       .camera = {.axis = {0, 0, 1},
                                  .turns = 1,

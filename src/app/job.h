@@ -42,6 +42,7 @@ typedef enum sc_encode { SC_ENCODE_AUTO, SC_ENCODE_ROOT, SC_ENCODE_SEGMENTS } sc
 typedef struct sc_farm_options {
     int partition, tile_px; /* sc_partition */
     int encode;             /* sc_encode */
+    bool share;             /* ranks of one node share frames, not only the volume */
 } sc_farm_options;
 
 /* Plain data but for two arrays, so that it can be sent to other ranks. */

@@ -161,20 +161,22 @@ static const sc_field animation_fields[] = {
     {.name = "slices", .type = &sc_type_slices, .offset = offsetof(sc_job, animation.slices)},
     {0}};
 
-static const sc_field farm_fields[] = {{.name = "partition",
-                                        .type = &sc_type_choice,
-                                        .offset = offsetof(sc_farm_options, partition),
-                                        .choices = partitions},
-                                       {.name = "encode",
-                                        .type = &sc_type_choice,
-                                        .offset = offsetof(sc_farm_options, encode),
-                                        .choices = encodes},
-                                       {.name = "tile",
-                                        .type = &sc_type_int,
-                                        .offset = offsetof(sc_farm_options, tile_px),
-                                        .low = 8,
-                                        .high = 256},
-                                       {0}};
+static const sc_field farm_fields[] = {
+    {.name = "partition",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_farm_options, partition),
+     .choices = partitions},
+    {.name = "encode",
+     .type = &sc_type_choice,
+     .offset = offsetof(sc_farm_options, encode),
+     .choices = encodes},
+    {.name = "share", .type = &sc_type_bool, .offset = offsetof(sc_farm_options, share)},
+    {.name = "tile",
+     .type = &sc_type_int,
+     .offset = offsetof(sc_farm_options, tile_px),
+     .low = 8,
+     .high = 256},
+    {0}};
 
 const sc_field sc_job_fields[] = {
     {.name = "volume",

@@ -71,7 +71,7 @@ static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
     sc_shared *shared = NULL;
 
     *out = (sc_slots){.stride = stride, .window = window};
-    if (sc_comm_size(comm) == 1 ||
+    if (sc_comm_size(comm) == 1 || !farm->share_frames ||
         sc_comm_agree(comm, bytes > sc_machine_shared_room() / 2 ? SC_ERR_MEMORY : SC_OK) !=
             SC_OK ||
         sc_shared_alloc(&silent, comm, bytes, &shared) != SC_OK)

@@ -21,6 +21,10 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
     .memory.volume_bytes == 59*41*61 and .memory.prepared_bytes > .memory.volume_bytes and
     (.memory.peak_rss_bytes | length) == 1 and .speed.frames_per_s > 0' out/stats.json >/dev/null ||
     fail "stats.json"
+jq -e '[.traceEvents[] | select(.ph == "X")] |
+    ([.[] | select(.name | startswith("draw")) | .args.frame] | unique) == [0,1,2,3,4,5,6] and
+    ([.[].name | split(" ")[0]] | unique) == ["draw","encode","finish","prepare","read","share"] and
+    ([.[] | .dur >= 0 and .ts >= 0 and .pid == 0] | all)' out/trace.json >/dev/null || fail "trace.json"
 [ "$(wc -l <out/frames.csv)" = 8 ] || fail "frames.csv"
 
 # The resolved job makes the same pictures, and so does any slice of it.
@@ -49,5 +53,7 @@ sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
 
 # Progress in a log is plain lines, and the last line of a run sums it up.
 expect 0 'drawing [0-9.]+ CPU s/frame' "$SEGCAST" render job.yaml -o log
+grep -qE 'segcast: limited by (drawing|reading)' stderr.txt || fail "does not say what limited the run"
+grep -q 'slowest frames' stderr.txt || fail "does not name the slowest frames"
 grep -q $'\r' stderr.txt && fail "a bar in a log"
 true

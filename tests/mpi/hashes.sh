@@ -20,6 +20,7 @@ for ranks in 1 2 3 5; do
             [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
             OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
                 --set render.skip=$skip --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
+                --set farm.share=$([ $((n / 2 % 2)) = 0 ] && echo true || echo false) \
                 --set "farm.partition=${partitions[(n + n / 9) % 3]}" --set "$setting" >/dev/null
             [ "$(hashes "$kind")" = "$(hashes "run$n")" ] ||
                 fail "other pictures with $ranks ranks, $threads threads, $skip, $kind"
