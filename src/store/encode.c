@@ -47,17 +47,22 @@ static bool can_encode(const sc_store *store, int group)
     return true;
 }
 
+sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
+{
+    char path[2 * SC_NAME_BYTES];
+
+    if (store->encoder)
+        return SC_OK;
+    sc_store_path(store, path, "%s", store->job.video);
+    return sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
+}
+
 static sc_status begin_group(const sc_ctx *ctx, sc_store *store, int group)
 {
-    if (!store->encoder) {
-        char path[2 * SC_NAME_BYTES];
-        sc_status status;
+    sc_status status = sc_store_open_encoder(ctx, store);
 
-        sc_store_path(store, path, "%s", store->job.video);
-        status = sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
-        if (status != SC_OK)
-            return status;
-    }
+    if (status != SC_OK)
+        return status;
     if (sc_encoder_count(store->encoder) > 0)
         sc_encoder_drop(store->encoder);
     store->encoding = group;

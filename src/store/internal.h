@@ -132,6 +132,8 @@ sc_status sc_prove_frames(const sc_ctx *ctx, const char *directory, const sc_lin
                           int frames, int threads, bool *out);
 
 /* encode.c: pictures to segments, segments to the video. */
+/* Have an encoder; nothing happens if there is one. */
+sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store);
 sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const void *picture);
 /* Encode the groups of which all pictures are in parts. */
 sc_status sc_store_encode_parts(const sc_ctx *ctx, sc_store *store);

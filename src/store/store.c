@@ -227,7 +227,9 @@ static sc_status begin(const sc_ctx *ctx, sc_store *store, const int *wanted, in
         SC_TRY(sc_make_directory(ctx, path));
     }
     if (wanted_count == 0)
-        goto out; /* only to join what others did */
+        goto out;         /* only to join what others did */
+    if (store->has_video) /* one that is not there is told of before the work */
+        SC_TRY(sc_store_open_encoder(ctx, store));
     sc_store_manifest_path(store, path);
     SC_TRY(sc_manifest_begin(ctx, path, &store->job, store->journal.lines, keep, &store->manifest));
 out:
@@ -334,12 +336,6 @@ static sc_status take_picture(const sc_ctx *ctx, sc_store *store, const sc_done_
     const void *picture;
     sc_status status;
 
-    if (!store->encoder) {
-        char path[2 * SC_NAME_BYTES];
-
-        sc_store_path(store, path, "%s", store->job.video);
-        SC_TRY(sc_encoder_open(ctx, path, &store->job.settings, &store->encoder));
-    }
     picture = sc_encoder_convert(store->encoder, image);
     if (store->parts.places[k].file < 0)
         SC_TRY(sc_parts_add(ctx, &store->parts, group, k, picture, done->hash));

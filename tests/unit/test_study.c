@@ -9,8 +9,8 @@ enum { RANKS = 4 };
 /* Four ranks that drew for the same time and hardly waited. */
 static void balanced(sc_rank_record *ranks, sc_run_record *run)
 {
-    *run = (sc_run_record){
-        .ranks = RANKS, .rank_records = ranks, .wall_s = 101, .farm_wall_s = 100};
+    *run =
+        (sc_run_record){.ranks = RANKS, .rank_records = ranks, .wall_s = 101, .farm_wall_s = 100};
     for (int i = 0; i < RANKS; i++) {
         ranks[i] = (sc_rank_record){.farm_idle_s = 2};
         ranks[i].phases[SC_PHASE_RENDER].wall_s = 98;
