@@ -22,8 +22,9 @@ for ranks in 1 2; do
     rm -rf out
     code=0
     begin=$(date +%s%N)
-    mpi $ranks "$SEGCAST" render job.yaml -o out --time-limit 0:05 >/dev/null 2>stderr.txt || code=$?
-    [ $((($(date +%s%N) - begin) / 1000000)) -lt 7000 ] || fail "the time limit was passed"
+    mpi $ranks "$SEGCAST" render job.yaml -o out --time-limit 0:06 >/dev/null 2>stderr.txt || code=$?
+    # of a job of minutes; the rest is room for a busy machine
+    [ $((($(date +%s%N) - begin) / 1000000000)) -lt 25 ] || fail "the time limit was passed"
     stopped $code "time limit"
     grep -q 'the time is nearly up' stderr.txt || fail "no reason"
 done

@@ -4,7 +4,9 @@ kills=${SOAK_KILLS:-6}
 RANDOM=${SOAK_SEED:-1}
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [480, 360], fps: 6, frames: png, video: film.mp4/; s/frames: 7/frames: 60/' job.yaml
+begin_ms=$(($(date +%s%N) / 1000000))
 "$SEGCAST" render job.yaml -o ref -q --threads 2 >/dev/null
+whole_ms=$(($(date +%s%N) / 1000000 - begin_ms)) # of a run without accidents
 name=sc_soak_$$
 ln -s "$SEGCAST" "$name"
 trap 'pkill -KILL -x "$name" 2>/dev/null || true' EXIT
@@ -21,7 +23,8 @@ while :; do
         >/dev/null 2>stderr.txt &
     launcher=$!
     if [ $killed -lt "$kills" ]; then
-        sleep "$((RANDOM % 3)).$((RANDOM % 10))$((RANDOM % 10))"
+        delay_ms=$((RANDOM % (whole_ms / 2 + 500)))
+        sleep "$((delay_ms / 1000)).$(printf %03d $((delay_ms % 1000)))"
         # mpirun, or one of the ranks, or all of them
         mapfile -t pids < <(pgrep -r R,S,D -x "$name" || true; echo $launcher)
         if [ $((RANDOM % 5)) = 0 ]; then
