@@ -26,7 +26,7 @@ typedef struct sc_done_message {
 } sc_done_message;
 
 /* The next unit is got so long before the one in work is expected to end. */
-#define SC_LEAD_S 0.006
+#define SC_LEAD_S 0.01
 
 /* ---- lane.c: a thread that does jobs in order while the main thread passes on messages ---- */
 

@@ -466,7 +466,7 @@ static void serve(server *s)
             s->farm->tick(s->farm->user, frames_done(s), total);
             tick_s = begin_s;
         }
-        nap_s = busy ? 50e-6 : nap_s < 2e-3 ? nap_s * 1.5 : nap_s;
+        nap_s = busy ? 50e-6 : nap_s < 0.7e-3 ? nap_s * 1.5 : nap_s;
         if (!busy)
             sc_sleep_s(nap_s);
         if (s->ready_count > 0 && !busy)

@@ -244,7 +244,7 @@ static sc_status work(worker *w)
         else if (sc_comm_pending(w->comm) > 0)
             nap_s = 200e-6; /* fragments of a frame are passing; drawing needs the core more */
         else
-            nap_s = nap_s < 1e-3 ? nap_s * 1.5 : nap_s;
+            nap_s = nap_s < 0.5e-3 ? nap_s * 1.5 : nap_s;
         sc_sleep_s(nap_s);
     }
     status = post(w, SC_TAG_BYE, &bye, sizeof bye);
