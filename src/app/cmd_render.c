@@ -271,6 +271,10 @@ static void tell_outcome(const sc_run *run, sc_status outcome)
 
     if (sc_comm_rank(run->app->comm) != 0)
         return;
+    if (outcome == SC_ERR_INCOMPLETE && run->deadline_s > 0 && !*run->stop &&
+        run->result_count == 0)
+        sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
+                     "will not help: more time, or `segcast prepare`, will");
     if (outcome == SC_ERR_INCOMPLETE)
         sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest",
                 run->deadline_s > 0 && !*run->stop ? "because the time is nearly up" : "on request",
@@ -315,18 +319,29 @@ out:
     return status;
 }
 
+/* What every rank needs to record its times. */
+static sc_status allocate_records(sc_run *run)
+{
+    const sc_app *app = run->app;
+    const size_t events = (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256;
+    void *spans;
+    sc_status status = sc_trace_new(app->ctx, events, &run->trace);
+
+    if (status == SC_OK)
+        status = sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->spans, &spans);
+    if (status == SC_OK)
+        run->spans = spans;
+    return status;
+}
+
 static sc_status begin_run(sc_run *run, const char *job_path)
 {
     sc_app *app = run->app;
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *spans;
     sc_status status;
 
     SC_TRY(sc_session_job(app, job_path, &run->session));
-    SC_TRY(sc_trace_new(app->ctx, (size_t)TRACE_EVENTS / (size_t)sc_comm_size(app->comm) + 256,
-                        &run->trace));
-    SC_TRY(sc_alloc(app->ctx, (size_t)app->threads, sizeof *run->spans, &spans));
-    run->spans = spans;
+    SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
     SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
     SC_TRY(sc_tell_placement(app));
     run->deadline_s = sc_deadline_s(app);

@@ -16,6 +16,7 @@ struct option_row {
     sc_status (*take)(const sc_ctx *ctx, sc_options *options, const option_row *row,
                       const char *value);
     const char *key; /* of the job, for options that are short for --set */
+    size_t place;    /* in sc_options, for take_text and take_flag */
 };
 
 static sc_status add_setting(const sc_ctx *ctx, sc_options *options, const char *setting)
@@ -110,21 +111,22 @@ static sc_status take_frame(const sc_ctx *ctx, sc_options *options, const option
     return take_number(ctx, row, value, 0, 1000000, &options->frame);
 }
 
-static sc_status take_output(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                             const char *value)
+static sc_status take_text(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                           const char *value)
 {
     (void)ctx;
-    (void)row;
-    options->output = value;
+    memcpy((char *)options + row->place, &value, sizeof value);
     return SC_OK;
 }
 
-static sc_status take_frames(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                             const char *value)
+static sc_status take_flag(const sc_ctx *ctx, sc_options *options, const option_row *row,
+                           const char *value)
 {
+    const bool set = true;
+
     (void)ctx;
-    (void)row;
-    options->frames = value;
+    (void)value;
+    memcpy((char *)options + row->place, &set, sizeof set);
     return SC_OK;
 }
 
@@ -141,15 +143,6 @@ static sc_status take_slice(const sc_ctx *ctx, sc_options *options, const option
                        row->name, value);
     options->slice = slice;
     options->slices = slices;
-    return SC_OK;
-}
-
-static sc_status take_grid(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                           const char *value)
-{
-    (void)ctx;
-    (void)row;
-    options->size = value;
     return SC_OK;
 }
 
@@ -182,36 +175,6 @@ static sc_status take_point(const sc_ctx *ctx, sc_options *options, const option
     return status == SC_OK ? add_owned(ctx, options, &text) : status;
 }
 
-static sc_status take_json(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                           const char *value)
-{
-    (void)ctx;
-    (void)row;
-    (void)value;
-    options->json = true;
-    return SC_OK;
-}
-
-static sc_status take_resume(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                             const char *value)
-{
-    (void)ctx;
-    (void)row;
-    (void)value;
-    options->resume = true;
-    return SC_OK;
-}
-
-static sc_status take_overwrite(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                                const char *value)
-{
-    (void)ctx;
-    (void)row;
-    (void)value;
-    options->overwrite = true;
-    return SC_OK;
-}
-
 /* Seconds, MM:SS or HH:MM:SS. */
 static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const option_row *row,
                                  const char *value)
@@ -236,58 +199,51 @@ static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const o
     return SC_OK;
 }
 
-static sc_status take_quiet(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                            const char *value)
-{
-    (void)ctx;
-    (void)row;
-    (void)value;
-    options->quiet = true;
-    return SC_OK;
-}
-
 #define JOBS "render check plan still orbit views"
 
 static const option_row rows[] = {
-    {"output", 'o', "DIR", "folder for everything the job makes", "render", take_output, NULL},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_output,
-     NULL},
-    {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_frames, NULL},
+    {"output", 'o', "DIR", "folder for everything the job makes", "render", take_text, NULL,
+     offsetof(sc_options, output)},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_text,
+     NULL, offsetof(sc_options, output)},
+    {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_text, NULL,
+     offsetof(sc_options, frames)},
     {"resume", 0, NULL, "go on with what the folder holds of this job, after proving it", "render",
-     take_resume, NULL},
-    {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", take_overwrite,
-     NULL},
+     take_flag, NULL, offsetof(sc_options, resume)},
+    {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", take_flag, NULL,
+     offsetof(sc_options, overwrite)},
     {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, exit 75", "render",
-     take_time_limit, NULL},
+     take_time_limit, NULL, 0},
     {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the folder",
-     "render", take_slice, NULL},
-    {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL},
+     "render", take_slice, NULL, 0},
+    {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL, 0},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set,
-     NULL},
+     NULL, 0},
     {"labels", 0, "FILE", "label table with names and colours", "orbit views info prepare",
-     take_key, "labels"},
+     take_key, "labels", 0},
     {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit views info prepare",
-     take_key, "labels_format"},
-    {"size", 0, "WxH", "size of the picture", "orbit views", take_picture_size, NULL},
-    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_grid, NULL},
-    {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames"},
-    {"fps", 0, "N", "frames per second", "orbit", take_key, "output.fps"},
+     take_key, "labels_format", 0},
+    {"size", 0, "WxH", "size of the picture", "orbit views", take_picture_size, NULL, 0},
+    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_text, NULL,
+     offsetof(sc_options, size)},
+    {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames", 0},
+    {"fps", 0, "N", "frames per second", "orbit", take_key, "output.fps", 0},
     {"axis", 0, "WORD", "axis of the turn, such as superior", "orbit", take_key,
-     "animation.camera.orbit.axis"},
+     "animation.camera.orbit.axis", 0},
     {"elevation", 0, "DEGREES", "height of the camera above the turn's plane", "orbit", take_key,
-     "animation.camera.orbit.elevation"},
-    {"turns", 0, "N", "number of turns", "orbit", take_key, "animation.camera.orbit.turns"},
-    {"zoom", 0, "FACTOR", "scale of the picture", "orbit", take_key, "animation.camera.zoom"},
+     "animation.camera.orbit.elevation", 0},
+    {"turns", 0, "N", "number of turns", "orbit", take_key, "animation.camera.orbit.turns", 0},
+    {"zoom", 0, "FACTOR", "scale of the picture", "orbit", take_key, "animation.camera.zoom", 0},
     {"samples", 0, "N", "rays per pixel on edges, 1 to 8", "orbit views", take_key,
-     "render.samples"},
-    {"point", 0, "R,A,S", "where the slices cross, in mm", "views", take_point, NULL},
+     "render.samples", 0},
+    {"point", 0, "R,A,S", "where the slices cross, in mm", "views", take_point, NULL, 0},
     {"cpu", 0, "NAME", "kernels for auto, avx512, avx2, sse4 or c (plain C); same pictures", JOBS,
-     take_key, "render.cpu"},
-    {"json", 0, NULL, "for machines", "info", take_json, NULL},
+     take_key, "render.cpu", 0},
+    {"json", 0, NULL, "for machines", "info", take_flag, NULL, offsetof(sc_options, json)},
     {"threads", 0, "N", "threads of each rank", JOBS " info phantom prepare join verify",
-     take_threads, NULL},
+     take_threads, NULL, 0},
     {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare join verify",
-     take_quiet, NULL},
+     take_flag, NULL, offsetof(sc_options, quiet)},
 };
 
 static bool takes(const option_row *row, const char *command)

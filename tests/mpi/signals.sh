@@ -28,6 +28,7 @@ for ranks in 1 2; do
     stopped $code "time limit"
     grep -q 'the time is nearly up' stderr.txt || fail "no reason"
 done
+expect 75 'no frame could be finished' "$SEGCAST" render job.yaml -o none --time-limit 0.001
 before=$(jq .done out/status.json)
 code=0
 SLURM_JOB_END_TIME=$(($(date +%s) + 6)) "$SEGCAST" render job.yaml -o out --resume >/dev/null 2>stderr.txt || code=$?

@@ -6,6 +6,7 @@
  * share of one core that handing out and taking in needs. */
 #include "../../src/comm/comm_ops.h"
 #include "../../src/farm/internal.h"
+#include "events.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,45 +15,12 @@ enum { WIDTH_PX = 320, HEIGHT_PX = 180 };
 
 /* ---- simulated workers, as a process group ---- */
 
-typedef struct mail {
-    double time_s;
-    int source, tag;
-    sc_unit unit;
-} mail;
-
 typedef struct sim_comm {
     sc_comm base;
     double draw_s; /* of a frame on a worker */
-    mail *heap;
-    int count;
+    events mail;
     uint8_t *pixels;
 } sim_comm;
-
-static void schedule(sim_comm *c, mail m)
-{
-    int i = c->count++;
-
-    for (; i > 0 && c->heap[(i - 1) / 2].time_s > m.time_s; i = (i - 1) / 2)
-        c->heap[i] = c->heap[(i - 1) / 2];
-    c->heap[i] = m;
-}
-
-static mail take_first(sim_comm *c)
-{
-    const mail top = c->heap[0], last = c->heap[--c->count];
-    int i = 0;
-
-    for (int child = 1; child < c->count; child = 2 * i + 1) {
-        if (child + 1 < c->count && c->heap[child + 1].time_s < c->heap[child].time_s)
-            child++;
-        if (c->heap[child].time_s >= last.time_s)
-            break;
-        c->heap[i] = c->heap[child];
-        i = child;
-    }
-    c->heap[i] = last;
-    return top;
-}
 
 static sc_status sim_agree(sc_comm *comm, sc_status mine)
 {
@@ -72,11 +40,11 @@ static sc_status sim_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag,
     (void)tag;
     memcpy(&unit, data, bytes);
     if (unit.kind == SC_UNIT_NONE) {
-        schedule(c, (mail){now_s, target, SC_TAG_BYE, unit});
+        push_event(&c->mail, (event){now_s, target, SC_TAG_BYE, unit});
         return SC_OK;
     }
-    schedule(c, (mail){now_s + c->draw_s, target, SC_TAG_DONE, unit});
-    schedule(c, (mail){now_s + c->draw_s, target, SC_TAG_READY, unit});
+    push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_DONE, unit});
+    push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_READY, unit});
     return SC_OK;
 }
 
@@ -94,11 +62,11 @@ static void sim_flush(sc_comm *comm)
 static bool sim_poll(sc_comm *comm, sc_message *out)
 {
     const sim_comm *c = (const sim_comm *)comm;
-    const mail *m = &c->heap[0];
+    const event *m = &c->mail.heap[0];
 
-    if (c->count == 0 || m->time_s > sc_wall_s())
+    if (c->mail.count == 0 || m->time_s > sc_wall_s())
         return false;
-    *out = (sc_message){m->source, m->tag, sizeof(int32_t)};
+    *out = (sc_message){m->rank, m->tag, sizeof(int32_t)};
     if (m->tag == SC_TAG_DONE)
         out->bytes = sizeof(sc_done_message) + (size_t)m->unit.rows * WIDTH_PX * 3;
     return true;
@@ -107,8 +75,8 @@ static bool sim_poll(sc_comm *comm, sc_message *out)
 static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
 {
     sim_comm *c = (sim_comm *)comm;
-    const mail m = take_first(c);
-    const sc_done_message done = {.unit = m.unit, .result = {.rank = m.source}};
+    const event m = pop_event(&c->mail);
+    const sc_done_message done = {.unit = m.unit, .result = {.rank = m.rank}};
 
     if (m.tag != SC_TAG_DONE) {
         memset(data, 0, message->bytes);
@@ -196,14 +164,15 @@ static int simulate(int workers, double rate, int frames)
     load l = {.draw_s = workers / rate};
     sim_comm c = {.base = {.ops = &sim_ops, .size = workers + 1, .node_count = 1},
                   .draw_s = l.draw_s,
-                  .heap = malloc(((size_t)workers * 4 + 16) * sizeof(mail)),
+                  .mail.heap = malloc(((size_t)workers * 4 + 16) * sizeof(event)),
                   .pixels = calloc((size_t)WIDTH_PX * HEIGHT_PX, 3)};
     int code;
 
     for (int rank = 1; rank <= workers; rank++) /* spread over the time of a frame */
-        schedule(&c, (mail){sc_wall_s() + l.draw_s * rank / workers, rank, SC_TAG_READY, {0}});
+        push_event(&c.mail,
+                   (event){sc_wall_s() + l.draw_s * rank / workers, rank, SC_TAG_READY, {0}});
     code = run(&c.base, &l, frames);
-    free(c.heap);
+    free(c.mail.heap);
     free(c.pixels);
     return code;
 }

@@ -1,17 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The hand-out alone, with simulated ranks; and the farm with one rank. */
 #include "check.h"
+#include "events.h"
 
 #include "segcast/farm.h"
 
 enum { UNITS = 500 };
 
 /* ---- simulated ranks ---- */
-
-typedef struct event {
-    double time_s;
-    int rank;
-} event;
 
 typedef struct simulation {
     sc_work work;
@@ -20,8 +16,7 @@ typedef struct simulation {
     double (*speed)(int rank);
     double latency_s; /* from the end of a unit to the beginning of the next */
     /* state */
-    event *heap;
-    int heap_count;
+    events events;
     sc_unit *units;        /* [ranks] in work; kind none: waiting */
     int *rows_left;        /* [frames] */
     double *busy_s;        /* [ranks] */
@@ -30,36 +25,6 @@ typedef struct simulation {
     double end_s, work_s, units_done;
     int *waiting, waiting_count;
 } simulation;
-
-static void push_event(simulation *s, event e)
-{
-    int i = s->heap_count++;
-
-    for (; i > 0 && s->heap[(i - 1) / 2].time_s > e.time_s; i = (i - 1) / 2)
-        s->heap[i] = s->heap[(i - 1) / 2];
-    s->heap[i] = e;
-}
-
-static event pop_event(simulation *s)
-{
-    const event top = s->heap[0], last = s->heap[--s->heap_count];
-    int i = 0;
-
-    for (;;) {
-        int child = 2 * i + 1;
-
-        if (child >= s->heap_count)
-            break;
-        if (child + 1 < s->heap_count && s->heap[child + 1].time_s < s->heap[child].time_s)
-            child++;
-        if (s->heap[child].time_s >= last.time_s)
-            break;
-        s->heap[i] = s->heap[child];
-        i = child;
-    }
-    s->heap[i] = last;
-    return top;
-}
 
 /* Give a rank its next unit, if there is one. */
 static bool begin_unit(simulation *s, int rank, double now_s)
@@ -78,7 +43,7 @@ static bool begin_unit(simulation *s, int rank, double now_s)
     s->handed_s = now_s;
     if (unit->index >= s->handout.split_from && seconds > s->longest_unit_s)
         s->longest_unit_s = seconds;
-    push_event(s, (event){now_s + s->latency_s + seconds, rank});
+    push_event(&s->events, (event){.time_s = now_s + s->latency_s + seconds, .rank = rank});
     return true;
 }
 
@@ -101,7 +66,7 @@ static void simulate(simulation *s)
     const size_t ranks = (size_t)s->work.ranks;
 
     s->handout = sc_handout_begin(&s->work);
-    s->heap = calloc(ranks + 1, sizeof *s->heap);
+    s->events.heap = calloc(ranks + 1, sizeof *s->events.heap);
     s->units = calloc(ranks, sizeof *s->units);
     s->busy_s = calloc(ranks, sizeof *s->busy_s);
     s->waiting = calloc(ranks, sizeof *s->waiting);
@@ -113,9 +78,9 @@ static void simulate(simulation *s)
     for (double now_s = 0;;) {
         while (s->waiting_count > 0 && begin_unit(s, s->waiting[s->waiting_count - 1], now_s))
             s->waiting_count--;
-        if (s->heap_count == 0)
+        if (s->events.count == 0)
             break;
-        const event e = pop_event(s);
+        const event e = pop_event(&s->events);
 
         now_s = e.time_s;
         end_unit(s, e.rank, now_s);
@@ -128,7 +93,7 @@ static void simulate(simulation *s)
 
 static void clear_simulation(simulation *s)
 {
-    free(s->heap);
+    free(s->events.heap);
     free(s->units);
     free(s->busy_s);
     free(s->waiting);

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What simulated ranks do next, earliest first: a binary heap. */
+#ifndef SC_TEST_EVENTS_H
+#define SC_TEST_EVENTS_H
+
+#include "segcast/farm.h"
+
+typedef struct event {
+    double time_s;
+    int rank, tag; /* tag: what it is, for the user */
+    sc_unit unit;
+} event;
+
+typedef struct events {
+    event *heap; /* has room for all */
+    int count;
+} events;
+
+static inline void push_event(events *all, event e)
+{
+    int i = all->count++;
+
+    for (; i > 0 && all->heap[(i - 1) / 2].time_s > e.time_s; i = (i - 1) / 2)
+        all->heap[i] = all->heap[(i - 1) / 2];
+    all->heap[i] = e;
+}
+
+static inline event pop_event(events *all)
+{
+    const event top = all->heap[0], last = all->heap[--all->count];
+    int i = 0;
+
+    for (int child = 1; child < all->count; child = 2 * i + 1) {
+        if (child + 1 < all->count && all->heap[child + 1].time_s < all->heap[child].time_s)
+            child++;
+        if (all->heap[child].time_s >= last.time_s)
+            break;
+        all->heap[i] = all->heap[child];
+        i = child;
+    }
+    all->heap[i] = last;
+    return top;
+}
+
+#endif
