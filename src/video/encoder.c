@@ -70,9 +70,10 @@ sc_status sc_av_failed(const sc_ctx *ctx, sc_status status, const char *path, co
     return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
 }
 
-/* x264 r3095's macroblock tree reads beyond a row in its AVX-512 code, unless the picture's width
- * is a multiple of 256: what the bytes of a video are then depends on what the heap held. Its AVX2
- * code does not; every CPU with AVX-512 has that. (Found and shown with MALLOC_PERTURB_.) */
+/* x264 r3095's macroblock tree reads memory that nobody wrote in its AVX-512 code, at some sizes
+ * (seen at 192 x 120 and 320 x 180): what the bytes of a video are then depends on what the heap
+ * held. Its AVX2 code does not; every CPU with AVX-512 has that. (Found and shown with
+ * MALLOC_PERTURB_.) */
 static void avoid_unsteady_code(AVCodecContext *codec)
 {
     if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512)
