@@ -149,8 +149,7 @@ typedef struct sc_core_set {
     uint64_t words[SC_CORE_WORDS];
 } sc_core_set;
 sc_core_set sc_core_set_of_process(void);
-/** Cores of the machine, and its memory, as far as its control group lets us have it. */
-int sc_machine_cores(void);
+/** Memory of the machine, as far as its control group lets us have it. */
 uint64_t sc_machine_memory(void);
 /** Room for memory that processes share, in bytes; the largest number if that cannot be told. */
 uint64_t sc_machine_shared_room(void);

@@ -87,10 +87,9 @@ int sc_handout_groups(int groups, int ranks, bool always);
 typedef struct sc_farm_times {
     double render_wall_s, render_cpu_s;
     double gather_wall_s, gather_cpu_s; /**< rank 0: receiving; others: sending */
-    double take_wall_s, take_cpu_s; /**< rank 0: in the take callbacks, on a thread of its own */
-    double idle_s;                  /**< waiting for work */
-    double wall_s;                  /**< of the whole farm */
-    double full_s;                  /**< rank 0: ranks were held back by frames not yet taken */
+    double take_wall_s; /**< rank 0: in the take callbacks, on a thread of its own */
+    double idle_s;      /**< waiting for work */
+    double wall_s;      /**< of the whole farm */
 } sc_farm_times;
 
 /** A finished group as bytes: what they mean is between the callbacks. */

@@ -63,11 +63,6 @@ typedef enum sc_limit {
     SC_LIMIT_BALANCE
 } sc_limit;
 sc_limit sc_run_limit(const sc_run_record *run);
-/** How quickly a rank drew. */
-typedef struct sc_rank_speed {
-    int rank, frames;
-    double cpu_s_per_frame;
-} sc_rank_speed;
 /** Log a summary: speed, phases, waiting, slowest frames and ranks, the limit and its remedy. */
 SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run);
 

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 2: where finished frames go: a video, encoded group by group and joined; a sequence of PNG
- *  files. A sink is a table of functions; frames are pushed in order. Files appear under their name
- *  only when complete. */
+ *  Floor 2: videos, encoded group by group and joined; a sink does both with frames in order. Files
+ *  appear under their name only when complete. */
 #ifndef SEGCAST_VIDEO_H
 #define SEGCAST_VIDEO_H
 
@@ -68,21 +67,20 @@ typedef struct sc_muxer sc_muxer;
 SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out);
 /** @return SC_ERR_DATA if the segment is torn or of another encoder, SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);
-/** Complete and publish; at least one segment was added. @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer);
+/** Complete and publish, as @p path or as another name in its folder; at least one segment was
+ *  added. @return SC_ERR_WRITE. */
+SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path);
 void sc_muxer_close(sc_muxer *muxer);
 
-/* ---- sinks ---- */
+/* ---- a video from frames in order ---- */
 
 /** A video: .mp4 and .mkv hold H.264, .webm VP9; frames are encoded and joined as above.
  *  @return SC_ERR_USAGE for another ending, SC_ERR_CREATE. */
 SC_MUST_USE sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path,
                                          const sc_video_settings *settings, sc_sink **out);
-/** PNG files @p directory/000000.png and so on, numbered by frame. */
-SC_MUST_USE sc_status sc_sink_open_png(const sc_ctx *ctx, const char *directory, sc_sink **out);
 
-/** Take frame @p k. @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, int k, const sc_image *image);
+/** Take the next frame. @return SC_ERR_WRITE. */
+SC_MUST_USE sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, const sc_image *image);
 /** Finish and publish the output; what is not @p complete is published as "name.partial.mp4", so
  *  that nothing half-done bears the final name. The sink stays to be closed.
  *  @return SC_ERR_WRITE. */

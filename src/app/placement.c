@@ -10,7 +10,7 @@
 typedef struct place {
     char host[64];
     sc_core_set cores;
-    int threads, machine_cores;
+    int threads;
     uint64_t memory_bytes;
 } place;
 
@@ -143,7 +143,6 @@ sc_status sc_tell_placement(sc_app *app)
     gethostname(mine.host, sizeof mine.host - 1);
     mine.cores = sc_core_set_of_process();
     mine.threads = app->threads;
-    mine.machine_cores = sc_machine_cores();
     mine.memory_bytes = sc_machine_memory();
     if (first)
         status = sc_alloc(app->ctx, (size_t)ranks, sizeof mine, &all);

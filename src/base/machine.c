@@ -27,13 +27,6 @@ sc_core_set sc_core_set_of_process(void)
     return out;
 }
 
-int sc_machine_cores(void)
-{
-    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
-
-    return cores > 0 ? (int)cores : 1;
-}
-
 /* The number a file holds, or @p otherwise. */
 static uint64_t number_in(const char *path, uint64_t otherwise)
 {

@@ -35,7 +35,7 @@ typedef struct sc_lane sc_lane;
 typedef struct sc_lane_job {
     struct sc_lane_job *next;
     double waited_s; /* the lane was idle before it */
-    double wall_s, cpu_s;
+    double wall_s;
 } sc_lane_job;
 typedef void sc_lane_fn(void *user, sc_lane_job *job);
 

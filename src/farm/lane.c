@@ -47,7 +47,6 @@ static void *work_all(void *user)
     pthread_mutex_lock(&lane->lock);
     for (;;) {
         sc_lane_job *job;
-        double cpu_s;
 
         while (!lane->waiting.first && !lane->stopping)
             pthread_cond_wait(&lane->given, &lane->lock);
@@ -58,9 +57,7 @@ static void *work_all(void *user)
             break;
         job->waited_s = lane->began_s - idle_since_s;
         pthread_mutex_unlock(&lane->lock);
-        cpu_s = sc_thread_cpu_s();
         lane->work(lane->user, job);
-        job->cpu_s = sc_thread_cpu_s() - cpu_s;
         pthread_mutex_lock(&lane->lock);
         idle_since_s = sc_wall_s();
         job->wall_s = idle_since_s - lane->began_s;

@@ -38,7 +38,6 @@ typedef struct server {
     int next_to_take;   /* frames given to the taking thread so far */
     int groups_taken_frames, groups_in_hand;
     char *inbox; /* one message with its pixels */
-    size_t inbox_bytes;
     sc_lane *drawing, *taking;
     sc_draw_job local[LOCAL_JOBS];
     bool local_used[LOCAL_JOBS];
@@ -84,8 +83,6 @@ static void take(void *user, sc_lane_job *lane_job)
 
 static void free_group(take_job *job)
 {
-    if (!job)
-        return;
     sc_free(job->results);
     sc_free(job->payload.data);
     sc_free(job);
@@ -98,7 +95,6 @@ static bool collect_taken(server *s)
     if (!job)
         return false;
     s->times->take_wall_s += job->lane.wall_s;
-    s->times->take_cpu_s += job->lane.cpu_s;
     s->take_s = job->lane.wall_s > 0.95 * s->take_s ? job->lane.wall_s : 0.95 * s->take_s;
     if (job->status != SC_OK)
         stop_with(s, job->status);
@@ -469,8 +465,6 @@ static void serve(server *s)
         nap_s = busy ? 50e-6 : nap_s < 0.7e-3 ? nap_s * 1.5 : nap_s;
         if (!busy)
             sc_sleep_s(nap_s);
-        if (s->ready_count > 0 && !busy)
-            s->times->full_s += sc_wall_s() - begin_s;
     }
 }
 
@@ -502,7 +496,6 @@ static sc_status open_server(server *s)
 
     s->handout = sc_handout_begin(&work);
     s->ready_capacity = work.ranks * 8;
-    s->inbox_bytes = sc_farm_message_bytes(farm);
     SC_TRY(sc_zalloc(s->ctx, (size_t)s->handout.window, sizeof *s->slots, &block));
     s->slots = block;
     for (int i = 0; i < s->handout.window; i++) {
@@ -511,7 +504,7 @@ static sc_status open_server(server *s)
         else
             SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->slots[i].image));
     }
-    SC_TRY(sc_alloc(s->ctx, s->inbox_bytes, 1, &block));
+    SC_TRY(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &block));
     s->inbox = block;
     SC_TRY(sc_alloc(s->ctx, (size_t)s->ready_capacity, sizeof *s->ready, &block));
     s->ready = block;

@@ -128,8 +128,8 @@ bool sc_is_manifest_name(const char *name);
 /* Does the whole file have these bytes? */
 bool sc_file_is(const char *path, uint64_t bytes, uint64_t hash);
 /* Prove the PNG files of frames with known hashes, on all threads. */
-sc_status sc_prove_frames(const sc_ctx *ctx, const char *directory, const sc_line *lines,
-                          int frames, int threads, bool *out);
+void sc_prove_frames(const char *directory, const sc_line *lines, int frames, int threads,
+                     bool *out);
 
 /* encode.c: pictures to segments, segments to the video. */
 /* Have an encoder; nothing happens if there is one. */

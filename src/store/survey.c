@@ -180,15 +180,13 @@ static void prove_frames(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-sc_status sc_prove_frames(const sc_ctx *ctx, const char *directory, const sc_line *lines,
-                          int frames, int threads, bool *out)
+void sc_prove_frames(const char *directory, const sc_line *lines, int frames, int threads,
+                     bool *out)
 {
     proof p = {directory, lines, out};
 
-    (void)ctx;
     memset(out, 0, (size_t)frames * sizeof *out);
     sc_parallel_for(threads, (size_t)frames, 1, prove_frames, &p);
-    return SC_OK;
 }
 
 /* A part's picture belongs to the pixels that its frame's line tells of; it may be ahead of it. */
@@ -223,8 +221,8 @@ sc_status sc_store_survey(const sc_ctx *ctx, sc_store *store)
         reconcile_parts(store);
     }
     if (store->job.png)
-        SC_TRY(sc_prove_frames(ctx, store->directory, store->journal.lines, store->job.frames,
-                               store->job.threads, store->png));
+        sc_prove_frames(store->directory, store->journal.lines, store->job.frames,
+                        store->job.threads, store->png);
     if (store->journal.end.known && store->has_video) {
         sc_store_path(store, path, "%s", store->job.video);
         store->complete =

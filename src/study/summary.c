@@ -4,6 +4,12 @@
 
 #include <stdlib.h>
 
+/* How quickly a rank drew. */
+typedef struct rank_speed {
+    int rank, frames;
+    double wall_s_per_frame;
+} rank_speed;
+
 static double phase_cpu_s(const sc_run_record *run, sc_phase phase)
 {
     double sum = 0;
@@ -84,11 +90,11 @@ static int by_cost(const void *a, const void *b)
 
 static int by_speed(const void *a, const void *b)
 {
-    const sc_rank_speed *x = a, *y = b;
+    const rank_speed *x = a, *y = b;
 
-    return x->cpu_s_per_frame < y->cpu_s_per_frame   ? 1
-           : x->cpu_s_per_frame > y->cpu_s_per_frame ? -1
-                                                     : x->rank - y->rank;
+    return x->wall_s_per_frame < y->wall_s_per_frame   ? 1
+           : x->wall_s_per_frame > y->wall_s_per_frame ? -1
+                                                       : x->rank - y->rank;
 }
 
 /* Into text: " 12 (0.31 s)" for the costliest frames. */
@@ -111,11 +117,11 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
     return status;
 }
 
-/* The ranks that were slowest for a row of pictures. */
+/* The ranks that took longest for a frame. */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     void *block;
-    sc_rank_speed *speeds;
+    rank_speed *speeds;
     sc_status status = sc_zalloc(ctx, (size_t)run->ranks, sizeof *speeds, &block);
 
     if (status != SC_OK)
@@ -127,15 +133,15 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
         const sc_frame_result *f = &run->frames[i];
 
         speeds[f->rank].frames++;
-        speeds[f->rank].cpu_s_per_frame += f->render_wall_s;
+        speeds[f->rank].wall_s_per_frame += f->render_wall_s;
     }
     for (int i = 0; i < run->ranks; i++)
-        speeds[i].cpu_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
+        speeds[i].wall_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
     qsort(speeds, (size_t)run->ranks, sizeof *speeds, by_speed);
     for (int i = 0; i < run->ranks && i < 3 && status == SC_OK; i++)
         status =
             sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
-                        run->rank_records[speeds[i].rank].host, speeds[i].cpu_s_per_frame);
+                        run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
     sc_free(block);
     return status;
 }

@@ -152,7 +152,7 @@ out:
     return status;
 }
 
-sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m)
+sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path)
 {
     int error = av_write_trailer(m->format);
     sc_status status;
@@ -161,7 +161,7 @@ sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m)
         error = avio_closep(&m->format->pb);
     if (error < 0)
         return sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
-    SC_TRY(sc_file_publish(ctx, m->temporary, m->path));
+    SC_TRY(sc_file_publish(ctx, m->temporary, path));
     m->published = true;
 out:
     return status;

@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A video as a sink: groups are encoded as frames come, and added to the file. */
+/* A video from frames in order: groups are encoded as frames come, and added to the file. */
 #include "internal.h"
 
 #include <string.h>
 
-typedef struct video_sink {
-    sc_sink base;
+struct sc_sink {
     char *path;
     int group;
     sc_encoder *encoder;
     sc_muxer *muxer;
-} video_sink;
+};
 
-static sc_status end_group(const sc_ctx *ctx, video_sink *sink)
+static sc_status end_group(const sc_ctx *ctx, sc_sink *sink)
 {
     sc_segment segment = {0};
     sc_status status = sc_encoder_finish(ctx, sink->encoder, 0, 0, &segment);
@@ -23,50 +22,40 @@ static sc_status end_group(const sc_ctx *ctx, video_sink *sink)
     return status;
 }
 
-static sc_status video_push(const sc_ctx *ctx, sc_sink *base, int k, const sc_image *image)
+sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, const sc_image *image)
 {
-    video_sink *sink = (video_sink *)base;
-    sc_status status;
+    sc_status status =
+        sc_encoder_push(ctx, sink->encoder, sc_encoder_convert(sink->encoder, image), 0);
 
-    (void)k; /* frames come in order; a slice of an animation begins at time 0 */
-    status = sc_encoder_push(ctx, sink->encoder, sc_encoder_convert(sink->encoder, image), 0);
     if (status == SC_OK && sc_encoder_count(sink->encoder) == sink->group)
         status = end_group(ctx, sink);
     return status;
 }
 
-static sc_status video_finish(const sc_ctx *ctx, sc_sink *base, bool complete)
+sc_status sc_sink_finish(const sc_ctx *ctx, sc_sink *sink, bool complete)
 {
-    video_sink *sink = (video_sink *)base;
+    sc_text partial = {0};
     sc_status status = SC_OK;
 
     if (sc_encoder_count(sink->encoder) > 0)
         SC_TRY(end_group(ctx, sink));
-    SC_TRY(sc_muxer_finish(ctx, sink->muxer));
-    if (!complete) {
-        sc_text partial = {0};
-
-        status = sc_partial_name(ctx, sink->path, &partial);
-        if (status == SC_OK)
-            status = sc_file_publish(ctx, sink->path, partial.data);
-        sc_text_clear(&partial);
-    }
+    if (!complete)
+        SC_TRY(sc_partial_name(ctx, sink->path, &partial));
+    status = sc_muxer_finish(ctx, sink->muxer, complete ? sink->path : partial.data);
 out:
+    sc_text_clear(&partial);
     return status;
 }
 
-static void video_close(sc_sink *base)
+void sc_sink_close(sc_sink *sink)
 {
-    video_sink *sink = (video_sink *)base;
-
+    if (!sink)
+        return;
     sc_muxer_close(sink->muxer);
     sc_encoder_close(sink->encoder);
     sc_free(sink->path);
     sc_free(sink);
 }
-
-static const sc_sink_ops video_ops = {
-    .push = video_push, .finish = video_finish, .close = video_close};
 
 sc_status sc_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)
 {
@@ -78,23 +67,21 @@ sc_status sc_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)
 sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
                              sc_sink **out)
 {
-    video_sink *sink = NULL;
+    sc_sink *sink = NULL;
     sc_text copy = {0};
     void *block = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, 1, sizeof *sink, &block));
     sink = block;
-    sink->base.ops = &video_ops;
     sink->group = sc_video_group(settings);
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     sink->path = copy.data;
     SC_TRY(sc_encoder_open(ctx, path, settings, &sink->encoder));
     SC_TRY(sc_muxer_open(ctx, path, &sink->muxer));
-    *out = &sink->base;
+    *out = sink;
     return SC_OK;
 out:
-    if (sink)
-        video_close(&sink->base);
+    sc_sink_close(sink);
     return status;
 }

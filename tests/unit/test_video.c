@@ -72,7 +72,7 @@ static void write_video(const char *path, int width, int height, int frames, boo
     for (int k = 0; k < frames; k++) {
         sc_image image = test_picture(width, height, k);
 
-        assert_ok(sc_sink_push(&quiet, sink, k, &image));
+        assert_ok(sc_sink_push(&quiet, sink, &image));
         sc_image_clear(&image);
     }
     assert_ok(sc_sink_finish(&quiet, sink, complete));
@@ -162,7 +162,7 @@ static void nothing_half_done_bears_the_final_name(void **state)
 
     (void)state;
     assert_ok(sc_sink_open_video(&quiet, "w.mp4", &settings, &sink));
-    assert_ok(sc_sink_push(&quiet, sink, 0, &image));
+    assert_ok(sc_sink_push(&quiet, sink, &image));
     assert_false(exists("w.mp4"));
     sc_sink_close(sink);
     assert_false(exists("w.mp4"));
@@ -170,6 +170,12 @@ static void nothing_half_done_bears_the_final_name(void **state)
     assert_false(exists("w.mp4"));
     assert_ok(sc_video_decode(&quiet, "w.partial.mp4", look, &d));
     assert_int_equal(d.count, 5);
+    unlink("w.partial.mp4");
+    write_video("w.mp4", 192, 120, 3, true); /* an earlier whole one outlives a part */
+    write_video("w.mp4", 192, 120, 5, false);
+    assert_ok(sc_video_decode(&quiet, "w.mp4", look, &d));
+    assert_int_equal(d.count, 3);
+    unlink("w.mp4");
     unlink("w.partial.mp4");
     assert_int_equal(sc_sink_open_video(&quiet, "no/such/w.mp4", &settings, &sink), SC_ERR_CREATE);
     assert_int_equal(sc_sink_open_video(&quiet, "w.avi", &settings, &sink), SC_ERR_USAGE);
@@ -209,7 +215,7 @@ static void groups_encoded_anywhere_join_to_the_same_bytes(void **state)
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[1]));
     assert_false(exists("j.mp4"));
-    assert_ok(sc_muxer_finish(&quiet, muxer));
+    assert_ok(sc_muxer_finish(&quiet, muxer, "j.mp4"));
     sc_muxer_close(muxer);
     write_video("whole.mp4", 192, 120, FRAMES, true);
     assert_ok(sc_file_read(&quiet, "j.mp4", 1 << 24, &a, &a_bytes));
