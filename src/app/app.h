@@ -3,8 +3,8 @@
 #ifndef SC_APP_APP_H
 #define SC_APP_APP_H
 
-#include "job.h"
 #include "segcast/comm.h"
+#include "segcast/job.h"
 #include "segcast/study.h"
 
 enum { SC_SETTINGS_MAX = 256 };
@@ -73,15 +73,6 @@ sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key
 void sc_print_help(FILE *stream);
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
-
-/* "0-35:2,40": whole numbers in [0, total), no doubles, sorted. Grammar: OpenJD IntRangeExpr.
- * @p text NULL: all. Caller owns *out: sc_free. */
-sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count);
-
-/* Frames of slice @p i of @p n: whole groups of @p group frames, so that no two slices share one.
- * Caller owns *out: sc_free. */
-sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
-                          int *count);
 
 /* ---- a job on its way to pictures; collective unless said otherwise ---- */
 

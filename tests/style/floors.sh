@@ -3,7 +3,7 @@
 # opacity follows measured thickness.
 declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [store]=3 [prepare]=3 [scene]=4
     [timeline]=5 [kernel]=5 [render]=6 [overlay]=6 [views]=7
-    [farm]=7 [study]=8 [app]=9)
+    [farm]=7 [study]=8 [job]=9 [app]=10)
 # phantom.h is volume's second public header
 check() { # check MODULE FILE...
     local module=$1 file used
@@ -40,7 +40,7 @@ only '#include <png.h>' '^src/image/png.c$'
 only '#include <lib(av|sw)' '^src/video/'
 only '#include <teem/' '^src/volume/read_nrrd.c$'
 only '#include <nifti' '^src/volume/read_nifti.c$'
-only '#include <yaml.h>' '^src/app/yaml_tree.c$'
+only '#include <yaml.h>' '^src/job/yaml_tree.c$'
 only '#include <cairo.h>' '^src/overlay/overlay.c$'
 only '#include <xxhash.h>' '^src/image/image.c$'
 only '#include <pthread.h>' '^src/farm/lane.c$'

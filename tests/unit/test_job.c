@@ -2,7 +2,7 @@
 /* Job files: what is read, what is refused, and with which words. */
 #include "check.h"
 
-#include "app.h"
+#include "segcast/job.h"
 #include "yaml_tree.h"
 
 #include <stdio.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: the tables of a job's keys. */
-#ifndef SC_APP_JOB_FIELDS_H
-#define SC_APP_JOB_FIELDS_H
+/* Private to job: the tables of a job's keys. */
+#ifndef SC_JOB_JOB_FIELDS_H
+#define SC_JOB_JOB_FIELDS_H
 
-#include "job.h"
 #include "schema.h"
+#include "segcast/job.h"
 
 /* "file:line" of a node, for later messages. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);

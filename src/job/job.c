@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "job.h"
+#include "segcast/job.h"
 
 #include "job_fields.h"
 #include "segcast/video.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: a YAML document as a tree that remembers lines. Stricter than YAML: one
+/* Private to job: a YAML document as a tree that remembers lines. Stricter than YAML: one
  * document, no aliases, no doubled keys, bounded depth and size. */
-#ifndef SC_APP_YAML_TREE_H
-#define SC_APP_YAML_TREE_H
+#ifndef SC_JOB_YAML_TREE_H
+#define SC_JOB_YAML_TREE_H
 
 #include "segcast/base.h"
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: tables that say what keys a map may hold, of what type, and where they go. One
+/* Private to job: tables that say what keys a map may hold, of what type, and where they go. One
  * table reads a job file, checks it, and writes it as resolved. */
-#ifndef SC_APP_SCHEMA_H
-#define SC_APP_SCHEMA_H
+#ifndef SC_JOB_SCHEMA_H
+#define SC_JOB_SCHEMA_H
 
 #include "yaml_tree.h"
 

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to app: a job, read from YAML, command line and environment. */
-#ifndef SC_APP_JOB_H
-#define SC_APP_JOB_H
+/** @file
+ *  A job: what is to be drawn, from which volume and to where, read from a YAML file, the
+ * environment and the command line, and written back as resolved. Local functions; nothing is
+ * collective. */
+#ifndef SEGCAST_JOB_H
+#define SEGCAST_JOB_H
 
 #include "segcast/render.h"
 #include "segcast/timeline.h"
@@ -77,5 +80,14 @@ void sc_job_clear(sc_job *job);
 sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_text *text);
 /* Name of the encoder preset. */
 const char *sc_job_preset(const sc_job *job);
+
+/* "0-35:2,40": whole numbers in [0, total), no doubles, sorted. Grammar: OpenJD IntRangeExpr.
+ * @p text NULL: all. Caller owns *out: sc_free. */
+sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count);
+
+/* Frames of slice @p i of @p n: whole groups of @p group frames, so that no two slices share one.
+ * Caller owns *out: sc_free. */
+sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
+                          int *count);
 
 #endif
