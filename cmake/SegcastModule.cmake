@@ -1,7 +1,8 @@
 # segcast_add_module(NAME SOURCES file... [USES target...])
 #
 # One static library per module of src/. USES names the modules and libraries it may include from
-# and link; tests/style/check_floors proves the order of the floors from the sources themselves.
+# and link. tests/style/floors.sh checks from the sources themselves that a module includes only
+# from modules above it in src/CMakeLists.txt.
 
 add_library(segcast_options INTERFACE)
 target_compile_features(segcast_options INTERFACE c_std_17)

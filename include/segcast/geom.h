@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 1: vectors, affine maps and boxes in double precision. Pure functions, any thread. */
+ *  Vectors, affine maps and axis-aligned boxes in double precision. Everything here is a value or
+ *  a pure function: nothing is allocated, nothing fails, and any thread may call it. Lengths have
+ *  the unit of their arguments; angles are in radians. */
 #ifndef SEGCAST_GEOM_H
 #define SEGCAST_GEOM_H
 

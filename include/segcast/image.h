@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 1: pictures of 8-bit sRGB pixels: buffers, hash, comparison, PNG, colour transfer. */
+ *  Pictures of 8-bit sRGB pixels: buffers, hash, comparison, PNG files, and the conversion between
+ *  sRGB and linear light. Only src/image/png.c uses libpng. */
 #ifndef SEGCAST_IMAGE_H
 #define SEGCAST_IMAGE_H
 

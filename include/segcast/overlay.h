@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 5: lines and text over a picture (the only user of cairo). Coordinates in pixels from the
- *  upper left corner; colours in sRGB. */
+ *  Lines and text drawn over a picture. This module is the only user of cairo. Coordinates are in
+ *  pixels from the upper left corner of the picture, x to the right, y down; pixel centres lie at
+ *  halves. Colours are 8-bit sRGB. */
 #ifndef SEGCAST_OVERLAY_H
 #define SEGCAST_OVERLAY_H
 

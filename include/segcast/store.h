@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 3: what of a job is done, on disk, so that it can go on after any accident. Rank 0 only.
+ *  What of a job is done, on disk, so that it can go on after any accident. Rank 0 only.
  *
  *  DIR/manifest.jsonl    a head, a line for each finished frame, an end line when all is there
  *  DIR/manifest.S.jsonl  the same of slice S, of several processes that share a directory

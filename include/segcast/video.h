@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 2: videos, encoded group by group and joined; a sink does both with frames in order. Files
+ *  Videos, encoded group by group and joined; a sink does both with frames in order. Files
  *  appear under their name only when complete. */
 #ifndef SEGCAST_VIDEO_H
 #define SEGCAST_VIDEO_H

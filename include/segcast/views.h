@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 7: the three regular views (paper, figure 3): transverse, coronal and sagittal slices
+ *  The three regular views (paper, figure 3): transverse, coronal and sagittal slices
  *  beside the picture in space, in the same colours, in radiological convention (the patient's
  *  right on the left of the picture). */
 #ifndef SEGCAST_VIEWS_H

@@ -1,38 +1,47 @@
-# A module includes only from lower floors; each foreign library lives in one module.
-# The order of src/CMakeLists.txt is the order of the floors; scene stands on prepare, because
-# opacity follows measured thickness.
-declare -A floor=([base]=0 [geom]=1 [image]=1 [comm]=1 [volume]=2 [video]=2 [store]=3 [prepare]=3 [scene]=4
-    [timeline]=5 [kernel]=5 [render]=6 [overlay]=6 [views]=7
-    [farm]=7 [study]=8 [job]=9 [app]=10)
-# phantom.h is volume's second public header
-check() { # check MODULE FILE...
-    local module=$1 file used
-    shift
-    for file in "$@"; do
-        while read -r used; do
-            [ "$used" = phantom ] && used=volume
-            [ "$used" = "$module" ] && continue
-            [ -n "${floor[$used]:-}" ] || fail "$file includes unknown segcast/$used.h"
-            [ "${floor[$used]}" -lt "${floor[$module]}" ] || fail "$file (floor of $module) includes segcast/$used.h"
-        done < <(sed -n 's/^ *# *include "segcast\/\([a-z]*\).*/\1/p' "$file")
-    done
-}
+# A module includes only headers of modules that stand above it in the list of src/CMakeLists.txt,
+# and each foreign library, and each thing that is hard to test, is used in one place only.
 cd "$SOURCE"
-for directory in src/*/; do
-    module=$(basename "$directory")
-    [ -n "${floor[$module]:-}" ] || fail "src/$module has no floor"
-    check "$module" "$directory"*.[ch]
+declare -A floor=() owner=()
+modules=$(tr '\n' ' ' <src/CMakeLists.txt | sed -n 's/.*foreach(module \([^)]*\)).*/\1/p')
+for module in $modules; do
+    floor[$module]=${#floor[@]}
 done
+[ "${#floor[@]}" -gt 10 ] || fail "src/CMakeLists.txt: no list of modules was found: foreach(module ...)"
+
+# A public header that bears no module's name (phantom.h) belongs to the first module of the list
+# whose sources include it.
 for header in include/segcast/*.h; do
-    module=$(basename "$header" .h)
-    [ "$module" = phantom ] && module=volume
-    check "$module" "$header"
+    name=$(basename "$header" .h)
+    owner[$name]=${floor[$name]:+$name}
+    for module in $modules; do
+        [ -z "${owner[$name]}" ] || break
+        ! grep -qs "include \"segcast/$name.h\"" "src/$module/"*.[ch] || owner[$name]=$module
+    done
+    [ -n "${owner[$name]}" ] || fail "$header: no module bears its name, and none includes it"
 done
 
-only() { # only PATTERN FILE_PATTERN: the include or pragma stands nowhere else
+check() { # check MODULE FILE: the headers that a file of this module includes
+    local name used
+    for name in $(sed -n 's/^ *# *include "segcast\/\([a-z0-9_]*\)\.h".*/\1/p' "$2"); do
+        used=${owner[$name]:-}
+        [ -n "$used" ] || fail "$2 includes segcast/$name.h, which does not exist"
+        [ "${floor[$used]}" -le "${floor[$1]}" ] ||
+            fail "$2 includes segcast/$name.h, but module $used comes after $1 in src/CMakeLists.txt"
+    done
+}
+for file in src/*/*.[ch]; do
+    module=$(basename "$(dirname "$file")")
+    [ -n "${floor[$module]:-}" ] || fail "src/$module is not in the list of modules in src/CMakeLists.txt"
+    check "$module" "$file"
+done
+for name in "${!owner[@]}"; do
+    check "${owner[$name]}" "include/segcast/$name.h"
+done
+
+only() { # only PATTERN FILE_PATTERN: no other file holds a match of PATTERN
     local found
     found=$(grep -rlE "$1" src include tests/unit tests/property tests/support | grep -vE "$2" || true)
-    [ -z "$found" ] || fail "$1 stands in $found"
+    [ -z "$found" ] || fail "\"$1\" is allowed only in files that match $2; it is in" "$found"
 }
 only '#include <mpi.h>' '^src/comm/comm_mpi.c$'
 only '#include <omp.h>|# *pragma omp' '^src/base/parallel.c$'
@@ -46,6 +55,7 @@ only '#include <xxhash.h>' '^src/image/image.c$'
 only '#include <pthread.h>' '^src/farm/lane.c$'
 only '\bgetenv *\(' '^src/app/|^tests/'
 only '\b(exit|abort|_exit) *\(' '^src/app/|^tests/'
-[ "$(wc -l <src/app/main.c)" -lt 100 ] || fail "main.c has grown"
-grep -rnE 'TO''DO|FIX''ME|X''XX|#if ''0' src include && fail "unfinished work is marked"
+lines=$(wc -l <src/app/main.c)
+[ "$lines" -lt 100 ] || fail "src/app/main.c has $lines lines; fewer than 100 are allowed"
+grep -rnE 'TO''DO|FIX''ME|X''XX|#if ''0' src include && fail "the lines above mark unfinished work"
 true

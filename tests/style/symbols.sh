@@ -1,11 +1,13 @@
-# Every symbol our libraries export begins with sc_; nothing but the signal flag is mutable data.
-command -v nm >/dev/null || skip "no nm"
+# Every symbol that a library of segcast exports begins with sc_, so that it cannot clash with a
+# program's own; and no library holds mutable global data, except the flag that signal handlers set.
+command -v nm >/dev/null || skip "nm is not installed"
 for library in "$BUILD"/src/*/libsc_*.a; do
+    [ -e "$library" ] || fail "there is no library in $BUILD/src"
     nm --defined-only -g "$library" 2>/dev/null | awk 'NF == 3 && $3 !~ /^sc_/ && $3 !~ /^(__|_ZN)/ {print}' >found.txt
-    [ ! -s found.txt ] || fail "$library exports $(cat found.txt)"
+    [ ! -s found.txt ] || fail "$library exports symbols that do not begin with sc_: $(cat found.txt)"
     case $library in *asan*) continue ;; esac # the sanitizer adds data of its own
     objdump -t "$library" 2>/dev/null |
         awk '{for (i = 2; i < NF; i++)
                   if (($i == ".data" || $i == ".bss" || $i == "*COM*") && $NF !~ /^(\.|stop_requested)/) print}' >found.txt
-    [ ! -s found.txt ] || fail "$library holds mutable globals: $(cat found.txt)"
+    [ ! -s found.txt ] || fail "$library holds mutable global data: $(cat found.txt)"
 done
