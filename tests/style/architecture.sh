@@ -1,0 +1,39 @@
+# The table of modules in docs/architecture.md agrees with the build files: its rows stand in the
+# order of src/CMakeLists.txt, and name the libraries that each module links.
+cd "$SOURCE"
+page=docs/architecture.md
+for module in $(tr '\n' ' ' <src/CMakeLists.txt | sed -n 's/.*foreach(module \([^)]*\)).*/\1/p'); do
+    [ ! -d "src/$module" ] || echo "$module"
+done >"$OLDPWD/modules.txt"
+[ "$(wc -l <"$OLDPWD/modules.txt")" -gt 10 ] || fail "src/CMakeLists.txt: no line foreach(module ...) was found"
+
+# name_library TARGET: the name under which the table lists what CMake links as TARGET.
+name_library() {
+    case $1 in
+    OpenMP::OpenMP_C) echo OpenMP ;;
+    MPI::MPI_C) echo MPI ;;
+    PNG::PNG) echo libpng ;;
+    PkgConfig::XXHASH) echo xxHash ;;
+    Teem::teem) echo Teem ;;
+    Nifti::nifti2) echo nifticlib ;;
+    ZLIB::ZLIB) echo zlib ;;
+    PkgConfig::LIBAV) echo libav ;;
+    PkgConfig::YAML) echo libyaml ;;
+    PkgConfig::JANSSON) echo jansson ;;
+    PkgConfig::CAIRO) echo cairo ;;
+    Threads::Threads) echo POSIX threads ;;
+    *) echo "$1 (name it in tests/style/architecture.sh)" ;;
+    esac
+}
+while read -r module; do
+    libraries=$({ grep -oE '[A-Za-z]+::[A-Za-z0-9_]+' "src/$module/CMakeLists.txt" || true; } | sort -u |
+        while read -r target; do name_library "$target"; done | sort | paste -sd,)
+    echo "$module: $libraries"
+done <"$OLDPWD/modules.txt" >"$OLDPWD/linked.txt"
+
+awk -F' *\\| *' '/^\| module \|/ {on = 1; next} on && !/^\|/ {exit} on && /`/ {gsub(/`/, ""); print $2 "\t" $4}' "$page" |
+    while IFS=$'\t' read -r module libraries; do
+        echo "$module: $(tr ',' '\n' <<<"$libraries" | sed 's/^ *//; s/ *$//' | sort | paste -sd,)"
+    done >"$OLDPWD/documented.txt"
+diff -u --label "$page" --label "src/CMakeLists.txt and src/*/CMakeLists.txt" "$OLDPWD/documented.txt" "$OLDPWD/linked.txt" >&2 ||
+    fail "$page: the table of modules differs from the build files (above, as module: libraries)"
