@@ -54,9 +54,11 @@ void sc_shared_publish(sc_comm *comm, sc_shared *shared);
 /** Collective; NULL is allowed (on all ranks). */
 void sc_shared_free(sc_shared *shared);
 
-/** Start sending; @p data stays borrowed until sc_comm_flush. Never waits. */
-SC_MUST_USE sc_status sc_comm_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag,
-                                   const void *data, size_t bytes);
+/** Start sending @p bytes, at most INT32_MAX; @p data stays borrowed until the message has left
+ *  (sc_comm_pending, sc_comm_flush). Cannot fail, so that no rank waits for a message that was
+ * never sent. Returns at once, except that without memory to keep track of one more message it
+ * waits until an earlier one has left. */
+void sc_comm_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
 /** How many posted messages still need their buffers; also moves them along. */
 int sc_comm_pending(sc_comm *comm);
 /** Wait until everything posted has left its buffers. */

@@ -108,9 +108,9 @@ typedef struct sc_farm {
     int group_frames; /**< of a group; the last one of `total` frames may be shorter */
     int total;
     /** Draw rows [row, row + rows) of a frame; any rank, one call at a time per rank, from a thread
-     *  of its own. */
-    void (*draw)(void *user, int frame, int row, int rows, sc_image *image,
-                 sc_frame_result *result);
+     *  of its own. After an error the frame is neither hashed nor taken, and the farm ends. */
+    sc_status (*draw)(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result);
     bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Draw @p count frames from @p first on, and make of them what rank 0 is to take; threads as

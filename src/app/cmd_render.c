@@ -239,7 +239,6 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
     run->farm_begin_s = run->told_s = sc_wall_s();
     run->farm_cpu_s = sc_cpu_s();
     status = sc_farm_run(app->ctx, app->comm, &farm, times);
-    status = sc_comm_agree(app->comm, status == SC_OK ? run->draw_status : status);
     sc_terminal_clear(app->terminal);
     if (sc_comm_rank(app->comm) == 0)
         status = finish_outputs(run, status);

@@ -25,7 +25,6 @@ typedef struct sc_run {
     sc_trace *trace;
     bool keep_records; /* manifest, status and statistics; else the video alone */
     /* of the drawing thread */
-    sc_status draw_status; /* read when that has ended */
     sc_render_span *spans; /* [threads] */
     sc_image group_image;
     sc_encoder *encoder;
@@ -45,8 +44,8 @@ typedef struct sc_run {
 
 /* ---- run_draw.c: callbacks of the farm ---- */
 
-void sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
-                 sc_frame_result *result);
+sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result);
 sc_status sc_run_draw_group(void *user, int first, int count, sc_frame_result *results,
                             sc_payload *out);
 sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image *image);

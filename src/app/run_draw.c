@@ -33,13 +33,12 @@ static void trace_threads(sc_run *run, int frame)
     }
 }
 
-static void draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *image,
-                      sc_frame_result *result)
+static sc_status draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *image,
+                           sc_frame_result *result)
 {
     sc_render_stats stats = {0};
     sc_status status = sc_session_draw(run->app, &run->session, frame, rows, image, &stats);
 
-    run->draw_status = status != SC_OK ? status : run->draw_status;
     result->frame = frame;
     result->render_wall_s = stats.wall_s;
     result->render_cpu_s = stats.cpu_s;
@@ -47,13 +46,15 @@ static void draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *ima
     result->samples = stats.counters.samples;
     result->contributions = stats.counters.contributions;
     trace_threads(run, frame);
+    return status;
 }
 
-void sc_run_draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
+sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result)
 {
     const sc_rows part = {row, row + rows};
 
-    draw_rows(user, frame, &part, image, result);
+    return draw_rows(user, frame, &part, image, result);
 }
 
 /* ---- groups: drawn, encoded and packed by one rank ---- */
@@ -142,7 +143,9 @@ static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, 
     sc_status status;
 
     *result = (sc_frame_result){.wait_s = wait_s};
-    draw_rows(run, frame, NULL, &run->group_image, result);
+    status = draw_rows(run, frame, NULL, &run->group_image, result);
+    if (status != SC_OK)
+        return status;
     result->hash = sc_image_hash(&run->group_image);
     begin_s = sc_wall_s();
     status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->group_image),

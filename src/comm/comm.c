@@ -85,10 +85,9 @@ void sc_shared_free(sc_shared *shared)
         shared->free(shared);
 }
 
-sc_status sc_comm_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
-                       size_t bytes)
+void sc_comm_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes)
 {
-    return comm->ops->post(ctx, comm, target, tag, data, bytes);
+    comm->ops->post(comm, target, tag, data, bytes);
 }
 
 int sc_comm_pending(sc_comm *comm)

@@ -14,6 +14,7 @@ typedef struct mpi_comm {
     MPI_Comm world, node, leaders; /* leaders: rank 0 of every node; MPI_COMM_NULL elsewhere */
     MPI_Request *requests;
     int request_count, request_capacity;
+    sc_ctx silent; /* for memory that can be done without */
 } mpi_comm;
 
 typedef struct mpi_shared {
@@ -23,6 +24,8 @@ typedef struct mpi_shared {
 
 /* Large blocks go from node to node in pieces, several of them on their way at a time. */
 enum { PIECE_BYTES = 4 << 20, PIECES = 4 };
+
+enum { FIRST_REQUESTS = 64 }; /* room for so many posted messages to begin with */
 
 static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
@@ -106,7 +109,7 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_sh
     mpi_shared *shared;
     sc_status status;
 
-    status = sc_comm_agree(base, sc_zalloc(ctx, 1, sizeof(mpi_shared), &block));
+    status = mpi_agree(base, sc_zalloc(ctx, 1, sizeof(mpi_shared), &block));
     if (status != SC_OK) {
         sc_free(block);
         return status;
@@ -118,7 +121,7 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_sh
             sc_fail(ctx, SC_ERR_MEMORY,
                     "%zu bytes of shared memory could not be had; is /dev/shm too small?", bytes);
     MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_ARE_FATAL);
-    status = sc_comm_agree(base, status);
+    status = mpi_agree(base, status);
     if (status != SC_OK) {
         sc_free(block);
         return status;
@@ -156,30 +159,35 @@ static int mpi_pending(sc_comm *base)
     return comm->request_count;
 }
 
-static sc_status mpi_post(const sc_ctx *ctx, sc_comm *base, int target, int tag, const void *data,
-                          size_t bytes)
+/* Make room for one more request. Where there is no memory for a longer list, wait until a message
+ * has left: the other rank receives it without waiting for this one, because it sends nothing that
+ * is too large to be buffered (see server.c). */
+static void reserve_request(mpi_comm *comm)
+{
+    const int capacity = 2 * comm->request_capacity;
+    void *grown;
+
+    if (mpi_pending(&comm->base) < comm->request_capacity)
+        return;
+    if (sc_alloc(&comm->silent, (size_t)capacity, sizeof(MPI_Request), &grown) != SC_OK) {
+        while (mpi_pending(&comm->base) == comm->request_capacity)
+            sc_sleep_s(200e-6);
+        return;
+    }
+    memcpy(grown, comm->requests, (size_t)comm->request_count * sizeof(MPI_Request));
+    sc_free(comm->requests);
+    comm->requests = grown;
+    comm->request_capacity = capacity;
+}
+
+static void mpi_post(sc_comm *base, int target, int tag, const void *data, size_t bytes)
 {
     mpi_comm *comm = (mpi_comm *)base;
+    const int count = bytes <= INT32_MAX ? (int)bytes : -1; /* which MPI refuses: the job ends */
 
-    if (bytes > INT32_MAX)
-        return sc_fail(ctx, SC_ERR_INTERNAL, "a message of %zu bytes is too long", bytes);
-    (void)mpi_pending(base);
-    if (comm->request_count == comm->request_capacity) {
-        const int capacity = comm->request_capacity ? 2 * comm->request_capacity : 64;
-        void *grown;
-        sc_status status = sc_alloc(ctx, (size_t)capacity, sizeof(MPI_Request), &grown);
-
-        if (status != SC_OK)
-            return status;
-        for (int i = 0; i < comm->request_count; i++)
-            ((MPI_Request *)grown)[i] = comm->requests[i];
-        sc_free(comm->requests);
-        comm->requests = grown;
-        comm->request_capacity = capacity;
-    }
-    MPI_Isend(data, (int)bytes, MPI_BYTE, target, tag, comm->world,
+    reserve_request(comm);
+    MPI_Isend(data, count, MPI_BYTE, target, tag, comm->world,
               &comm->requests[comm->request_count++]);
-    return SC_OK;
 }
 
 static void mpi_flush(sc_comm *base)
@@ -264,23 +272,30 @@ static void fill_ranks(mpi_comm *comm)
 sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
 {
     int granted;
-    void *block;
+    void *block = NULL, *requests = NULL;
     mpi_comm *comm;
-    sc_status status = sc_zalloc(ctx, 1, sizeof(mpi_comm), &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_zalloc(ctx, 1, sizeof(mpi_comm), &block));
+    SC_TRY(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests));
     /* Funneled: rendering threads never call MPI. */
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted)) {
-        sc_free(block);
-        return sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
+        status = sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
+        goto out;
     }
     comm = block;
     comm->base.ops = &mpi_ops;
+    comm->requests = requests;
+    comm->request_capacity = FIRST_REQUESTS;
+    comm->silent.alloc_budget = ctx->alloc_budget;
     MPI_Comm_dup(MPI_COMM_WORLD, &comm->world);
     fill_ranks(comm);
     *out = &comm->base;
     return SC_OK;
+out:
+    sc_free(requests);
+    sc_free(block);
+    return status;
 }
 
 void sc_comm_mpi_library(char *text, size_t size)

@@ -13,8 +13,7 @@ typedef struct sc_comm_ops {
     void (*gather)(sc_comm *comm, const void *mine, size_t bytes, void *all);
     sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out);
     void (*publish)(sc_comm *comm, sc_shared *shared);
-    sc_status (*post)(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
-                      size_t bytes);
+    void (*post)(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
     int (*pending)(sc_comm *comm);
     void (*flush)(sc_comm *comm);
     bool (*poll)(sc_comm *comm, sc_message *out);

@@ -43,9 +43,9 @@ void sc_farm_draw(void *user, sc_lane_job *lane_job)
     }
     job->result =
         (sc_frame_result){.frame = farm->frames[unit->index], .wait_s = lane_job->waited_s};
-    farm->draw(farm->user, farm->frames[unit->index], unit->row, unit->rows, job->image,
-               &job->result);
-    if (unit->kind == SC_UNIT_FRAME)
+    job->status = farm->draw(farm->user, farm->frames[unit->index], unit->row, unit->rows,
+                             job->image, &job->result);
+    if (job->status == SC_OK && unit->kind == SC_UNIT_FRAME)
         job->result.hash = sc_image_hash(job->image);
 }
 

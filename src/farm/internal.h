@@ -17,10 +17,10 @@ enum {
 };
 
 /* Of a group, the results and the size of its payload (uint64) follow; of a frame or band, its
- * rows, unless they are in their slot already. */
+ * rows, unless they are in their slot already or could not be drawn. */
 typedef struct sc_done_message {
     sc_unit unit;
-    int32_t status; /* of draw_group */
+    int32_t status; /* of draw or draw_group */
     int32_t stop;
     sc_frame_result result;
 } sc_done_message;
@@ -61,7 +61,7 @@ typedef struct sc_draw_job {
     /* of a group */
     sc_frame_result *results; /* [group_frames], owned */
     sc_payload payload;
-    sc_status status;
+    sc_status status; /* of the callback */
 } sc_draw_job;
 
 /* For sc_lane_start, with the farm as user. */

@@ -14,6 +14,7 @@ typedef struct take_job {
     sc_frame_result result;
     int rows_missing;
     bool split, full;
+    sc_status drawn; /* an error: rows of it could not be drawn */
     /* of a group, which is allocated for it */
     struct take_job *next;
     sc_frame_result *results;
@@ -71,7 +72,9 @@ static void take(void *user, sc_lane_job *lane_job)
     job->status = SC_OK;
     if (s->take_status != SC_OK)
         return; /* an error has ended the job; what comes now is not kept */
-    if (job->is_group) {
+    if (job->drawn != SC_OK) {
+        job->status = job->drawn; /* nor is what follows a frame that could not be drawn */
+    } else if (job->is_group) {
         job->status = farm->take_group(farm->user, job->results, job->count, &job->payload);
     } else {
         if (job->split)
@@ -124,6 +127,7 @@ static void begin_slot(server *s, const sc_unit *unit)
         return;
     slot->split = unit->kind == SC_UNIT_BAND;
     slot->rows_missing = s->farm->height_px;
+    slot->drawn = SC_OK;
     slot->result = (sc_frame_result){.frame = s->farm->frames[unit->index]};
 }
 
@@ -146,12 +150,17 @@ static void note_unit(server *s, double wall_s)
     s->unit_s = wall_s > 0.95 * s->unit_s ? wall_s : 0.95 * s->unit_s;
 }
 
-/* Rows of a frame are in their slot. */
-static void rows_came(server *s, const sc_unit *unit, const sc_frame_result *result)
+/* Rows of a frame are in their slot, unless @p drawn says that they could not be drawn. */
+static void rows_came(server *s, const sc_unit *unit, const sc_frame_result *result,
+                      sc_status drawn)
 {
     take_job *slot = slot_of(s, unit->index);
 
     add_result(slot, result);
+    if (drawn != SC_OK) {
+        slot->drawn = drawn;
+        stop_with(s, drawn);
+    }
     slot->rows_missing -= unit->rows;
     slot->full = slot->rows_missing == 0;
     sc_handout_back(&s->handout);
@@ -264,7 +273,7 @@ static void work_came(server *s, const sc_message *mail)
                s->inbox + sizeof message, mail->bytes - sizeof message);
     else
         __atomic_thread_fence(__ATOMIC_SEQ_CST); /* a neighbour wrote them, before the message */
-    rows_came(s, &message.unit, &message.result);
+    rows_came(s, &message.unit, &message.result, (sc_status)message.status);
 }
 
 /* One message, if there is one. */
@@ -335,7 +344,7 @@ static bool collect_local(server *s)
     }
     s->times->render_wall_s += job->result.render_wall_s;
     s->times->render_cpu_s += job->result.render_cpu_s;
-    rows_came(s, &job->unit, &job->result);
+    rows_came(s, &job->unit, &job->result, job->status);
     return true;
 }
 
@@ -344,12 +353,9 @@ static bool collect_local(server *s)
 static void answer(server *s, int rank, const sc_unit *unit)
 {
     sc_unit *word = &s->answers[s->answer_next++ % s->ready_capacity];
-    sc_status status;
 
     *word = *unit;
-    status = sc_comm_post(s->ctx, s->comm, rank, SC_TAG_UNIT, word, sizeof *word);
-    if (status != SC_OK)
-        stop_with(s, status);
+    sc_comm_post(s->comm, rank, SC_TAG_UNIT, word, sizeof *word);
 }
 
 /* The next unit, its slot ready. */

@@ -12,12 +12,18 @@ enum {
     UNITS = 2    /* in work, and waiting */
 };
 
+typedef enum buffer_state {
+    BUFFER_FREE,
+    BUFFER_DRAWING, /* the drawing thread writes to it; nobody else looks at it */
+    BUFFER_LEAVING  /* messages that were posted from it may not have left yet */
+} buffer_state;
+
 typedef struct buffer {
-    sc_draw_job job;
+    sc_draw_job job; /* first: a pointer to it is one to the buffer */
+    buffer_state state;
     char *message;  /* a sc_done_message, then the pixels of the image, or results */
     sc_image image; /* in the message */
     sc_image slot;  /* in rank 0's window, of a frame drawn there */
-    bool used;
 } buffer;
 
 typedef struct worker {
@@ -37,9 +43,9 @@ typedef struct worker {
     int pending_count;
 } worker;
 
-static sc_status post(worker *w, int tag, const void *data, size_t bytes)
+static void post(worker *w, int tag, const void *data, size_t bytes)
 {
-    return sc_comm_post(w->ctx, w->comm, 0, tag, data, bytes);
+    sc_comm_post(w->comm, 0, tag, data, bytes);
 }
 
 /* Is it time to ask for one more? */
@@ -55,23 +61,20 @@ static bool should_ask(worker *w)
     return w->asked == 0 && left_s < SC_LEAD_S;
 }
 
-static sc_status ask(worker *w, bool *busy)
+static bool ask(worker *w)
 {
     static const int32_t words[2] = {0, 1};
     const bool stop = *w->farm->stop;
-    sc_status status = SC_OK;
 
     if (stop && !w->stop_told) {
         w->stop_told = true;
-        SC_TRY(post(w, SC_TAG_STOP, &words[1], sizeof words[1]));
+        post(w, SC_TAG_STOP, &words[1], sizeof words[1]);
     }
     if (!should_ask(w))
-        goto out;
+        return false;
     w->asked++;
-    *busy = true;
-    status = post(w, SC_TAG_READY, &words[stop], sizeof words[0]);
-out:
-    return status;
+    post(w, SC_TAG_READY, &words[stop], sizeof words[0]);
+    return true;
 }
 
 /* Receive what has come: units, or the order to go home. */
@@ -93,29 +96,32 @@ static bool receive(worker *w)
     return true;
 }
 
-/* Buffers on their way are free again when all messages have left. */
-static buffer *free_buffer(worker *w)
+static buffer *find_free(worker *w)
 {
     for (int i = 0; i < BUFFERS; i++) {
-        if (!w->buffers[i].used)
+        if (w->buffers[i].state == BUFFER_FREE)
             return &w->buffers[i];
     }
-    if (sc_comm_pending(w->comm) > 0)
-        return NULL;
+    return NULL;
+}
+
+/* Buffers that are leaving are free again when all messages have left. */
+static buffer *free_buffer(worker *w)
+{
+    buffer *found = find_free(w);
+
+    if (found || sc_comm_pending(w->comm) > 0)
+        return found;
     for (int i = 0; i < BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
-        if (b->job.status == SC_OK && b->job.unit.kind == SC_UNIT_NONE) {
-            b->used = false;
+        if (b->state == BUFFER_LEAVING) {
+            b->state = BUFFER_FREE;
             sc_free(b->job.payload.data);
             b->job.payload = (sc_payload){0};
         }
     }
-    for (int i = 0; i < BUFFERS; i++) {
-        if (!w->buffers[i].used)
-            return &w->buffers[i];
-    }
-    return NULL;
+    return find_free(w);
 }
 
 /* Hand units on to the drawing thread, as far as there are buffers. */
@@ -127,7 +133,7 @@ static bool give_units(worker *w)
     while (w->pending_count > 0 && (b = free_buffer(w))) {
         sc_frame_result *results = b->job.results;
 
-        b->used = true;
+        b->state = BUFFER_DRAWING;
         b->job = (sc_draw_job){.unit = w->pending[0], .image = &b->image, .results = results};
         if (w->slots->pixels && b->job.unit.kind != SC_UNIT_GROUP)
             b->slot = sc_slot_image(w->slots, w->farm, b->job.unit.index);
@@ -142,28 +148,24 @@ static bool give_units(worker *w)
     return any;
 }
 
-static sc_status send_payload(worker *w, const sc_payload *payload)
+static void send_payload(worker *w, const sc_payload *payload)
 {
     const size_t piece_bytes = sc_farm_message_bytes(w->farm);
-    sc_status status = SC_OK;
 
-    for (size_t at = 0; at < payload->bytes && status == SC_OK; at += piece_bytes) {
+    for (size_t at = 0; at < payload->bytes; at += piece_bytes) {
         const size_t left = payload->bytes - at;
 
-        status = post(w, SC_TAG_PIECE, (const char *)payload->data + at,
-                      left < piece_bytes ? left : piece_bytes);
+        post(w, SC_TAG_PIECE, (const char *)payload->data + at,
+             left < piece_bytes ? left : piece_bytes);
     }
-    return status;
 }
 
-static sc_status send_group(worker *w, buffer *b, sc_done_message *message)
+static void send_group(worker *w, buffer *b, sc_done_message *message)
 {
     const int count = sc_farm_group_count(w->farm, b->job.unit.index);
     const size_t results_bytes = (size_t)count * sizeof *b->job.results;
     const uint64_t bytes = b->job.payload.bytes;
-    sc_status status;
 
-    message->status = b->job.status;
     for (int i = 0; i < count; i++) {
         b->job.results[i].rank = sc_comm_rank(w->comm);
         w->times->render_wall_s += b->job.results[i].render_wall_s;
@@ -173,13 +175,11 @@ static sc_status send_group(worker *w, buffer *b, sc_done_message *message)
     memcpy(b->message, message, sizeof *message);
     memcpy(b->message + sizeof *message, b->job.results, results_bytes);
     memcpy(b->message + sizeof *message + results_bytes, &bytes, sizeof bytes);
-    SC_TRY(post(w, SC_TAG_DONE, b->message, sizeof *message + results_bytes + sizeof bytes));
-    status = send_payload(w, &b->job.payload);
-out:
-    return status;
+    post(w, SC_TAG_DONE, b->message, sizeof *message + results_bytes + sizeof bytes);
+    send_payload(w, &b->job.payload);
 }
 
-static sc_status send_rows(worker *w, buffer *b, sc_done_message *message)
+static void send_rows(worker *w, buffer *b, sc_done_message *message)
 {
     const size_t row_bytes = (size_t)w->farm->width_px * 3;
     const size_t at = (size_t)b->job.unit.row * row_bytes;
@@ -189,7 +189,9 @@ static sc_status send_rows(worker *w, buffer *b, sc_done_message *message)
     message->result.rank = sc_comm_rank(w->comm);
     w->times->render_wall_s += b->job.result.render_wall_s;
     w->times->render_cpu_s += b->job.result.render_cpu_s;
-    if (w->slots->pixels) { /* no pixels in the message */
+    if (b->job.status != SC_OK) {
+        bytes = 0;
+    } else if (w->slots->pixels) { /* no pixels in the message */
         if (b->job.image == &b->image)
             memcpy(b->slot.rgb + at, b->image.rgb + at, bytes);
         bytes = 0;
@@ -198,35 +200,34 @@ static sc_status send_rows(worker *w, buffer *b, sc_done_message *message)
         memmove(b->image.rgb, b->image.rgb + at, bytes);
     }
     memcpy(b->message, message, sizeof *message);
-    return post(w, SC_TAG_DONE, b->message, sizeof *message + bytes);
+    post(w, SC_TAG_DONE, b->message, sizeof *message + bytes);
 }
 
 /* Send a finished unit on its way, if there is one. */
-static sc_status send_finished(worker *w, bool *busy)
+static bool send_finished(worker *w)
 {
     buffer *b = (buffer *)sc_lane_collect(w->drawing);
     sc_done_message message = {0};
-    sc_status status;
 
     if (!b)
-        return SC_OK;
-    *busy = true;
+        return false;
     message.unit = b->job.unit;
+    message.status = b->job.status;
     message.stop = *w->farm->stop;
     w->in_hand--;
     w->row_s = b->job.lane.wall_s / sc_farm_rows(w->farm, &b->job.unit);
-    status =
-        b->job.unit.kind == SC_UNIT_GROUP ? send_group(w, b, &message) : send_rows(w, b, &message);
-    b->job.status = SC_OK;
-    b->job.unit.kind = SC_UNIT_NONE; /* on its way */
-    return status;
+    if (b->job.unit.kind == SC_UNIT_GROUP)
+        send_group(w, b, &message);
+    else
+        send_rows(w, b, &message);
+    b->state = BUFFER_LEAVING;
+    return true;
 }
 
-static sc_status work(worker *w)
+static void work(worker *w)
 {
     static const int32_t bye = 0;
     double nap_s = 50e-6;
-    sc_status status;
 
     while (!w->sent_home || w->asked > 0 || w->in_hand > 0) {
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
@@ -235,8 +236,8 @@ static sc_status work(worker *w)
         while (receive(w))
             busy = true;
         busy = give_units(w) || busy;
-        SC_TRY(send_finished(w, &busy));
-        SC_TRY(ask(w, &busy));
+        busy = send_finished(w) || busy;
+        busy = ask(w) || busy;
         w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
         if (busy)
@@ -247,9 +248,7 @@ static sc_status work(worker *w)
             nap_s = nap_s < 0.5e-3 ? nap_s * 1.5 : nap_s;
         sc_sleep_s(nap_s);
     }
-    status = post(w, SC_TAG_BYE, &bye, sizeof bye);
-out:
-    return status;
+    post(w, SC_TAG_BYE, &bye, sizeof bye);
 }
 
 static sc_status open_worker(worker *w, void **block)
@@ -283,7 +282,7 @@ sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
     sc_status status = sc_comm_agree(comm, open_worker(&w, &block));
 
     if (status == SC_OK) {
-        status = work(&w);
+        work(&w);
         sc_comm_flush(comm);
     }
     times->idle_s += sc_lane_stop(w.drawing);

@@ -29,23 +29,20 @@ static sc_status sim_agree(sc_comm *comm, sc_status mine)
 }
 
 /* A unit is drawn, comes back, and the worker asks for the next. */
-static sc_status sim_post(const sc_ctx *ctx, sc_comm *comm, int target, int tag, const void *data,
-                          size_t bytes)
+static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes)
 {
     sim_comm *c = (sim_comm *)comm;
     const double now_s = sc_wall_s();
     sc_unit unit;
 
-    (void)ctx;
     (void)tag;
     memcpy(&unit, data, bytes);
     if (unit.kind == SC_UNIT_NONE) {
         push_event(&c->mail, (event){now_s, target, SC_TAG_BYE, unit});
-        return SC_OK;
+        return;
     }
     push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_DONE, unit});
     push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_READY, unit});
-    return SC_OK;
 }
 
 static int sim_pending(sc_comm *comm)
@@ -111,7 +108,8 @@ typedef struct load {
     volatile sig_atomic_t stop;
 } load;
 
-static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
+static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result)
 {
     const load *l = user;
 
@@ -122,6 +120,7 @@ static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_f
     (void)result;
     if (l->draw_s > 0)
         sc_sleep_s(l->draw_s);
+    return SC_OK;
 }
 
 static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)

@@ -331,13 +331,15 @@ typedef struct probe {
     double deadline_s;
 } probe;
 
-static void draw(void *user, int frame, int row, int rows, sc_image *image, sc_frame_result *result)
+static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result)
 {
     const size_t row_bytes = (size_t)image->width_px * 3;
 
     (void)user;
     memset(image->rgb + (size_t)row * row_bytes, frame, (size_t)rows * row_bytes);
     result->samples = (uint64_t)frame * 3 * (uint64_t)rows;
+    return SC_OK;
 }
 
 /* A group's payload: its first frame. */

@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The farm with several ranks, which are threads of this process: what is drawn arrives whole, and
+ * whatever fails on any rank ends the farm on all of them. Built a second time with the thread
+ * sanitizer. */
+#include "check.h"
+#include "thread_comm.h"
+
+#include "segcast/farm.h"
+
+#include <stdatomic.h>
+#include <unistd.h>
+
+enum { FRAMES = 40, GOP_FRAMES = 4, GOPS = 5, WIDTH_PX = 16, HEIGHT_PX = 64, NEVER = -1 };
+/* Frames of GOPs follow those that are drawn alone. */
+enum { TOTAL = FRAMES + GOPS * GOP_FRAMES };
+enum { PAYLOAD_BYTES = 300000 }; /* of a GOP: many messages */
+
+typedef struct scenario {
+    int ranks;
+    sc_partition partition;
+    bool gops, shares, spoils;
+    int fails_at;            /* frame that cannot be drawn, or NEVER */
+    int poor_rank;           /* rank whose allocations fail after the first `budget` */
+    long budget;
+    volatile sig_atomic_t stop;
+    bool accepted[TOTAL];
+    int accepted_count;
+    sc_status outcomes[THREAD_RANKS_MAX];
+} scenario;
+
+static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
+                      sc_frame_result *result)
+{
+    const scenario *s = user;
+    const size_t row_bytes = (size_t)image->width_px * 3;
+
+    memset(image->rgb + (size_t)row * row_bytes, frame + 1, (size_t)rows * row_bytes);
+    if (s->spoils && row + rows < image->height_px)
+        memset(image->rgb + (size_t)(row + rows) * row_bytes, 0xff, row_bytes);
+    result->samples = (uint64_t)rows;
+    return frame == s->fails_at && row + rows > image->height_px / 2 ? SC_ERR_MEMORY : SC_OK;
+}
+
+static sc_status draw_gop(void *user, int first, int count, sc_frame_result *results,
+                          sc_payload *out)
+{
+    const scenario *s = user;
+    void *data;
+
+    for (int i = 0; i < count; i++) {
+        results[i].frame = first + i;
+        if (first + i == s->fails_at)
+            return SC_ERR_MEMORY;
+    }
+    assert_ok(sc_alloc(&quiet, PAYLOAD_BYTES, 1, &data));
+    memset(data, first, PAYLOAD_BYTES);
+    *out = (sc_payload){data, PAYLOAD_BYTES};
+    return SC_OK;
+}
+
+static void note_accepted(scenario *s, int frame)
+{
+    assert_int_not_equal(frame, s->fails_at);
+    assert_false(s->accepted[frame]);
+    s->accepted[frame] = true;
+    s->accepted_count++;
+}
+
+static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
+{
+    for (size_t i = 0; i < sc_image_bytes(image); i++)
+        assert_int_equal(image->rgb[i], result->frame + 1);
+    assert_int_equal(result->samples, HEIGHT_PX);
+    assert_int_equal(result->hash, sc_image_hash(image));
+    note_accepted(user, result->frame);
+    return SC_OK;
+}
+
+static sc_status accept_gop(void *user, const sc_frame_result *results, int count,
+                            const sc_payload *payload)
+{
+    const unsigned char *bytes = payload->data;
+
+    assert_int_equal(payload->bytes, PAYLOAD_BYTES);
+    for (size_t i = 0; i < payload->bytes; i++)
+        assert_int_equal(bytes[i], results[0].frame);
+    for (int i = 0; i < count; i++)
+        note_accepted(user, results[i].frame);
+    return SC_OK;
+}
+
+static void run_rank(sc_comm *comm, void *user)
+{
+    scenario *s = user;
+    long budget = sc_comm_rank(comm) == s->poor_rank ? s->budget : 1000000;
+    const sc_ctx ctx = {.alloc_budget = &budget};
+    int frames[FRAMES], gops[GOPS];
+    const sc_farm farm = {.width_px = WIDTH_PX,
+                          .height_px = HEIGHT_PX,
+                          .partition = s->partition,
+                          .frames = frames,
+                          .frame_count = FRAMES,
+                          .groups = gops,
+                          .group_count = s->gops ? GOPS : 0,
+                          .group_frames = GOP_FRAMES,
+                          .total = TOTAL,
+                          .share_frames = s->shares,
+                          .spoils_other_rows = s->spoils,
+                          .draw = draw,
+                          .draw_group = draw_gop,
+                          .take = accept_frame,
+                          .take_group = accept_gop,
+                          .stop = &s->stop,
+                          .user = s};
+    sc_farm_times times;
+
+    for (int i = 0; i < FRAMES; i++)
+        frames[i] = i;
+    for (int g = 0; g < GOPS; g++)
+        gops[g] = FRAMES + g * GOP_FRAMES;
+    s->outcomes[sc_comm_rank(comm)] = sc_farm_run(&ctx, comm, &farm, &times);
+}
+
+/* @return what all ranks agree to have ended with. */
+static sc_status run(scenario *s)
+{
+    alarm(120); /* a farm that hangs is a failure */
+    run_ranks(s->ranks, s->shares, run_rank, s);
+    alarm(0);
+    for (int rank = 1; rank < s->ranks; rank++)
+        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
+    return s->outcomes[0];
+}
+
+/* Call @p check with every way of sharing out frames. */
+static void for_all_ways(void (*check)(const scenario *way))
+{
+    for (int ranks = 1; ranks <= 3; ranks++) {
+        for (int partition = SC_PARTITION_AUTO; partition <= SC_PARTITION_TILES; partition++) {
+            for (int bits = 0; bits < 8; bits++)
+                check(&(scenario){.ranks = ranks,
+                                  .partition = (sc_partition)partition,
+                                  .gops = bits & 1,
+                                  .shares = bits >> 1 & 1,
+                                  .spoils = bits >> 2 & 1,
+                                  .fails_at = NEVER,
+                                  .poor_rank = NEVER});
+        }
+    }
+}
+
+static void check_all_accepted(const scenario *way)
+{
+    scenario s = *way;
+
+    assert_ok(run(&s));
+    assert_int_equal(s.accepted_count, s.gops ? TOTAL : FRAMES);
+}
+
+static void every_frame_is_accepted_once_in_every_way(void **state)
+{
+    (void)state;
+    for_all_ways(check_all_accepted);
+}
+
+static void check_failed_frame(const scenario *way)
+{
+    scenario s = *way;
+
+    s.fails_at = 11;
+    assert_int_equal(run(&s), SC_ERR_MEMORY);
+    for (int k = 0; k < FRAMES; k++)
+        assert_true(k < s.fails_at || !s.accepted[k]);
+}
+
+static void a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks(void **state)
+{
+    (void)state;
+    for_all_ways(check_failed_frame);
+}
+
+static void check_failed_gop(const scenario *way)
+{
+    scenario s = *way;
+
+    if (!s.gops)
+        return;
+    s.fails_at = FRAMES + GOP_FRAMES + 2;
+    assert_int_equal(run(&s), SC_ERR_MEMORY);
+    for (int i = 0; i < GOP_FRAMES; i++)
+        assert_false(s.accepted[FRAMES + GOP_FRAMES + i]);
+}
+
+static void a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks(void **state)
+{
+    (void)state;
+    for_all_ways(check_failed_gop);
+}
+
+static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
+{
+    (void)state;
+    for (int rank = 0; rank < 3; rank++) {
+        sc_status outcome = SC_ERR_MEMORY;
+
+        for (long budget = 0; outcome != SC_OK; budget++) {
+            scenario s = {.ranks = 3,
+                          .gops = true,
+                          .fails_at = NEVER,
+                          .poor_rank = rank,
+                          .budget = budget};
+
+            outcome = run(&s);
+            assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
+            assert_true(outcome != SC_OK || s.accepted_count == TOTAL);
+            assert_true(budget < 1000);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_frame_is_accepted_once_in_every_way),
+        cmocka_unit_test(a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
+        cmocka_unit_test(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
+        cmocka_unit_test(an_allocation_that_fails_on_any_rank_ends_all_ranks),
+    };
+
+    return RUN(tests);
+}
