@@ -91,7 +91,8 @@ typedef struct sc_session {
     sc_rank_record times;
 } sc_session;
 
-/* Send an array of rank 0, @p count elements of @p size bytes, to the others. Owned there. */
+/* Send an array of rank 0, @p count elements of @p size bytes, to the others, which own their copy.
+ * After an error *array is NULL on them; on rank 0 it always stays what it was. Collective. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
 /* Read the job on rank 0 and give it to all. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);

@@ -9,13 +9,21 @@
 
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
 {
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *mine = NULL;
     sc_status status = SC_OK;
 
-    if (sc_comm_rank(app->comm) != 0)
-        status = sc_alloc(app->ctx, count, size, array);
+    if (!first)
+        status = sc_alloc(app->ctx, count, size, &mine);
     status = sc_comm_agree(app->comm, status);
     if (status == SC_OK && count)
-        sc_comm_broadcast(app->comm, *array, count * size);
+        sc_comm_broadcast(app->comm, first ? *array : mine, count * size);
+    if (status != SC_OK) {
+        sc_free(mine);
+        mine = NULL;
+    }
+    if (!first)
+        *array = mine;
     return status;
 }
 
@@ -26,16 +34,21 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .setting_count = app->options.setting_count,
                                     .environment = app->environment};
     sc_job *job = &session->job;
-    void *rules, *exceptions;
+    void *rules = NULL, *exceptions = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
     if (sc_comm_rank(app->comm) == 0)
         status = sc_job_load(app->ctx, &sources, job);
     SC_TRY(sc_comm_agree(app->comm, status));
-    rules = job->rules;
-    exceptions = job->exceptions;
+    if (sc_comm_rank(app->comm) == 0) {
+        rules = job->rules;
+        exceptions = job->exceptions;
+    }
     sc_comm_broadcast(app->comm, job, sizeof *job);
+    /* Pointers that came with the job are rank 0's; until its arrays are here, there are none. */
+    job->rules = rules;
+    job->exceptions = exceptions;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
     SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));

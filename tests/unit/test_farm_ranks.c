@@ -19,8 +19,8 @@ typedef struct scenario {
     int ranks;
     sc_partition partition;
     bool gops, shares, spoils;
-    int fails_at;            /* frame that cannot be drawn, or NEVER */
-    int poor_rank;           /* rank whose allocations fail after the first `budget` */
+    int fails_at;  /* frame that cannot be drawn, or NEVER */
+    int poor_rank; /* rank whose allocations fail after the first `budget` */
     long budget;
     volatile sig_atomic_t stop;
     bool accepted[TOTAL];
@@ -204,11 +204,8 @@ static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
         sc_status outcome = SC_ERR_MEMORY;
 
         for (long budget = 0; outcome != SC_OK; budget++) {
-            scenario s = {.ranks = 3,
-                          .gops = true,
-                          .fails_at = NEVER,
-                          .poor_rank = rank,
-                          .budget = budget};
+            scenario s = {
+                .ranks = 3, .gops = true, .fails_at = NEVER, .poor_rank = rank, .budget = budget};
 
             outcome = run(&s);
             assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
