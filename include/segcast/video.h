@@ -1,104 +1,136 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Videos, encoded group by group and joined; a sink does both with frames in order. Files
- *  appear under their name only when complete. */
+ *  Encoding, joining and decoding of videos; the only user of libav. A video consists of closed
+ *  groups of pictures (GOPs) of one second. Each GOP is encoded by itself (sc_encoder) to a
+ * segment, which can be kept in a file or sent to another rank. Segments are joined to a video
+ * without being encoded again (sc_muxer), so the bytes of a video do not depend on who encoded
+ * which GOP, or when. sc_video_writer does both for frames that come in order.
+ *
+ *  Frame numbers count from 0. Output files appear under their name only when they are complete. */
 #ifndef SEGCAST_VIDEO_H
 #define SEGCAST_VIDEO_H
 
 #include "segcast/image.h"
 
-typedef struct sc_sink sc_sink;
-
 typedef struct sc_video_settings {
-    int width_px, height_px;
-    int fps;
-    int crf;            /**< constant rate factor of the encoder, 0 (lossless) to 51 */
-    const char *preset; /**< encoder's speed, e.g. "medium" */
+    int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
+    int fps;                 /**< frames per second, a whole number */
+    int crf;                 /**< constant rate factor of the encoder, 0 (lossless) to 51 */
+    const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; VP9 ignores it */
 } sc_video_settings;
 
-/* ---- groups of pictures, encoded apart from each other ---- */
+/* ---- segments: GOPs that are encoded independently ---- */
 
-/** Frames of one group: what is encoded, kept, proven and joined as one. A closed group of pictures
- *  of one second; the last of a video may be shorter. */
-int sc_video_group(const sc_video_settings *settings);
+/** @return the number of frames of a GOP, one second; the last GOP of a video may be shorter. */
+int sc_video_gop_frames(const sc_video_settings *settings);
 
-/** An encoded group as bytes that prove themselves, to be kept in a file or sent. */
+/** One encoded GOP. The bytes hold the packets, what a muxer has to know of the codec, the hashes
+ * of the frames, the identity of the job, and a hash of all this, by which damage is detected.
+ * Numbers are in the byte order of the machine; a machine of the other order refuses the segment.
+ */
 typedef struct sc_segment {
     void *data;
     size_t bytes;
 } sc_segment;
+/** Free the bytes of a segment; it is empty then. An empty segment is allowed. */
 void sc_segment_free(sc_segment *segment);
 /** What a segment says of itself. */
 typedef struct sc_segment_info {
     uint64_t identity; /**< of the job, as given to sc_encoder_finish */
     int first_frame, frame_count;
-    const void *hashes; /**< of the pictures: frame_count times uint64_t, not aligned; borrowed */
+    /** frame_count numbers of type uint64_t, the hashes given to sc_encoder_push; borrowed from the
+     *  segment. Not aligned: to be read with memcpy. */
+    const void *hashes;
 } sc_segment_info;
-/** @return false if the bytes are torn, or no segment. */
+/** Verify the hash of a segment and read its head. @return false if the bytes are damaged,
+ *  truncated, or not a segment; @p out is untouched then. */
 bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out);
 
-/** Encodes one group after the other; a group's bytes depend on its pictures and the settings
- *  alone. Threads: has some of its own; one call at a time. */
+/** Encodes one GOP after the other. The bytes of a segment depend on the pictures of its GOP and on
+ *  the settings alone. Threads: libav starts some of its own; one call at a time per encoder. */
 typedef struct sc_encoder sc_encoder;
-/** For the kind of video that the name @p video ends in. @return SC_ERR_USAGE for another ending,
- *  SC_ERR_CREATE if libav has no encoder for it. */
+/** @param video name of the video; its extension chooses container and codec (sc_video_name_ok).
+ *  @return SC_ERR_USAGE for another extension, SC_ERR_CREATE if this libavcodec has no encoder for
+ *  it or does not accept the settings, SC_ERR_MEMORY. Caller owns: sc_encoder_close. */
 SC_MUST_USE sc_status sc_encoder_open(const sc_ctx *ctx, const char *video,
                                       const sc_video_settings *settings, sc_encoder **out);
+/** Close and free; a GOP that was begun is lost. NULL is allowed. */
 void sc_encoder_close(sc_encoder *encoder);
-/** Bytes of a picture as the encoder takes it: yuv420p, bt709, limited range, even sides. */
+/** @return the bytes of a converted picture: the planes Y, U and V of yuv420p, tightly packed, with
+ *  the sides of the frame rounded up to even numbers. */
 size_t sc_picture_bytes(const sc_video_settings *settings);
-/** @return the picture of @p image, borrowed until the next call. */
+/** Convert a frame from sRGB to the picture that the encoder compresses: yuv420p in BT.709, limited
+ *  range. @return the picture, sc_picture_bytes long, borrowed until the next call. */
 const void *sc_encoder_convert(sc_encoder *encoder, const sc_image *image);
-/** The next picture of the group; @p hash of its pixels goes into the segment. */
+/** Encode the next picture of the GOP; the first one begins a GOP.
+ *  @param hash sc_image_hash of the frame, to be kept in the segment.
+ *  @return SC_ERR_CREATE, SC_ERR_MEMORY, SC_ERR_INTERNAL; the GOP is unusable then:
+ * sc_encoder_drop. */
 SC_MUST_USE sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *encoder, const void *picture,
                                       uint64_t hash);
-/** Pictures of the group so far. */
+/** @return the number of pictures pushed into the GOP so far; 0 between two GOPs. */
 int sc_encoder_count(const sc_encoder *encoder);
-/** End the group, which has at least one picture. Caller owns: sc_segment_free. */
+/** End the GOP, which has at least one picture; the encoder is ready for the next, after an error,
+ *  too. @return SC_ERR_INTERNAL, SC_ERR_MEMORY. Caller owns: sc_segment_free. */
 SC_MUST_USE sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *encoder, uint64_t identity,
                                         int first_frame, sc_segment *out);
-/** Give the group up. */
+/** Discard the GOP that was begun, if any. */
 void sc_encoder_drop(sc_encoder *encoder);
 
-/** Joins segments to a file that appears when it is finished. Plays everywhere: index first, exact
- *  times. The bytes depend on the segments alone. @return SC_ERR_USAGE for another ending,
- *  SC_ERR_CREATE. Caller owns: sc_muxer_close, also after sc_muxer_finish. */
+/** Joins segments, in the order in which they are added, to a video file. The index comes first
+ *  (MP4) and every frame has its exact time. The bytes depend on the segments alone. */
 typedef struct sc_muxer sc_muxer;
+/** Create the file under a temporary name beside @p path.
+ *  @return SC_ERR_USAGE for another extension, SC_ERR_CREATE. Caller owns: sc_muxer_close, also
+ * after sc_muxer_finish. */
 SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out);
-/** @return SC_ERR_DATA if the segment is torn or of another encoder, SC_ERR_WRITE. */
+/** Append a segment. @return SC_ERR_DATA if it is damaged or was made with another encoder or other
+ *  settings than the first one, SC_ERR_WRITE. After an error the muxer can only be closed. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);
-/** Complete and publish, as @p path or as another name in its folder; at least one segment was
- *  added. @return SC_ERR_WRITE. */
+/** Complete the file and rename it to @p path, which lies in the folder given to sc_muxer_open; at
+ *  least one segment was added. @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path);
+/** Close and free; a file that was not finished is removed. NULL is allowed. */
 void sc_muxer_close(sc_muxer *muxer);
 
 /* ---- a video from frames in order ---- */
 
-/** A video: .mp4 and .mkv hold H.264, .webm VP9; frames are encoded and joined as above.
- *  @return SC_ERR_USAGE for another ending, SC_ERR_CREATE. */
-SC_MUST_USE sc_status sc_sink_open_video(const sc_ctx *ctx, const char *path,
-                                         const sc_video_settings *settings, sc_sink **out);
-
-/** Take the next frame. @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_sink_push(const sc_ctx *ctx, sc_sink *sink, const sc_image *image);
-/** Finish and publish the output; what is not @p complete is published as "name.partial.mp4", so
- *  that nothing half-done bears the final name. The sink stays to be closed.
+/** Writes one video file from frames that come in order. */
+typedef struct sc_video_writer sc_video_writer;
+/** .mp4 and .mkv hold H.264, .webm holds VP9. @return SC_ERR_USAGE for another extension,
+ *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns: sc_video_writer_close. */
+SC_MUST_USE sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
+                                           const sc_video_settings *settings,
+                                           sc_video_writer **out);
+/** Encode the next frame. @return SC_ERR_WRITE, or as sc_encoder_push; after an error the writer
+ * can only be closed. */
+SC_MUST_USE sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer,
+                                           const sc_image *image);
+/** Complete the file, of at least one frame. @param complete false: not all frames came, and the
+ *  file is named sc_video_partial_name, so that an incomplete video never bears the final name.
  *  @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_sink_finish(const sc_ctx *ctx, sc_sink *sink, bool complete);
-/** Close; what was not finished leaves nothing behind. NULL is allowed. */
-void sc_sink_close(sc_sink *sink);
+SC_MUST_USE sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer,
+                                             bool complete);
+/** Close and free; what was not finished leaves no file behind. NULL is allowed. */
+void sc_video_writer_close(sc_video_writer *writer);
 
-/** "dir/name.partial.mp4" of "dir/name.mp4". */
-SC_MUST_USE sc_status sc_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
-/** Is the ending of @p path one that sc_sink_open_video takes? */
+/** "dir/name.partial.mp4" for "dir/name.mp4". @p path has an extension. @return SC_ERR_MEMORY.
+ *  Caller owns: sc_text_clear. */
+SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
+/** @return true if the extension of @p path names a container that can be written: .mp4, .mkv or
+ *  .webm, in any case. */
 bool sc_video_name_ok(const char *path);
-/** Versions of the video libraries into @p text. */
+/** Write the versions of the libav libraries in use into @p text, of @p size bytes. */
 void sc_video_libraries(char *text, size_t size);
 
-/** One decoded frame at a time, for checks: opens @p path, calls @p take for each frame in order
- *  as sRGB. @return SC_ERR_MISSING, SC_ERR_DATA, or what @p take returned. */
-typedef sc_status sc_video_take_fn(void *user, int k, double time_s, const sc_image *image);
-SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_take_fn *take,
-                                      void *user);
+/* ---- reading a video back ---- */
+
+/** Receives frame number @p k, shown at @p time_s, as sRGB; @p image is borrowed for the call. */
+typedef sc_status sc_video_frame_fn(void *user, int k, double time_s, const sc_image *image);
+/** Decode a video, to check what was written: call @p on_frame for each frame in the order in which
+ *  they are shown. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if it is damaged, or
+ *  what @p on_frame returned, which ends the decoding. */
+SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path,
+                                      sc_video_frame_fn *on_frame, void *user);
 
 #endif

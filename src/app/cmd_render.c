@@ -124,7 +124,7 @@ static sc_status open_outputs(sc_run *run)
     if (run->keep_records)
         return open_store(run);
     SC_TRY(sc_make_directory(ctx, run->directory));
-    status = sc_sink_open_video(ctx, run->video_path, &settings, &run->sink);
+    status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:
     return status;
 }
@@ -152,7 +152,7 @@ static sc_status make_plan(sc_run *run)
     void *frames = NULL;
     sc_status status;
 
-    plan->group_frames = sc_video_group(&settings);
+    plan->group_frames = sc_video_gop_frames(&settings);
     if (run->store)
         SC_TRY(sc_store_whole_groups(ctx, run->store, &groups, &whole));
     plan->group_count = share_of_groups(run, whole);
@@ -206,7 +206,7 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
     if (run->store)
         status = sc_store_finish(ctx, run->store, &run->missing);
     else if (run->result_count > 0)
-        status = sc_sink_finish(ctx, run->sink, outcome == SC_OK);
+        status = sc_video_writer_finish(ctx, run->writer, outcome == SC_OK);
     sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
     return status == SC_OK ? outcome : status;
 }
@@ -249,7 +249,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
 
 static void clear_run(sc_run *run)
 {
-    sc_sink_close(run->sink);
+    sc_video_writer_close(run->writer);
     sc_store_close(run->store);
     sc_encoder_close(run->encoder);
     sc_image_clear(&run->group_image);
@@ -306,7 +306,7 @@ static sc_status prepare_run(sc_run *run)
     run->directory =
         run->keep_records && app->options.output ? app->options.output : job->output.directory;
     if (o->slices)
-        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_group(&settings),
+        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
                                job->animation.frames, &run->wanted, &run->wanted_count));
     else
         SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,

@@ -36,7 +36,7 @@ typedef struct sc_run {
     sc_store_job store_job;
     sc_store *store;
     char *video_path;
-    sc_sink *sink; /* of a video without records */
+    sc_video_writer *writer; /* of a video without records */
     sc_frame_result *results;
     int result_count;
     double told_s, status_s; /* when progress was last told */

@@ -209,7 +209,7 @@ sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image 
     const sc_done_frame done = done_of(result);
     const double begin_s = sc_wall_s();
     sc_status status = run->store ? sc_store_take(run->app->ctx, run->store, &done, image)
-                                  : sc_sink_push(run->app->ctx, run->sink, image);
+                                  : sc_video_writer_push(run->app->ctx, run->writer, image);
 
     if (status == SC_OK)
         note_taken(run, result, begin_s);

@@ -165,7 +165,7 @@ static void remove_partial(const sc_ctx *ctx, const sc_store *store)
     sc_text partial = {0};
 
     sc_store_path(store, path, "%s", store->job.video);
-    if (store->has_video && sc_partial_name(ctx, path, &partial) == SC_OK)
+    if (store->has_video && sc_video_partial_name(ctx, path, &partial) == SC_OK)
         unlink(partial.data);
     sc_text_clear(&partial);
 }
@@ -254,7 +254,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store->has_video = strcmp(job->video, "none") != 0;
     store->identity = identity_of(job);
     store->encoding = -1;
-    store->group = sc_video_group(&job->settings);
+    store->group = sc_video_gop_frames(&job->settings);
     store->group_count = (job->frames + store->group - 1) / store->group;
     snprintf(store->directory, sizeof store->directory, "%s", directory);
     SC_TRY(allocate(ctx, store));
@@ -411,7 +411,7 @@ static sc_status write_partial(const sc_ctx *ctx, sc_store *store)
     if (!store->has_video || groups == 0)
         return SC_OK;
     sc_store_path(store, path, "%s", store->job.video);
-    SC_TRY(sc_partial_name(ctx, path, &partial));
+    SC_TRY(sc_video_partial_name(ctx, path, &partial));
     status = sc_store_join(ctx, store, partial.data, groups);
 out:
     sc_text_clear(&partial);

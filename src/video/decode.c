@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reading a video back, for checks of what was written. */
+/* Decodes a video, to check what was written. */
 #include "segcast/video.h"
 
 #include <libavcodec/avcodec.h>
@@ -19,7 +19,7 @@ typedef struct decoder {
     int count;
 } decoder;
 
-static sc_status broken(const decoder *d, const char *what)
+static sc_status fail_data(const decoder *d, const char *what)
 {
     return sc_fail(d->ctx, SC_ERR_DATA, "%s: %s", d->path, what);
 }
@@ -33,10 +33,10 @@ static sc_status open_decoder(decoder *d)
     if (avformat_open_input(&d->format, d->path, NULL, NULL) < 0)
         return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened as a video", d->path);
     if (avformat_find_stream_info(d->format, NULL) < 0)
-        return broken(d, "holds no readable stream");
+        return fail_data(d, "holds no stream that can be read");
     index = av_find_best_stream(d->format, AVMEDIA_TYPE_VIDEO, -1, -1, NULL, 0);
     if (index < 0)
-        return broken(d, "holds no video stream");
+        return fail_data(d, "holds no video stream");
     d->stream = d->format->streams[index];
     codec = avcodec_find_decoder(d->stream->codecpar->codec_id);
     d->codec = codec ? avcodec_alloc_context3(codec) : NULL;
@@ -45,7 +45,7 @@ static sc_status open_decoder(decoder *d)
     if (!d->codec || !d->frame || !d->packet ||
         avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0 ||
         avcodec_open2(d->codec, codec, NULL) < 0)
-        return broken(d, "its codec cannot be opened");
+        return fail_data(d, "libavcodec cannot decode its codec");
     return SC_OK;
 }
 
@@ -65,7 +65,7 @@ static sc_status to_rgb(decoder *d)
             sws_getContext(f->width, f->height, f->format, f->width, f->height, AV_PIX_FMT_RGB24,
                            SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
         if (!d->scaler)
-            return broken(d, "its pixel format cannot be converted");
+            return fail_data(d, "its pixel format cannot be converted");
         sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
     }
     planes[0] = d->image.rgb;
@@ -75,7 +75,7 @@ static sc_status to_rgb(decoder *d)
     return SC_OK;
 }
 
-static sc_status take_frames(decoder *d, sc_video_take_fn *take, void *user)
+static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *user)
 {
     sc_status status = SC_OK;
 
@@ -85,30 +85,31 @@ static sc_status take_frames(decoder *d, sc_video_take_fn *take, void *user)
 
         status = to_rgb(d);
         if (status == SC_OK)
-            status = take(user, d->count++, time_s, &d->image);
+            status = on_frame(user, d->count++, time_s, &d->image);
     }
     return status;
 }
 
-sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_take_fn *take, void *user)
+sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn *on_frame,
+                          void *user)
 {
     decoder d = {.ctx = ctx, .path = path};
     sc_status status;
 
     SC_TRY(open_decoder(&d));
     while (av_read_frame(d.format, d.packet) >= 0) {
-        const bool ours = d.packet->stream_index == d.stream->index;
-        const int error = ours ? avcodec_send_packet(d.codec, d.packet) : 0;
+        const bool wanted = d.packet->stream_index == d.stream->index;
+        const int error = wanted ? avcodec_send_packet(d.codec, d.packet) : 0;
 
         av_packet_unref(d.packet);
         if (error < 0) {
-            status = broken(&d, "a frame cannot be decoded");
+            status = fail_data(&d, "a frame cannot be decoded");
             goto out;
         }
-        SC_TRY(take_frames(&d, take, user));
+        SC_TRY(receive_frames(&d, on_frame, user));
     }
     avcodec_send_packet(d.codec, NULL);
-    status = take_frames(&d, take, user);
+    status = receive_frames(&d, on_frame, user);
 out:
     sc_image_clear(&d.image);
     sws_freeContext(d.scaler);

@@ -1,87 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pictures to packets by libav, one closed group of pictures after the other. Every group has an
- * encoder of its own: its bytes depend on its pictures alone, whoever encodes it and whenever.
- * Settings that decide whether a video plays everywhere, with its colours, stand in fill_codec()
- * and open_scaler(). */
+/* Encodes pictures to packets with libav, one closed GOP after the other. Every GOP is encoded by a
+ * codec context of its own, so its bytes depend on its pictures alone, not on who encodes it, or
+ * when. The settings by which a video plays everywhere and with the right colours are made in
+ * fill_codec() and open_scaler(). */
 #include "internal.h"
 
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 #include <libavutil/cpu.h>
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 #include <string.h>
-#include <strings.h>
 
-/* x264's bytes depend on its number of threads: fixed, so that every machine writes the same. */
+/* The bytes that x264 writes depend on its number of threads. It is fixed, so that every machine
+ * writes the same. */
 enum { ENCODER_THREADS = 2 };
-
-static const sc_container containers[] = {
-    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true},
-    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true},
-    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false},
-};
 
 struct sc_encoder {
     char *name; /* of the video, for messages */
-    const sc_container *kind;
+    const sc_container *container;
     sc_video_settings settings;
-    AVCodecContext *codec; /* of the group in work, or NULL */
-    AVFrame *frame;        /* for the encoder, which may hold on to it */
-    AVFrame *converted;    /* by swscale, which writes beyond the ends of unaligned rows */
+    AVCodecContext *codec; /* of the GOP that is being encoded, or NULL */
+    AVFrame *frame;        /* given to the codec, which may keep a reference to it */
+    AVFrame *converted;    /* result of swscale; its rows are padded, since swscale writes beyond
+                              the ends of rows that are not aligned */
     AVPacket *packet;
     struct SwsContext *scaler;
-    sc_image padded; /* the picture with even sides */
-    uint8_t *yuv;    /* the last one converted, planes tightly packed */
+    sc_image padded; /* the frame with even sides */
+    uint8_t *yuv;    /* the picture converted last, planes tightly packed */
     sc_segment_builder segment;
 };
 
-const sc_container *sc_container_find(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-
-    for (size_t i = 0; dot && i < SC_COUNT_OF(containers); i++) {
-        if (!strcasecmp(dot, containers[i].ending))
-            return &containers[i];
-    }
-    return NULL;
-}
-
-bool sc_video_name_ok(const char *path)
-{
-    return sc_container_find(path) != NULL;
-}
-
-void sc_video_libraries(char *text, size_t size)
-{
-    const unsigned format = avformat_version(), codec = avcodec_version();
-
-    snprintf(text, size, "libavformat %u.%u.%u, libavcodec %u.%u.%u", format >> 16,
-             format >> 8 & 255, format & 255, codec >> 16, codec >> 8 & 255, codec & 255);
-}
-
-sc_status sc_av_failed(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
-                       int error)
-{
-    char reason[128] = "unknown";
-
-    av_strerror(error, reason, sizeof reason);
-    return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
-}
-
-/* x264 r3095's macroblock tree reads memory that nobody wrote in its AVX-512 code, at some sizes
- * (seen at 192 x 120 and 320 x 180): what the bytes of a video are then depends on what the heap
- * held. Its AVX2 code does not; every CPU with AVX-512 has that. (Found and shown with
- * MALLOC_PERTURB_.) */
-static void avoid_unsteady_code(AVCodecContext *codec)
+/* The AVX-512 code of x264 r3095 (macroblock tree) reads uninitialised memory at some frame sizes,
+ * seen at 192 x 120 and 320 x 180, so that the bytes of a video depend on what the heap held
+ * before. Its AVX2 code does not, and every CPU with AVX-512 has AVX2. test_video.c shows it by
+ * filling fresh memory with different bytes (M_PERTURB). */
+static void avoid_x264_avx512(AVCodecContext *codec)
 {
     if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512)
         av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
 }
 
 static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
-                       const sc_container *kind)
+                       const sc_container *container)
 {
     codec->width = (settings->width_px + 1) & ~1;
     codec->height = (settings->height_px + 1) & ~1;
@@ -89,7 +49,7 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     codec->time_base = (AVRational){1, settings->fps};
     codec->framerate = (AVRational){settings->fps, 1};
     codec->sample_aspect_ratio = (AVRational){1, 1};
-    codec->gop_size = sc_video_group(settings);
+    codec->gop_size = sc_video_gop_frames(settings);
     codec->color_primaries = AVCOL_PRI_BT709;
     codec->color_trc = AVCOL_TRC_BT709;
     codec->colorspace = AVCOL_SPC_BT709;
@@ -97,15 +57,15 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     codec->chroma_sample_location = AVCHROMA_LOC_LEFT;
     codec->thread_count = ENCODER_THREADS;
     codec->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_BITEXACT;
-    if (kind->global_header)
+    if (container->global_header)
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     av_opt_set_int(codec->priv_data, "crf", settings->crf, 0);
     if (codec->codec_id == AV_CODEC_ID_H264) {
         av_opt_set(codec->priv_data, "preset", settings->preset, 0);
         av_opt_set(codec->priv_data, "profile", "high", 0);
-        avoid_unsteady_code(codec);
+        avoid_x264_avx512(codec);
     } else {
-        codec->bit_rate = 0; /* constant quality */
+        codec->bit_rate = 0; /* 0 selects constant quality, by crf */
         av_opt_set(codec->priv_data, "deadline", "good", 0);
         av_opt_set_int(codec->priv_data, "cpu-used", 4, 0);
     }
@@ -113,25 +73,25 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
 
 static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
-    const AVCodec *codec = avcodec_find_encoder_by_name(e->kind->encoder);
+    const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
     int error;
 
     if (!codec)
         return sc_fail(ctx, SC_ERR_CREATE,
-                       "%s: this libavcodec has no encoder %s; choose another kind of video, or "
-                       "frames: png",
-                       e->name, e->kind->encoder);
+                       "%s: this libavcodec has no encoder %s; choose a video of another "
+                       "extension (.mp4, .mkv, .webm), or frames: png",
+                       e->name, e->container->encoder);
     e->codec = avcodec_alloc_context3(codec);
     if (!e->codec)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
-    fill_codec(e->codec, &e->settings, e->kind);
+    fill_codec(e->codec, &e->settings, e->container);
     error = avcodec_open2(e->codec, codec, NULL);
     if (error < 0)
-        return sc_av_failed(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
+        return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
     return SC_OK;
 }
 
-/* RGB to bt709, limited range; swscale would take BT.601. */
+/* Set up the conversion from RGB to BT.709 of limited range; the default of swscale is BT.601. */
 static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 {
     const int width = e->padded.width_px, height = e->padded.height_px;
@@ -164,18 +124,19 @@ static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_settings *settings,
                           sc_encoder **out)
 {
-    const sc_container *kind = sc_container_find(video);
+    const sc_container *container = sc_container_find(video);
     sc_encoder *e = NULL;
     sc_text name = {0};
     void *block = NULL;
     sc_status status;
 
-    if (!kind)
-        return sc_fail(ctx, SC_ERR_USAGE, "%s: a video ends in .mp4, .mkv or .webm", video);
-    av_log_set_level(AV_LOG_FATAL); /* errors are told by us, once */
+    if (!container)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: the name of a video must end in .mp4, .mkv or .webm",
+                       video);
+    av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *e, &block));
     e = block;
-    e->kind = kind;
+    e->container = container;
     e->settings = *settings;
     SC_TRY(sc_text_add(ctx, &name, "%s", video));
     e->name = name.data;
@@ -184,7 +145,7 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
     SC_TRY(sc_alloc(ctx, sc_picture_bytes(settings), 1, &block));
     e->yuv = block;
     SC_TRY(open_scaler(ctx, e));
-    SC_TRY(open_codec(ctx, e)); /* an encoder that is not there is told of before the work */
+    SC_TRY(open_codec(ctx, e)); /* to find out now, before any work, whether there is one */
     *out = e;
     return SC_OK;
 out:
@@ -200,12 +161,12 @@ size_t sc_picture_bytes(const sc_video_settings *settings)
     return width * height * 6;
 }
 
-int sc_video_group(const sc_video_settings *settings)
+int sc_video_gop_frames(const sc_video_settings *settings)
 {
     return settings->fps;
 }
 
-/* Copy with the last column and row doubled where a side is odd. */
+/* Copy a frame; where a side is odd, repeat its last column or row. */
 static void pad(const sc_image *image, sc_image *padded)
 {
     const size_t from = (size_t)image->width_px * 3, to = (size_t)padded->width_px * 3;
@@ -220,7 +181,7 @@ static void pad(const sc_image *image, sc_image *padded)
     }
 }
 
-/* Where the planes of a tightly packed picture lie. */
+/* Addresses and strides of the planes of a tightly packed picture. */
 static void find_planes(const sc_encoder *e, uint8_t *yuv, uint8_t *planes[4], int strides[4])
 {
     av_image_fill_arrays(planes, strides, yuv, AV_PIX_FMT_YUV420P, e->padded.width_px,
@@ -243,8 +204,8 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
     return e->yuv;
 }
 
-/* Keep what the encoder has ready. */
-static sc_status drain(const sc_ctx *ctx, sc_encoder *e)
+/* Move the packets that the codec has ready into the segment. */
+static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
 {
     for (;;) {
         const int error = avcodec_receive_packet(e->codec, e->packet);
@@ -253,8 +214,8 @@ static sc_status drain(const sc_ctx *ctx, sc_encoder *e)
         if (error == AVERROR(EAGAIN) || error == AVERROR_EOF)
             return SC_OK;
         if (error < 0)
-            return sc_av_failed(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
-        status = sc_segment_add(ctx, &e->segment, e->packet);
+            return sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
+        status = sc_segment_add_packet(ctx, &e->segment, e->packet);
         av_packet_unref(e->packet);
         if (status != SC_OK)
             return status;
@@ -269,7 +230,7 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
 
     if (!e->codec)
         SC_TRY(open_codec(ctx, e));
-    SC_TRY(sc_segment_note(ctx, &e->segment, hash));
+    SC_TRY(sc_segment_add_hash(ctx, &e->segment, hash));
     if (av_frame_make_writable(e->frame) < 0) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
         goto out;
@@ -279,8 +240,8 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
                   AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
     error = avcodec_send_frame(e->codec, e->frame);
-    status = error < 0 ? sc_av_failed(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
-                       : drain(ctx, e);
+    status = error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
+                       : receive_packets(ctx, e);
 out:
     return status;
 }
@@ -293,12 +254,14 @@ int sc_encoder_count(const sc_encoder *e)
 sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *e, uint64_t identity, int first_frame,
                             sc_segment *out)
 {
-    sc_status status;
     const int error = avcodec_send_frame(e->codec, NULL);
+    sc_status status;
 
-    if (error < 0)
-        return sc_av_failed(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
-    SC_TRY(drain(ctx, e));
+    if (error < 0) {
+        status = sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
+        goto out;
+    }
+    SC_TRY(receive_packets(ctx, e));
     SC_TRY(sc_segment_build(ctx, &e->segment, e->codec, e->name, identity, first_frame, out));
 out:
     sc_encoder_drop(e);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to video: containers, and segments being built. */
+/* Private to video: containers, and how segments are built and read. */
 #ifndef SC_VIDEO_INTERNAL_H
 #define SC_VIDEO_INTERNAL_H
 
@@ -8,43 +8,52 @@
 #include <libavcodec/avcodec.h>
 
 typedef struct sc_container {
-    const char *ending, *muxer, *encoder;
+    const char *extension;       /* of the file name, e.g. ".mp4" */
+    const char *muxer, *encoder; /* libav's names */
     enum AVCodecID codec;
-    bool global_header;
+    bool global_header; /* parameter sets belong into the container's header, not into the stream */
 } sc_container;
 
-/* By the ending of @p path, or NULL. */
+/* @return the container that the extension of @p path names, or NULL. */
 const sc_container *sc_container_find(const char *path);
-/* Log what libav says of @p error and return @p status. */
-sc_status sc_av_failed(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
-                       int error);
+/* Log "PATH: WHAT: REASON" with libav's text for its @p error, and return @p status. */
+sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
+                     int error);
 
-/* Growing bytes of a segment. */
+/* The content of a segment while its GOP is encoded. Zero-initialise, then sc_segment_clear. */
 typedef struct sc_segment_builder {
-    char *packets;
+    char *packets; /* packet_count times a packet_head (segment.c) and its data */
     size_t bytes, capacity;
-    uint64_t *hashes; /* [frames] of the pictures */
+    uint64_t *hashes; /* [frames] */
     int frames, hash_capacity, packet_count;
 } sc_segment_builder;
 
-sc_status sc_segment_note(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash);
-sc_status sc_segment_add(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet);
-/* Everything the muxer has to know of @p codec, before what was added. */
+/* Append the hash of the next frame. @return SC_ERR_MEMORY. */
+sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash);
+/* Append a packet; packets come in the order of decoding. @return SC_ERR_MEMORY. */
+sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet);
+/* Make the segment from what was added and from what a muxer has to know of @p codec. @p name is
+ * that of the video, for messages. @return SC_ERR_INTERNAL unless there is one packet for each
+ * frame. */
 sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
                            const AVCodecContext *codec, const char *name, uint64_t identity,
                            int first_frame, sc_segment *out);
-/* Empty, memory kept. */
+/* Forget the content and keep the memory for the next GOP. */
 void sc_segment_reset(sc_segment_builder *b);
 void sc_segment_clear(sc_segment_builder *b);
 
-/* What a segment holds besides packets. */
+/* What a muxer has to know of the codec. reorder: by how many frames decoding runs ahead of
+ * showing. */
 typedef struct sc_segment_codec {
     int codec_id, width_px, height_px, fps, reorder;
     const void *extradata;
     size_t extradata_bytes;
 } sc_segment_codec;
+/* Read it from a segment that sc_segment_inspect accepted; extradata is borrowed from the segment.
+ */
 void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out);
-/* The packet at *at (0 to begin), its time in frames of the segment; @return false at the end. */
+/* Read the packet at offset *at (0 for the first one) and move *at behind it. @p pts counts frames
+ * from the beginning of the segment; @p data is borrowed from it. @return false at the end. */
 bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
                      const void **data, size_t *bytes);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Segments, one after the other, become a file; nothing is encoded again. */
+/* Joins segments to a video file; nothing is encoded again. */
 #include "internal.h"
 
 #include <libavformat/avformat.h>
@@ -8,26 +8,28 @@
 
 struct sc_muxer {
     char *path, *temporary;
-    bool begun, published;
+    bool begun;     /* the header of the file is written */
+    bool published; /* the file bears its final name */
     AVFormatContext *format;
     AVStream *stream;
     AVPacket *packet;
-    sc_segment_codec codec; /* of the first segment; its extradata is the stream's */
-    int64_t frames, packets;
+    sc_segment_codec codec;  /* of the first segment; extradata is borrowed from the stream */
+    int64_t frames, packets; /* written so far; frames counts those of whole segments */
 };
 
 sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out)
 {
-    const sc_container *kind = sc_container_find(path);
+    const sc_container *container = sc_container_find(path);
     sc_muxer *m = NULL;
     sc_text copy = {0};
     void *block = NULL;
     int error;
     sc_status status;
 
-    if (!kind)
-        return sc_fail(ctx, SC_ERR_USAGE, "%s: a video ends in .mp4, .mkv or .webm", path);
-    av_log_set_level(AV_LOG_FATAL); /* errors are told by us, once */
+    if (!container)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: the name of a video must end in .mp4, .mkv or .webm",
+                       path);
+    av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
     m = block;
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
@@ -35,14 +37,14 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out)
     SC_TRY(sc_temporary_name(ctx, path, &m->temporary));
     m->packet = av_packet_alloc();
     if (!m->packet ||
-        avformat_alloc_output_context2(&m->format, NULL, kind->muxer, m->temporary) < 0) {
-        status =
-            sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path, kind->muxer);
+        avformat_alloc_output_context2(&m->format, NULL, container->muxer, m->temporary) < 0) {
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path,
+                         container->muxer);
         goto out;
     }
     error = avio_open(&m->format->pb, m->temporary, AVIO_FLAG_WRITE);
     if (error < 0) {
-        status = sc_av_failed(ctx, SC_ERR_CREATE, path, "cannot be created", error);
+        status = sc_av_fail(ctx, SC_ERR_CREATE, path, "cannot be created", error);
         goto out;
     }
     *out = m;
@@ -52,7 +54,7 @@ out:
     return status;
 }
 
-/* The stream is what the first segment says. */
+/* Describe the stream as the first segment does, and write the header of the file. */
 static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
 {
     AVCodecParameters *p;
@@ -88,7 +90,7 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     error = avformat_write_header(m->format, &options);
     av_dict_free(&options);
     if (error < 0)
-        return sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
+        return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
     m->begun = true;
     return SC_OK;
 }
@@ -101,8 +103,8 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
            !memcmp(a->extradata, b->extradata, a->extradata_bytes);
 }
 
-/* Packets are in the order of decoding, one for each frame: so the time of decoding is the count
- * of packets, less what the encoder may hold back. */
+/* Packets come in the order of decoding, one for each frame. So the time of decoding, in frames, is
+ * the number of packets before it, less the number of frames by which decoding has to run ahead. */
 static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int flags,
                             const void *data, size_t bytes)
 {
@@ -120,7 +122,7 @@ static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int fla
     error = av_interleaved_write_frame(m->format, m->packet);
     if (error >= 0 && m->format->pb->error < 0)
         error = m->format->pb->error;
-    return error < 0 ? sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
+    return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
 }
 
 sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
@@ -134,14 +136,14 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     sc_status status = SC_OK;
 
     if (!sc_segment_inspect(segment, &info))
-        return sc_fail(ctx, SC_ERR_DATA, "%s: a segment of it is torn", m->path);
+        return sc_fail(ctx, SC_ERR_DATA, "%s: a segment is damaged", m->path);
     if (!m->begun)
         SC_TRY(begin(ctx, m, segment));
     sc_segment_describe(segment, &codec);
     if (!same_codec(&m->codec, &codec)) {
         status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: the segment from frame %d on was made by another encoder, or with "
-                         "other settings",
+                         "%s: the segment that begins at frame %d was made by another encoder or "
+                         "with other settings than the segments before it",
                          m->path, info.first_frame);
         goto out;
     }
@@ -160,7 +162,7 @@ sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path)
     if (error >= 0)
         error = avio_closep(&m->format->pb);
     if (error < 0)
-        return sc_av_failed(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
+        return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
     SC_TRY(sc_file_publish(ctx, m->temporary, path));
     m->published = true;
 out:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One encoded group of pictures as bytes that prove themselves: what they belong to, which pictures
- * they hold, and a hash over all. They live as long as a job; only machines of one byte order share
- * them. */
+/* The bytes of an encoded GOP: a head, the hashes of its frames, the codec's extradata, the
+ * packets. The hash in the head covers everything behind it. Segments exist only while a job is not
+ * complete; machines of another byte order refuse them. */
 #include "internal.h"
 
 #include <string.h>
@@ -11,19 +11,20 @@ enum { BYTE_ORDER_MARK = 0x01020304 };
 
 typedef struct segment_head {
     char magic[8];
-    uint64_t hash; /* of everything behind this word */
+    uint64_t hash; /* of everything behind this field */
     uint64_t bytes, identity;
     uint32_t byte_order;
     int32_t codec_id, width_px, height_px, fps, reorder;
     int32_t first_frame, frame_count, packet_count;
     uint32_t extradata_bytes;
-} segment_head; /* then hashes[frame_count], extradata, packets */
+} segment_head; /* followed by hashes[frame_count], extradata, packets */
 
 typedef struct packet_head {
     int64_t pts;
     uint32_t flags, bytes;
 } packet_head;
 
+/* Make room for @p needed bytes, of which the first @p used are kept. */
 static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capacity, size_t needed)
 {
     size_t larger = *capacity ? *capacity : 4096;
@@ -45,7 +46,7 @@ static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capac
     return SC_OK;
 }
 
-sc_status sc_segment_note(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash)
+sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash)
 {
     void *hashes = b->hashes;
     size_t capacity = (size_t)b->hash_capacity * sizeof hash;
@@ -60,7 +61,7 @@ sc_status sc_segment_note(const sc_ctx *ctx, sc_segment_builder *b, uint64_t has
     return SC_OK;
 }
 
-sc_status sc_segment_add(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet)
+sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet)
 {
     const packet_head head = {packet->pts, (uint32_t)packet->flags, (uint32_t)packet->size};
     const size_t more = sizeof head + head.bytes;
@@ -106,8 +107,10 @@ sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
     sc_status status;
 
     if (b->packet_count != b->frames)
-        return sc_fail(ctx, SC_ERR_INTERNAL, "%s: the encoder made %d packets of %d frames", name,
-                       b->packet_count, b->frames);
+        return sc_fail(
+            ctx, SC_ERR_INTERNAL,
+            "%s: the encoder made %d packets from %d frames; one packet for each was expected",
+            name, b->packet_count, b->frames);
     head.bytes = sizeof head + hash_bytes + head.extradata_bytes + b->bytes;
     status = sc_alloc(ctx, head.bytes, 1, &block);
     if (status != SC_OK)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Videos written and read back: count, size, times, colours, and what is left after an accident. */
+/* Videos are written and decoded again: number of frames, size, times and colours are compared, and
+ * which files are left when a video is not finished. */
 #include "check.h"
 
 #include "segcast/video.h"
@@ -10,7 +11,8 @@
 
 enum { FRAMES = 45 };
 
-/* A grey ramp above four known colours; frame k moves a bar. */
+/* A grey ramp above four patches of known colour, with a black bar at the bottom that moves with k.
+ */
 static sc_image test_picture(int width, int height, int k)
 {
     static const uint8_t colors[4][3] = {
@@ -35,11 +37,10 @@ static sc_image test_picture(int width, int height, int k)
 
 typedef struct decoded {
     int count, width, height;
-    double last_s;
-    int worst;
+    int largest_error; /* of all colours compared, in levels of 8 bits */
 } decoded;
 
-static sc_status look(void *user, int k, double time_s, const sc_image *image)
+static sc_status compare_frame(void *user, int k, double time_s, const sc_image *image)
 {
     decoded *d = user;
     sc_image want = test_picture(image->width_px, image->height_px, k);
@@ -48,7 +49,7 @@ static sc_status look(void *user, int k, double time_s, const sc_image *image)
     d->count = k + 1;
     d->width = image->width_px;
     d->height = image->height_px;
-    /* the middle of each patch: chroma is stored at half resolution */
+    /* Only the middle of each patch is compared: chroma is stored at half the resolution. */
     for (int patch = 0; patch < 4; patch++) {
         const int x = (2 * patch + 1) * image->width_px / 8, y = 3 * image->height_px / 4;
         const size_t at = ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
@@ -56,7 +57,7 @@ static sc_status look(void *user, int k, double time_s, const sc_image *image)
         for (int c = 0; c < 3; c++) {
             const int step = abs(image->rgb[at + (size_t)c] - want.rgb[at + (size_t)c]);
 
-            d->worst = step > d->worst ? step : d->worst;
+            d->largest_error = step > d->largest_error ? step : d->largest_error;
         }
     }
     sc_image_clear(&want);
@@ -66,17 +67,17 @@ static sc_status look(void *user, int k, double time_s, const sc_image *image)
 static void write_video(const char *path, int width, int height, int frames, bool complete)
 {
     const sc_video_settings settings = {width, height, 24, 16, "fast"};
-    sc_sink *sink;
+    sc_video_writer *writer;
 
-    assert_ok(sc_sink_open_video(&quiet, path, &settings, &sink));
+    assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
     for (int k = 0; k < frames; k++) {
         sc_image image = test_picture(width, height, k);
 
-        assert_ok(sc_sink_push(&quiet, sink, &image));
+        assert_ok(sc_video_writer_push(&quiet, writer, &image));
         sc_image_clear(&image);
     }
-    assert_ok(sc_sink_finish(&quiet, sink, complete));
-    sc_sink_close(sink);
+    assert_ok(sc_video_writer_finish(&quiet, writer, complete));
+    sc_video_writer_close(writer);
 }
 
 static void every_container_decodes_to_what_was_pushed(void **state)
@@ -88,11 +89,12 @@ static void every_container_decodes_to_what_was_pushed(void **state)
         decoded d = {0};
 
         write_video(names[i], 192, 120, FRAMES, true);
-        assert_ok(sc_video_decode(&quiet, names[i], look, &d));
+        assert_ok(sc_video_decode(&quiet, names[i], compare_frame, &d));
         assert_int_equal(d.count, FRAMES);
         assert_int_equal(d.width, 192);
-        if (d.worst > 12)
-            fail_msg("%s: a colour is off by %d levels", names[i], d.worst);
+        if (d.largest_error > 12)
+            fail_msg("%s: a colour differs by %d levels, at most 12 are allowed", names[i],
+                     d.largest_error);
         unlink(names[i]);
     }
 }
@@ -103,13 +105,14 @@ static void odd_sizes_are_padded_not_scaled(void **state)
 
     (void)state;
     write_video("v.mp4", 191, 119, 3, true);
-    assert_ok(sc_video_decode(&quiet, "v.mp4", look, &d));
+    assert_ok(sc_video_decode(&quiet, "v.mp4", compare_frame, &d));
     assert_int_equal(d.width, 192);
     assert_int_equal(d.height, 120);
     unlink("v.mp4");
 }
 
-/* What the heap holds must not matter to a video's bytes. */
+/* Let malloc fill fresh memory with @p byte (0: not at all), so that a read of uninitialised memory
+ * changes the bytes of a video. */
 static void fill_fresh_memory(int byte)
 {
 #ifdef __GLIBC__
@@ -120,7 +123,7 @@ static void fill_fresh_memory(int byte)
 #endif
 }
 
-static void the_bytes_are_the_same_every_time_and_the_index_comes_first(void **state)
+static void equal_frames_give_equal_bytes_and_the_index_comes_first(void **state)
 {
     char *a, *b;
     size_t a_bytes, b_bytes, moov = 0, mdat = 0;
@@ -153,40 +156,42 @@ static bool exists(const char *path)
     return !stat(path, &info);
 }
 
-static void nothing_half_done_bears_the_final_name(void **state)
+static void an_unfinished_video_never_bears_the_final_name(void **state)
 {
     const sc_video_settings settings = {64, 64, 24, 16, "fast"};
     decoded d = {0};
-    sc_sink *sink;
+    sc_video_writer *writer;
     sc_image image = test_picture(64, 64, 0);
 
     (void)state;
-    assert_ok(sc_sink_open_video(&quiet, "w.mp4", &settings, &sink));
-    assert_ok(sc_sink_push(&quiet, sink, &image));
+    assert_ok(sc_video_writer_open(&quiet, "w.mp4", &settings, &writer));
+    assert_ok(sc_video_writer_push(&quiet, writer, &image));
     assert_false(exists("w.mp4"));
-    sc_sink_close(sink);
+    sc_video_writer_close(writer);
     assert_false(exists("w.mp4"));
     write_video("w.mp4", 192, 120, 5, false);
     assert_false(exists("w.mp4"));
-    assert_ok(sc_video_decode(&quiet, "w.partial.mp4", look, &d));
+    assert_ok(sc_video_decode(&quiet, "w.partial.mp4", compare_frame, &d));
     assert_int_equal(d.count, 5);
     unlink("w.partial.mp4");
-    write_video("w.mp4", 192, 120, 3, true); /* an earlier whole one outlives a part */
+    write_video("w.mp4", 192, 120, 3, true); /* a complete one is not replaced by a partial one */
     write_video("w.mp4", 192, 120, 5, false);
-    assert_ok(sc_video_decode(&quiet, "w.mp4", look, &d));
+    assert_ok(sc_video_decode(&quiet, "w.mp4", compare_frame, &d));
     assert_int_equal(d.count, 3);
     unlink("w.mp4");
     unlink("w.partial.mp4");
-    assert_int_equal(sc_sink_open_video(&quiet, "no/such/w.mp4", &settings, &sink), SC_ERR_CREATE);
-    assert_int_equal(sc_sink_open_video(&quiet, "w.avi", &settings, &sink), SC_ERR_USAGE);
+    assert_int_equal(sc_video_writer_open(&quiet, "no/such/w.mp4", &settings, &writer),
+                     SC_ERR_CREATE);
+    assert_int_equal(sc_video_writer_open(&quiet, "w.avi", &settings, &writer), SC_ERR_USAGE);
     sc_image_clear(&image);
 }
 
-/* Two groups encoded apart, in any order and by encoders of their own, are the video. */
-static void groups_encoded_anywhere_join_to_the_same_bytes(void **state)
+/* Two GOPs that are encoded by two encoders, the second one first, join to the same video that one
+ * encoder writes. */
+static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 {
     const sc_video_settings settings = {192, 120, 24, 16, "fast"};
-    const int group = sc_video_group(&settings);
+    const int gop_frames = sc_video_gop_frames(&settings);
     sc_segment segments[2];
     sc_segment_info info;
     sc_encoder *encoder;
@@ -197,19 +202,19 @@ static void groups_encoded_anywhere_join_to_the_same_bytes(void **state)
     (void)state;
     for (int g = 1; g >= 0; g--) {
         assert_ok(sc_encoder_open(&quiet, "j.mp4", &settings, &encoder));
-        for (int k = g * group; k < (g + 1) * group && k < FRAMES; k++) {
+        for (int k = g * gop_frames; k < (g + 1) * gop_frames && k < FRAMES; k++) {
             sc_image image = test_picture(192, 120, k);
 
             assert_ok(
                 sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image), (uint64_t)k));
             sc_image_clear(&image);
         }
-        assert_ok(sc_encoder_finish(&quiet, encoder, 7, g * group, &segments[g]));
+        assert_ok(sc_encoder_finish(&quiet, encoder, 7, g * gop_frames, &segments[g]));
         sc_encoder_close(encoder);
         assert_true(sc_segment_inspect(&segments[g], &info));
         assert_int_equal(info.identity, 7);
-        assert_int_equal(info.first_frame, g * group);
-        assert_int_equal(info.frame_count, g ? FRAMES - group : group);
+        assert_int_equal(info.first_frame, g * gop_frames);
+        assert_int_equal(info.frame_count, g ? FRAMES - gop_frames : gop_frames);
     }
     assert_ok(sc_muxer_open(&quiet, "j.mp4", &muxer));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
@@ -230,7 +235,7 @@ static void groups_encoded_anywhere_join_to_the_same_bytes(void **state)
         sc_segment_free(&segments[g]);
 }
 
-static void a_torn_segment_is_noticed(void **state)
+static void a_damaged_segment_is_refused(void **state)
 {
     const sc_video_settings settings = {64, 64, 24, 16, "fast"};
     sc_image image = test_picture(64, 64, 3);
@@ -266,10 +271,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_container_decodes_to_what_was_pushed),
         cmocka_unit_test(odd_sizes_are_padded_not_scaled),
-        cmocka_unit_test(the_bytes_are_the_same_every_time_and_the_index_comes_first),
-        cmocka_unit_test(nothing_half_done_bears_the_final_name),
-        cmocka_unit_test(groups_encoded_anywhere_join_to_the_same_bytes),
-        cmocka_unit_test(a_torn_segment_is_noticed),
+        cmocka_unit_test(equal_frames_give_equal_bytes_and_the_index_comes_first),
+        cmocka_unit_test(an_unfinished_video_never_bears_the_final_name),
+        cmocka_unit_test(separately_encoded_gops_join_to_the_same_bytes),
+        cmocka_unit_test(a_damaged_segment_is_refused),
     };
 
     return RUN(tests);

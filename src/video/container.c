@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The kinds of video files, their names, and the messages of libav. */
+#include "internal.h"
+
+#include <libavformat/avformat.h>
+#include <string.h>
+#include <strings.h>
+
+static const sc_container containers[] = {
+    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true},
+    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true},
+    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false},
+};
+
+const sc_container *sc_container_find(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+
+    for (size_t i = 0; dot && i < SC_COUNT_OF(containers); i++) {
+        if (!strcasecmp(dot, containers[i].extension))
+            return &containers[i];
+    }
+    return NULL;
+}
+
+bool sc_video_name_ok(const char *path)
+{
+    return sc_container_find(path) != NULL;
+}
+
+void sc_video_libraries(char *text, size_t size)
+{
+    const unsigned format = avformat_version(), codec = avcodec_version();
+
+    snprintf(text, size, "libavformat %u.%u.%u, libavcodec %u.%u.%u", format >> 16,
+             format >> 8 & 255, format & 255, codec >> 16, codec >> 8 & 255, codec & 255);
+}
+
+sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
+                     int error)
+{
+    char reason[128] = "unknown";
+
+    av_strerror(error, reason, sizeof reason);
+    return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
+}
+
+sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)
+{
+    const char *dot = strrchr(path, '.');
+
+    return sc_text_add(ctx, out, "%.*s.partial%s", (int)(dot - path), path, dot);
+}

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A video from frames that come in order: each GOP is encoded and appended to the file. */
+#include "internal.h"
+
+struct sc_video_writer {
+    char *path; /* of the complete video */
+    int gop_frames;
+    sc_encoder *encoder;
+    sc_muxer *muxer;
+};
+
+static sc_status end_gop(const sc_ctx *ctx, sc_video_writer *writer)
+{
+    sc_segment segment = {0};
+    sc_status status = sc_encoder_finish(ctx, writer->encoder, 0, 0, &segment);
+
+    if (status == SC_OK)
+        status = sc_muxer_add(ctx, writer->muxer, &segment);
+    sc_segment_free(&segment);
+    return status;
+}
+
+sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer, const sc_image *image)
+{
+    sc_status status =
+        sc_encoder_push(ctx, writer->encoder, sc_encoder_convert(writer->encoder, image), 0);
+
+    if (status == SC_OK && sc_encoder_count(writer->encoder) == writer->gop_frames)
+        status = end_gop(ctx, writer);
+    return status;
+}
+
+sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, bool complete)
+{
+    sc_text partial = {0};
+    sc_status status = SC_OK;
+
+    if (sc_encoder_count(writer->encoder) > 0)
+        SC_TRY(end_gop(ctx, writer));
+    if (!complete)
+        SC_TRY(sc_video_partial_name(ctx, writer->path, &partial));
+    status = sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data);
+out:
+    sc_text_clear(&partial);
+    return status;
+}
+
+void sc_video_writer_close(sc_video_writer *writer)
+{
+    if (!writer)
+        return;
+    sc_muxer_close(writer->muxer);
+    sc_encoder_close(writer->encoder);
+    sc_free(writer->path);
+    sc_free(writer);
+}
+
+sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
+                               const sc_video_settings *settings, sc_video_writer **out)
+{
+    sc_video_writer *writer = NULL;
+    sc_text copy = {0};
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *writer, &block));
+    writer = block;
+    writer->gop_frames = sc_video_gop_frames(settings);
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    writer->path = copy.data;
+    SC_TRY(sc_encoder_open(ctx, path, settings, &writer->encoder));
+    SC_TRY(sc_muxer_open(ctx, path, &writer->muxer));
+    *out = writer;
+    return SC_OK;
+out:
+    sc_video_writer_close(writer);
+    return status;
+}
