@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: MARCH_LANES rays side by side in a vector register. Arithmetic is written with
- * the compiler's vector types and operators, which are exact IEEE operations on any processor;
- * what those do not offer (masks, choices, gathers, roots) stands here once per instruction set,
- * the build's flags telling which. Without any of them plain C does it. */
+/* Private to kernel: vectors of MARCH_LANES SIMD lanes of 32 bits; in the wide kernels each lane
+ * works on a ray of its own. Arithmetic is written with the compiler's vector types and operators,
+ * which are exact IEEE operations on any processor. What those do not offer (masks, selection,
+ * gathers, square roots) is written here with the intrinsics of each variant, and in plain C for
+ * the variant "c".
+ *
+ * The build defines MARCH_CPU_<NAME> for the variant that is being compiled. The compiler's own
+ * macros such as __AVX2__ must not be asked instead: with -march=native they are set for narrower
+ * variants, too. */
 #ifndef SC_KERNEL_LANES_H
 #define SC_KERNEL_LANES_H
 
@@ -11,9 +16,25 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined __SSE4_1__ || defined __AVX2__
+#if defined MARCH_CPU_AVX512 || defined MARCH_CPU_AVX2 || defined MARCH_CPU_SSE4
 #include <immintrin.h>
 #endif
+
+#if defined MARCH_CPU_AVX512
+_Static_assert(MARCH_LANES == 16, "registers of AVX-512 hold 16 SIMD lanes");
+#elif defined MARCH_CPU_AVX2
+_Static_assert(MARCH_LANES == 8, "registers of AVX2 hold 8 SIMD lanes");
+#elif defined MARCH_CPU_SSE4
+_Static_assert(MARCH_LANES == 4, "registers of SSE hold 4 SIMD lanes");
+#elif !defined MARCH_CPU_C
+#error "the build must define MARCH_CPU_<NAME> for a variant that this file knows"
+#endif
+_Static_assert(MARCH_LANES <= 32, "a mask is kept as 32 bits");
+_Static_assert(sizeof(float) == 4 && sizeof(int) == 4, "a SIMD lane holds a float or an int");
+/* i_gather reads four bytes at once; the kernels pick one or two of them, or one half of 64 bits,
+ * by shifting. On other machines only the plain march would work. */
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+               "the wide kernels are written for little-endian processors");
 
 enum { LANES = MARCH_LANES };
 
@@ -65,11 +86,11 @@ static inline vf f_of(vi x)
 /* Towards zero; what does not fit gives anything. */
 static inline vi i_of(vf x)
 {
-#if defined __AVX512F__
+#if defined MARCH_CPU_AVX512
     return (vi)_mm512_cvttps_epi32((__m512)x);
-#elif defined __AVX2__
+#elif defined MARCH_CPU_AVX2
     return (vi)_mm256_cvttps_epi32((__m256)x);
-#elif defined __SSE4_1__
+#elif defined MARCH_CPU_SSE4
     return (vi)_mm_cvttps_epi32((__m128)x);
 #else
     vi out;
@@ -82,7 +103,7 @@ static inline vi i_of(vf x)
 
 /* ---- masks ---- */
 
-#if defined __AVX512F__
+#if defined MARCH_CPU_AVX512
 typedef __mmask16 vm;
 
 static inline vm m_none(void)
@@ -201,9 +222,9 @@ static inline vm i_below(vi a, vi b)
 
 static inline vi i_pick(vm m, vi yes, vi no)
 {
-#if defined __AVX2__
+#if defined MARCH_CPU_AVX2
     return (vi)_mm256_blendv_epi8((__m256i)no, (__m256i)yes, (__m256i)m);
-#elif defined __SSE4_1__
+#elif defined MARCH_CPU_SSE4
     return (vi)_mm_blendv_epi8((__m128i)no, (__m128i)yes, (__m128i)m);
 #else
     return (yes & m) | (no & ~m);
@@ -217,9 +238,9 @@ static inline vf f_pick(vm m, vf yes, vf no)
 
 static inline uint32_t m_bits(vm m)
 {
-#if defined __AVX2__
+#if defined MARCH_CPU_AVX2
     return (uint32_t)_mm256_movemask_ps((__m256)m);
-#elif defined __SSE4_1__
+#elif defined MARCH_CPU_SSE4
     return (uint32_t)_mm_movemask_ps((__m128)m);
 #else
     uint32_t bits = 0;
@@ -254,11 +275,11 @@ static inline unsigned m_count(vm m)
 
 static inline vf f_sqrt(vf x)
 {
-#if defined __AVX512F__
+#if defined MARCH_CPU_AVX512
     return (vf)_mm512_sqrt_ps((__m512)x);
-#elif defined __AVX2__
+#elif defined MARCH_CPU_AVX2
     return (vf)_mm256_sqrt_ps((__m256)x);
-#elif defined __SSE4_1__
+#elif defined MARCH_CPU_SSE4
     return (vf)_mm_sqrt_ps((__m128)x);
 #else
     for (int i = 0; i < LANES; i++)
@@ -270,10 +291,10 @@ static inline vf f_sqrt(vf x)
 /* The four bytes at base + offset of the lanes in @p m, 0 in the others. */
 static inline vi i_gather(const void *base, vi offset_bytes, vm m)
 {
-#if defined __AVX512F__
+#if defined MARCH_CPU_AVX512
     return (vi)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), m, (__m512i)offset_bytes, base,
                                            1);
-#elif defined __AVX2__
+#elif defined MARCH_CPU_AVX2
     return (vi)_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), (const int *)base,
                                            (__m256i)offset_bytes, (__m256i)m, 1);
 #else

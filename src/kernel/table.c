@@ -10,32 +10,29 @@
     }
 #define KERNELS(skip, SKIP, cpu)                                                                   \
     KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu), KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu),           \
-        KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu)
+        KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
+#define WIDE_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
 
-/* Of two that do the same, the better stands first. */
+/* Of two kernels that do the same, the faster one stands first. */
 static const sc_kernel kernels[] = {
-    KERNELS(none, NONE, c),      KERNELS(interior, INTERIOR, c),
-#ifdef SC_KERNELS_X86
-    KERNELS(leap, LEAP, avx512), KERNELS(leap, LEAP, avx2),      KERNELS(leap, LEAP, sse4),
-#endif
-    KERNELS(leap, LEAP, c),
+    /* clang-format off */
+    KERNELS(none, NONE, c)
+    KERNELS(interior, INTERIOR, c)
+    SC_EACH_BUILT_CPU(WIDE_KERNELS)
+    /* clang-format on */
 };
 
-const char *const sc_cpu_names[] = {"auto", "avx512", "avx2", "sse4", "c", NULL};
+#define NAME(cpu) #cpu,
+const char *const sc_cpu_names[] = {"auto", SC_EACH_CPU(NAME) NULL};
 
 bool sc_cpu_has(const char *name)
 {
-#ifdef SC_KERNELS_X86
-    __builtin_cpu_init();
-    if (strcmp(name, "avx512") == 0)
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-               __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-    if (strcmp(name, "avx2") == 0)
-        return __builtin_cpu_supports("avx2");
-    if (strcmp(name, "sse4") == 0)
-        return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt");
-#endif
-    return strcmp(name, "c") == 0 || strcmp(name, "auto") == 0;
+#define ANSWER(cpu, supported)                                                                     \
+    if (strcmp(name, #cpu) == 0)                                                                   \
+        return supported;
+
+    SC_EACH_BUILT_CPU(ANSWER)
+    return strcmp(name, "auto") == 0;
 }
 
 const sc_kernel *sc_kernel_all(size_t *count)

@@ -1,0 +1,19 @@
+# A build with other compiler flags draws the same pictures, bit by bit, as the release build beside it.
+# Compilers may fuse a multiplication with an addition where the processor can (-march=x86-64-v3):
+# the build has to keep them from doing so.
+release=$SOURCE/build/release/segcast
+case $BUILD in */release) skip "this is the release build, with which others are compared" ;; esac
+[ -x "$release" ] || skip "there is no release build in $SOURCE/build/release"
+small_job job.yaml
+for surface in smooth voxel; do
+    for kernel in none:auto leap:c leap:sse4 leap:avx2 leap:avx512; do
+        settings=(--set render.surface=$surface --set render.skip=${kernel%:*} --set render.cpu=${kernel#*:} --set animation.frames=3)
+        name=$surface-${kernel/:/-}
+        "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # not on this processor
+        "$SEGCAST" render job.yaml -o "$name" -q "${settings[@]}" >/dev/null
+        [ "$(hashes "$name" | wc -l)" = 3 ] || fail "$name: expected 3 frames, found $(hashes "$name" | wc -l)"
+        [ "$(hashes "$name")" = "$(hashes "$name-release")" ] ||
+            fail "$name: the frames differ from those of the release build"
+    done
+    [ -e "$surface-leap-c/manifest.jsonl" ] || fail "$surface: the release build drew nothing"
+done
