@@ -34,9 +34,57 @@ typedef struct sc_rank_record {
     char host[64];
 } sc_rank_record;
 
-/** A run as written to stats.json and frames.csv. All pointers are borrowed. */
+/* ---- runs before this one ---- */
+
+/** What a job is told apart by: as in the manifest. */
+typedef struct sc_job_hashes {
+    uint64_t job, volume;
+} sc_job_hashes;
+
+/** One run on the job: an element of `runs` in stats.json. */
+typedef struct sc_run_entry {
+    char begin[32]; /**< "2026-11-21T19:44:38Z" */
+    char host[64];  /**< of rank 0 */
+    int ranks, threads, nodes;
+    double wall_s, cpu_s;
+    int frames; /**< that it drew */
+} sc_run_entry;
+
+/** A frame that an earlier run drew. */
+typedef struct sc_past_frame {
+    sc_frame_result result;
+    int run; /**< index into the runs */
+} sc_past_frame;
+
+/** Runs in the order of time as far as it is known, and their frames in rising order, each once.
+ *  Zero-initialise; owns both arrays: sc_history_clear. */
+typedef struct sc_history {
+    sc_run_entry *runs;
+    int run_count;
+    sc_past_frame *frames;
+    int frame_count;
+} sc_history;
+
+/** Add what the stats.json under @p path says of earlier runs on the job @p job. A file that is not
+ *  there adds nothing; one that is damaged or of another job adds nothing and gives a warning. Runs
+ *  that @p history has already are not added again. @return SC_ERR_MEMORY, @p history untouched. */
+SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
+                                      sc_history *history);
+void sc_history_clear(sc_history *history);
+
+/* ---- this run ---- */
+
+/** A run as written to stats.json and frames.csv. All pointers are borrowed.
+ *
+ *  In both files `frames` are those of this run and of @p earlier, each with the index of its run
+ * in `runs`; a frame that was drawn twice stands there once, with what this run measured. Frames of
+ *  runs that were killed are missing: these wrote no file. All other keys of stats.json are of this
+ *  run, the last one: sums over all runs can be had from `runs`. */
 typedef struct sc_run_record {
     const char *version, *host;
+    sc_job_hashes job;
+    int64_t begin_unix_s;
+    const sc_history *earlier; /**< or NULL */
     int ranks, nodes;
     double wall_s;
     const sc_rank_record *rank_records; /**< [ranks] */

@@ -3,6 +3,7 @@
 #include "run.h"
 
 #include <string.h>
+#include <time.h>
 
 /* Events of the trace kept by all ranks together: some 100 MB of JSON. */
 enum { TRACE_EVENTS = 1 << 20 };
@@ -364,6 +365,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
     sc_run run = {.app = app,
                   .keep_records = keep_records,
                   .begin_s = sc_wall_s(),
+                  .begin_unix_s = (int64_t)time(NULL),
                   .stop = sc_signals_install()};
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_farm_times times;

@@ -21,6 +21,7 @@ typedef struct sc_run {
     sc_draw_plan plan;
     int *frames, *groups; /* [plan.frame_count], [plan.group_count] */
     double begin_s, farm_begin_s, farm_cpu_s, deadline_s;
+    int64_t begin_unix_s;
     const volatile sig_atomic_t *stop;
     sc_trace *trace;
     bool keep_records; /* manifest, status and statistics; else the video alone */

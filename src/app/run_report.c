@@ -2,6 +2,7 @@
 /* What a run tells while it goes on, and what it records at its end. */
 #include "run.h"
 
+#include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -184,15 +185,75 @@ out:
     return status;
 }
 
-static sc_status write_run(sc_run *run, const sc_run_record *record)
+/* "stats.SLICE.json" */
+static int is_stats_of_slice(const struct dirent *entry)
+{
+    const size_t length = strlen(entry->d_name), around = strlen("stats.") + strlen(".json");
+
+    return length > around && !strncmp(entry->d_name, "stats.", strlen("stats.")) &&
+           !strcmp(entry->d_name + length - strlen(".json"), ".json");
+}
+
+/* What slices of the job have left; a slice itself knows nothing of the others. */
+static sc_status read_slices(const sc_run *run, sc_history *history)
+{
+    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    struct dirent **entries;
+    const int count = scandir(run->directory, &entries, is_stats_of_slice, alphasort);
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < count; i++) {
+        char *path = NULL;
+
+        if (status == SC_OK)
+            status = sc_path_join(run->app->ctx, run->directory, entries[i]->d_name, &path);
+        if (status == SC_OK)
+            status = sc_history_read(run->app->ctx, path, &job, history);
+        sc_free(path);
+        free(entries[i]);
+    }
+    if (count >= 0)
+        free(entries);
+    return status;
+}
+
+/* What earlier runs have measured of frames that this one could keep or has drawn again. */
+static sc_status read_history(const sc_run *run, const char *path, sc_history *history)
+{
+    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    int kept = 0;
+    sc_status status;
+
+    if (!run->app->options.resume)
+        return SC_OK;
+    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
+    if (!run->slice[0])
+        SC_TRY(read_slices(run, history));
+    for (int i = 0; i < history->frame_count; i++) {
+        const int frame = history->frames[i].result.frame;
+
+        if (frame < run->store_job.frames && sc_store_has(run->store, frame))
+            history->frames[kept++] = history->frames[i];
+    }
+    history->frame_count = kept;
+out:
+    return status;
+}
+
+static sc_status write_run(sc_run *run, sc_run_record *record)
 {
     char *json = NULL, *csv = NULL;
+    sc_history earlier = {0};
     sc_status status;
 
     SC_TRY(record_path(run, "stats", "json", &json));
     SC_TRY(record_path(run, "frames", "csv", &csv));
+    SC_TRY(read_history(run, json, &earlier));
+    record->earlier = &earlier;
     status = sc_run_write(run->app->ctx, record, json, csv);
+    record->earlier = NULL;
 out:
+    sc_history_clear(&earlier);
     sc_free(json);
     sc_free(csv);
     return status;
@@ -207,6 +268,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
                             .host = run->session.times.host,
                             .ranks = sc_comm_size(app->comm),
                             .nodes = sc_comm_node_count(app->comm),
+                            .job = {run->store_job.job_hash, run->store_job.volume_hash},
+                            .begin_unix_s = run->begin_unix_s,
                             .wall_s = sc_wall_s() - run->begin_s,
                             .frames = run->results,
                             .frame_count = run->result_count,

@@ -4,6 +4,7 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 static const char *const phase_names[SC_PHASE_COUNT] = {"read",   "prepare", "share", "render",
                                                         "gather", "encode",  "write", "idle"};
@@ -41,43 +42,126 @@ static json_t *phases_json(const sc_run_record *run)
     return phases;
 }
 
+static void format_hash(uint64_t hash, char text[17])
+{
+    snprintf(text, 17, "%016llx", (unsigned long long)hash);
+}
+
+/* Frames of this run and of earlier ones, in rising order. */
+typedef struct frame_cursor {
+    const sc_run_record *run;
+    int own, past;
+} frame_cursor;
+
+static bool next_frame(frame_cursor *at, sc_past_frame *out)
+{
+    const sc_run_record *run = at->run;
+    const sc_history *earlier = run->earlier;
+    const int past_count = earlier ? earlier->frame_count : 0;
+    const bool has_own = at->own < run->frame_count;
+
+    while (has_own && at->past < past_count &&
+           earlier->frames[at->past].result.frame == run->frames[at->own].frame)
+        at->past++; /* drawn again */
+    if (has_own && (at->past == past_count ||
+                    run->frames[at->own].frame < earlier->frames[at->past].result.frame)) {
+        *out = (sc_past_frame){run->frames[at->own++], earlier ? earlier->run_count : 0};
+        return true;
+    }
+    if (at->past == past_count)
+        return false;
+    *out = earlier->frames[at->past++];
+    return true;
+}
+
 static json_t *frames_json(const sc_run_record *run)
 {
     json_t *frames = json_array();
+    frame_cursor at = {.run = run};
+    sc_past_frame past;
 
-    for (int i = 0; i < run->frame_count; i++) {
-        const sc_frame_result *f = &run->frames[i];
+    while (next_frame(&at, &past)) {
+        const sc_frame_result *f = &past.result;
         char hash[17];
 
-        snprintf(hash, sizeof hash, "%016llx", (unsigned long long)f->hash);
-        json_array_append_new(frames, json_pack("{s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}",
-                                                "frame", f->frame, "rank", f->rank, "render_wall_s",
-                                                f->render_wall_s, "render_cpu_s", f->render_cpu_s,
-                                                "wait_s", f->wait_s, "rays", (json_int_t)f->rays,
-                                                "samples", (json_int_t)f->samples, "contributions",
-                                                (json_int_t)f->contributions, "hash", hash));
+        format_hash(f->hash, hash);
+        json_array_append_new(
+            frames,
+            json_pack("{s:i, s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame", f->frame,
+                      "run", past.run, "rank", f->rank, "render_wall_s", f->render_wall_s,
+                      "render_cpu_s", f->render_cpu_s, "wait_s", f->wait_s, "rays",
+                      (json_int_t)f->rays, "samples", (json_int_t)f->samples, "contributions",
+                      (json_int_t)f->contributions, "hash", hash));
     }
     return frames;
+}
+
+static double total_cpu_s(const sc_run_record *run)
+{
+    double cpu_s = 0;
+
+    for (int i = 0; i < run->ranks; i++)
+        cpu_s += run->rank_records[i].cpu_s;
+    return cpu_s;
+}
+
+static sc_run_entry entry_of(const sc_run_record *run)
+{
+    const time_t begin = (time_t)run->begin_unix_s;
+    sc_run_entry entry = {.ranks = run->ranks,
+                          .threads = run->rank_records[0].threads,
+                          .nodes = run->nodes,
+                          .wall_s = run->wall_s,
+                          .cpu_s = total_cpu_s(run),
+                          .frames = run->frame_count};
+    struct tm utc;
+
+    snprintf(entry.host, sizeof entry.host, "%s", run->host);
+    if (gmtime_r(&begin, &utc))
+        strftime(entry.begin, sizeof entry.begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return entry;
+}
+
+static json_t *entry_json(const sc_run_entry *run)
+{
+    return json_pack("{s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:i}", "begin", run->begin, "host",
+                     run->host, "ranks", run->ranks, "threads", run->threads, "nodes", run->nodes,
+                     "wall_s", run->wall_s, "cpu_s", run->cpu_s, "frames", run->frames);
+}
+
+static json_t *runs_json(const sc_run_record *run)
+{
+    const sc_run_entry this_run = entry_of(run);
+    json_t *runs = json_array();
+
+    for (int i = 0; run->earlier && i < run->earlier->run_count; i++)
+        json_array_append_new(runs, entry_json(&run->earlier->runs[i]));
+    json_array_append_new(runs, entry_json(&this_run));
+    return runs;
 }
 
 static json_t *run_json(const sc_run_record *run)
 {
     json_t *peaks = json_array();
-    double cpu_s = 0, render_cpu_s = 0, rays = 0;
+    char job_hash[17], volume_hash[17];
+    double render_cpu_s = 0, rays = 0;
 
+    format_hash(run->job.job, job_hash);
+    format_hash(run->job.volume, volume_hash);
     for (int i = 0; i < run->ranks; i++) {
-        cpu_s += run->rank_records[i].cpu_s;
         render_cpu_s += run->rank_records[i].phases[SC_PHASE_RENDER].cpu_s;
         json_array_append_new(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     }
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
     return json_pack(
-        "{s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:{s:I, s:I, s:o}, s:{s:f, s:f}, s:f}",
-        "schema", "segcast-stats-1", "version", run->version, "host", run->host, "ranks",
-        run->ranks, "threads", run->rank_records[0].threads, "nodes", run->nodes, "wall_s",
-        run->wall_s, "cpu_s", cpu_s, "phases", phases_json(run), "frames", frames_json(run),
-        "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
+        "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:o}, "
+        "s:{s:f, s:f}, s:f}",
+        "schema", "segcast-stats-1", "version", run->version, "job_hash", job_hash, "volume_hash",
+        volume_hash, "host", run->host, "ranks", run->ranks, "threads",
+        run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
+        total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run), "frames",
+        frames_json(run), "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
         (json_int_t)run->prepared_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
         run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run));
@@ -97,19 +181,22 @@ static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const c
 
 static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const char *path)
 {
+    frame_cursor at = {.run = run};
+    sc_past_frame past;
     sc_text text = {0};
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, &text,
                        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
-                       "contributions,hash\n"));
-    for (int i = 0; i < run->frame_count; i++) {
-        const sc_frame_result *f = &run->frames[i];
+                       "contributions,hash,run\n"));
+    while (next_frame(&at, &past)) {
+        const sc_frame_result *f = &past.result;
 
-        SC_TRY(sc_text_add(ctx, &text, "%d,%d,%.6f,%.6f,%.6f,%llu,%llu,%llu,%016llx\n", f->frame,
+        SC_TRY(sc_text_add(ctx, &text, "%d,%d,%.6f,%.6f,%.6f,%llu,%llu,%llu,%016llx,%d\n", f->frame,
                            f->rank, f->render_wall_s, f->render_cpu_s, f->wait_s,
                            (unsigned long long)f->rays, (unsigned long long)f->samples,
-                           (unsigned long long)f->contributions, (unsigned long long)f->hash));
+                           (unsigned long long)f->contributions, (unsigned long long)f->hash,
+                           past.run));
     }
     status = sc_file_write(ctx, path, text.data, text.length_bytes);
 out:

@@ -56,6 +56,35 @@ for signal in USR1 TERM KILL; do
     same_as_ref "after $signal"
 done
 
+# The statistics of a job that was gone on with are of all its runs that ended in order.
+stopped_run() { # one that stopped in order when some frames were there
+    for _ in $(seq 20); do
+        begun out TERM
+        jq -e '.state == "incomplete" and .done > 0' out/status.json >/dev/null 2>&1 && return
+    done
+    fail "no run stopped in the middle"
+}
+stopped_run
+first=$(jq '.runs[0].frames' out/stats.json)
+kept=$(jq -c '[.frames[] | {frame, hash, render_cpu_s, rays}]' out/stats.json)
+"$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+same_as_ref "after a stop"
+jq -e --argjson first "$first" --argjson kept "$kept" '(.runs | length) == 2 and .runs[0].frames == $first and
+    (.runs[1] | .frames == 18 - $first and .ranks == 1 and .wall_s > 0 and .cpu_s > 0 and (.begin | endswith("Z"))) and
+    [.frames[].frame] == [range(18)] and ([.frames[] | select(.run == 0)] | length) == $first and
+    [.frames[] | select(.run == 0) | {frame, hash, render_cpu_s, rays}] == $kept' out/stats.json >/dev/null ||
+    fail "statistics of two runs: $(cat out/stats.json)"
+[ "$(wc -l <out/frames.csv)" = 19 ] || fail "frames.csv of two runs"
+for how in cut another_job; do
+    stopped_run
+    [ $how = cut ] && truncate -s 300 out/stats.json || sed -i 's/"job_hash": "./"job_hash": "x/' out/stats.json
+    first=$(jq .done out/status.json)
+    expect 0 'out/stats.json: .*earlier runs is left out' "$SEGCAST" render job.yaml -o out --resume
+    same_as_ref "after stats.json was $how"
+    jq -e --argjson first "$first" '(.runs | length) == 1 and (.frames | length) == 18 - $first' out/stats.json >/dev/null ||
+        fail "statistics after stats.json was $how"
+done
+
 # What is torn is noticed and made again: each kind of file, cut, changed, or gone.
 tear() { # tear HOW FILE...
     local how=$1 file

@@ -39,6 +39,13 @@ rm -rf out
 "$SEGCAST" render job.yaml -o out --slice 0/2 -q >/dev/null
 expect 73 'holds a run already' "$SEGCAST" render job.yaml -o out --slice 0/2; one_error
 "$SEGCAST" render job.yaml -o out --slice 0/2 --resume -q >/dev/null
+jq -e '(.runs | length) == 2 and .runs[1].frames == 0 and .runs[0].frames > 0 and
+    (.frames | length) == .runs[0].frames' out/stats.0of2.json >/dev/null || fail "statistics of a slice"
+# Whoever draws the rest without --slice finds what the slice has measured.
+cp -r out whole
+"$SEGCAST" render job.yaml -o whole --resume -q >/dev/null
+jq -e '(.runs | length) == 3 and [.frames[].frame] == [range(18)] and ([.runs[].frames] | add) == 18 and
+    ([.frames[].run] | unique) == [0, 2]' whole/stats.json >/dev/null || fail "statistics of all slices"
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --slice 1/2 --set render.samples=1; one_error
 expect 64 'expected I/N' "$SEGCAST" render job.yaml -o out --slice 2/2; one_error
 expect 64 'exclude each other' "$SEGCAST" render job.yaml -o out --slice 0/2 --frames 3; one_error

@@ -4,6 +4,9 @@
 
 #include "segcast/study.h"
 
+#include <stdio.h>
+#include <unistd.h>
+
 enum { RANKS = 4 };
 
 /* Four ranks that drew for the same time and hardly waited. */
@@ -69,11 +72,129 @@ static void a_trace_keeps_what_it_has_room_for(void **state)
     sc_trace_free(trace);
 }
 
+/* ---- several runs on one job ---- */
+
+static const sc_job_hashes job = {0x1234, 0xfedcba9876543210};
+
+/* Frames [first, first + count), of which each measured what tells its run. */
+static void write_run(int64_t begin_unix_s, int first, int count, const sc_history *earlier)
+{
+    sc_rank_record rank = {.threads = 3, .cpu_s = 5};
+    sc_frame_result frames[20];
+    const sc_run_record run = {.version = "1",
+                               .host = "n1",
+                               .job = job,
+                               .begin_unix_s = begin_unix_s,
+                               .earlier = earlier,
+                               .ranks = 1,
+                               .nodes = 1,
+                               .wall_s = 2.5,
+                               .rank_records = &rank,
+                               .frames = frames,
+                               .frame_count = count};
+
+    for (int i = 0; i < count; i++)
+        frames[i] = (sc_frame_result){.frame = first + i,
+                                      .render_cpu_s = 0.1 * (double)begin_unix_s,
+                                      .rays = 1000,
+                                      .hash = 0xabcdef0000000000u + (uint64_t)(first + i)};
+    assert_ok(sc_run_write(&quiet, &run, "stats.json", "frames.csv"));
+}
+
+static int count_lines(const char *path)
+{
+    FILE *file = fopen(path, "r");
+    int lines = 0, c;
+
+    while ((c = fgetc(file)) != EOF)
+        lines += c == '\n';
+    fclose(file);
+    return lines;
+}
+
+static void earlier_runs_keep_what_they_measured(void **state)
+{
+    sc_history first = {0}, both = {0};
+    sc_ctx ctx;
+    heard h;
+
+    (void)state;
+    ctx = listening(&h);
+    unlink("stats.json");
+    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_int_equal(first.run_count, 0);
+    write_run(10, 0, 5, &first);
+    assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
+    assert_int_equal(first.run_count, 1);
+    assert_int_equal(first.frame_count, 5);
+    write_run(20, 4, 6, &first); /* frame 4 again */
+    assert_ok(sc_history_read(&ctx, "stats.json", &job, &both));
+    assert_int_equal(both.run_count, 2);
+    assert_string_equal(both.runs[0].begin, "1970-01-01T00:00:10Z");
+    assert_string_equal(both.runs[1].begin, "1970-01-01T00:00:20Z");
+    assert_string_equal(both.runs[1].host, "n1");
+    assert_int_equal(both.runs[1].frames, 6);
+    assert_int_equal(both.runs[1].threads, 3);
+    assert_near(both.runs[1].cpu_s, 5, 1e-9);
+    assert_int_equal(both.frame_count, 10);
+    for (int i = 0; i < 10; i++) {
+        assert_int_equal(both.frames[i].result.frame, i);
+        assert_int_equal(both.frames[i].run, i >= 4);
+        assert_near(both.frames[i].result.render_cpu_s, i < 4 ? 1 : 2, 1e-9);
+        assert_int_equal(both.frames[i].result.hash, 0xabcdef0000000000u + (uint64_t)i);
+    }
+    assert_int_equal(count_lines("frames.csv"), 11);
+    assert_ok(sc_history_read(&ctx, "stats.json", &job, &both)); /* the same runs once more */
+    assert_int_equal(both.run_count, 2);
+    assert_int_equal(both.frame_count, 10);
+    assert_string_equal(h.text, "");
+    sc_history_clear(&first);
+    sc_history_clear(&both);
+}
+
+/* Each gives a warning, and nothing else. */
+static void damaged_statistics_are_left_out(void **state)
+{
+    const sc_job_hashes other = {0x1235, 0xfedcba9876543210};
+    char *text;
+    size_t bytes;
+
+    (void)state;
+    write_run(10, 0, 5, NULL);
+    assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
+    for (int way = 0; way < 5; way++) {
+        char *run = strstr(text, "\"run\": 0"), *hash = strstr(text, "\"hash\": \"a");
+        sc_history history = {0};
+        heard h;
+        const sc_ctx ctx = listening(&h);
+
+        assert_non_null(run);
+        assert_non_null(hash);
+        run[7] = way == 1 ? '7' : '0'; /* no such run */
+        hash[9] = way == 2 ? 'x' : 'a';
+        assert_ok(sc_file_write(&quiet, "stats.json", way == 4 ? "{}" : text,
+                                way == 0   ? bytes / 2
+                                : way == 4 ? 2
+                                           : bytes));
+        assert_ok(sc_history_read(&ctx, "stats.json", way == 3 ? &other : &job, &history));
+        assert_int_equal(history.run_count, 0);
+        assert_int_equal(history.frame_count, 0);
+        assert_int_equal(h.errors, 0);
+        assert_non_null(strstr(h.text, "stats.json: "));
+        sc_history_clear(&history);
+    }
+    sc_free(text);
+    unlink("stats.json");
+    unlink("frames.csv");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_limit_is_where_the_time_went),
         cmocka_unit_test(a_trace_keeps_what_it_has_room_for),
+        cmocka_unit_test(earlier_runs_keep_what_they_measured),
+        cmocka_unit_test(damaged_statistics_are_left_out),
     };
 
     return RUN(tests);
