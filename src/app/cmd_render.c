@@ -155,7 +155,7 @@ static sc_status make_plan(sc_run *run)
 
     plan->group_frames = sc_video_gop_frames(&settings);
     if (run->store)
-        SC_TRY(sc_store_whole_groups(ctx, run->store, &groups, &whole));
+        SC_TRY(sc_store_whole_gops(ctx, run->store, &groups, &whole));
     plan->group_count = share_of_groups(run, whole);
     SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
     for (int i = 0; i < run->wanted_count; i++) {

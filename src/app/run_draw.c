@@ -208,7 +208,7 @@ sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image 
     sc_run *run = user;
     const sc_done_frame done = done_of(result);
     const double begin_s = sc_wall_s();
-    sc_status status = run->store ? sc_store_take(run->app->ctx, run->store, &done, image)
+    sc_status status = run->store ? sc_store_add_frame(run->app->ctx, run->store, &done, image)
                                   : sc_video_writer_push(run->app->ctx, run->writer, image);
 
     if (status == SC_OK)
@@ -244,7 +244,7 @@ sc_status sc_run_take_group(void *user, const sc_frame_result *results, int coun
             goto out;
         }
     }
-    SC_TRY(sc_store_take_group(ctx, run->store, done, count, &segment, png ? pngs : NULL));
+    SC_TRY(sc_store_add_gop(ctx, run->store, done, count, &segment, png ? pngs : NULL));
     for (int i = 0; i < count; i++)
         note_taken(run, &results[i], begin_s);
 out:

@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes and reads the lines of a manifest, each a JSON object. */
 #include "internal.h"
 
 #include <errno.h>
-#include <inttypes.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #define SCHEMA "segcast-manifest-2"
-enum { MANIFEST_MAX_BYTES = 1 << 30 };
+enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* a line has about 100 bytes */
 
-struct sc_manifest {
+struct sc_manifest_writer {
     FILE *stream;
     char *path;
 };
 
-/* Hashes as 16 hexadecimal digits: JSON numbers are too short for them. */
-static json_t *hex(uint64_t value)
+/* A hash as 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
+static json_t *hash_to_json(uint64_t value)
 {
     char text[17];
 
@@ -39,36 +39,36 @@ static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, jso
     return status;
 }
 
-static json_t *head_line(const sc_store_job *job)
+static json_t *head_to_json(const sc_store_job *job)
 {
     return json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i]}", "schema", SCHEMA, "version",
-                     job->version, "job_hash", hex(job->job_hash), "volume_hash",
-                     hex(job->volume_hash), "frames", job->frames, "size", job->settings.width_px,
-                     job->settings.height_px);
+                     job->version, "job_hash", hash_to_json(job->job_hash), "volume_hash",
+                     hash_to_json(job->volume_hash), "frames", job->frames, "size",
+                     job->settings.width_px, job->settings.height_px);
 }
 
-static json_t *frame_line(const sc_done_frame *done)
+static json_t *frame_to_json(const sc_done_frame *done)
 {
-    return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash", hex(done->hash), "rank",
-                     done->rank, "render_cpu_s", done->render_cpu_s);
+    return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash", hash_to_json(done->hash),
+                     "rank", done->rank, "render_cpu_s", done->render_cpu_s);
 }
 
 static sc_status write_lines(const sc_ctx *ctx, FILE *stream, const char *path,
-                             const sc_store_job *job, const sc_line *lines, const bool *keep)
+                             const sc_store_job *job, const sc_frame_line *lines, const bool *keep)
 {
-    sc_status status = add_line(ctx, stream, path, head_line(job));
+    sc_status status = add_line(ctx, stream, path, head_to_json(job));
 
     for (int k = 0; k < job->frames && status == SC_OK; k++) {
         if (lines && keep[k])
-            status = add_line(ctx, stream, path, frame_line(&lines[k].done));
+            status = add_line(ctx, stream, path, frame_to_json(&lines[k].done));
     }
     return status;
 }
 
-sc_status sc_manifest_begin(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                            const sc_line *lines, const bool *keep, sc_manifest **out)
+sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
+                             const sc_frame_line *lines, const bool *keep, sc_manifest_writer **out)
 {
-    sc_manifest *manifest = NULL;
+    sc_manifest_writer *manifest = NULL;
     sc_outfile file = {0};
     sc_text copy = {0};
     void *block = NULL;
@@ -94,13 +94,14 @@ out:
     return status;
 }
 
-sc_status sc_manifest_add(const sc_ctx *ctx, sc_manifest *manifest, const sc_done_frame *done)
+sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                                const sc_done_frame *done)
 {
-    return add_line(ctx, manifest->stream, manifest->path, frame_line(done));
+    return add_line(ctx, manifest->stream, manifest->path, frame_to_json(done));
 }
 
-sc_status sc_manifest_end(const sc_ctx *ctx, sc_manifest *manifest, const sc_store_job *job,
-                          const sc_end *end)
+sc_status sc_manifest_add_end(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                              const sc_store_job *job, const sc_manifest_end *end)
 {
     const bool video = strcmp(job->video, "none") != 0;
     json_t *line = json_pack("{s:b, s:i}", "complete", 1, "frames", job->frames);
@@ -108,12 +109,12 @@ sc_status sc_manifest_end(const sc_ctx *ctx, sc_manifest *manifest, const sc_sto
     if (line && video) {
         json_object_set_new(line, "video", json_string(job->video));
         json_object_set_new(line, "video_bytes", json_integer((json_int_t)end->video_bytes));
-        json_object_set_new(line, "video_hash", hex(end->video_hash));
+        json_object_set_new(line, "video_hash", hash_to_json(end->video_hash));
     }
     return add_line(ctx, manifest->stream, manifest->path, line);
 }
 
-sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest *manifest)
+sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest)
 {
     if (!manifest)
         return SC_OK;
@@ -123,7 +124,7 @@ sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest *manifest)
     return SC_OK;
 }
 
-void sc_manifest_close(sc_manifest *manifest)
+void sc_manifest_close(sc_manifest_writer *manifest)
 {
     if (!manifest)
         return;
@@ -135,63 +136,62 @@ void sc_manifest_close(sc_manifest *manifest)
 
 /* ---- reading ---- */
 
-static uint64_t hash_in(const json_t *line, const char *key)
+static uint64_t get_hash(const json_t *line, const char *key)
 {
     const char *text = json_string_value(json_object_get(line, key));
 
     return text ? strtoull(text, NULL, 16) : 0;
 }
 
-static int int_in(const json_t *line, const char *key)
+static int get_int(const json_t *line, const char *key)
 {
     return (int)json_integer_value(json_object_get(line, key));
 }
 
-static void take_head(const json_t *line, sc_head *head)
+static void read_head(const json_t *line, sc_manifest_head *head)
 {
     const char *version = json_string_value(json_object_get(line, "version"));
     const json_t *size = json_object_get(line, "size");
 
-    *head = (sc_head){.known = true,
-                      .job_hash = hash_in(line, "job_hash"),
-                      .volume_hash = hash_in(line, "volume_hash"),
-                      .frames = int_in(line, "frames")};
+    *head = (sc_manifest_head){.known = true,
+                               .job_hash = get_hash(line, "job_hash"),
+                               .volume_hash = get_hash(line, "volume_hash"),
+                               .frames = get_int(line, "frames")};
     snprintf(head->version, sizeof head->version, "%s", version ? version : "");
     for (size_t i = 0; i < 2; i++)
         head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
 }
 
-/* @return false if the line is none of a manifest. */
-static bool take_line(const json_t *line, sc_journal *journal)
+/* @return false if the line is not that of a manifest. */
+static bool read_line(const json_t *line, sc_manifest_data *data)
 {
     sc_done_frame done;
 
     if (json_object_get(line, "schema")) {
-        take_head(line, &journal->head);
+        read_head(line, &data->head);
         return true;
     }
-    if (json_is_true(json_object_get(line, "complete")) ||
-        int_in(line, "complete")) { /* true, in files of ours */
-        journal->end =
-            (sc_end){true, (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
-                     hash_in(line, "video_hash")};
+    if (json_is_true(json_object_get(line, "complete"))) {
+        data->end = (sc_manifest_end){
+            true, (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
+            get_hash(line, "video_hash")};
         return true;
     }
     if (!json_is_integer(json_object_get(line, "frame")))
         return false;
-    done = (sc_done_frame){.frame = int_in(line, "frame"),
-                           .rank = int_in(line, "rank"),
+    done = (sc_done_frame){.frame = get_int(line, "frame"),
+                           .rank = get_int(line, "rank"),
                            .render_cpu_s = json_real_value(json_object_get(line, "render_cpu_s")),
-                           .hash = hash_in(line, "hash")};
-    if (done.frame < 0 || (journal->lines && done.frame >= journal->frames))
+                           .hash = get_hash(line, "hash")};
+    if (done.frame < 0 || (data->lines && done.frame >= data->frames))
         return false;
-    if (journal->lines)
-        journal->lines[done.frame] = (sc_line){true, done};
-    journal->count++;
+    if (data->lines)
+        data->lines[done.frame] = (sc_frame_line){true, done};
+    data->count++;
     return true;
 }
 
-sc_status sc_journal_read(const sc_ctx *ctx, const char *path, sc_journal *journal)
+sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
     char *text = NULL;
     size_t bytes;
@@ -199,15 +199,15 @@ sc_status sc_journal_read(const sc_ctx *ctx, const char *path, sc_journal *journ
 
     if (status != SC_OK)
         return status;
-    journal->head = (sc_head){0};
+    data->head = (sc_manifest_head){0};
     for (char *at = text, *end; (end = strchr(at, '\n')); at = end + 1) {
         json_t *line = json_loadb(at, (size_t)(end - at), 0, NULL);
         const bool ok = line && (at == text) == (json_object_get(line, "schema") != NULL) &&
-                        take_line(line, journal);
+                        read_line(line, data);
 
         json_decref(line);
         if (!ok)
-            break; /* what follows a torn line is not believed */
+            break; /* whatever follows a damaged line is ignored, too */
     }
     sc_free(text);
     return SC_OK;

@@ -20,7 +20,7 @@ expect 0 'nothing to do' "$SEGCAST" render job.yaml -o out --resume
 [ "$before" = "$(stat -c '%n %i %Y' out/* out/frames/*)" ] || fail "a finished job was written to"
 
 # Without it, a directory that holds a run is refused, before anything is read; --overwrite begins anew.
-expect 73 'holds a run already; --resume' "$SEGCAST" render job.yaml -o out --set volume=none.nrrd; one_error
+expect 73 'already holds a run; use --resume' "$SEGCAST" render job.yaml -o out --set volume=none.nrrd; one_error
 echo mine >out/frames/notes.txt
 "$SEGCAST" render job.yaml -o out --overwrite --set animation.frames=5 -q >/dev/null
 [ "$(ls out/frames | tr '\n' ' ')" = "000000.png 000001.png 000002.png 000003.png 000004.png notes.txt " ] ||
@@ -30,8 +30,8 @@ expect 64 'cannot be used with --resume' "$SEGCAST" render job.yaml --resume --o
 # Another job, volume, size, length: refused, each with its reason; nothing is touched.
 rm -rf out
 "$SEGCAST" render job.yaml -o out -q --time-limit 0.001 >/dev/null && fail "was in time" || [ $? = 75 ]
-expect 73 'another length' "$SEGCAST" render job.yaml -o out --resume --set animation.frames=9; one_error
-expect 73 'another size' "$SEGCAST" render job.yaml -o out --resume --set output.size=[96,96]; one_error
+expect 73 'an animation of 18 frames instead of 9' "$SEGCAST" render job.yaml -o out --resume --set animation.frames=9; one_error
+expect 73 'frames of .* pixels instead of' "$SEGCAST" render job.yaml -o out --resume --set output.size=[96,96]; one_error
 expect 73 'another volume' "$SEGCAST" render job.yaml -o out --resume --set volume=phantom:61x41x59; one_error
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set render.samples=2; one_error
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set output.crf=30; one_error
@@ -130,7 +130,7 @@ for _ in $(seq 20); do
 done
 rm out/manifest.jsonl
 "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt
-grep -q 'of another job; its frames are drawn again' stderr.txt || fail "segments of another job"
+grep -q 'belongs to another job; its frames are drawn again' stderr.txt || fail "segments of another job"
 same_as_ref "segments of another job"
 
 # Of a finished job, too; and verify finds it first.
@@ -146,7 +146,7 @@ for what in film.mp4 frames/000011.png; do
 done
 rm -rf out
 expect 75 '' "$SEGCAST" render job.yaml -o out --time-limit 0.001
-expect 75 'has no end' "$SEGCAST" verify out; one_error
+expect 75 'has no end line' "$SEGCAST" verify out; one_error
 expect 66 'holds no run' "$SEGCAST" verify job.yaml; one_error
 sed -i '/"frame":3,/d' ref/manifest.jsonl
-expect 65 'frame 3 is not named' "$SEGCAST" verify ref; one_error
+expect 65 'no line for frame 3' "$SEGCAST" verify ref; one_error

@@ -37,7 +37,7 @@ done
 # A slice again needs --resume; a slice of another job is refused; join makes up for a lost end.
 rm -rf out
 "$SEGCAST" render job.yaml -o out --slice 0/2 -q >/dev/null
-expect 73 'holds a run already' "$SEGCAST" render job.yaml -o out --slice 0/2; one_error
+expect 73 'already holds a run' "$SEGCAST" render job.yaml -o out --slice 0/2; one_error
 "$SEGCAST" render job.yaml -o out --slice 0/2 --resume -q >/dev/null
 jq -e '(.runs | length) == 2 and .runs[1].frames == 0 and .runs[0].frames > 0 and
     (.frames | length) == .runs[0].frames' out/stats.0of2.json >/dev/null || fail "statistics of a slice"

@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Files of partial GOPs. They hold converted pictures, ready for the encoder, so that after an
+ * accident these frames need not be drawn again, and so that a GOP whose frames belong to two
+ * slices can be put together from both. A file is a sequence of heads, each followed by its
+ * picture. The hash in a head covers the rest of the head and the picture. */
+#include "internal.h"
+
+#include <errno.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MAGIC "segpart\x01"
+
+typedef struct picture_head {
+    char magic[8];
+    uint64_t hash; /* of what follows in the head, and of the picture */
+    uint64_t identity, bytes, pixel_hash;
+    int64_t frame;
+} picture_head;
+
+static uint64_t hash_of(const picture_head *head, const void *picture)
+{
+    const size_t from = offsetof(picture_head, identity);
+    const uint64_t seed = sc_hash_bytes((const char *)head + from, sizeof *head - from, 0);
+
+    return sc_hash_bytes(picture, head->bytes, seed);
+}
+
+sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t identity,
+                          size_t picture_bytes, int frames, sc_partial_gops *out)
+{
+    void *locations;
+    sc_status status = sc_alloc(ctx, (size_t)frames, sizeof *out->locations, &locations);
+
+    if (status != SC_OK)
+        return status;
+    *out = (sc_partial_gops){.identity = identity,
+                             .picture_bytes = picture_bytes,
+                             .frames = frames,
+                             .locations = locations,
+                             .stream_gop = -1};
+    snprintf(out->directory, sizeof out->directory, "%s", directory);
+    for (int k = 0; k < frames; k++)
+        out->locations[k].file = -1;
+    return SC_OK;
+}
+
+/* Append a path to the list of files. */
+static sc_status add_file(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int *index)
+{
+    sc_text copy = {0};
+    sc_status status;
+
+    if (partial->file_count == partial->file_capacity) {
+        const int capacity = partial->file_capacity ? 2 * partial->file_capacity : 16;
+        void *grown;
+
+        SC_TRY(sc_alloc(ctx, (size_t)capacity, sizeof *partial->files, &grown));
+        if (partial->file_count)
+            memcpy(grown, partial->files, (size_t)partial->file_count * sizeof *partial->files);
+        sc_free(partial->files);
+        partial->files = grown;
+        partial->file_capacity = capacity;
+    }
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    *index = partial->file_count;
+    partial->files[partial->file_count++] = copy.data;
+out:
+    return status;
+}
+
+/* Read the next head and its picture. @return false at the end, and if they are damaged or of
+ * another job. */
+static bool read_picture(const sc_partial_gops *partial, FILE *stream, picture_head *head,
+                         void *picture)
+{
+    return fread(head, sizeof *head, 1, stream) == 1 &&
+           !memcmp(head->magic, MAGIC, sizeof head->magic) && head->identity == partial->identity &&
+           head->bytes == partial->picture_bytes && head->frame >= 0 &&
+           head->frame < partial->frames && fread(picture, head->bytes, 1, stream) == 1 &&
+           hash_of(head, picture) == head->hash;
+}
+
+sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path)
+{
+    FILE *stream = fopen(path, "rb");
+    void *picture = NULL;
+    picture_head head;
+    long at = 0;
+    int index;
+    sc_status status = SC_OK;
+
+    if (!stream)
+        return SC_OK; /* removed by a process that has written the segment meanwhile */
+    SC_TRY(sc_alloc(ctx, partial->picture_bytes, 1, &picture));
+    SC_TRY(add_file(ctx, partial, path, &index));
+    while (read_picture(partial, stream, &head, picture)) {
+        partial->locations[head.frame] =
+            (sc_picture_location){index, (uint64_t)at, head.pixel_hash};
+        at = ftell(stream);
+    }
+out:
+    fclose(stream);
+    sc_free(picture);
+    return status;
+}
+
+static sc_status open_stream(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
+{
+    char path[2 * SC_NAME_BYTES], host[64] = "host";
+    sc_status status = sc_partial_sync(ctx, partial);
+
+    if (status != SC_OK)
+        return status;
+    gethostname(host, sizeof host - 1);
+    snprintf(path, sizeof path, "%s/%06d.%s.%ld.part", partial->directory, gop, host,
+             (long)getpid());
+    partial->stream = fopen(path, "ab");
+    if (!partial->stream)
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, strerror(errno));
+    fseek(partial->stream, 0, SEEK_END);
+    partial->stream_gop = gop;
+    return add_file(ctx, partial, path, &partial->stream_file);
+}
+
+sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, int frame,
+                         const void *picture, uint64_t hash)
+{
+    picture_head head = {.magic = MAGIC,
+                         .identity = partial->identity,
+                         .bytes = partial->picture_bytes,
+                         .pixel_hash = hash,
+                         .frame = frame};
+    long at;
+    sc_status status;
+
+    if (partial->stream_gop != gop || !partial->stream)
+        SC_TRY(open_stream(ctx, partial, gop));
+    head.hash = hash_of(&head, picture);
+    at = ftell(partial->stream);
+    if (fwrite(&head, sizeof head, 1, partial->stream) != 1 ||
+        fwrite(picture, head.bytes, 1, partial->stream) != 1 || fflush(partial->stream)) {
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
+                         partial->files[partial->stream_file], strerror(errno));
+        goto out;
+    }
+    partial->locations[frame] = (sc_picture_location){partial->stream_file, (uint64_t)at, hash};
+    status = SC_OK;
+out:
+    return status;
+}
+
+sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int frame,
+                          void *picture)
+{
+    const sc_picture_location *location = &partial->locations[frame];
+    FILE *stream = fopen(partial->files[location->file], "rb");
+    picture_head head;
+    bool ok;
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: cannot be opened: %s", partial->files[location->file],
+                       strerror(errno));
+    ok = !fseek(stream, (long)location->offset, SEEK_SET) &&
+         read_picture(partial, stream, &head, picture) && head.frame == frame;
+    fclose(stream);
+    return ok ? SC_OK
+              : sc_fail(ctx, SC_ERR_DATA, "%s: the picture of frame %d is damaged",
+                        partial->files[location->file], frame);
+}
+
+sc_status sc_partial_sync(const sc_ctx *ctx, sc_partial_gops *partial)
+{
+    sc_status status = SC_OK;
+
+    if (!partial->stream)
+        return SC_OK;
+    if (fflush(partial->stream) || (fsync(fileno(partial->stream)) && errno != EINVAL))
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
+                         partial->files[partial->stream_file], strerror(errno));
+    fclose(partial->stream);
+    partial->stream = NULL;
+    return status;
+}
+
+void sc_partial_remove(sc_partial_gops *partial, int gop, int first, int count)
+{
+    char prefix[32];
+
+    snprintf(prefix, sizeof prefix, "/%06d.", gop);
+    if (partial->stream && partial->stream_gop == gop) {
+        fclose(partial->stream); /* without fsync, since it is removed below */
+        partial->stream = NULL;
+    }
+    for (int i = 0; i < partial->file_count; i++) {
+        const char *name = strrchr(partial->files[i], '/');
+
+        if (name && !strncmp(name, prefix, strlen(prefix)))
+            unlink(partial->files[i]);
+    }
+    for (int k = first; k < first + count; k++)
+        partial->locations[k].file = -1;
+}
+
+void sc_partial_forget(sc_partial_gops *partial)
+{
+    for (int i = 0; i < partial->file_count; i++)
+        sc_free(partial->files[i]);
+    partial->file_count = 0;
+    for (int k = 0; k < partial->frames; k++)
+        partial->locations[k].file = -1;
+}
+
+void sc_partial_close(sc_partial_gops *partial)
+{
+    if (partial->stream)
+        fclose(partial->stream);
+    for (int i = 0; i < partial->file_count; i++)
+        sc_free(partial->files[i]);
+    sc_free(partial->files);
+    sc_free(partial->locations);
+    *partial = (sc_partial_gops){0};
+}

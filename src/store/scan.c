@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reads everything in the directory of a job, and keeps what can be verified. */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- manifests ---- */
+
+enum { REASON_BYTES = 160 };
+
+/* Compare a manifest with the job. @return false, with the reason in words, if it is of another. */
+static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
+                       char reason[REASON_BYTES])
+{
+    const sc_video_settings *s = &job->settings;
+
+    if (head->volume_hash != job->volume_hash)
+        snprintf(reason, REASON_BYTES, "from another volume, or with other labels hidden");
+    else if (head->frames != job->frames)
+        snprintf(reason, REASON_BYTES, "for an animation of %d frames instead of %d", head->frames,
+                 job->frames);
+    else if (head->size_px[0] != s->width_px || head->size_px[1] != s->height_px)
+        snprintf(reason, REASON_BYTES, "with frames of %d x %d pixels instead of %d x %d",
+                 head->size_px[0], head->size_px[1], s->width_px, s->height_px);
+    else if (head->job_hash != job->job_hash)
+        snprintf(reason, REASON_BYTES, "by another job: its pictures or its encoding differ");
+    else if (strcmp(head->version, job->version) != 0)
+        snprintf(reason, REASON_BYTES, "by another version of segcast: %s instead of %s",
+                 head->version, job->version);
+    else
+        return true;
+    return false;
+}
+
+static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
+{
+    sc_store *store = user;
+    char path[2 * SC_NAME_BYTES], reason[REASON_BYTES];
+    sc_status status;
+
+    if (!sc_is_manifest_name(name))
+        return SC_OK;
+    sc_store_path(store, path, "%s", name);
+    status = sc_manifest_read(ctx, path, &store->data);
+    if (status != SC_OK || !store->data.head.known ||
+        belongs_to(&store->data.head, &store->job, reason))
+        return status;
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: was written %s; choose another directory with -o, or use --overwrite", path,
+                   reason);
+}
+
+/* ---- segments and partial GOPs ---- */
+
+static uint64_t segment_frame_hash(const sc_segment_info *info, int i)
+{
+    uint64_t hash;
+
+    memcpy(&hash, (const char *)info->hashes + (size_t)i * sizeof hash, sizeof hash);
+    return hash;
+}
+
+/* Do the frames of the segment have the hashes that the manifest names? */
+static bool has_known_hashes(const sc_store *store, const sc_segment_info *info)
+{
+    for (int i = 0; i < info->frame_count; i++) {
+        const sc_frame_line *line = &store->data.lines[info->first_frame + i];
+
+        if (line->known && line->done.hash != segment_frame_hash(info, i))
+            return false;
+    }
+    return true;
+}
+
+/* A segment may have reached the disk before the lines of its frames did: add those. */
+static void add_lines(sc_store *store, const sc_segment_info *info)
+{
+    for (int i = 0; i < info->frame_count; i++) {
+        const int k = info->first_frame + i;
+        sc_frame_line *line = &store->data.lines[k];
+
+        if (!line->known)
+            *line = (sc_frame_line){true, {.frame = k, .hash = segment_frame_hash(info, i)}};
+    }
+}
+
+static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, int gop)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_segment segment = {0};
+    sc_segment_info info;
+    const void *data;
+    const bool mapped = sc_file_map(&silent, path, &data, &segment.bytes) == SC_OK;
+    bool ok = false;
+
+    if (!mapped && access(path, F_OK) != 0)
+        return; /* removed meanwhile by a process that completed the job */
+    if (mapped) {
+        segment.data = (void *)(uintptr_t)data;
+        ok = sc_segment_inspect(&segment, &info) && info.identity == store->identity &&
+             info.first_frame == gop * store->gop_frames &&
+             info.frame_count == sc_store_gop_frames(store, gop) && has_known_hashes(store, &info);
+    }
+    if (ok)
+        add_lines(store, &info);
+    else
+        sc_warn(ctx, "%s: is damaged or belongs to another job; its frames are drawn again", path);
+    store->has_segment[gop] = ok;
+    if (mapped)
+        sc_file_unmap(data, segment.bytes);
+}
+
+/* NNNNNN.seg or NNNNNN.HOST.PID.part; other files are not ours. */
+static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
+{
+    sc_store *store = user;
+    const char *extension = strrchr(name, '.');
+    char path[2 * SC_NAME_BYTES];
+    char *end;
+    const long gop = strtol(name, &end, 10);
+
+    sc_store_path(store, path, "segments/%s", name);
+    if (end != name + 6 || *end != '.' || gop < 0 || gop >= store->gop_count)
+        return SC_OK;
+    if (!strcmp(extension, ".part"))
+        return sc_partial_scan(ctx, &store->partial, path);
+    if (!strcmp(extension, ".seg"))
+        scan_segment(ctx, store, path, (int)gop);
+    return SC_OK;
+}
+
+/* A picture in a partial GOP must have the hash of its frame's line. It may have reached the disk
+ * before the line did; then add that. */
+static void compare_partial_gops(sc_store *store)
+{
+    for (int k = 0; k < store->job.frames; k++) {
+        sc_picture_location *location = &store->partial.locations[k];
+        sc_frame_line *line = &store->data.lines[k];
+
+        if (location->file < 0)
+            continue;
+        if (!line->known)
+            *line = (sc_frame_line){true, {.frame = k, .hash = location->hash}};
+        else if (line->done.hash != location->hash)
+            location->file = -1;
+    }
+}
+
+/* Is the job finished? The manifest has an end line, and the outputs are what it says. */
+static bool is_complete(const sc_ctx *ctx, const sc_store *store)
+{
+    char path[2 * SC_NAME_BYTES];
+    const sc_manifest_end *end = &store->data.end;
+
+    if (!end->known)
+        return false;
+    if (store->has_video) {
+        sc_store_path(store, path, "%s", store->job.video);
+        if (!sc_verify_file(path, end->video_bytes, end->video_hash)) {
+            sc_warn(ctx,
+                    "%s: is missing, or is not the video that the manifest names; it is made "
+                    "again",
+                    path);
+            return false;
+        }
+    }
+    for (int k = 0; k < store->job.frames; k++) {
+        if (!store->data.lines[k].known || (store->job.png && !store->has_png[k]))
+            return false;
+    }
+    return true;
+}
+
+sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
+{
+    const int frames = store->job.frames;
+    char path[2 * SC_NAME_BYTES];
+    sc_status status;
+
+    memset(store->data.lines, 0, (size_t)frames * sizeof *store->data.lines);
+    memset(store->has_segment, 0, (size_t)store->gop_count * sizeof *store->has_segment);
+    store->data.end = (sc_manifest_end){0};
+    sc_partial_forget(&store->partial);
+    SC_TRY(sc_each_file(ctx, store->directory, store, scan_manifest));
+    if (store->has_video) {
+        sc_store_path(store, path, "segments");
+        SC_TRY(sc_each_file(ctx, path, store, scan_file));
+        compare_partial_gops(store);
+    }
+    if (store->job.png)
+        sc_verify_png_files(store->directory, store->data.lines, frames, store->job.threads,
+                            store->has_png);
+    store->complete = is_complete(ctx, store);
+out:
+    return status;
+}
