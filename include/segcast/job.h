@@ -6,88 +6,151 @@
 #ifndef SEGCAST_JOB_H
 #define SEGCAST_JOB_H
 
+#include "segcast/farm.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
 enum { SC_PATH_BYTES = 1024 };
 
+/** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
 
-/* One picture, or slices beside it. */
+/** One picture, or slices beside it. */
 typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS } sc_layout;
+
+/* Members that hold an enum are of type int: the table of keys stores numbers there. */
 
 typedef struct sc_output {
     char directory[SC_PATH_BYTES];
-    char video[SC_PATH_BYTES]; /* "none": no video */
+    char video[SC_PATH_BYTES]; /**< name in the directory, or "none" */
     int size_px[2];
     int fps;
-    int frames; /* sc_frames_kind */
-    int crf, preset;
-    int layout; /* sc_layout */
+    int frames;      /**< sc_frames_kind */
+    int crf, preset; /**< of the encoder; name of the preset: sc_job_preset */
+    int layout;      /**< sc_layout */
 } sc_output;
 
-/* The paper's pictures: as it had them at first, and by its accelerated method. */
+/** The paper's pictures, by its plain and by its accelerated method, or ours. */
 typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATED } sc_mode;
+/** Where a pixel gets all its rays: only where neighbouring pixels differ, or everywhere. */
+typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
+/** Whose thickness decides the automatic opacity: the whole tissue's, or that at each point. */
+typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thickness_use;
+/** Faces that clip planes cut. */
+typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
 typedef struct sc_render_options {
-    int mode;    /* sc_mode: other defaults for the rest */
-    int surface; /* sc_surface */
-    int skip, cpu, caps, samples;
-    int antialiasing; /* 0 adaptive, 1 full */
-    int thickness;    /* 0 per tissue, 1 local */
+    int mode;         /**< sc_mode: sets other defaults for the rest */
+    int surface;      /**< sc_surface */
+    int skip;         /**< sc_skip */
+    int cpu;          /**< index into sc_cpu_names */
+    int caps;         /**< sc_caps */
+    int samples;      /**< rays per pixel */
+    int antialiasing; /**< sc_antialiasing */
+    int thickness;    /**< sc_thickness_use */
     double smooth, step_voxels, cap_outline;
     uint8_t background[3];
 } sc_render_options;
 
-/* Who encodes: rank 0, or the ranks, each a group of pictures at a time. The bytes are the same. */
+/** Who encodes: rank 0, or the ranks, each a GOP at a time. The bytes are the same. */
 typedef enum sc_encode { SC_ENCODE_AUTO, SC_ENCODE_ROOT, SC_ENCODE_SEGMENTS } sc_encode;
 
 typedef struct sc_farm_options {
-    int partition, tile_px; /* sc_partition */
-    int encode;             /* sc_encode */
-    bool share;             /* ranks of one node share frames, not only the volume */
+    int partition; /**< sc_partition */
+    int tile_px;
+    int encode; /**< sc_encode */
+    bool share; /**< ranks of one node share frames, not only the volume */
 } sc_farm_options;
 
-/* Plain data but for two arrays, so that it can be sent to other ranks. */
+/** A job. Plain data but for two arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
-    char volume[SC_PATH_BYTES]; /* a path, or "phantom", or "phantom:WxDxH" */
-    char labels[SC_PATH_BYTES]; /* empty: from the volume */
-    int labels_format;          /* sc_table_format */
+    char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
+    char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
+    int labels_format;          /**< sc_table_format */
     sc_output output;
     sc_render_options render;
     sc_lighting light;
     sc_animation animation;
     sc_farm_options farm;
-    sc_tissue_rule *rules;
+    sc_tissue_rule *rules; /**< [rule_count], owned */
     size_t rule_count;
-    sc_clip_exception *exceptions;
+    sc_clip_exception *exceptions; /**< [exception_count], owned */
     size_t exception_count;
 } sc_job;
 
-/* Where the parts of a job come from, the later winning. */
+/** A key and its value from outside of the job file. All strings are borrowed. */
+typedef struct sc_setting {
+    const char *origin; /**< what messages name, for example "--zoom 2" */
+    const char *path;   /**< "render.samples" */
+    const char *value;  /**< YAML; as it is, without quoting, if @ref literal */
+    bool literal;
+} sc_setting;
+
+/** Where the parts of a job come from. The later of these win: the defaults of the table,
+ * `defaults`, the file, the environment, `settings`. */
 typedef struct sc_job_sources {
-    const char *path;            /* job file, or NULL */
-    const char *const *settings; /* "key.path=value" of the command line */
+    const char *path;           /**< job file; NULL: none */
+    const sc_setting *defaults; /**< [default_count] */
+    size_t default_count;
+    const sc_setting *settings; /**< [setting_count], of the command line */
     size_t setting_count;
-    const char *const *environment; /* "SEGCAST_RENDER_SAMPLES=2", NULL-terminated, or NULL */
+    const char *const *environment; /**< "SEGCAST_RENDER_SAMPLES=2", ended by NULL; or NULL */
 } sc_job_sources;
 
-/* Read, check and resolve a job: paths of the file become relative to the working directory.
- * SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, with file and line. Caller owns: sc_job_clear. */
-sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
+/** Read, check and resolve a job: paths of the file become relative to the working directory.
+ *  @return SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, logged with file and line. Caller owns:
+ *  sc_job_clear. */
+SC_MUST_USE sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
+/** Free the arrays; harmless on a zeroed struct. */
 void sc_job_clear(sc_job *job);
-/* The job as YAML, every key given. @p identity: only what changes the pictures. */
-sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_text *text);
-/* Name of the encoder preset. */
+/** Write the job as YAML, every key with its value; sc_job_load reads it back as the same job.
+ *  @param identity only keys on which the pictures depend. */
+SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,
+                                   sc_text *text);
+/** Name of the encoder preset. */
 const char *sc_job_preset(const sc_job *job);
+/** Is this volume the built-in phantom, and not a file? */
+bool sc_job_is_phantom(const char *volume);
 
-/* "0-35:2,40": whole numbers in [0, total), no doubles, sorted. Grammar: OpenJD IntRangeExpr.
- * @p text NULL: all. Caller owns *out: sc_free. */
-sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count);
+/* ---- the table of keys ---- */
 
-/* Frames of slice @p i of @p n: whole groups of @p group frames, so that no two slices share one.
- * Caller owns *out: sc_free. */
-sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
-                          int *count);
+/** A row of the table. Strings are borrowed for the time of the call. */
+typedef struct sc_key_info {
+    const char *path;     /**< "animation.clip.N.sweep.from": N is an index, NAME a tissue */
+    const char *help;     /**< one line, without a full stop */
+    const char *option;   /**< command-line option that sets the key; NULL: none */
+    const char *argument; /**< what the option's help calls its value */
+    const char *commands; /**< that have the option, with a space between them */
+    bool is_value;        /**< a value can stand there, not only a map */
+} sc_key_info;
+/** Call @p visit for every row, maps before their keys. Stops at the first error and returns it. */
+SC_MUST_USE sc_status sc_job_each_key(const sc_ctx *ctx,
+                                      sc_status (*visit)(void *user, const sc_key_info *info),
+                                      void *user);
+
+typedef enum sc_keys_format {
+    SC_KEYS_TABLE,    /**< for people, at a terminal */
+    SC_KEYS_JSON,     /**< an array with an object for each key */
+    SC_KEYS_MARKDOWN, /**< docs/job.md */
+    SC_KEYS_SCHEMA,   /**< JSON schema (draft 7) of a job file */
+    SC_KEYS_MAN       /**< segcast-job(5) */
+} sc_keys_format;
+/** Describe all keys. @param prefix only keys at or below this path; NULL: all. Not for the schema
+ *  and documents. @return SC_ERR_USAGE if no key begins with it, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
+                                       sc_text *out);
+
+/* ---- frame lists ---- */
+
+/** Read a list such as "0-35:2,40": whole numbers in [0, total), each once, in rising order
+ * (grammar: IntRangeExpr of the Open Job Description). @param text NULL: all frames.
+ *  @return SC_ERR_USAGE. Caller owns *out: sc_free. */
+SC_MUST_USE sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out,
+                                      int *count);
+
+/** Frames of slice @p i of @p n. A slice holds whole GOPs of @p gop frames, so that no two slices
+ *  share one. Caller owns *out: sc_free. */
+SC_MUST_USE sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int gop, int total,
+                                      int **out, int *count);
 
 #endif

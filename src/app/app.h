@@ -3,28 +3,9 @@
 #ifndef SC_APP_APP_H
 #define SC_APP_APP_H
 
+#include "options.h"
 #include "segcast/comm.h"
-#include "segcast/job.h"
 #include "segcast/study.h"
-
-enum { SC_SETTINGS_MAX = 256 };
-
-/* The command line, read. Pointers into argv or into owned[]. */
-typedef struct sc_options {
-    const char *input;  /* job or volume */
-    const char *output; /* -o */
-    const char *frames; /* --frames */
-    int slice, slices;  /* --slice I/N; slices 0: not given */
-    const char *size;   /* --size, as given */
-    long frame;         /* --frame; -1: not given */
-    int threads;        /* 0: not given */
-    bool json, quiet, resume, overwrite;
-    double time_limit_s; /* 0: none */
-    const char *settings[SC_SETTINGS_MAX];
-    size_t setting_count;
-    char *owned[SC_SETTINGS_MAX];
-    size_t owned_count;
-} sc_options;
 
 /* Standard error: messages, and a progress bar where it is a terminal. */
 typedef struct sc_terminal {
@@ -37,7 +18,7 @@ void sc_terminal_bar(sc_terminal *terminal, const char *text);
 void sc_terminal_clear(sc_terminal *terminal);
 
 /* What every command gets. */
-typedef struct sc_app {
+struct sc_app {
     sc_ctx *ctx;
     sc_comm *comm;
     sc_terminal *terminal;
@@ -46,31 +27,13 @@ typedef struct sc_app {
     int threads;     /* of this rank */
     double begin_s;  /* by sc_wall_s */
     sc_trace *trace; /* borrowed, or NULL */
-} sc_app;
+};
 
 /* Was this process started by mpirun, srun or the like? */
 bool sc_launched_by_mpi(void);
 /* N programs that each believe to be alone would overwrite each other's files: SC_ERR_USAGE. */
 sc_status sc_check_group(const sc_ctx *ctx, const sc_comm *comm);
 
-typedef struct sc_command {
-    const char *name, *arguments, *help;
-    sc_status (*run)(sc_app *app);
-    bool by_all; /* all ranks take part; else rank 0 alone does it */
-} sc_command;
-const sc_command *sc_command_find(const char *name);
-sc_status sc_command_unknown(const sc_ctx *ctx, const char *name);
-/* Parse argv[first...]; *help is set where only help was asked for (and printed, if @p speak). */
-sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
-                           bool speak, sc_options *out, bool *help);
-void sc_options_clear(sc_options *options);
-/* Add "key=value" with the value quoted for YAML. */
-sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
-                              const char *value);
-/* The same, the value being YAML. */
-sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key,
-                         const char *value);
-void sc_print_help(FILE *stream);
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
 
@@ -124,16 +87,20 @@ double sc_deadline_s(const sc_app *app);
 /* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
 const volatile sig_atomic_t *sc_signals_install(void);
 
-sc_status sc_run_render(sc_app *app);
-sc_status sc_run_join(sc_app *app);
-sc_status sc_run_verify(sc_app *app);
-sc_status sc_run_orbit(sc_app *app);
-sc_status sc_run_still(sc_app *app);
-sc_status sc_run_views(sc_app *app);
-sc_status sc_run_check(sc_app *app);
-sc_status sc_run_plan(sc_app *app);
-sc_status sc_run_info(sc_app *app);
-sc_status sc_run_phantom(sc_app *app);
-sc_status sc_run_prepare(sc_app *app);
+/* ---- the commands: rows of sc_commands ---- */
+
+sc_status sc_cmd_render(sc_app *app);
+sc_status sc_cmd_join(sc_app *app);
+sc_status sc_cmd_verify(sc_app *app);
+sc_status sc_cmd_orbit(sc_app *app);
+sc_status sc_cmd_still(sc_app *app);
+sc_status sc_cmd_views(sc_app *app);
+sc_status sc_cmd_check(sc_app *app);
+sc_status sc_cmd_plan(sc_app *app);
+sc_status sc_cmd_info(sc_app *app);
+sc_status sc_cmd_phantom(sc_app *app);
+sc_status sc_cmd_prepare(sc_app *app);
+sc_status sc_cmd_keys(sc_app *app);
+sc_status sc_cmd_help(sc_app *app);
 
 #endif

@@ -113,7 +113,7 @@ static void print_text(const info *in)
     }
 }
 
-sc_status sc_run_info(sc_app *app)
+sc_status sc_cmd_info(sc_app *app)
 {
     sc_session session = {0};
     info in;

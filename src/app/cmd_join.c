@@ -28,7 +28,7 @@ out:
     return status;
 }
 
-sc_status sc_run_join(sc_app *app)
+sc_status sc_cmd_join(sc_app *app)
 {
     const char *directory = app->options.input;
     char version[64];
@@ -54,7 +54,7 @@ out:
     return status;
 }
 
-sc_status sc_run_verify(sc_app *app)
+sc_status sc_cmd_verify(sc_app *app)
 {
     char version[64];
     sc_job job = {0};

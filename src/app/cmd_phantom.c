@@ -4,7 +4,7 @@
 
 #include "segcast/phantom.h"
 
-sc_status sc_run_phantom(sc_app *app)
+sc_status sc_cmd_phantom(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "phantom.nrrd";
     int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;

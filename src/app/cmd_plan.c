@@ -28,7 +28,7 @@ static sc_status probe(sc_app *app, sc_session *session, double *cpu_s)
     return SC_OK;
 }
 
-sc_status sc_run_plan(sc_app *app)
+sc_status sc_cmd_plan(sc_app *app)
 {
     sc_session session = {0};
     int width_px, height_px;

@@ -11,7 +11,7 @@ static bool is_job(const char *path)
     return dot && (!strcmp(dot, ".yaml") || !strcmp(dot, ".yml"));
 }
 
-sc_status sc_run_prepare(sc_app *app)
+sc_status sc_cmd_prepare(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "prepared.segc";
     const char *job = is_job(app->options.input) ? app->options.input : NULL;

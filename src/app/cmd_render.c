@@ -389,12 +389,12 @@ out:
     return status;
 }
 
-sc_status sc_run_render(sc_app *app)
+sc_status sc_cmd_render(sc_app *app)
 {
     return run_job(app, app->options.input, true);
 }
 
-sc_status sc_run_orbit(sc_app *app)
+sc_status sc_cmd_orbit(sc_app *app)
 {
     const char *output = app->options.output ? app->options.output : "orbit.mp4";
     const char *slash = strrchr(output, '/');

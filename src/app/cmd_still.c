@@ -36,40 +36,27 @@ out:
     return status;
 }
 
-sc_status sc_run_still(sc_app *app)
+sc_status sc_cmd_still(sc_app *app)
 {
     return draw_still(app, app->options.input,
                       app->options.output ? app->options.output : "still.png");
 }
 
-/* What the command line does not set otherwise. */
-static sc_status set_default(sc_app *app, const char *key, const char *value)
-{
-    const size_t length = strlen(key);
-
-    for (size_t i = 0; i < app->options.setting_count; i++) {
-        if (!strncmp(app->options.settings[i], key, length) &&
-            app->options.settings[i][length] == '=')
-            return SC_OK;
-    }
-    return sc_options_set(app->ctx, &app->options, key, value);
-}
-
-sc_status sc_run_views(sc_app *app)
+sc_status sc_cmd_views(sc_app *app)
 {
     sc_status status;
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    SC_TRY(set_default(app, "output.size", "[1440, 1080]"));
-    SC_TRY(set_default(app, "animation.slices.from", "50%"));
-    SC_TRY(set_default(app, "animation.slices.to", "50%"));
+    sc_options_default(&app->options, "output.size", "[1440, 1080]");
+    sc_options_default(&app->options, "animation.slices.from", "50%");
+    sc_options_default(&app->options, "animation.slices.to", "50%");
     status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");
 out:
     return status;
 }
 
-sc_status sc_run_check(sc_app *app)
+sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
     sc_status status;

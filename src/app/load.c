@@ -41,11 +41,6 @@ static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *ou
     return status;
 }
 
-static bool is_phantom(const char *volume)
-{
-    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
-}
-
 static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     sc_label_table table = {0};
@@ -200,7 +195,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
 
     if (session->mapped)
         SC_TRY(unpack_volume(app, session, volume));
-    else if (is_phantom(job->volume))
+    else if (sc_job_is_phantom(job->volume))
         SC_TRY(make_phantom(app, job->volume, volume));
     else
         SC_TRY(sc_volume_read(app->ctx, job->volume, volume));

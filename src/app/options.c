@@ -1,25 +1,39 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* GNU-style options of all commands in one table. */
-#include "app.h"
+/* The options of all commands in one table, read by getopt_long. */
+#include "options.h"
 
 #include <errno.h>
+#include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct option_row option_row;
-struct option_row {
-    const char *name;
-    char letter;
-    const char *argument; /* NULL: none */
-    const char *help;
-    const char *commands; /* that take it */
-    sc_status (*take)(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                      const char *value);
-    const char *key; /* of the job, for options that are short for --set */
-    size_t place;    /* in sc_options, for take_text and take_flag */
-};
+/* ---- settings of the job ---- */
 
-static sc_status add_setting(const sc_ctx *ctx, sc_options *options, const char *setting)
+/* Keep @p text until the options are cleared; takes ownership of it. */
+static sc_status own(const sc_ctx *ctx, sc_options *options, sc_text *text, const char **out)
+{
+    if (options->owned_count == SC_SETTINGS_MAX) {
+        sc_text_clear(text);
+        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
+    }
+    options->owned[options->owned_count++] = text->data;
+    *out = text->data;
+    return SC_OK;
+}
+
+static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, size_t length,
+                      const char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%.*s", (int)length, from);
+
+    if (status == SC_OK)
+        return own(ctx, options, &text, out);
+    sc_text_clear(&text);
+    return status;
+}
+
+static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting setting)
 {
     if (options->setting_count == SC_SETTINGS_MAX)
         return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
@@ -27,57 +41,81 @@ static sc_status add_setting(const sc_ctx *ctx, sc_options *options, const char 
     return SC_OK;
 }
 
-static sc_status add_owned(const sc_ctx *ctx, sc_options *options, sc_text *text)
+static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *key,
+                          const char *value, bool literal)
 {
-    if (options->owned_count == SC_SETTINGS_MAX) {
-        sc_text_clear(text);
-        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
-    }
-    options->owned[options->owned_count++] = text->data;
-    return add_setting(ctx, options, text->data);
+    sc_setting setting = {.literal = literal};
+    sc_status status;
+
+    SC_TRY(copy(ctx, options, key, strlen(key), &setting.path));
+    SC_TRY(copy(ctx, options, value, strlen(value), &setting.value));
+    setting.origin = setting.path;
+    status = add_setting(ctx, options, setting);
+out:
+    return status;
 }
 
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value)
 {
-    sc_text text = {0};
-    sc_status status;
-
-    SC_TRY(sc_text_add(ctx, &text, "%s='", key));
-    for (const char *c = value; *c; c++) /* a quote within quotes is doubled */
-        SC_TRY(sc_text_add(ctx, &text, *c == '\'' ? "'%c" : "%c", *c));
-    SC_TRY(sc_text_add(ctx, &text, "'"));
-    return add_owned(ctx, options, &text);
-out:
-    sc_text_clear(&text);
-    return status;
+    return add_copy(ctx, options, key, value, true);
 }
 
 sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value)
 {
-    sc_text text = {0};
-    sc_status status = sc_text_add(ctx, &text, "%s=%s", key, value);
+    return add_copy(ctx, options, key, value, false);
+}
 
-    if (status == SC_OK)
-        return add_owned(ctx, options, &text);
-    sc_text_clear(&text);
+void sc_options_default(sc_options *options, const char *key, const char *value)
+{
+    if (options->default_count < SC_COUNT_OF(options->defaults))
+        options->defaults[options->default_count++] =
+            (sc_setting){.origin = key, .path = key, .value = value};
+}
+
+/* ---- values ---- */
+
+static sc_status store_key(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                           const char *value)
+{
+    sc_setting setting = {.value = value, .literal = true};
+    sc_text origin = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_TRY(own(ctx, options, &origin, &setting.origin));
+    SC_TRY(copy(ctx, options, option->key, strlen(option->key), &setting.path));
+    status = add_setting(ctx, options, setting);
+    return status;
+out:
+    sc_text_clear(&origin);
     return status;
 }
 
-static sc_status take_key(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                          const char *value)
+/* KEY.PATH=VALUE. An equals sign within quotes belongs to the path. */
+static sc_status store_set(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                           const char *value)
 {
-    return sc_options_set_text(ctx, options, row->key, value);
+    sc_setting setting = {.origin = value};
+    const char *equals = value;
+    bool quoted = false;
+    sc_status status;
+
+    while (*equals && (quoted || *equals != '=')) {
+        quoted ^= *equals == '"';
+        equals++;
+    }
+    if (!*equals)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example "
+                       "render.samples=4; `segcast keys` lists all keys",
+                       option->name, value);
+    setting.value = equals + 1;
+    status = copy(ctx, options, value, (size_t)(equals - value), &setting.path);
+    return status == SC_OK ? add_setting(ctx, options, setting) : status;
 }
 
-static sc_status take_set(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                          const char *value)
-{
-    (void)row;
-    return add_setting(ctx, options, value);
-}
-
-static sc_status take_number(const sc_ctx *ctx, const option_row *row, const char *value, long low,
+static sc_status read_number(const sc_ctx *ctx, const char *name, const char *value, long low,
                              long high, long *out)
 {
     char *end;
@@ -86,53 +124,59 @@ static sc_status take_number(const sc_ctx *ctx, const option_row *row, const cha
     errno = 0;
     number = strtol(value, &end, 10);
     if (end == value || *end || errno || number < low || number > high)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "--%s is \"%s\", expected a whole number from %ld to "
-                       "%ld",
-                       row->name, value, low, high);
+        return sc_fail(ctx, SC_ERR_USAGE, "%s is \"%s\", expected a whole number from %ld to %ld",
+                       name, value, low, high);
     *out = number;
     return SC_OK;
 }
 
-static sc_status take_threads(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                              const char *value)
+static sc_status set_threads(const sc_ctx *ctx, sc_options *options, const char *name,
+                             const char *value)
 {
     long threads = 0;
-    sc_status status = take_number(ctx, row, value, 1, 4096, &threads);
+    sc_status status = read_number(ctx, name, value, 1, 4096, &threads);
 
     if (status == SC_OK)
         options->threads = (int)threads;
     return status;
 }
 
-static sc_status take_frame(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                            const char *value)
+static sc_status store_threads(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                               const char *value)
 {
-    return take_number(ctx, row, value, 0, 1000000, &options->frame);
+    (void)option;
+    return set_threads(ctx, options, "--threads", value);
 }
 
-static sc_status take_text(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                           const char *value)
+static sc_status store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                             const char *value)
+{
+    (void)option;
+    return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
+}
+
+static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                            const char *value)
 {
     (void)ctx;
-    memcpy((char *)options + row->place, &value, sizeof value);
+    memcpy((char *)options + option->offset, &value, sizeof value);
     return SC_OK;
 }
 
-static sc_status take_flag(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                           const char *value)
+static sc_status store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                            const char *value)
 {
     const bool set = true;
 
     (void)ctx;
     (void)value;
-    memcpy((char *)options + row->place, &set, sizeof set);
+    memcpy((char *)options + option->offset, &set, sizeof set);
     return SC_OK;
 }
 
 /* I/N: part I of N, counted from 0. */
-static sc_status take_slice(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                            const char *value)
+static sc_status store_slice(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                             const char *value)
 {
     int slice, slices, used = 0;
 
@@ -140,44 +184,15 @@ static sc_status take_slice(const sc_ctx *ctx, sc_options *options, const option
         slice >= slices || slices > 1000000)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is \"%s\", expected I/N with I from 0 to N - 1, for example 0/4",
-                       row->name, value);
+                       option->name, value);
     options->slice = slice;
     options->slices = slices;
     return SC_OK;
 }
 
-static sc_status take_picture_size(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                                   const char *value)
-{
-    int width, height, used = 0;
-    sc_text text = {0};
-    sc_status status;
-
-    if (sscanf(value, "%dx%d%n", &width, &height, &used) != 2 || value[used])
-        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected for example 1280x720",
-                       row->name, value);
-    status = sc_text_add(ctx, &text, "output.size=[%d, %d]", width, height);
-    return status == SC_OK ? add_owned(ctx, options, &text) : status;
-}
-
-static sc_status take_point(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                            const char *value)
-{
-    double x, y, z;
-    int used = 0;
-    sc_text text = {0};
-    sc_status status;
-
-    if (sscanf(value, "%lf,%lf,%lf%n", &x, &y, &z, &used) != 3 || value[used])
-        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected for example 12.5,-40,210",
-                       row->name, value);
-    status = sc_text_add(ctx, &text, "animation.slices.point_mm=[%s]", value);
-    return status == SC_OK ? add_owned(ctx, options, &text) : status;
-}
-
 /* Seconds, MM:SS or HH:MM:SS. */
-static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const option_row *row,
-                                 const char *value)
+static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                                  const char *value)
 {
     double seconds = 0;
     const char *at = value;
@@ -189,7 +204,7 @@ static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const o
 
         if (end == at || !(part >= 0 && part <= 1e8) || ++parts > 3 || (*end && *end != ':'))
             return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
-                           row->name, value);
+                           option->name, value);
         seconds = 60 * seconds + part;
         if (!*end)
             break;
@@ -199,171 +214,220 @@ static sc_status take_time_limit(const sc_ctx *ctx, sc_options *options, const o
     return SC_OK;
 }
 
-#define JOBS "render check plan still orbit views"
+/* ---- the table ---- */
 
-static const option_row rows[] = {
-    {"output", 'o', "DIR", "folder for everything the job makes", "render", take_text, NULL,
-     offsetof(sc_options, output)},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", take_text,
-     NULL, offsetof(sc_options, output)},
-    {"frames", 0, "0-35:2,40", "only these frames of the animation", "render", take_text, NULL,
-     offsetof(sc_options, frames)},
-    {"resume", 0, NULL, "go on with what the folder holds of this job, after proving it", "render",
-     take_flag, NULL, offsetof(sc_options, resume)},
-    {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", take_flag, NULL,
-     offsetof(sc_options, overwrite)},
-    {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, exit 75", "render",
-     take_time_limit, NULL, 0},
+#define JOB_COMMANDS "render check plan still orbit views"
+#define AT(member) offsetof(sc_options, member)
+
+static const sc_option option_rows[] = {
+    {"output", 'o', "DIR", "folder for everything the job makes", "render", store_text, AT(output),
+     ""},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", store_text,
+     AT(output), ""},
+    {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40", "render",
+     store_text, AT(frames), ""},
+    {"resume", 0, NULL, "go on with what the folder holds of this job, after verifying it",
+     "render", store_flag, AT(resume), ""},
+    {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", store_flag,
+     AT(overwrite), ""},
+    {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, with exit code 75",
+     "render", store_time_limit, 0, ""},
     {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the folder",
-     "render", take_slice, NULL, 0},
-    {"frame", 0, "K", "number of the frame to draw", "still", take_frame, NULL, 0},
-    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOBS " prepare", take_set,
-     NULL, 0},
-    {"labels", 0, "FILE", "label table with names and colours", "orbit views info prepare",
-     take_key, "labels", 0},
-    {"labels-format", 0, "NAME", "slicer, freesurfer or itksnap", "orbit views info prepare",
-     take_key, "labels_format", 0},
-    {"size", 0, "WxH", "size of the picture", "orbit views", take_picture_size, NULL, 0},
-    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", take_text, NULL,
-     offsetof(sc_options, size)},
-    {"frames", 0, "N", "number of frames of the turn", "orbit", take_key, "animation.frames", 0},
-    {"fps", 0, "N", "frames per second", "orbit", take_key, "output.fps", 0},
-    {"axis", 0, "WORD", "axis of the turn, such as superior", "orbit", take_key,
-     "animation.camera.orbit.axis", 0},
-    {"elevation", 0, "DEGREES", "height of the camera above the turn's plane", "orbit", take_key,
-     "animation.camera.orbit.elevation", 0},
-    {"turns", 0, "N", "number of turns", "orbit", take_key, "animation.camera.orbit.turns", 0},
-    {"zoom", 0, "FACTOR", "scale of the picture", "orbit", take_key, "animation.camera.zoom", 0},
-    {"samples", 0, "N", "rays per pixel on edges, 1 to 8", "orbit views", take_key,
-     "render.samples", 0},
-    {"point", 0, "R,A,S", "where the slices cross, in mm", "views", take_point, NULL, 0},
-    {"cpu", 0, "NAME", "kernels for auto, avx512, avx2, sse4 or c (plain C); same pictures", JOBS,
-     take_key, "render.cpu", 0},
-    {"json", 0, NULL, "for machines", "info", take_flag, NULL, offsetof(sc_options, json)},
-    {"threads", 0, "N", "threads of each rank", JOBS " info phantom prepare join verify",
-     take_threads, NULL, 0},
-    {"quiet", 'q', NULL, "errors and warnings only", JOBS " info phantom prepare join verify",
-     take_flag, NULL, offsetof(sc_options, quiet)},
+     "render", store_slice, 0, ""},
+    {"frame", 0, "K", "number of the frame to draw", "still", store_frame, 0, ""},
+    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated", JOB_COMMANDS " prepare",
+     store_set, 0, ""},
+    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", store_text, AT(size),
+     ""},
+    {"json", 0, NULL, "as JSON, for machines", "info keys", store_flag, AT(json), ""},
+    {"markdown", 0, NULL, "as the document docs/job.md", "keys", store_flag, AT(markdown), ""},
+    {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",
+     store_flag, AT(schema), ""},
+    {"man", 0, NULL, "as a manual page: segcast-job(5)", "keys", store_flag, AT(man), ""},
+    {"man", 0, NULL, "everything as a manual page: segcast(1)", "help", store_flag, AT(man), ""},
+    {"bash", 0, NULL, "completions of the command line for bash", "help", store_flag, AT(bash), ""},
+    {"zsh", 0, NULL, "completions for zsh", "help", store_flag, AT(zsh), ""},
+    {"fish", 0, NULL, "completions for fish", "help", store_flag, AT(fish), ""},
+    {"threads", 0, "N", "threads of each rank (also SEGCAST_THREADS)",
+     JOB_COMMANDS " info phantom prepare join verify", store_threads, 0, ""},
+    {"quiet", 'q', NULL, "errors and warnings only",
+     JOB_COMMANDS " info phantom prepare join verify", store_flag, AT(quiet), ""},
+    {"help", 'h', NULL, "explain the command and its options", NULL, store_flag, AT(help), ""},
+    {"version", 0, NULL, "print version, commit, compiler and libraries", NULL, store_flag,
+     AT(version), ""},
 };
 
-static bool takes(const option_row *row, const char *command)
+static bool names_command(const char *commands, const char *command)
 {
-    const char *found = strstr(row->commands, command);
     const size_t length = strlen(command);
 
-    return found && (found == row->commands || found[-1] == ' ') &&
-           (found[length] == '\0' || found[length] == ' ');
+    for (; commands; commands = strchr(commands, ' ')) {
+        commands += *commands == ' ';
+        if (!strncmp(commands, command, length) &&
+            (commands[length] == '\0' || commands[length] == ' '))
+            return true;
+    }
+    return false;
 }
 
-static const option_row *find_row(const sc_command *command, const char *name, size_t length,
-                                  char letter)
+typedef struct lister {
+    const sc_ctx *ctx;
+    const sc_command *command;
+    sc_option_list *list;
+} lister;
+
+static sc_status add_row(const lister *l, const sc_option *row)
 {
-    for (size_t i = 0; i < SC_COUNT_OF(rows); i++) {
-        if (!takes(&rows[i], command->name))
-            continue;
-        if (letter ? rows[i].letter == letter
-                   : strlen(rows[i].name) == length && !strncmp(rows[i].name, name, length))
-            return &rows[i];
+    if (l->list->count == SC_OPTIONS_MAX)
+        return sc_fail(l->ctx, SC_ERR_INTERNAL, "a command has more than %d options",
+                       SC_OPTIONS_MAX);
+    l->list->rows[l->list->count++] = *row;
+    return SC_OK;
+}
+
+static sc_status add_key(void *user, const sc_key_info *info)
+{
+    const lister *l = user;
+    sc_option row = {.name = info->option,
+                     .argument = info->argument,
+                     .help = info->help,
+                     .commands = info->commands,
+                     .store = store_key};
+
+    if (!info->option || !names_command(info->commands, l->command->name))
+        return SC_OK;
+    if (strlen(info->path) >= sizeof row.key)
+        return sc_fail(l->ctx, SC_ERR_INTERNAL, "the key %s is too long for an option", info->path);
+    strcpy(row.key, info->path);
+    return add_row(l, &row);
+}
+
+sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out)
+{
+    lister l = {ctx, command, out};
+    sc_status status;
+
+    out->count = 0;
+    SC_TRY(sc_job_each_key(ctx, add_key, &l));
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
+        if (!option_rows[i].commands || names_command(option_rows[i].commands, command->name))
+            SC_TRY(add_row(&l, &option_rows[i]));
+    }
+out:
+    return status;
+}
+
+/* ---- reading ---- */
+
+/* Values of long options for getopt_long are above those of letters. */
+enum { FIRST_LONG = 256 };
+
+typedef struct getopt_tables {
+    struct option longs[SC_OPTIONS_MAX + 1];
+    char shorts[2 * SC_OPTIONS_MAX + 2];
+} getopt_tables;
+
+static void fill_tables(const sc_option_list *list, getopt_tables *out)
+{
+    char *letter = out->shorts;
+
+    *letter++ = ':'; /* tell a missing value from an unknown option */
+    for (size_t i = 0; i < list->count; i++) {
+        const sc_option *row = &list->rows[i];
+
+        out->longs[i] = (struct option){row->name, row->argument ? required_argument : no_argument,
+                                        NULL, FIRST_LONG + (int)i};
+        if (row->letter) {
+            *letter++ = row->letter;
+            if (row->argument)
+                *letter++ = ':';
+        }
+    }
+    *letter = '\0';
+    out->longs[list->count] = (struct option){0};
+}
+
+static const sc_option *find_option(const sc_option_list *list, int value)
+{
+    if (value >= FIRST_LONG && (size_t)(value - FIRST_LONG) < list->count)
+        return &list->rows[value - FIRST_LONG];
+    for (size_t i = 0; i < list->count; i++) {
+        if (value && list->rows[i].letter == value)
+            return &list->rows[i];
     }
     return NULL;
 }
 
-static void print_options(const sc_command *command)
+static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
+                                const sc_option_list *list, const char *text)
 {
-    printf("usage: segcast %s %s [options]\n%s\n\n", command->name, command->arguments,
-           command->help);
-    for (size_t i = 0; i < SC_COUNT_OF(rows); i++) {
-        char left[64];
+    const char *names[SC_OPTIONS_MAX], *nearest;
+    char word[64];
 
-        if (!takes(&rows[i], command->name))
-            continue;
-        snprintf(left, sizeof left, "%c%c--%s%s%s", rows[i].letter ? '-' : ' ',
-                 rows[i].letter ? rows[i].letter : ' ', rows[i].name, rows[i].argument ? " " : "",
-                 rows[i].argument ? rows[i].argument : "");
-        printf("  %.2s%s %-26s %s\n", left, rows[i].letter ? "," : " ", left + 2, rows[i].help);
-    }
+    for (size_t i = 0; i < list->count; i++)
+        names[i] = list->rows[i].name;
+    snprintf(word, sizeof word, "%.*s", (int)strcspn(text + strspn(text, "-"), "="),
+             text + strspn(text, "-"));
+    nearest = sc_nearest_word(word, names, list->count);
+    if (nearest)
+        return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; did you mean --%s?", text, nearest);
+    return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text,
+                   command->name);
 }
 
-static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command, const char *text)
+/* What getopt_long has refused: @p result is '?' or ':'. */
+static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_option_list *list,
+                        int result, const char *text)
 {
-    const char *names[SC_COUNT_OF(rows)], *nearest;
+    const sc_option *row = find_option(list, optopt);
 
-    for (size_t i = 0; i < SC_COUNT_OF(rows); i++)
-        names[i] = takes(&rows[i], command->name) ? rows[i].name : NULL;
-    nearest = sc_nearest_word(text + strspn(text, "-"), names, SC_COUNT_OF(rows));
-    return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; %s%s%s", text,
-                   nearest ? "did you mean --" : "try --help", nearest ? nearest : "",
-                   nearest ? "?" : "");
+    if (row && result == ':')
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name, row->argument);
+    if (row && !row->argument)
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s takes no value, but is given as \"%s\"", row->name,
+                       text);
+    return unknown_option(ctx, command, list, text);
 }
 
-/* One argument; @return how many words of argv it used, or 0 with *status set. */
-static int parse_argument(const sc_ctx *ctx, const sc_command *command, char **argv,
-                          sc_options *out, sc_status *status)
+static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                                sc_options *options)
 {
-    const char *text = argv[0], *equals = strchr(text, '='), *value = NULL;
-    const option_row *row;
-    int used = 1;
-
-    if (text[0] != '-' || !text[1]) {
-        *status = out->input || !command->arguments[0]
-                      ? sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", text)
-                      : SC_OK;
-        out->input = text;
-        return *status == SC_OK ? 1 : 0;
+    for (int i = optind; i < argc; i++) {
+        if (options->input || !command->argument[0])
+            return sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", argv[i]);
+        options->input = argv[i];
     }
-    if (text[1] == '-')
-        row =
-            find_row(command, text + 2, equals ? (size_t)(equals - text - 2) : strlen(text + 2), 0);
-    else
-        row = text[2] ? NULL : find_row(command, NULL, 0, text[1]);
-    if (!row) {
-        *status = unknown_option(ctx, command, text);
-        return 0;
-    }
-    if (row->argument) {
-        value = equals && text[1] == '-' ? equals + 1 : argv[1];
-        used = equals && text[1] == '-' ? 1 : 2;
-        if (!value) {
-            *status =
-                sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name, row->argument);
-            return 0;
-        }
-    }
-    *status = row->take(ctx, out, row, value);
-    return *status == SC_OK ? used : 0;
+    if (command->argument[0] && command->argument[0] != '[' && !options->input && !options->help &&
+        !options->version)
+        return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name, command->argument);
+    return SC_OK;
 }
 
 sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
-                           bool speak, sc_options *out, bool *help)
+                           sc_options *out)
 {
     const char *threads = getenv("SEGCAST_THREADS");
+    sc_option_list list;
+    getopt_tables tables;
     sc_options options = {.frame = -1};
-    sc_status status = SC_OK;
+    int result;
+    sc_status status;
 
-    if (threads) {
-        const option_row row = {.name = "threads (SEGCAST_THREADS)"};
+    SC_TRY(sc_options_list(ctx, command, &list));
+    fill_tables(&list, &tables);
+    if (threads)
+        SC_TRY(set_threads(ctx, &options, "SEGCAST_THREADS", threads));
+    opterr = 0; /* the messages are ours */
+    while ((result = getopt_long(argc - 1, argv + 1, tables.shorts, tables.longs, NULL)) != -1) {
+        const sc_option *row = find_option(&list, result);
 
-        SC_TRY(take_threads(ctx, &options, &row, threads));
-    }
-    for (int i = 2; i < argc;) {
-        int used;
-
-        if (!strcmp(argv[i], "--help")) {
-            if (speak)
-                print_options(command);
-            *help = true;
-            break;
-        }
-        used = parse_argument(ctx, command, argv + i, &options, &status);
-        if (!used)
+        if (!row) {
+            status = refuse(ctx, command, &list, result, argv[optind]);
             goto out;
-        i += used;
+        }
+        SC_TRY(row->store(ctx, &options, row, optarg));
     }
-    if (!*help && command->arguments[0] && !options.input) {
-        status =
-            sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name, command->arguments);
-        goto out;
-    }
+    SC_TRY(read_arguments(ctx, command, argc - 1, argv + 1, &options));
     *out = options;
     return SC_OK;
 out:

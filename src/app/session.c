@@ -32,6 +32,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     const sc_job_sources sources = {.path = job_path,
                                     .settings = app->options.settings,
                                     .setting_count = app->options.setting_count,
+                                    .defaults = app->options.defaults,
+                                    .default_count = app->options.default_count,
                                     .environment = app->environment};
     sc_job *job = &session->job;
     void *rules = NULL, *exceptions = NULL;

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A non-negative number; *at moves behind it and blanks around it. */
-static bool number(const char **at, long *out)
+/* Read a non-negative number; *at moves behind it and the blanks around it. */
+static bool read_number(const char **at, long *out)
 {
     char *end;
 
@@ -17,42 +17,45 @@ static bool number(const char **at, long *out)
     return true;
 }
 
-/* One element: a, a-b or a-b:step. */
-static bool element(const char **at, long *first, long *last, long *step)
+/* Read one range: a, a-b or a-b:step. @return false if it is none, or the step is 0. */
+static bool read_range(const char **at, long *first, long *last, long *step)
 {
-    if (!number(at, first))
+    if (!read_number(at, first))
         return false;
     *last = *first;
     *step = 1;
     if (**at != '-')
         return true;
     (*at)++;
-    if (!number(at, last))
+    if (!read_number(at, last))
         return false;
     if (**at != ':')
         return true;
     (*at)++;
-    return number(at, step) && *step > 0;
+    return read_number(at, step) && *step > 0;
 }
 
-static sc_status mark(const sc_ctx *ctx, const char *text, int total, char *wanted)
+/* Set wanted[k] for each frame k of the list. */
+static sc_status mark_frames(const sc_ctx *ctx, const char *text, int total, char *wanted)
 {
     const char *at = text;
 
     for (;;) {
         long first, last, step;
 
-        if (!element(&at, &first, &last, &step) || (*at && *at != ','))
+        if (!read_range(&at, &first, &last, &step) || (*at && *at != ','))
             return sc_fail(ctx, SC_ERR_USAGE, "--frames is \"%s\", expected for example 0-35:2,40",
                            text);
         if (last < first || last >= total)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "--frames %ld-%ld is not within the animation's frames 0-%d", first,
                            last, total - 1);
-        for (long k = first; k <= last; k += step) {
+        for (long k = first;; k += step) {
             if (wanted[k])
                 return sc_fail(ctx, SC_ERR_USAGE, "--frames \"%s\" names frame %ld twice", text, k);
             wanted[k] = 1;
+            if (step > last - k) /* k + step could overflow */
+                break;
         }
         if (!*at)
             return SC_OK;
@@ -69,7 +72,7 @@ sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **
     SC_TRY(sc_zalloc(ctx, (size_t)total, 1, &wanted));
     SC_TRY(sc_alloc(ctx, (size_t)total, sizeof(int), &frames));
     if (text)
-        SC_TRY(mark(ctx, text, total, wanted));
+        SC_TRY(mark_frames(ctx, text, total, wanted));
     else
         memset(wanted, 1, (size_t)total);
     for (int k = 0; k < total; k++) {
@@ -85,11 +88,11 @@ out:
     return status;
 }
 
-sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int group, int total, int **out,
+sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int gop, int total, int **out,
                           int *count)
 {
-    const long groups = (total + group - 1) / group;
-    const long first = groups * i / n * group, next = groups * (i + 1) / n * group;
+    const long gops = (total + gop - 1) / gop;
+    const long first = gops * i / n * gop, next = gops * (i + 1) / n * gop;
     const long end = next < total ? next : total;
     void *frames;
     sc_status status = sc_alloc(ctx, (size_t)(end - first) + 1, sizeof(int), &frames);

@@ -1,35 +1,122 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Clip planes of a job: sweeps, still planes, and boxes as shorthand for six of them. */
-#include "job_fields.h"
+/* Clip planes of a job: moving planes, planes that stand still, and boxes, which are six planes. */
+#include "key.h"
+#include "segcast/job.h"
 
-#include <stdlib.h>
+#include <math.h>
 #include <string.h>
 
-static const sc_field sweep_fields[] = {
-    {.name = "normal",
-     .type = &sc_type_direction,
-     .offset = offsetof(sc_sweep, normal),
-     .low = -1e6,
-     .high = 1e6},
-    {.name = "from", .type = &sc_type_place, .offset = offsetof(sc_sweep, from)},
-    {.name = "to", .type = &sc_type_place, .offset = offsetof(sc_sweep, to)},
-    {.name = "during", .type = &sc_type_span, .offset = offsetof(sc_sweep, begin)},
-    {.name = "ease",
-     .type = &sc_type_choice,
-     .offset = offsetof(sc_sweep, ease),
-     .choices = sc_ease_names},
+/* ---- rows ---- */
+
+#define PLANE(member) offsetof(plane_entry, member)
+#define NORMAL_ROW                                                                                 \
+    {                                                                                              \
+        "normal", &sc_type_direction, PLANE(sweep.normal), NULL,                                   \
+            .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6,            \
+            .required = true                                                                       \
+    }
+
+/* A plane as it stands in the file. */
+typedef struct plane_entry {
+    sc_sweep sweep;
+    bool has_point;
+    sc_vec3 point_mm;
+} plane_entry;
+
+static const sc_key sweep_keys[] = {
+    NORMAL_ROW,
+    {"from", &sc_type_plane_position, PLANE(sweep.from), "0%",
+     .help = "where the plane begins: a share of the way through what is visible, or mm along its "
+             "normal"},
+    {"to", &sc_type_plane_position, PLANE(sweep.to), "50%", .help = "where the plane ends"},
+    {"during", &sc_type_span, PLANE(sweep.begin), "[0%, 100%]",
+     .help = "part of the animation in which the plane moves"},
+    {"ease", &sc_type_choice, PLANE(sweep.ease), "linear",
+     .help = "how the movement begins and ends", .choices = sc_ease_choices},
     {0}};
 
-static const sc_field plane_fields[] = {
-    {.name = "normal",
-     .type = &sc_type_direction,
-     .offset = offsetof(sc_sweep, normal),
-     .low = -1e6,
-     .high = 1e6},
-    {.name = "at", .type = &sc_type_place, .offset = offsetof(sc_sweep, from)},
+static const sc_key plane_keys[] = {
+    NORMAL_ROW,
+    {"at", &sc_type_plane_position, PLANE(sweep.from), "50%",
+     .help = "where the plane stands: a share of the way through what is visible, or mm along its "
+             "normal",
+     .alternative = "at or at_point"},
+    {"at_point", &sc_type_point, PLANE(point_mm), NULL,
+     .help = "a point of the plane in patient coordinates, as segcast views prints them",
+     .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
+     .alternative = "at or at_point"},
     {0}};
 
-static sc_status parse_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
+/* The corner of a box: three positions, along R, A and S. */
+typedef struct corner {
+    sc_place along[3];
+} corner;
+typedef struct box_entry {
+    corner from, to;
+} box_entry;
+
+static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_status status = SC_OK;
+
+    if (node->kind != SC_YAML_LIST || node->count != 3)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < 3 && status == SC_OK; i++) {
+        const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
+
+        status = each.type->read(ctx, &each, node->items[i], &((corner *)value)->along[i]);
+    }
+    return status;
+}
+
+static json_t *corner_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
+                     sc_type_plane_position.schema(key), "minItems", 3, "maxItems", 3);
+}
+
+/* Read only: a box is written as its planes. */
+static const sc_value_type type_corner = {
+    .name = "[R, A, S]",
+    .expected = "three positions along R, A and S, such as [0%, 25%, 10 mm]",
+    .read = read_corner,
+    .schema = corner_schema,
+};
+
+static const sc_key box_keys[] = {{"from", &type_corner, offsetof(box_entry, from), "[0%, 0%, 0%]",
+                                   .help = "the corner at the patient's left, back and feet"},
+                                  {"to", &type_corner, offsetof(box_entry, to),
+                                   "[100%, 100%, 100%]",
+                                   .help = "the corner at the patient's right, front and head"},
+                                  {0}};
+
+static json_t *tissue_list_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
+}
+
+/* Read by read_exceptions, which knows the planes of the entry. */
+static const sc_value_type type_tissue_list = {
+    .name = "list of tissues",
+    .expected = "a list of tissues",
+    .schema = tissue_list_schema,
+};
+
+const sc_key sc_clip_keys[] = {
+    {"sweep", &sc_type_map, 0, NULL, .help = "a plane that moves", .keys = sweep_keys,
+     .alternative = "sweep, plane or box", .required = true},
+    {"plane", &sc_type_map, 0, NULL, .help = "a plane that stands still", .keys = plane_keys,
+     .alternative = "sweep, plane or box", .required = true},
+    {"box", &sc_type_map, 0, NULL, .help = "six planes around what is kept", .keys = box_keys,
+     .alternative = "sweep, plane or box", .required = true},
+    {"except", &type_tissue_list, 0, NULL,
+     .help = "tissues that stay whole: names, globs or label numbers", .without = "none"},
+    {0}};
+
+/* ---- reading ---- */
+
+static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
 {
     void *grown;
     sc_status status;
@@ -62,68 +149,48 @@ static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
     return sc_yaml_fail(ctx, node, "more than %d clip planes (a box counts as six)", SC_PLANES_MAX);
 }
 
-/* A moving or a still plane. */
-static sc_status parse_plane(const sc_ctx *ctx, const sc_yaml *body, bool moving, sc_job *job)
+/* A plane that moves, or one that stands still. */
+static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
-    sc_sweep sweep = {.from = {moving ? 0 : 50, true}, .to = {50, true}, .end = 1};
+    plane_entry entry = {.sweep = {.end = 1}};
+    sc_sweep *sweep = &entry.sweep;
     sc_status status;
 
     if (job->animation.sweep_count >= SC_PLANES_MAX)
         return too_many(ctx, body);
-    if (!sc_yaml_member(body, "normal"))
-        return sc_yaml_fail(ctx, body, "a clip plane needs a normal, towards what is kept");
-    status = sc_fields_parse(ctx, moving ? sweep_fields : plane_fields, body, &sweep);
+    status = sc_keys_set_defaults(ctx, key->keys, &entry);
+    if (status == SC_OK)
+        status = sc_keys_read(ctx, key->keys, body, &entry);
     if (status != SC_OK)
         return status;
-    if (!moving)
-        sweep.to = sweep.from;
-    job->animation.sweeps[job->animation.sweep_count++] = sweep;
+    if (entry.has_point)
+        sweep->from = (sc_place){.value = sc_vec3_dot(sweep->normal, entry.point_mm)};
+    if (key->keys == plane_keys)
+        sweep->to = sweep->from;
+    job->animation.sweeps[job->animation.sweep_count++] = *sweep;
     return SC_OK;
 }
 
-/* Three places, along the axes to the right, anterior and superior. */
-static sc_status parse_corner(const sc_ctx *ctx, const sc_yaml *node, sc_place out[3])
-{
-    sc_status status = SC_OK;
-
-    if (!node)
-        return SC_OK;
-    if (node->kind != SC_YAML_LIST || node->count != 3)
-        return sc_wrong_type(ctx, node, "three places along R, A and S, such as [0%, 25%, 10 mm]");
-    for (size_t i = 0; i < 3 && status == SC_OK; i++) {
-        const sc_field field = {.type = &sc_type_place, .offset = i * sizeof(sc_place)};
-
-        status = sc_type_place.parse(ctx, &field, node->items[i], out);
-    }
-    return status;
-}
-
 /* Six planes whose normals point into the box. */
-static sc_status parse_box(const sc_ctx *ctx, const sc_yaml *body, sc_job *job)
+static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
-    static const char *const words[] = {"from", "to"};
     static const sc_vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    sc_place low[3] = {{0, true}, {0, true}, {0, true}};
-    sc_place high[3] = {{100, true}, {100, true}, {100, true}};
+    box_entry box;
     sc_status status;
 
-    for (size_t i = 0; i < body->count; i++) {
-        if (strcmp(body->items[i]->key, "from") && strcmp(body->items[i]->key, "to"))
-            return sc_unknown_word(ctx, body->items[i], body->items[i]->key, words, 2);
-    }
     if (job->animation.sweep_count + 6 > SC_PLANES_MAX)
         return too_many(ctx, body);
-    SC_TRY(parse_corner(ctx, sc_yaml_member(body, "from"), low));
-    SC_TRY(parse_corner(ctx, sc_yaml_member(body, "to"), high));
+    SC_TRY(sc_keys_set_defaults(ctx, key->keys, &box));
+    SC_TRY(sc_keys_read(ctx, key->keys, body, &box));
     for (int i = 0; i < 3; i++) {
-        const sc_place back = {high[i].percent ? 100 - high[i].value : -high[i].value,
-                               high[i].percent};
+        const sc_place low = box.from.along[i], high = box.to.along[i];
+        const sc_place back = {high.percent ? 100 - high.value : -high.value, high.percent};
 
-        if (low[i].percent == high[i].percent && low[i].value >= high[i].value)
+        if (low.percent == high.percent && low.value >= high.value)
             return sc_yaml_fail(ctx, body, "the box is empty along its axis %d: from %g to %g",
-                                i + 1, low[i].value, high[i].value);
+                                i + 1, low.value, high.value);
         job->animation.sweeps[job->animation.sweep_count++] =
-            (sc_sweep){.normal = axes[i], .from = low[i], .to = low[i], .end = 1};
+            (sc_sweep){.normal = axes[i], .from = low, .to = low, .end = 1};
         job->animation.sweeps[job->animation.sweep_count++] =
             (sc_sweep){.normal = sc_vec3_scale(axes[i], -1), .from = back, .to = back, .end = 1};
     }
@@ -131,75 +198,115 @@ out:
     return status;
 }
 
-static sc_status parse_clip_item(const sc_ctx *ctx, const sc_yaml *item, sc_job *job)
+/* Check that an entry names exactly one kind of plane. @return its member, or NULL, logged. */
+static const sc_yaml *find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
+                                const sc_key **kind)
 {
-    static const char *const words[] = {"sweep", "plane", "box", "except"};
-    const int first = job->animation.sweep_count;
-    const sc_yaml *except = NULL, *body = NULL;
-    sc_status status = SC_OK;
+    const sc_yaml *body = NULL;
 
-    if (item->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, item, "{sweep: {...}}, {plane: {...}} or {box: {...}}");
-    for (size_t i = 0; i < item->count; i++) {
-        const sc_yaml *member = item->items[i];
-        size_t word = 0;
+    for (size_t i = 0; i < entry->count; i++) {
+        const sc_key *key = sc_key_find(keys, entry->items[i]->key);
 
-        while (word < SC_COUNT_OF(words) && strcmp(member->key, words[word]))
-            word++;
-        if (word == SC_COUNT_OF(words))
-            return sc_unknown_word(ctx, member, member->key, words, SC_COUNT_OF(words));
-        if (word < 3 && (body || member->kind != SC_YAML_MAP))
-            return sc_yaml_fail(ctx, item, "a clip item holds either a sweep, a plane or a box");
-        if (word < 3)
-            body = member;
-        else
-            except = member;
+        if (!key) {
+            (void)sc_key_unknown(ctx, keys, entry->items[i]);
+            return NULL;
+        }
+        if (!key->alternative)
+            continue;
+        if (body || entry->items[i]->kind != SC_YAML_MAP) {
+            body = NULL;
+            break;
+        }
+        body = entry->items[i];
+        *kind = key;
     }
     if (!body)
-        return sc_yaml_fail(ctx, item, "a clip item holds either a sweep, a plane or a box");
-    status = body->key[0] == 'b' ? parse_box(ctx, body, job)
-                                 : parse_plane(ctx, body, body->key[0] == 's', job);
+        (void)sc_yaml_fail(ctx, entry, "a clip entry holds one map: either sweep, plane or box");
+    return body;
+}
+
+static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
+                            sc_job *job)
+{
+    const int first = job->animation.sweep_count;
+    const sc_key *kind = NULL;
+    const sc_yaml *except, *body;
+    sc_status status;
+
+    if (entry->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, entry, "{sweep: {...}}, {plane: {...}} or {box: {...}}");
+    body = find_body(ctx, keys, entry, &kind);
+    if (!body)
+        return entry->line > 0 ? SC_ERR_DATA : SC_ERR_USAGE;
+    status =
+        kind->keys == box_keys ? read_box(ctx, kind, body, job) : read_plane(ctx, kind, body, job);
+    except = sc_yaml_member(entry, "except");
     for (int plane = first; except && plane < job->animation.sweep_count && status == SC_OK;
          plane++)
-        status = parse_exceptions(ctx, except, plane, job);
+        status = read_exceptions(ctx, except, plane, job);
     return status;
 }
 
-static sc_status parse_clip(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node, void *to)
+static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
-        return sc_wrong_type(ctx, node, field->type->expected);
+        return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < node->count && status == SC_OK; i++)
-        status = parse_clip_item(ctx, node->items[i], to);
+        status = read_entry(ctx, key->keys, node->items[i], value);
     return status;
 }
 
-static sc_status write_clip(const sc_ctx *ctx, const sc_field *field, const void *from, int indent,
+/* ---- writing ---- */
+
+static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
+{
+    const char *comma = "";
+    sc_status status = sc_text_add(ctx, text, "[");
+
+    for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
+        if (job->exceptions[e].plane != plane)
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", comma));
+        SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+/* Every plane as one that moves, though not all do. */
+static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
-    const sc_job *job = from;
+    const sc_job *job = value;
     sc_status status = sc_text_add(ctx, text, "%s", job->animation.sweep_count ? "" : "[]");
 
-    (void)field;
+    (void)key;
     for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
-        const char *comma = "";
+        const plane_entry entry = {.sweep = job->animation.sweeps[i]};
 
         SC_TRY(sc_text_add(ctx, text, "\n%*s- sweep: ", indent + 2, ""));
-        SC_TRY(sc_fields_write_flow(ctx, sweep_fields, &job->animation.sweeps[i], text));
-        SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: [", indent + 4, ""));
-        for (size_t e = 0; e < job->exception_count; e++) {
-            if (job->exceptions[e].plane != i)
-                continue;
-            SC_TRY(sc_text_add(ctx, text, "%s\"%s\"", comma, job->exceptions[e].pattern));
-            comma = ", ";
-        }
-        status = sc_text_add(ctx, text, "]");
+        SC_TRY(sc_keys_write_flow(ctx, sweep_keys, &entry, text));
+        SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
+        status = write_exceptions(ctx, job, i, text);
     }
 out:
     return status;
 }
 
-const sc_field_type sc_type_clip = {"a list of sweeps, planes and boxes", parse_clip, write_clip,
-                                    NULL};
+static json_t *clip_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:o}", "type", "array", "items", sc_keys_schema(key->keys));
+}
+
+const sc_value_type sc_type_clip = {
+    .name = "list of planes",
+    .expected = "a list of sweeps, planes and boxes",
+    .read = read_clip,
+    .write = write_clip,
+    .schema = clip_schema,
+    .container = SC_CONTAINER_LIST,
+};

@@ -1,118 +1,87 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tissues of a job: rules by name, glob or label number. */
-#include "job_fields.h"
+#include "key.h"
+#include "segcast/job.h"
 
 #include <string.h>
 
-static sc_status parse_opacity(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
-                               void *to)
+/* The value is the whole rule: "auto" is a flag beside the number. */
+static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
 {
-    sc_tissue_rule *rule = to;
+    sc_tissue_rule *rule = value;
+    const bool is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
+    sc_status status = SC_OK;
 
-    (void)field;
-    rule->has_opacity = true;
-    rule->opacity_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
-    if (rule->opacity_auto)
-        return SC_OK;
-    if (node->kind == SC_YAML_SCALAR && (node->text[0] < '0' || node->text[0] > '9') &&
-        node->text[0] != '.')
-        return sc_wrong_type(ctx, node, "auto or a number from 0 to 1");
-    return sc_parse_real(ctx, node, 0, 1, &rule->opacity);
+    if (node->kind == SC_YAML_SCALAR && !is_auto && !strchr("0123456789.", node->text[0]))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!is_auto)
+        status = sc_read_real(ctx, node, key->low, key->high, &rule->opacity);
+    if (status == SC_OK)
+        rule->opacity_auto = is_auto;
+    return status;
 }
 
-static sc_status write_opacity(const sc_ctx *ctx, const sc_field *field, const void *from,
-                               int indent, sc_text *text)
+static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
 {
-    const sc_tissue_rule *rule = from;
+    const sc_tissue_rule *rule = value;
 
-    (void)field;
+    (void)key;
     (void)indent;
     if (rule->opacity_auto)
         return sc_text_add(ctx, text, "auto");
     return sc_text_add(ctx, text, "%.12g", rule->opacity);
 }
 
-static bool no_opacity(const sc_field *field, const void *from)
+static json_t *opacity_schema(const sc_key *key)
 {
-    (void)field;
-    return !((const sc_tissue_rule *)from)->has_opacity;
+    return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
+                     key->low, "maximum", key->high, "enum", "auto");
 }
 
-#define HAS_FIELD(name, member, of)                                                                \
-    static sc_status parse_##name(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,   \
-                                  void *to)                                                        \
-    {                                                                                              \
-        ((sc_tissue_rule *)to)->member = true;                                                     \
-        return (of).parse(ctx, field, node, to);                                                   \
-    }                                                                                              \
-    static sc_status write_##name(const sc_ctx *ctx, const sc_field *field, const void *from,      \
-                                  int indent, sc_text *text)                                       \
-    {                                                                                              \
-        return (of).write(ctx, field, from, indent, text);                                         \
-    }                                                                                              \
-    static bool no_##name(const sc_field *field, const void *from)                                 \
-    {                                                                                              \
-        (void)field;                                                                               \
-        return !((const sc_tissue_rule *)from)->member;                                            \
-    }
+static const sc_value_type type_opacity = {
+    .name = "number or auto",
+    .expected = "auto or a number from 0 to 1",
+    .read = read_opacity,
+    .write = write_opacity,
+    .schema = opacity_schema,
+};
 
-/* Types that also note that the key was given. */
-HAS_FIELD(color, has_color, sc_type_color)
-HAS_FIELD(visible, has_visible, sc_type_bool)
-HAS_FIELD(interior, has_interior_opacity, sc_type_real)
-HAS_FIELD(diffuse, has_diffuse, sc_type_real)
-HAS_FIELD(specular, has_specular, sc_type_real)
-HAS_FIELD(shininess, has_shininess, sc_type_int)
+#define RULE(member) offsetof(sc_tissue_rule, member)
+#define HAS(member) .given = SC_GIVEN(sc_tissue_rule, has_##member)
 
-static const sc_field_type type_opacity = {"auto or a number from 0 to 1", parse_opacity,
-                                           write_opacity, no_opacity};
-static const sc_field_type type_color = {"\"#rrggbb\" or [red, green, blue] from 0 to 255",
-                                         parse_color, write_color, no_color};
-static const sc_field_type type_visible = {"true or false", parse_visible, write_visible,
-                                           no_visible};
-static const sc_field_type type_interior = {"a number", parse_interior, write_interior,
-                                            no_interior};
-static const sc_field_type type_diffuse = {"a number", parse_diffuse, write_diffuse, no_diffuse};
-static const sc_field_type type_specular = {"a number", parse_specular, write_specular,
-                                            no_specular};
-static const sc_field_type type_shininess = {"a whole number", parse_shininess, write_shininess,
-                                             no_shininess};
-
-static const sc_field rule_fields[] = {
-    {.name = "color", .type = &type_color, .offset = offsetof(sc_tissue_rule, rgb)},
-    {.name = "opacity", .type = &type_opacity},
-    {.name = "interior_opacity",
-     .type = &type_interior,
-     .offset = offsetof(sc_tissue_rule, interior_opacity),
-     .low = 0,
-     .high = 1},
-    {.name = "visible", .type = &type_visible, .offset = offsetof(sc_tissue_rule, visible)},
-    {.name = "diffuse",
-     .type = &type_diffuse,
-     .offset = offsetof(sc_tissue_rule, material.diffuse),
-     .low = 0,
-     .high = 2},
-    {.name = "specular",
-     .type = &type_specular,
-     .offset = offsetof(sc_tissue_rule, material.specular),
-     .low = 0,
-     .high = 2},
-    {.name = "shininess",
-     .type = &type_shininess,
-     .offset = offsetof(sc_tissue_rule, material.shininess),
-     .low = 1,
-     .high = 1000},
+const sc_key sc_tissue_keys[] = {
+    {"color", &sc_type_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
+     .without = "the label table's, else distinct colours"},
+    {"opacity", &type_opacity, 0, NULL,
+     .help =
+         "opacity of its surface (voxel surface: per voxel length), or auto: by measured thickness",
+     .low = 0, .high = 1, HAS(opacity), .without = "the label table's, else auto"},
+    {"interior_opacity", &sc_type_real, RULE(interior_opacity), NULL,
+     .help = "opacity of its other voxels, per voxel length; only for surface: voxel", .low = 0,
+     .high = 1, HAS(interior_opacity), .without = "0"},
+    {"visible", &sc_type_bool, RULE(visible), NULL, .help = "whether the tissue is shown at all",
+     HAS(visible), .without = "the label table's, else true"},
+    {"diffuse", &sc_type_real, RULE(material.diffuse), NULL,
+     .help = "share of its colour that light brings out", .low = 0, .high = 2, HAS(diffuse),
+     .without = "1"},
+    {"specular", &sc_type_real, RULE(material.specular), NULL, .help = "strength of highlights",
+     .low = 0, .high = 2, HAS(specular), .without = "0.14"},
+    {"shininess", &sc_type_int, RULE(material.shininess), NULL,
+     .help = "exponent of highlights: the larger, the smaller they are", .low = 1, .high = 1000,
+     HAS(shininess), .without = "36"},
     {0}};
 
-static sc_status parse_tissues(const sc_ctx *ctx, const sc_field *field, const sc_yaml *node,
-                               void *to)
+static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
 {
-    sc_job *job = to;
+    sc_job *job = value;
     void *rules;
     sc_status status;
 
     if (node->kind != SC_YAML_MAP)
-        return sc_wrong_type(ctx, node, field->type->expected);
+        return sc_wrong_type(ctx, node, key->type->expected);
     status = sc_zalloc(ctx, node->count, sizeof *job->rules, &rules);
     if (status != SC_OK)
         return status;
@@ -122,29 +91,45 @@ static sc_status parse_tissues(const sc_ctx *ctx, const sc_field *field, const s
         sc_tissue_rule *rule = &job->rules[job->rule_count++];
 
         if (strlen(item->key) >= SC_NAME_BYTES)
-            return sc_yaml_fail(ctx, item, "a tissue's name has %zu characters", strlen(item->key));
+            return sc_yaml_fail(ctx, item,
+                                "a tissue's name has %zu characters, expected less than %d",
+                                strlen(item->key), SC_NAME_BYTES);
         if (item->kind != SC_YAML_MAP)
             return sc_wrong_type(ctx, item, "{color, opacity, visible, ...}");
         strcpy(rule->pattern, item->key);
         sc_note_where(item, rule->where, sizeof rule->where);
-        status = sc_fields_parse(ctx, rule_fields, item, rule);
+        status = sc_keys_read(ctx, key->keys, item, rule);
     }
     return status;
 }
 
-static sc_status write_tissues(const sc_ctx *ctx, const sc_field *field, const void *from,
-                               int indent, sc_text *text)
+static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
 {
-    const sc_job *job = from;
+    const sc_job *job = value;
     sc_status status = sc_text_add(ctx, text, "%s", job->rule_count ? "" : "{}");
 
-    (void)field;
     for (size_t i = 0; i < job->rule_count && status == SC_OK; i++) {
-        SC_TRY(sc_text_add(ctx, text, "\n%*s\"%s\": ", indent + 2, "", job->rules[i].pattern));
-        status = sc_fields_write_flow(ctx, rule_fields, &job->rules[i], text);
+        SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
+        SC_TRY(sc_write_quoted(ctx, job->rules[i].pattern, text));
+        SC_TRY(sc_text_add(ctx, text, ": "));
+        status = sc_keys_write_flow(ctx, key->keys, &job->rules[i], text);
     }
 out:
     return status;
 }
 
-const sc_field_type sc_type_tissues = {"a map of tissues", parse_tissues, write_tissues, NULL};
+static json_t *tissues_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:o}", "type", "object", "additionalProperties",
+                     sc_keys_schema(key->keys));
+}
+
+const sc_value_type sc_type_tissues = {
+    .name = "map of tissues",
+    .expected = "a map of tissues",
+    .read = read_tissues,
+    .write = write_tissues,
+    .schema = tissues_schema,
+    .container = SC_CONTAINER_DICT,
+};

@@ -63,8 +63,7 @@ static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *orig
     return status;
 }
 
-/* Append; takes the child over, also on failure. */
-static sc_status append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
+sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
 {
     if (parent->count == parent->capacity) {
         const size_t capacity = parent->capacity ? 2 * parent->capacity : 8;
@@ -87,11 +86,9 @@ static sc_status append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
 
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key)
 {
-    for (size_t i = 0; map->kind == SC_YAML_MAP && i < map->count; i++) {
-        if (!strcmp(map->items[i]->key, key))
-            return map->items[i];
-    }
-    return NULL;
+    const size_t index = sc_yaml_index(map, key);
+
+    return index < map->count ? map->items[index] : NULL;
 }
 
 static sc_status next_event(reader *r, yaml_event_t *event)
@@ -156,7 +153,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
             return status;
         }
         child->key = key;
-        status = append(r->ctx, parent, child);
+        status = sc_yaml_append(r->ctx, parent, child);
     }
     return status;
 }
@@ -250,90 +247,49 @@ sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text,
     return status;
 }
 
-/* Next element of a dotted path into @p element. @return what follows it, or NULL if malformed. */
-static const char *path_element(const char *path, char *element, size_t size)
+size_t sc_yaml_index(const sc_yaml *map, const char *key)
 {
-    size_t length = 0;
+    size_t i = 0;
 
-    if (*path == '"') {
-        const char *close = strchr(path + 1, '"');
-
-        if (!close || (size_t)(close - path) > size)
-            return NULL;
-        length = (size_t)(close - path - 1);
-        memcpy(element, path + 1, length);
-        path = close + 1;
-    } else {
-        length = strcspn(path, ".");
-        if (length == 0 || length >= size)
-            return NULL;
-        memcpy(element, path, length);
-        path += length;
-    }
-    element[length] = '\0';
-    if (*path && *path != '.')
-        return NULL;
-    return *path ? path + 1 : path;
+    if (map->kind != SC_YAML_MAP)
+        return map->count;
+    while (i < map->count && strcmp(map->items[i]->key, key))
+        i++;
+    return i;
 }
 
-/* The child for one element of a path; made if it is not there. */
-static sc_status step_into(const sc_ctx *ctx, sc_yaml *at, const char *element, bool last,
-                           const sc_yaml *value, sc_yaml ***out)
+void sc_yaml_remove(sc_yaml *parent, size_t index)
 {
-    sc_yaml *child = NULL;
-    char *end;
-    const long index = strtol(element, &end, 10);
+    sc_yaml_free(parent->items[index]);
+    parent->count--;
+    memmove(parent->items + index, parent->items + index + 1,
+            (parent->count - index) * sizeof *parent->items);
+}
+
+sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out)
+{
+    sc_yaml *node = NULL;
     sc_status status;
 
-    if (at->kind == SC_YAML_LIST) {
-        if (*end || index < 0 || (size_t)index >= at->count)
-            return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" is not an item of a list of %zu",
-                           value->origin, element, at->count);
-        *out = &at->items[index];
-        return SC_OK;
-    }
-    for (size_t i = 0; at->kind == SC_YAML_MAP && i < at->count; i++) {
-        if (!strcmp(at->items[i]->key, element)) {
-            *out = &at->items[i];
-            return SC_OK;
-        }
-    }
-    if (at->kind != SC_YAML_MAP)
-        return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a single value", value->origin,
-                       element);
-    status = new_node(ctx, last ? SC_YAML_SCALAR : SC_YAML_MAP, value->origin, 0, &child);
-    if (status == SC_OK)
-        status = copy_text(ctx, element, &child->key);
-    if (status != SC_OK) {
-        sc_yaml_free(child);
-        return status;
-    }
-    status = append(ctx, at, child);
-    if (status == SC_OK)
-        *out = &at->items[at->count - 1];
+    SC_TRY(new_node(ctx, SC_YAML_SCALAR, origin, 0, &node));
+    SC_TRY(copy_text(ctx, text, &node->text));
+    *out = node;
+    return SC_OK;
+out:
+    sc_yaml_free(node);
     return status;
 }
 
-sc_status sc_yaml_set(const sc_ctx *ctx, sc_yaml *root, const char *path, sc_yaml *value)
+sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
+                      const char *origin)
 {
-    char element[256];
-    sc_yaml **at = &root;
-    sc_status status = SC_OK;
+    sc_yaml *child = NULL;
+    sc_status status = new_node(ctx, kind, origin, 0, &child);
 
-    do {
-        path = path_element(path, element, sizeof element);
-        if (!path) {
-            status = sc_fail(ctx, SC_ERR_USAGE, "%s: expected key.path=value", value->origin);
-            goto out;
-        }
-        SC_TRY(step_into(ctx, *at, element, !*path, value, &at));
-    } while (*path);
-    value->key = (*at)->key;
-    (*at)->key = NULL;
-    sc_yaml_free(*at);
-    *at = value;
-    return SC_OK;
-out:
-    sc_yaml_free(value);
+    if (status == SC_OK && key)
+        status = copy_text(ctx, key, &child->key);
+    if (status == SC_OK)
+        return sc_yaml_append(ctx, parent, child);
+    sc_yaml_free(child);
     return status;
 }

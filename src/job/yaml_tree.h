@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to job: a YAML document as a tree that remembers lines. Stricter than YAML: one
- * document, no aliases, no doubled keys, bounded depth and size. */
+/* Private to job: a YAML document as a tree of nodes that know their line in the file. Stricter
+ * than YAML: one document, no aliases, no key twice in a map, bounded depth and number of nodes. */
 #ifndef SC_JOB_YAML_TREE_H
 #define SC_JOB_YAML_TREE_H
 
@@ -13,22 +13,32 @@ typedef struct sc_yaml {
     int line;           /* from 1; 0: not from a file */
     const char *origin; /* file, or option: borrowed */
     char *key;          /* in a map */
-    char *text;         /* scalar */
+    char *text;         /* of a scalar; NULL only for one that was added empty */
     struct sc_yaml **items;
     size_t count, capacity;
 } sc_yaml;
 
-/* Parse @p text, calling its source @p origin. Caller owns: sc_yaml_free.
- * SC_ERR_DATA with origin:line. An empty text gives an empty map. */
+/* Parse @p text, which messages call @p origin. Caller owns: sc_yaml_free. An empty text gives an
+ * empty map. @return SC_ERR_DATA, logged as "origin:line: why". */
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out);
+/* A single value. @p origin is borrowed. Caller owns: sc_yaml_free. */
+sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out);
+/* Free a node and all below it; NULL is allowed. */
 void sc_yaml_free(sc_yaml *node);
-/* Member of a map, or NULL. */
+/* Member of a map; NULL if there is none, or @p map is no map. */
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key);
-/* Set "key.path" to @p value in the tree, making maps on the way; takes the value over, also on
- * failure. A path element may be quoted: tissues."left atrium".opacity */
-sc_status sc_yaml_set(const sc_ctx *ctx, sc_yaml *root, const char *path, sc_yaml *value);
-/* Log "origin:line: text". */
+/* Index of that member; map->count if there is none. */
+size_t sc_yaml_index(const sc_yaml *map, const char *key);
+/* Append to a map or list; takes ownership of @p child, also after an error. */
+sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child);
+/* Append an empty node. @p key: NULL in a list. @p origin is borrowed. */
+sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
+                      const char *origin);
+/* Remove and free an item of a map or list. */
+void sc_yaml_remove(sc_yaml *parent, size_t index);
+/* Log "origin:line: text". @return SC_ERR_DATA for a node of a file, SC_ERR_USAGE for one of a
+ * setting (without a line). */
 sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, ...)
     SC_PRINTF(3, 4);
 

@@ -1,16 +1,31 @@
 # Options: help and version everywhere, mistakes named, exit code 64.
 "$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
 for word in commit compiler MPI libav; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
-"$SEGCAST" --help | grep -q 'exit codes' || fail "no help"
-for command in render check plan still orbit info phantom; do
-    "$SEGCAST" "$command" --help | grep -q "usage: segcast $command" || fail "$command --help"
+"$SEGCAST" --help | grep -q 'Exit codes' || fail "no help"
+"$SEGCAST" --help | head -1 | grep -q '^Usage: ' || fail "the help does not begin with Usage"
+for command in $("$SEGCAST" --help | awk '/^  segcast [a-z]+ /{print $2}' | grep -v '^--' | sort -u); do
+    for way in "$command --help" "$command -h" "help $command"; do
+        # shellcheck disable=SC2086
+        "$SEGCAST" $way | head -1 | grep -q "^Usage: segcast $command" || fail "$way"
+    done
+    "$SEGCAST" "$command" --version | grep -q '^segcast 0' || fail "$command --version"
 done
+expect 64 'did you mean "render"' "$SEGCAST" help rendr; one_error
 expect 64 'no command' "$SEGCAST"; one_error
 expect 64 'did you mean "render"' "$SEGCAST" rendr; one_error
 expect 64 'needs JOB.yaml' "$SEGCAST" render; one_error
 expect 64 'did you mean --frames' "$SEGCAST" render job.yaml --fraems 1; one_error
 expect 64 'needs a value' "$SEGCAST" render job.yaml -o; one_error
 expect 64 'unexpected argument' "$SEGCAST" render a.yaml b.yaml; one_error
+expect 64 '--overwrite takes no value' "$SEGCAST" render a.yaml --overwrite=false; one_error
+expect 64 '--quiet takes no value' "$SEGCAST" info a.nrrd --quiet=; one_error
+expect 64 'unknown option -x' "$SEGCAST" render a.yaml -x; one_error
+expect 66 '^segcast: error: --frames: No such file' "$SEGCAST" render -- --frames; one_error
+expect 64 'expected KEY.PATH=VALUE' "$SEGCAST" render a.yaml --set render.samples; one_error
+expect 64 '--zoom x: zoom is "x"' "$SEGCAST" orbit a.nrrd --zoom x; one_error
+expect 64 '--size 3x4: size is "3x4"' "$SEGCAST" orbit a.nrrd --size 3x4; one_error
+expect 64 '--axis superoir: unknown axis.*did you mean "superior"' "$SEGCAST" orbit a.nrrd --axis superoir
+one_error
 expect 64 '1 to 4096' "$SEGCAST" render a.yaml --threads 0; one_error
 expect 64 'for example 128x96x128' "$SEGCAST" phantom --size 12; one_error
 expect 66 'missing.yaml: No such file' "$SEGCAST" render missing.yaml; one_error

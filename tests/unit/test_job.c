@@ -8,18 +8,28 @@
 #include <stdio.h>
 #include <unistd.h>
 
+/* Load the job file @p text. @p setting: "key.path=value" or NULL. @p variable: of the environment,
+ * or NULL. */
 static sc_status load(const char *text, heard *h, const char *setting, const char *variable,
                       sc_job *job)
 {
     const char *environment[] = {variable, NULL};
+    char path[256] = "";
+    sc_setting settings[1] = {{.origin = setting, .path = path}};
     const sc_job_sources sources = {.path = "job.yaml",
-                                    .settings = &setting,
+                                    .settings = settings,
                                     .setting_count = setting != NULL,
                                     .environment = variable ? environment : NULL};
     const sc_ctx ctx = listening(h);
     FILE *file = fopen("job.yaml", "w");
     sc_status status;
 
+    if (setting) {
+        const char *equals = strrchr(setting, '=');
+
+        snprintf(path, sizeof path, "%.*s", (int)(equals - setting), setting);
+        settings[0].value = equals + 1;
+    }
     fputs(text, file);
     fclose(file);
     *job = (sc_job){0};
@@ -52,7 +62,7 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
                                             "line 1)");
     refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
     refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2: not YAML");
-    refuses("output: {fps: 25}\n", "no volume is named");
+    refuses("output: {fps: 25}\n", "the key \"volume\" is missing");
     refuses("volume: phantom\nrender: {smooth: 2}\n",
             "smooth is \"2\", expected a number from 0 to");
     refuses("volume: phantom\nrender: {mode: papre}\n", "did you mean \"paper\"?");
@@ -77,14 +87,14 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "did you mean \"superior\"?");
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
     refuses("volume: phantom\nanimation: {camera: {fixed: {up: superior}}}\n",
-            "needs position_mm and target_mm");
+            "fixed: the key \"position_mm\" is missing");
     refuses("volume: phantom\nanimation:\n  clip:\n    - sweep: {from: 0%}\n",
-            "job.yaml:4: a clip plane needs a normal");
+            "job.yaml:4: sweep: the key \"normal\" is missing");
     refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: [0, 0, 0]}}]}\n", "length zero");
     refuses("volume: phantom\nanimation: {clip: [{swep: {normal: left}}]}\n",
             "did you mean \"sweep\"?");
     refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: half}}]}\n",
-            "a place such as 40% or 12 mm");
+            "a position such as 40% or 12 mm");
 }
 
 static void nesting_is_bounded(void **state)

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Completions of the command line for bash, zsh and fish, from the tables of commands, options and
+ * keys. */
+#include "app.h"
+
+#include <string.h>
+
+/* Keys that --set offers. Those within lists and under tissues have a part that the user names. */
+static sc_status print_key(void *user, const sc_key_info *info)
+{
+    if (info->is_value && !strstr(info->path, ".N.") && !strstr(info->path, ".NAME."))
+        fprintf(user, " %s=", info->path);
+    return SC_OK;
+}
+
+/* Text in single quotes of a shell. */
+static void print_quoted(FILE *stream, const char *text)
+{
+    fputc('\'', stream);
+    for (; *text; text++)
+        fputs(*text == '\'' ? "'\\''" : (char[2]){*text, '\0'}, stream);
+    fputc('\'', stream);
+}
+
+static void print_command_names(FILE *stream)
+{
+    for (const sc_command *c = sc_commands; c->name; c++)
+        fprintf(stream, "%s%s", c == sc_commands ? "" : " ", c->name);
+}
+
+/* ---- bash, and zsh by way of its bash completion ---- */
+
+static sc_status print_bash(const sc_ctx *ctx, FILE *stream)
+{
+    sc_status status;
+
+    fputs("# Completion of segcast for bash.\n_segcast_keys='", stream);
+    status = sc_job_each_key(ctx, print_key, stream);
+    if (status != SC_OK)
+        return status;
+    fputs("'\n_segcast() {\n    local word=${COMP_WORDS[COMP_CWORD]} "
+          "previous=${COMP_WORDS[COMP_CWORD-1]}\n"
+          "    local options=\n    COMPREPLY=()\n"
+          "    if [ \"$COMP_CWORD\" = 1 ] || [ \"$previous\" = help ]; then\n"
+          "        COMPREPLY=($(compgen -W '",
+          stream);
+    print_command_names(stream);
+    fputs(" --help --version' -- \"$word\"))\n        return\n    fi\n"
+          "    case $previous in\n    --set)\n"
+          "        compopt -o nospace 2>/dev/null\n"
+          "        COMPREPLY=($(compgen -W \"$_segcast_keys\" -- \"$word\"))\n        return ;;\n  "
+          "  esac\n"
+          "    case ${COMP_WORDS[1]} in\n",
+          stream);
+    for (const sc_command *c = sc_commands; c->name; c++) {
+        sc_option_list list;
+
+        status = sc_options_list(ctx, c, &list);
+        if (status != SC_OK)
+            return status;
+        fprintf(stream, "    %s) options='", c->name);
+        for (size_t i = 0; i < list.count; i++)
+            fprintf(stream, "%s--%s", i ? " " : "", list.rows[i].name);
+        fputs("' ;;\n", stream);
+    }
+    fputs("    esac\n    case $word in\n"
+          "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
+          "    *) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n    esac\n}\n"
+          "complete -o filenames -F _segcast segcast\n",
+          stream);
+    return SC_OK;
+}
+
+/* ---- zsh ---- */
+
+/* In a specification of _arguments brackets, colons and quotes have a meaning. */
+static void print_zsh_text(FILE *stream, const char *text)
+{
+    for (; *text; text++)
+        fputs(strchr("[]:", *text) ? (char[3]){'\\', *text, '\0'}
+              : *text == '\''      ? "'\\''"
+                                   : (char[2]){*text, '\0'},
+              stream);
+}
+
+static sc_status print_zsh(const sc_ctx *ctx, FILE *stream)
+{
+    sc_status status;
+
+    fputs("#compdef segcast\n# Completion of segcast for zsh.\n_segcast_keys=(", stream);
+    status = sc_job_each_key(ctx, print_key, stream);
+    if (status != SC_OK)
+        return status;
+    fputs(" )\n_segcast() {\n    local -a commands=(\n", stream);
+    for (const sc_command *c = sc_commands; c->name; c++) {
+        fprintf(stream, "        '%s:", c->name);
+        print_zsh_text(stream, c->help);
+        fputs("'\n", stream);
+    }
+    fputs("    )\n    if (( CURRENT == 2 )); then _describe command commands; return; fi\n"
+          "    local command=$words[2]\n    shift words; (( CURRENT-- ))\n    case $command in\n",
+          stream);
+    for (const sc_command *c = sc_commands; c->name; c++) {
+        sc_option_list list;
+
+        status = sc_options_list(ctx, c, &list);
+        if (status != SC_OK)
+            return status;
+        fprintf(stream, "    %s) _arguments", c->name);
+        for (size_t i = 0; i < list.count; i++) {
+            const sc_option *row = &list.rows[i];
+
+            fprintf(stream, " \\\n        '%s--%s%s[", strcmp(row->name, "set") ? "" : "*",
+                    row->name, row->argument ? "=" : "");
+            print_zsh_text(stream, row->help);
+            fprintf(stream, "]%s%s%s'", row->argument ? ":" : "",
+                    row->argument ? row->argument : "",
+                    !row->argument                   ? ""
+                    : !strcmp(row->name, "set")      ? ":compadd -S \"\" -a _segcast_keys"
+                    : !strcmp(row->argument, "FILE") ? ":_files"
+                                                     : ": ");
+        }
+        fprintf(stream, " \\\n        '*:argument:%s' ;;\n",
+                strcmp(c->name, "help") ? "_files" : "compadd ${commands%%:*}");
+    }
+    fputs("    esac\n}\n_segcast \"$@\"\n", stream);
+    return SC_OK;
+}
+
+/* ---- fish ---- */
+
+static sc_status print_fish(const sc_ctx *ctx, FILE *stream)
+{
+    sc_status status;
+
+    fputs("# Completion of segcast for fish.\nset -g __segcast_keys", stream);
+    status = sc_job_each_key(ctx, print_key, stream);
+    if (status != SC_OK)
+        return status;
+    fputs("\n", stream);
+    for (const sc_command *c = sc_commands; c->name; c++) {
+        sc_option_list list;
+
+        fprintf(stream, "complete -c segcast -n '__fish_use_subcommand' -f -a %s -d ", c->name);
+        print_quoted(stream, c->help);
+        fputs("\n", stream);
+        status = sc_options_list(ctx, c, &list);
+        if (status != SC_OK)
+            return status;
+        for (size_t i = 0; i < list.count; i++) {
+            const sc_option *row = &list.rows[i];
+
+            fprintf(stream, "complete -c segcast -n '__fish_seen_subcommand_from %s' -l %s",
+                    c->name, row->name);
+            if (row->letter)
+                fprintf(stream, " -s %c", row->letter);
+            if (row->argument)
+                fputs(strcmp(row->name, "set") ? " -r" : " -x -a '$__segcast_keys'", stream);
+            fputs(" -d ", stream);
+            print_quoted(stream, row->help);
+            fputs("\n", stream);
+        }
+    }
+    fputs("complete -c segcast -n '__fish_seen_subcommand_from help' -f -a '", stream);
+    print_command_names(stream);
+    fputs("'\n", stream);
+    return SC_OK;
+}
+
+sc_status sc_print_completion(const sc_ctx *ctx, const char *shell, FILE *stream)
+{
+    if (!strcmp(shell, "bash"))
+        return print_bash(ctx, stream);
+    return !strcmp(shell, "zsh") ? print_zsh(ctx, stream) : print_fish(ctx, stream);
+}

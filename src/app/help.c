@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Help and the manual page, from the tables of commands, options, keys and exit codes. */
+#include "app.h"
+
+#include <string.h>
+
+void sc_print_help(FILE *stream)
+{
+    fprintf(stream,
+            "Usage: segcast COMMAND [ARGUMENT] [OPTION]...   alone, or under mpirun or srun\n\n"
+            "Videos of segmented volumes, ray-cast on CPUs under MPI and OpenMP.\n\n");
+    for (const sc_command *c = sc_commands; c->name; c++)
+        fprintf(stream, "  segcast %-7s %-15s  %s\n", c->name, c->argument, c->help);
+    fprintf(stream, "\n  segcast help COMMAND      the options of a command\n"
+                    "  segcast keys              the keys of a job file\n"
+                    "  segcast --version         version, commit, compiler, libraries\n\n"
+                    "Exit codes:\n");
+    for (const sc_exit_code *row = sc_exit_codes; row->meaning; row++)
+        fprintf(stream, "  %2d  %s\n", row->code, row->meaning);
+}
+
+sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream)
+{
+    sc_option_list list;
+    sc_status status = sc_options_list(ctx, command, &list);
+
+    if (status != SC_OK)
+        return status;
+    fprintf(stream, "Usage: segcast %s%s%s [OPTION]...\n\n%s%s%s\n\n", command->name,
+            command->argument[0] ? " " : "", command->argument, command->help,
+            command->details ? ".\n" : "", command->details ? command->details : "");
+    for (size_t i = 0; i < list.count; i++) {
+        const sc_option *row = &list.rows[i];
+        char left[64];
+
+        snprintf(left, sizeof left, "--%s%s%s", row->name, row->argument ? " " : "",
+                 row->argument ? row->argument : "");
+        fprintf(stream, "  %c%c%c %-26s %s\n", row->letter ? '-' : ' ',
+                row->letter ? row->letter : ' ', row->letter ? ',' : ' ', left, row->help);
+    }
+    return SC_OK;
+}
+
+sc_status sc_cmd_help(sc_app *app)
+{
+    const sc_options *o = &app->options;
+    const sc_command *command = o->input ? sc_command_find(o->input) : NULL;
+    const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
+
+    if (shell)
+        return sc_print_completion(app->ctx, shell, stdout);
+    if (o->man)
+        return sc_print_manual(app->ctx, stdout);
+    if (o->input && !command)
+        return sc_command_unknown(app->ctx, o->input);
+    if (command)
+        return sc_print_command_help(app->ctx, command, stdout);
+    sc_print_help(stdout);
+    return SC_OK;
+}
+
+sc_status sc_cmd_keys(sc_app *app)
+{
+    const sc_options *o = &app->options;
+    const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
+                                  : o->markdown ? SC_KEYS_MARKDOWN
+                                  : o->man      ? SC_KEYS_MAN
+                                  : o->json     ? SC_KEYS_JSON
+                                                : SC_KEYS_TABLE;
+    sc_text text = {0};
+    sc_status status = sc_keys_describe(app->ctx, o->input, format, &text);
+
+    if (status == SC_OK)
+        fputs(text.data, stdout);
+    sc_text_clear(&text);
+    return status;
+}
+
+/* ---- segcast(1) ---- */
+
+/* A hyphen of an option is a minus sign in roff. */
+static void print_roff(FILE *stream, const char *text)
+{
+    for (; *text; text++)
+        fprintf(stream, *text == '-' ? "\\-" : *text == '\\' ? "\\e" : "%c", *text);
+}
+
+static void print_option_roff(FILE *stream, const sc_option *row)
+{
+    fputs(".TP\n", stream);
+    if (row->letter)
+        fprintf(stream, "\\fB\\-%c\\fR, ", row->letter);
+    fputs("\\fB\\-\\-", stream);
+    print_roff(stream, row->name);
+    fputs("\\fR", stream);
+    if (row->argument)
+        fprintf(stream, " \\fI%s\\fR", row->argument);
+    fputs("\n", stream);
+    print_roff(stream, row->help);
+    if (row->key[0])
+        fprintf(stream, " (key \\fB%s\\fR)", row->key);
+    fputs("\n", stream);
+}
+
+sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream)
+{
+    fprintf(
+        stream,
+        ".TH SEGCAST 1 \"\" \"segcast %s\" \"User commands\"\n.SH NAME\n"
+        "segcast \\- videos of segmented volumes, ray\\-cast on CPUs\n.SH SYNOPSIS\n"
+        ".B segcast\n.I COMMAND\n[\\fIARGUMENT\\fR] [\\fIOPTION\\fR]...\n.SH DESCRIPTION\n"
+        "Every command runs alone; render and orbit also run under mpirun or srun. Results go to\n"
+        "standard output, messages to standard error. Keys of a job file are described in\n"
+        "segcast\\-job(5).\n.SH COMMANDS\n",
+        sc_version());
+    for (const sc_command *c = sc_commands; c->name; c++) {
+        sc_option_list list;
+        const sc_status status = sc_options_list(ctx, c, &list);
+
+        if (status != SC_OK)
+            return status;
+        fprintf(stream, ".SS segcast %s %s\n", c->name, c->argument);
+        print_roff(stream, c->help);
+        fputs(c->details ? ".\n" : ".\n", stream);
+        if (c->details)
+            print_roff(stream, c->details);
+        fputs("\n", stream);
+        for (size_t i = 0; i < list.count; i++)
+            print_option_roff(stream, &list.rows[i]);
+    }
+    fputs(".SH EXIT STATUS\n", stream);
+    for (const sc_exit_code *row = sc_exit_codes; row->meaning; row++)
+        fprintf(stream, ".TP\n%d\n%s\n", row->code, row->meaning);
+    fputs(".SH ENVIRONMENT\n.TP\nSEGCAST_THREADS\nthreads of each rank\n.TP\nSEGCAST_\\fIKEY\\fR\n"
+          "any key of a job file, for example SEGCAST_RENDER_SAMPLES=4\n.SH SEE ALSO\n"
+          "segcast\\-job(5)\n",
+          stream);
+    return SC_OK;
+}

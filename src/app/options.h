@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to app: the commands, and the options of each. */
+#ifndef SC_APP_OPTIONS_H
+#define SC_APP_OPTIONS_H
+
+#include "segcast/job.h"
+
+enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
+
+/* The command line as read. Pointers lead into argv, into static text, or into owned[]. */
+typedef struct sc_options {
+    const char *input;  /* the argument: a job, volume, directory, command or key */
+    const char *output; /* -o */
+    const char *frames; /* --frames */
+    int slice, slices;  /* --slice I/N; slices 0: not given */
+    const char *size;   /* --size of the phantom, as given */
+    long frame;         /* --frame; -1: not given */
+    int threads;        /* 0: not given */
+    bool json, quiet, resume, overwrite;
+    bool help, version;
+    bool markdown, schema, man, bash, zsh, fish;
+    double time_limit_s; /* 0: none */
+    sc_setting settings[SC_SETTINGS_MAX];
+    size_t setting_count;
+    sc_setting defaults[8]; /* of the command, weaker than the job file */
+    size_t default_count;
+    char *owned[SC_SETTINGS_MAX];
+    size_t owned_count;
+} sc_options;
+
+typedef struct sc_app sc_app;
+
+/* A row of the table of commands. */
+typedef struct sc_command {
+    const char *name;
+    const char *argument; /* for example "JOB.yaml"; in brackets: may be left out; "": takes none */
+    const char *help;     /* one line */
+    const char *details;  /* further sentences for its help and manual; or NULL */
+    sc_status (*execute)(sc_app *app);
+    bool by_all; /* all ranks take part; else rank 0 alone does it */
+} sc_command;
+extern const sc_command sc_commands[]; /* ended by a row without a name */
+
+/* NULL if there is none of that name. */
+const sc_command *sc_command_find(const char *name);
+/* Log that there is no such command, with the nearest name. @p name NULL: none was given.
+ * @return SC_ERR_USAGE. */
+sc_status sc_command_unknown(const sc_ctx *ctx, const char *name);
+
+/* A row of the table of options. Several rows may have one name, for different commands. */
+typedef struct sc_option sc_option;
+struct sc_option {
+    const char *name;
+    char letter;          /* 0: none */
+    const char *argument; /* NULL: takes no value */
+    const char *help;
+    const char *commands; /* that take it, with a space between them; NULL: all */
+    /* Store the value; NULL for rows that set a key of the job. */
+    sc_status (*store)(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                       const char *value);
+    size_t offset; /* in sc_options, for store_text and store_flag */
+    char key[64];  /* path of the key that the option sets; "": none */
+};
+/* The options of a command: its own, and those that stand in rows of the job's table of keys. */
+typedef struct sc_option_list {
+    sc_option rows[SC_OPTIONS_MAX];
+    size_t count;
+} sc_option_list;
+sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out);
+
+/* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand
+ * behind the argument, and "--" ends them). @return SC_ERR_USAGE, logged. Owner: sc_options_clear.
+ */
+sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
+                           sc_options *out);
+void sc_options_clear(sc_options *options);
+/* Add a setting of the job, as if --set had been given; both texts are copied. @p value is YAML, in
+ * sc_options_set_text taken as it is. */
+sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key,
+                         const char *value);
+sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
+                              const char *value);
+/* Add a default of the command, for a job that does not say otherwise. Both texts are borrowed. */
+void sc_options_default(sc_options *options, const char *key, const char *value);
+
+/* What the exit codes of sysexits.h mean here; 75 asks a batch system to run the job again. */
+typedef struct sc_exit_code {
+    sc_status status;
+    int code;
+    const char *meaning;
+} sc_exit_code;
+extern const sc_exit_code sc_exit_codes[]; /* ended by a row without a meaning */
+int sc_exit_code_of(sc_status status);
+
+/* ---- what is printed of these tables: help.c, manual.c, completion.c ---- */
+
+void sc_print_help(FILE *stream);
+sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream);
+/* segcast(1). */
+sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream);
+/* Completions of the command line: sc_print_completion(ctx, "bash" | "zsh" | "fish", stream). */
+sc_status sc_print_completion(const sc_ctx *ctx, const char *shell, FILE *stream);
+
+#endif

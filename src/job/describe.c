@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The table of keys, listed: for people at a terminal and as JSON. */
+#include "describe.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PATH_BYTES = 256 };
+
+/* ---- walking ---- */
+
+/* @p path: of the map that holds the keys; as it was when this returns. */
+static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int depth,
+                      sc_key_visitor *visitor, void *user)
+{
+    static const char *const steps[] = {[SC_CONTAINER_NONE] = "",
+                                        [SC_CONTAINER_MAP] = "",
+                                        [SC_CONTAINER_LIST] = ".N",
+                                        [SC_CONTAINER_DICT] = ".NAME"};
+    const size_t length = path->length_bytes;
+    sc_status status = SC_OK;
+
+    for (; keys->name && status == SC_OK; keys++) {
+        sc_key_visit visit = {.key = keys, .depth = depth};
+
+        SC_TRY(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
+        visit.path = path->data;
+        SC_TRY(visitor(ctx, user, &visit));
+        if (keys->keys) {
+            SC_TRY(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
+            status = walk(ctx, keys->keys, path, depth + 1, visitor, user);
+        }
+        path->length_bytes = length;
+        path->data[length] = '\0';
+    }
+out:
+    return status;
+}
+
+sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user)
+{
+    sc_text path = {0};
+    const sc_status status = walk(ctx, sc_job_keys, &path, 0, visitor, user);
+
+    sc_text_clear(&path);
+    return status;
+}
+
+typedef struct info_visitor {
+    sc_status (*visit)(void *user, const sc_key_info *info);
+    void *user;
+} info_visitor;
+
+static sc_status visit_info(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    const info_visitor *v = user;
+    const sc_key *key = visit->key;
+    const sc_key_info info = {.path = visit->path,
+                              .help = key->help,
+                              .option = key->option ? key->option->name : NULL,
+                              .argument = key->option ? key->option->argument : NULL,
+                              .commands = key->option ? key->option->commands : NULL,
+                              .is_value = !key->keys || key->shorthand};
+
+    (void)ctx;
+    return v->visit(v->user, &info);
+}
+
+sc_status sc_job_each_key(const sc_ctx *ctx,
+                          sc_status (*visit)(void *user, const sc_key_info *info), void *user)
+{
+    info_visitor v = {visit, user};
+
+    return sc_keys_walk(ctx, visit_info, &v);
+}
+
+/* ---- parts of a listing ---- */
+
+static sc_status add_words(const sc_ctx *ctx, const sc_key *key, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; status == SC_OK; i++) {
+        const char *word = key->words ? key->words[i] : key->choices[i].word;
+        const char *next = !word ? NULL : key->words ? key->words[i + 1] : key->choices[i + 1].word;
+
+        if (!word)
+            break;
+        status = sc_text_add(ctx, text, "%s%s", i == 0 ? "" : next ? ", " : " or ", word);
+    }
+    return status;
+}
+
+sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text)
+{
+    sc_status status;
+
+    if (key->words || key->choices)
+        return add_words(ctx, key, text);
+    SC_TRY(sc_text_add(ctx, text, "%s", key->type->name));
+    if (key->high > key->low && key->high < 1e6)
+        SC_TRY(sc_text_add(ctx, text, " from %g to %g", key->low, key->high));
+    if (key->unit)
+        SC_TRY(sc_text_add(ctx, text, ", %s", key->unit));
+out:
+    return status;
+}
+
+const char *sc_key_default(const sc_key *key)
+{
+    if (key->required)
+        return "(required)";
+    if (key->fallback)
+        return key->fallback;
+    return key->without ? key->without : "";
+}
+
+static bool has_prefix(const char *path, const char *prefix)
+{
+    return !prefix || !strncmp(path, prefix, strlen(prefix));
+}
+
+/* SEGCAST_OUTPUT_SIZE; an empty text for keys whose path holds a tissue's name. */
+static void name_variable(const char *path, char *name, size_t size)
+{
+    size_t used = (size_t)snprintf(name, size, "SEGCAST_");
+
+    for (; *path && used + 1 < size; path++)
+        name[used++] = *path == '.' ? '_' : (char)toupper((unsigned char)*path);
+    name[used] = '\0';
+    if (strstr(name, "_NAME_"))
+        name[0] = '\0';
+}
+
+/* ---- for people ---- */
+
+typedef struct listing {
+    const char *prefix;
+    sc_text *text;
+    json_t *array;
+    size_t count;
+} listing;
+
+static sc_status list_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    listing *l = user;
+    const sc_key *key = visit->key;
+    const char *value = sc_key_default(key);
+    sc_status status;
+
+    if (!has_prefix(visit->path, l->prefix))
+        return SC_OK;
+    l->count++;
+    SC_TRY(sc_text_add(ctx, l->text, "%s\n    %s\n    ", visit->path, key->help));
+    SC_TRY(sc_key_values(ctx, key, l->text));
+    if (value[0])
+        SC_TRY(sc_text_add(ctx, l->text, key->required ? " %s" : "; default: %s", value));
+    if (key->option)
+        SC_TRY(
+            sc_text_add(ctx, l->text, "; also --%s %s", key->option->name, key->option->argument));
+    status = sc_text_add(ctx, l->text, "\n");
+out:
+    return status;
+}
+
+/* ---- for machines ---- */
+
+static sc_status describe_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    listing *l = user;
+    const sc_key *key = visit->key;
+    char variable[PATH_BYTES + 16];
+    sc_text values = {0};
+    json_t *row;
+    sc_status status;
+
+    if (!has_prefix(visit->path, l->prefix))
+        return SC_OK;
+    l->count++;
+    name_variable(visit->path, variable, sizeof variable);
+    status = sc_key_values(ctx, key, &values);
+    if (status != SC_OK)
+        return status;
+    row = json_pack("{s:s, s:s, s:s, s:s?, s:s?, s:s?, s:b, s:b, s:s?, s:s?, s:s}", "key",
+                    visit->path, "help", key->help, "values", values.data, "default", key->fallback,
+                    "without", key->without, "unit", key->unit, "required", key->required,
+                    "changes_pictures", !key->outside_identity, "option",
+                    key->option ? key->option->name : NULL, "commands",
+                    key->option ? key->option->commands : NULL, "environment", variable);
+    if (row && key->high > key->low) {
+        json_object_set_new(row, "minimum", json_real(key->low));
+        json_object_set_new(row, "maximum", json_real(key->high));
+    }
+    sc_text_clear(&values);
+    if (!row || json_array_append_new(l->array, row))
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory");
+    return SC_OK;
+}
+
+/* @p json passes to this function. */
+static sc_status print_json(const sc_ctx *ctx, json_t *json, sc_text *out)
+{
+    char *text = json ? json_dumps(json, JSON_INDENT(2) | JSON_REAL_PRECISION(12)) : NULL;
+    sc_status status =
+        text ? sc_text_add(ctx, out, "%s\n", text) : sc_fail(ctx, SC_ERR_MEMORY, "out of memory");
+
+    free(text);
+    json_decref(json);
+    return status;
+}
+
+static sc_status write_schema(const sc_ctx *ctx, sc_text *out)
+{
+    json_t *schema = sc_keys_schema(sc_job_keys);
+
+    json_object_set_new(schema, "$schema", json_string("http://json-schema.org/draft-07/schema#"));
+    json_object_set_new(schema, "title", json_string("segcast job"));
+    return print_json(ctx, schema, out);
+}
+
+static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
+                           sc_text *out)
+{
+    listing l = {.prefix = prefix, .text = out};
+    const bool as_json = format == SC_KEYS_JSON;
+    sc_status status;
+
+    l.array = as_json ? json_array() : NULL;
+    status = sc_keys_walk(ctx, as_json ? describe_row : list_row, &l);
+    if (status == SC_OK && l.count == 0)
+        status = sc_fail(ctx, SC_ERR_USAGE,
+                         "no key is \"%s\" or begins with it; `segcast keys` lists all", prefix);
+    if (status == SC_OK && as_json)
+        return print_json(ctx, l.array, out);
+    json_decref(l.array);
+    return status;
+}
+
+sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
+                           sc_text *out)
+{
+    switch (format) {
+    case SC_KEYS_SCHEMA:
+        return write_schema(ctx, out);
+    case SC_KEYS_MARKDOWN:
+        return sc_keys_markdown(ctx, out);
+    case SC_KEYS_MAN:
+        return sc_keys_man(ctx, out);
+    case SC_KEYS_TABLE:
+    case SC_KEYS_JSON:
+        break;
+    }
+    return list_keys(ctx, prefix, format, out);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to job: walking the table of keys, and the documents made of it. */
+#ifndef SC_JOB_DESCRIBE_H
+#define SC_JOB_DESCRIBE_H
+
+#include "key.h"
+#include "segcast/job.h"
+
+/* One row on a walk through the table. */
+typedef struct sc_key_visit {
+    const char *path; /* see sc_key_info.path */
+    const sc_key *key;
+    int depth; /* 0 for the keys of the file itself */
+} sc_key_visit;
+typedef sc_status sc_key_visitor(const sc_ctx *ctx, void *user, const sc_key_visit *visit);
+/* Visit all rows in order, maps before their keys, until the first error. */
+sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user);
+
+/* What values a row takes: "number from 0 to 1", "leap, interior or none". */
+sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text);
+/* The default, or what happens without the key; an empty text for a map. */
+const char *sc_key_default(const sc_key *key);
+
+/* ---- document.c ---- */
+sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out);
+sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out);
+
+/* What the modes of the paper set where a job does not say otherwise. */
+typedef struct sc_mode_default {
+    const char *mode, *path, *value;
+} sc_mode_default;
+extern const sc_mode_default sc_mode_defaults[]; /* ended by a row without a mode */
+
+#endif

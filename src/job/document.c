@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The documents of a job file: docs/job.md and segcast-job(5). Their tables come from the rows of
+ * the keys; only what no row can say stands here. */
+#include "describe.h"
+
+#include <string.h>
+
+/* The rules that hold for all keys, one paragraph each; `text` in backquotes is code. */
+static const char *const introduction[] = {
+    "A job file is YAML with the keys below. Unknown keys, keys given twice, wrong types and "
+    "values "
+    "out of range are errors that name the file, the line and the nearest valid name; aliases "
+    "(`*name`) are refused. `segcast check JOB.yaml` finds all of them before a job is submitted.",
+    "Every key can also be set on the command line, `--set render.samples=4`, and in the "
+    "environment, "
+    "`SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that over the file, "
+    "and "
+    "the file over the defaults. The value is YAML. A map is merged into what is there; a list is "
+    "replaced. Names with dots or spaces are quoted: `--set 'tissues.\"left "
+    "atrium\".opacity=0.5'`. "
+    "Items of a list have their index: `--set animation.clip.0.sweep.to=40%`; the index after the "
+    "last "
+    "one appends. Of keys that exclude each other, such as orbit and fixed, a setting removes the "
+    "other.",
+    "Paths in the file are relative to the file, those of settings to the working directory.",
+    "Directions are words (`left`, `right`, `anterior`, `posterior`, `superior`, `inferior`) or "
+    "vectors "
+    "`[x, y, z]`; points are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior "
+    "and "
+    "superior are positive), in millimetres.",
+    "Positions of planes are a share of the way through what is visible (`40%`) or millimetres "
+    "along the "
+    "plane's normal (`12 mm`, measured from the origin of the patient coordinates). `during: [20%, "
+    "80%]` is the part of the animation in which something changes.",
+    "Tissues are named by their name, by a glob (`\"*atri*\"`, case is ignored) or by their label "
+    "number. "
+    "Of several entries that match one tissue the later wins, key by key.",
+};
+
+/* ---- Markdown ---- */
+
+/* One cell of a table: a bar would end it. */
+static sc_status add_cell(const sc_ctx *ctx, const char *value, sc_text *out)
+{
+    sc_status status = SC_OK;
+
+    for (; *value && status == SC_OK; value++)
+        status = sc_text_add(ctx, out, *value == '|' || *value == '*' ? "\\%c" : "%c", *value);
+    return status;
+}
+
+static sc_status add_markdown_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    const sc_key *key = visit->key;
+    sc_text *out = user, values = {0};
+    sc_status status;
+
+    if (visit->depth == 0 && key->keys)
+        SC_TRY(sc_text_add(ctx, out, "\n## %s\n\n%c%s.\n", key->name,
+                           key->help[0] - ('a' <= key->help[0] && key->help[0] <= 'z' ? 32 : 0),
+                           key->help + 1));
+    if (visit->depth == 0 && (key->keys || key == sc_job_keys))
+        SC_TRY(sc_text_add(ctx, out, "\n| key | value | default | meaning |\n|---|---|---|---|\n"));
+    if (visit->depth == 0 && key->keys)
+        return SC_OK;
+    SC_TRY(sc_text_add(ctx, out, "| `%s` | ", visit->path));
+    SC_TRY(sc_key_values(ctx, key, &values));
+    SC_TRY(add_cell(ctx, values.data, out));
+    SC_TRY(sc_text_add(ctx, out, " | "));
+    SC_TRY(add_cell(ctx, sc_key_default(key), out));
+    SC_TRY(sc_text_add(ctx, out, " | "));
+    SC_TRY(add_cell(ctx, key->help, out));
+    status = sc_text_add(ctx, out, " |\n");
+out:
+    sc_text_clear(&values);
+    return status;
+}
+
+sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out)
+{
+    sc_status status;
+
+    SC_TRY(
+        sc_text_add(ctx, out,
+                    "<!-- Made by `segcast keys --markdown` from the table of keys; do not edit. "
+                    "-->\n# The job file\n"));
+    for (size_t i = 0; i < SC_COUNT_OF(introduction); i++)
+        SC_TRY(sc_text_add(ctx, out, "\n%s\n", introduction[i]));
+    SC_TRY(sc_text_add(ctx, out, "\n## The file\n"));
+    SC_TRY(sc_keys_walk(ctx, add_markdown_row, out));
+    SC_TRY(sc_text_add(ctx, out,
+                       "\n## Modes\n\nWhat `render.mode` sets where the job does not say "
+                       "otherwise:\n\n| mode | key | value |\n|---|---|---|\n"));
+    for (const sc_mode_default *d = sc_mode_defaults; d->mode; d++)
+        SC_TRY(sc_text_add(ctx, out, "| `%s` | `%s` | %s |\n", d->mode, d->path, d->value));
+out:
+    return status;
+}
+
+/* ---- manual page ---- */
+
+/* Text of a roff page: hyphens that are minus signs, backslashes and dots that begin a line are
+ * protected; backquotes become bold. */
+static sc_status add_roff(const sc_ctx *ctx, const char *text, sc_text *out)
+{
+    bool bold = false;
+    sc_status status = SC_OK;
+
+    for (; *text && status == SC_OK; text++) {
+        if (*text == '`') {
+            bold = !bold;
+            status = sc_text_add(ctx, out, bold ? "\\fB" : "\\fR");
+        } else if (*text == '-') {
+            status = sc_text_add(ctx, out, "\\-");
+        } else if (*text == '\\') {
+            status = sc_text_add(ctx, out, "\\e");
+        } else {
+            status = sc_text_add(ctx, out, "%c", *text);
+        }
+    }
+    return status;
+}
+
+static sc_status add_man_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    const sc_key *key = visit->key;
+    const char *value = sc_key_default(key);
+    sc_text *out = user, line = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &line, "`%s`\n%s", visit->path, key->help));
+    SC_TRY(sc_text_add(ctx, &line, " ("));
+    SC_TRY(sc_key_values(ctx, key, &line));
+    if (value[0])
+        SC_TRY(sc_text_add(ctx, &line, key->required ? " %s" : "; default: %s", value));
+    SC_TRY(sc_text_add(ctx, &line, ")\n"));
+    SC_TRY(sc_text_add(ctx, out, ".TP\n"));
+    status = add_roff(ctx, line.data, out);
+out:
+    sc_text_clear(&line);
+    return status;
+}
+
+sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out)
+{
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out,
+                       ".TH SEGCAST\\-JOB 5 \"\" \"segcast\" \"File formats\"\n.SH NAME\n"
+                       "segcast\\-job \\- job file of segcast(1)\n.SH DESCRIPTION\n"));
+    for (size_t i = 0; i < SC_COUNT_OF(introduction); i++) {
+        SC_TRY(add_roff(ctx, introduction[i], out));
+        SC_TRY(sc_text_add(ctx, out, "\n.PP\n"));
+    }
+    SC_TRY(sc_text_add(ctx, out, ".SH KEYS\n"));
+    SC_TRY(sc_keys_walk(ctx, add_man_row, out));
+    SC_TRY(sc_text_add(ctx, out,
+                       ".SH MODES\nWhat render.mode sets where the job does not say "
+                       "otherwise:\n"));
+    for (const sc_mode_default *d = sc_mode_defaults; d->mode; d++) {
+        SC_TRY(sc_text_add(ctx, out, ".TP\n"));
+        SC_TRY(add_roff(ctx, d->mode, out));
+        SC_TRY(sc_text_add(ctx, out, "\n%s: %s\n", d->path, d->value));
+    }
+    status = sc_text_add(ctx, out, ".SH SEE ALSO\nsegcast(1)\n");
+out:
+    return status;
+}

@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every key of a job file outside the animation and the tissues: one row each. The order is that of
+ * the job as resolved and of the documents. */
+#include "key.h"
+#include "segcast/job.h"
+
+#define ORBIT_AND_VIEWS "orbit views"
+#define LABEL_COMMANDS "orbit views info prepare"
+
+/* ---- output ---- */
+
+static const sc_choice frame_files[] = {
+    {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
+static const sc_choice layouts[] = {
+    {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
+/* Presets of x264; VP9 is told a speed that corresponds to them. */
+static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
+                                      "medium",    "slow",      "slower",   "veryslow", NULL};
+
+#define OUTPUT(member) offsetof(sc_output, member)
+
+static const sc_key output_keys[] = {
+    {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
+     .help = "folder for everything that the job makes; relative to the job file",
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
+    {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
+     .help = "width and height of the picture", .low = 16, .high = 16384, .unit = "pixels",
+     .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}},
+    {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
+     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
+    {"video", &sc_type_text, OUTPUT(video), "video.mp4",
+     .help = "name of the video: ending in .mp4 or .mkv (H.264) or .webm (VP9), or none",
+     .bytes = SC_PATH_BYTES, .outside_identity = true},
+    {"frames", &sc_type_choice, OUTPUT(frames), "none",
+     .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
+     .outside_identity = true},
+    {"layout", &sc_type_choice, OUTPUT(layout), "picture",
+     .help = "picture, or views: the three regular slices beside it", .choices = layouts},
+    {"crf", &sc_type_int, OUTPUT(crf), "18",
+     .help = "quality of the encoder: constant rate factor, smaller is better and larger", .low = 0,
+     .high = 51},
+    {"preset", &sc_type_choice, OUTPUT(preset), "medium",
+     .help = "speed of the encoder: slower makes smaller files", .words = presets},
+    {0}};
+
+/* ---- render ---- */
+
+static const sc_choice modes[] = {{"standard", SC_MODE_STANDARD},
+                                  {"paper", SC_MODE_PAPER},
+                                  {"paper-accelerated", SC_MODE_PAPER_ACCELERATED},
+                                  {NULL, 0}};
+static const sc_choice surfaces[] = {
+    {"voxel", SC_SURFACE_VOXEL}, {"smooth", SC_SURFACE_SMOOTH}, {NULL, 0}};
+static const sc_choice skips[] = {
+    {"none", SC_SKIP_NONE}, {"interior", SC_SKIP_INTERIOR}, {"leap", SC_SKIP_LEAP}, {NULL, 0}};
+static const sc_choice antialiasings[] = {
+    {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
+static const sc_choice thicknesses[] = {
+    {"tissue", SC_THICKNESS_TISSUE}, {"local", SC_THICKNESS_LOCAL}, {NULL, 0}};
+static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
+
+#define RENDER(member) offsetof(sc_render_options, member)
+
+static const sc_key render_keys[] = {
+    {"mode", &sc_type_choice, RENDER(mode), "standard",
+     .help = "standard; or the paper's pictures, which set other defaults: paper (its first, plain "
+             "way) and "
+             "paper-accelerated",
+     .choices = modes},
+    {"surface", &sc_type_choice, RENDER(surface), "smooth",
+     .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces},
+    {"smooth", &sc_type_real, RENDER(smooth), "1",
+     .help = "strength of the smoothing of surfaces, from 0 (crisp)", .low = 0,
+     .high = SC_SMOOTH_MAX},
+    {"skip", &sc_type_choice, RENDER(skip), "leap",
+     .help = "how empty space is skipped: leap (fastest), interior (the paper's accelerated "
+             "method) or none "
+             "(its plain one); same pictures",
+     .choices = skips, .outside_identity = true},
+    {"cpu", &sc_type_choice, RENDER(cpu), "auto",
+     .help = "kernels for this instruction set, c for plain C; same pictures",
+     .words = sc_cpu_names, .outside_identity = true,
+     .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit views"}},
+    {"background", &sc_type_color, RENDER(background), "[255, 255, 255]",
+     .help = "colour behind the tissues"},
+    {"caps", &sc_type_choice, RENDER(caps), "solid",
+     .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
+    {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",
+     .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
+     .unit = "voxels"},
+    {"samples", &sc_type_int, RENDER(samples), "4", .help = "rays per pixel", .low = 1,
+     .high = SC_SAMPLES_MAX, .option = &(const sc_key_option){"samples", "N", ORBIT_AND_VIEWS}},
+    {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
+     .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",
+     .choices = antialiasings},
+    {"thickness", &sc_type_choice, RENDER(thickness), "tissue",
+     .help = "automatic opacity by the thickness of the whole tissue, or local: at each point",
+     .choices = thicknesses},
+    {"step", &sc_type_real, RENDER(step_voxels), "0.5",
+     .help = "distance of samples on a ray; only for surface: voxel", .low = 0.05, .high = 4,
+     .unit = "voxels"},
+    {0}};
+
+/* ---- light ---- */
+
+#define LIGHT(member) offsetof(sc_lighting, member)
+
+static const sc_key light_keys[] = {
+    {"flat", &sc_type_bool, LIGHT(flat), "false", .help = "no light at all: plain colours"},
+    {"ambient", &sc_type_real, LIGHT(ambient), "0.28",
+     .help = "strength of the light from everywhere", .low = 0, .high = 2},
+    {"key", &sc_type_real, LIGHT(key), "0.62",
+     .help = "strength of the light from above the left shoulder of the viewer", .low = 0,
+     .high = 2},
+    {"fill", &sc_type_real, LIGHT(fill), "0.16", .help = "strength of the light from the right",
+     .low = 0, .high = 2},
+    {"head", &sc_type_real, LIGHT(head), "0.22", .help = "strength of the light from the eye",
+     .low = 0, .high = 2},
+    {"occlusion", &sc_type_real, LIGHT(occlusion), "0.8", .help = "how dark cavities are", .low = 0,
+     .high = 1},
+    {"shadows", &sc_type_bool, LIGHT(shadows), "false", .help = "soft shadows of the key light"},
+    {"edges", &sc_type_real, LIGHT(edges), "0.5",
+     .help = "how much opacity grows where a surface is seen from the side", .low = 0, .high = 1},
+    {"depth_cue", &sc_type_real, LIGHT(depth_cue), "0",
+     .help = "how much the far end fades into the background", .low = 0, .high = 1},
+    {0}};
+
+/* ---- animation ---- */
+
+static const sc_choice clip_modes[] = {{"keep", SC_CLIP_KEEP}, {"cut", SC_CLIP_CUT}, {NULL, 0}};
+
+/* Offsets into sc_job, as in the whole file: a clip entry also names tissues. */
+static const sc_key animation_keys[] = {
+    {"frames", &sc_type_int, offsetof(sc_job, animation.frames), "180",
+     .help = "number of frames of the whole animation", .low = 1, .high = 1000000,
+     .option = &(const sc_key_option){"frames", "N", "orbit"}},
+    {"camera", &sc_type_map, offsetof(sc_job, animation.camera), NULL,
+     .help = "where the picture is seen from", .keys = sc_camera_keys},
+    {"clip_mode", &sc_type_choice, offsetof(sc_job, animation.clip_mode), "keep",
+     .help = "keep what all planes keep, or cut away only what every plane removes (a wedge)",
+     .choices = clip_modes},
+    {"clip", &sc_type_clip, 0, NULL, .help = "clip planes", .keys = sc_clip_keys,
+     .without = "none"},
+    {"slices", &sc_type_flow_map, offsetof(sc_job, animation.slices), NULL,
+     .help = "the slices of layout: views", .keys = sc_slices_keys},
+    {0}};
+
+/* ---- farm ---- */
+
+static const sc_choice partitions[] = {{"auto", SC_PARTITION_AUTO},
+                                       {"frames", SC_PARTITION_FRAMES},
+                                       {"tiles", SC_PARTITION_TILES},
+                                       {NULL, 0}};
+static const sc_choice encodes[] = {{"auto", SC_ENCODE_AUTO},
+                                    {"rank0", SC_ENCODE_ROOT},
+                                    {"segments", SC_ENCODE_SEGMENTS},
+                                    {NULL, 0}};
+
+#define FARM(member) offsetof(sc_farm_options, member)
+
+static const sc_key farm_keys[] = {
+    {"partition", &sc_type_choice, FARM(partition), "auto",
+     .help = "frames: each drawn by one rank; tiles: each by all; auto: frames, but the last ones, "
+             "and those "
+             "too large for rank 0 to hold many, by several ranks",
+     .choices = partitions},
+    {"encode", &sc_type_choice, FARM(encode), "auto",
+     .help = "rank0, or segments: ranks encode a second of video each, rank 0 joins them; auto: "
+             "segments "
+             "from four ranks on, if there are three for each; same bytes",
+     .choices = encodes},
+    {"share", &sc_type_bool, FARM(share), "true",
+     .help = "ranks on the node of rank 0 draw into its memory where /dev/shm has room; false: "
+             "they send "
+             "their pixels"},
+    {"tile", &sc_type_int, FARM(tile_px), "32", .help = "side of the squares that threads draw",
+     .low = 8, .high = 256, .unit = "pixels"},
+    {0}};
+
+/* ---- the whole file ---- */
+
+static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
+                                          {"slicer", SC_TABLE_SLICER},
+                                          {"freesurfer", SC_TABLE_FREESURFER},
+                                          {"itksnap", SC_TABLE_ITKSNAP},
+                                          {NULL, 0}};
+
+const sc_key sc_job_keys[] = {
+    {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,
+     .help = "the labels: a file (NRRD, NIfTI, MetaImage, or prepared), phantom, or for example "
+             "phantom:128x96x128",
+     .bytes = SC_PATH_BYTES, .outside_identity = true, .required = true},
+    {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
+     .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
+     .outside_identity = true, .without = "names and colours of the volume's file",
+     .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}},
+    {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
+     .help = "format of the label table; auto: by its content", .choices = table_formats,
+     .outside_identity = true,
+     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}},
+    {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
+     .keys = output_keys},
+    {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",
+     .keys = render_keys},
+    {"light", &sc_type_map, offsetof(sc_job, light), NULL, .help = "light", .keys = light_keys},
+    {"tissues", &sc_type_tissues, 0, NULL,
+     .help = "how tissues look: by name, glob or label number; later entries win",
+     .keys = sc_tissue_keys, .without = "all as the label table says"},
+    {"animation", &sc_type_map, 0, NULL, .help = "what moves", .keys = animation_keys},
+    {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,
+     .help = "how ranks share the work; same pictures", .keys = farm_keys,
+     .outside_identity = true},
+    {0}};
+
+const char *sc_job_preset(const sc_job *job)
+{
+    return presets[job->output.preset];
+}

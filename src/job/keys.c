@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reading and writing a map by the rows of its table. */
+#include "key.h"
+
+#include <string.h>
+
+static void *value_of(const sc_key *key, void *base)
+{
+    return (char *)base + key->offset;
+}
+
+static const void *stored_value(const sc_key *key, const void *base)
+{
+    return (const char *)base + key->offset;
+}
+
+const sc_key *sc_key_find(const sc_key *keys, const char *name)
+{
+    for (; keys->name; keys++) {
+        if (!strcmp(keys->name, name))
+            return keys;
+    }
+    return NULL;
+}
+
+sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
+{
+    const char *names[64];
+    size_t count = 0;
+
+    for (; keys[count].name && count < SC_COUNT_OF(names); count++)
+        names[count] = keys[count].name;
+    return sc_unknown_word(ctx, node, node->key, names, count);
+}
+
+/* The rows of a map share the address of the map's struct: the default of a value is read as if it
+ * stood in a file. */
+static sc_status set_default(const sc_ctx *ctx, const sc_key *key, void *to)
+{
+    sc_yaml *node = NULL;
+    sc_status status;
+
+    if (key->type->container == SC_CONTAINER_MAP && !key->fallback)
+        return sc_keys_set_defaults(ctx, key->keys, value_of(key, to));
+    if (!key->fallback)
+        return SC_OK;
+    status = sc_yaml_parse(ctx, key->name, key->fallback, strlen(key->fallback), &node);
+    if (status == SC_OK)
+        status = key->type->read(ctx, key, node, value_of(key, to));
+    sc_yaml_free(node);
+    return status;
+}
+
+sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to)
+{
+    sc_status status = SC_OK;
+
+    for (; keys->name && status == SC_OK; keys++)
+        status = set_default(ctx, keys, to);
+    return status;
+}
+
+/* Is another key of the same alternative given in @p node before item @p count? */
+static const char *excluded_by(const sc_key *keys, const sc_key *key, const sc_yaml *node,
+                               size_t count)
+{
+    for (size_t i = 0; i < count && key->alternative; i++) {
+        const sc_key *other = sc_key_find(keys, node->items[i]->key);
+
+        if (other && other != key && other->alternative &&
+            !strcmp(other->alternative, key->alternative))
+            return other->name;
+    }
+    return NULL;
+}
+
+static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
+{
+    for (; keys->name; keys++) {
+        const bool stands_for_it = keys == key || (key->alternative && keys->alternative &&
+                                                   !strcmp(key->alternative, keys->alternative));
+
+        if (stands_for_it && sc_yaml_member(node, keys->name))
+            return true;
+    }
+    return false;
+}
+
+static sc_status check_required(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
+{
+    for (const sc_key *key = keys; key->name; key++) {
+        if (key->required && !is_given(keys, key, node))
+            return sc_yaml_fail(ctx, node, "%s%sthe key \"%s\" is missing: %s",
+                                node->key ? node->key : "", node->key ? ": " : "",
+                                key->alternative ? key->alternative : key->name, key->help);
+    }
+    return SC_OK;
+}
+
+sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, void *to)
+{
+    for (size_t i = 0; i < node->count; i++) {
+        const sc_yaml *item = node->items[i];
+        const sc_key *key = sc_key_find(keys, item->key);
+        const char *other;
+        sc_status status;
+
+        if (!key)
+            return sc_key_unknown(ctx, keys, item);
+        other = excluded_by(keys, key, node, i);
+        if (other)
+            return sc_yaml_fail(ctx, item, "both \"%s\" and \"%s\" are given, expected one of them",
+                                other, key->name);
+        status = key->type->read(ctx, key, item, value_of(key, to));
+        if (status != SC_OK)
+            return status;
+        if (key->given)
+            *((bool *)to + key->given - 1) = true;
+    }
+    return check_required(ctx, keys, node);
+}
+
+/* A row of which nothing tells whether it was given always has a value, unless another row of its
+ * alternative was given. */
+bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from)
+{
+    if (key->given)
+        return *((const bool *)from + key->given - 1);
+    for (; keys->name && key->alternative; keys++) {
+        if (keys->given && keys->alternative && !strcmp(keys->alternative, key->alternative) &&
+            *((const bool *)from + keys->given - 1))
+            return false;
+    }
+    return true;
+}
+
+sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,
+                        bool identity, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (const sc_key *key = keys; key->name && status == SC_OK; key++) {
+        if ((identity && key->outside_identity) || !sc_key_is_present(keys, key, from))
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
+        if (key->type->write) {
+            SC_TRY(sc_text_add(ctx, text, " "));
+            SC_TRY(key->type->write(ctx, key, stored_value(key, from), indent, text));
+            status = sc_text_add(ctx, text, "\n");
+        } else {
+            SC_TRY(sc_text_add(ctx, text, "\n"));
+            status =
+                sc_keys_write(ctx, key->keys, stored_value(key, from), indent + 2, identity, text);
+        }
+    }
+out:
+    return status;
+}
+
+sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *from, sc_text *text)
+{
+    const char *comma = "{";
+    sc_status status = SC_OK;
+
+    for (const sc_key *key = keys; key->name; key++) {
+        if (!sc_key_is_present(keys, key, from))
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s%s: ", comma, key->name));
+        SC_TRY(key->type->write(ctx, key, stored_value(key, from), 0, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "%s}", comma[0] == '{' ? "{" : "");
+out:
+    return status;
+}

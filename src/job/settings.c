@@ -1,0 +1,312 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Settings of the command line and of the environment, put into the tree of a job file before it is
+ * read, so that they are checked as if they stood there. */
+#include "key.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+/* Where a path stands: a node of the tree, and the rows that describe what it holds. */
+typedef struct position {
+    sc_yaml *node;
+    const sc_key *keys;     /* of the maps at or below the node */
+    sc_container container; /* what the node is */
+    const char *shorthand;  /* see sc_key.shorthand */
+} position;
+
+static void forget_lines(sc_yaml *node, const char *origin)
+{
+    node->line = 0;
+    node->origin = origin;
+    for (size_t i = 0; i < node->count; i++)
+        forget_lines(node->items[i], origin);
+}
+
+/* Remove the members of @p map that exclude the one of row @p key. */
+static void remove_alternatives(sc_yaml *map, const sc_key *keys, const sc_key *key)
+{
+    for (size_t i = 0; i < map->count && key->alternative;) {
+        const sc_key *other = sc_key_find(keys, map->items[i]->key);
+
+        if (other && other != key && other->alternative &&
+            !strcmp(other->alternative, key->alternative))
+            sc_yaml_remove(map, i);
+        else
+            i++;
+    }
+}
+
+/* Put @p value in the place of an item of @p parent: a map is merged into a map key by key, all
+ * else is replaced. Takes ownership of @p value, also after an error. */
+static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container container,
+                       sc_yaml *parent, size_t index, sc_yaml *value)
+{
+    sc_yaml *old = parent->items[index];
+    sc_status status = SC_OK;
+
+    if (old->kind != SC_YAML_MAP || value->kind != SC_YAML_MAP || !keys ||
+        container == SC_CONTAINER_NONE) {
+        value->key = old->key;
+        old->key = NULL;
+        sc_yaml_free(old);
+        parent->items[index] = value;
+        return SC_OK;
+    }
+    for (size_t i = 0; i < value->count && status == SC_OK; i++) {
+        sc_yaml *member = value->items[i];
+        const sc_key *key = container == SC_CONTAINER_MAP ? sc_key_find(keys, member->key) : NULL;
+        size_t at;
+
+        value->items[i] = NULL;
+        if (key)
+            remove_alternatives(old, keys, key);
+        at = sc_yaml_index(old, member->key);
+        if (at < old->count)
+            status = merge(ctx, key ? key->keys : keys,
+                           key ? key->type->container : SC_CONTAINER_MAP, old, at, member);
+        else
+            status = sc_yaml_append(ctx, old, member);
+    }
+    sc_yaml_free(value);
+    return status;
+}
+
+/* Next element of a path into @p element, which holds @p size bytes. @return what follows the
+ * element, or NULL if the path is malformed or the element too long. */
+static const char *path_element(const char *path, char *element, size_t size)
+{
+    size_t length;
+
+    if (*path == '"') {
+        const char *close = strchr(path + 1, '"');
+
+        if (!close)
+            return NULL;
+        length = (size_t)(close - path - 1);
+        path++;
+    } else {
+        length = strcspn(path, ".");
+    }
+    if (length == 0 || length >= size)
+        return NULL;
+    memcpy(element, path, length);
+    element[length] = '\0';
+    path += length + (path[length] == '"');
+    if (*path && *path != '.')
+        return NULL;
+    return *path ? path + 1 : path;
+}
+
+/* The row of one element of a path; NULL, logged, if there is none. */
+static const sc_key *find_row(const sc_ctx *ctx, const position *at, const char *element,
+                              const char *origin)
+{
+    const sc_key *key = sc_key_find(at->keys, element);
+
+    if (!key) {
+        char name[256];
+        sc_yaml unknown = {.origin = origin, .key = name};
+
+        snprintf(name, sizeof name, "%s", element);
+        (void)sc_key_unknown(ctx, at->keys, &unknown);
+    }
+    return key;
+}
+
+/* Index of a list's item that @p element names; the one after the last appends an empty map. */
+static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element,
+                           const char *origin, size_t *index)
+{
+    char *end;
+    const long number = strtol(element, &end, 10);
+
+    if (*end || end == element || number < 0 || (size_t)number > list->count)
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "%s: \"%s\" is not an item of a list of %zu; expected a number from 0, or %zu "
+            "to append one",
+            origin, element, list->count, list->count);
+    *index = (size_t)number;
+    return SC_OK;
+}
+
+/* A single value where a map may stand becomes that map's first key: zoom: 2 is {from: 2}. */
+static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *name,
+                                  const char *origin)
+{
+    sc_status status = sc_yaml_add(ctx, node, SC_YAML_SCALAR, name, origin);
+
+    if (status == SC_OK) {
+        node->items[0]->text = node->text;
+        node->items[0]->line = node->line;
+        node->items[0]->origin = node->origin;
+        node->text = NULL;
+        node->kind = SC_YAML_MAP;
+    }
+    return status;
+}
+
+/* From @p at, which is a map, list or dictionary, to the row of the member that @p element names:
+ * *member describes it but for its node. */
+static sc_status find_member(const sc_ctx *ctx, const position *at, const char *element,
+                             const char *origin, position *member)
+{
+    const sc_key *key;
+
+    if (at->container == SC_CONTAINER_NONE)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a single value", origin, element);
+    *member = (position){.keys = at->keys, .container = SC_CONTAINER_MAP};
+    if (at->container != SC_CONTAINER_MAP)
+        return SC_OK;
+    key = find_row(ctx, at, element, origin);
+    if (!key)
+        return SC_ERR_USAGE;
+    remove_alternatives(at->node, at->keys, key);
+    *member = (position){
+        .keys = key->keys, .container = key->type->container, .shorthand = key->shorthand};
+    return SC_OK;
+}
+
+/* Go from *at to its member of that name, which is made, if need be, as what its row says. @p index
+ * is that of the member in the node that *at was. */
+static sc_status enter(const sc_ctx *ctx, position *at, const char *element, const char *origin,
+                       size_t *index)
+{
+    static const sc_yaml_kind kinds[] = {[SC_CONTAINER_NONE] = SC_YAML_SCALAR,
+                                         [SC_CONTAINER_MAP] = SC_YAML_MAP,
+                                         [SC_CONTAINER_LIST] = SC_YAML_LIST,
+                                         [SC_CONTAINER_DICT] = SC_YAML_MAP};
+    const bool is_list = at->container == SC_CONTAINER_LIST;
+    position member;
+    sc_status status;
+
+    SC_TRY(find_member(ctx, at, element, origin, &member));
+    if (at->node->kind == SC_YAML_SCALAR && at->shorthand)
+        SC_TRY(expand_shorthand(ctx, at->node, at->shorthand, origin));
+    if (at->node->kind != kinds[at->container]) {
+        status = sc_fail(ctx, SC_ERR_USAGE, "%s: \"%s\" leads into a value that is no %s", origin,
+                         element, is_list ? "list" : "map");
+        goto out;
+    }
+    *index = sc_yaml_index(at->node, element);
+    if (is_list)
+        SC_TRY(find_item(ctx, at->node, element, origin, index));
+    if (*index == at->node->count)
+        SC_TRY(
+            sc_yaml_add(ctx, at->node, kinds[member.container], is_list ? NULL : element, origin));
+    member.node = at->node->items[*index];
+    *at = member;
+    return SC_OK;
+out:
+    return status;
+}
+
+/* Put @p value at @p path; takes ownership of it, also after an error. */
+static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
+                     const char *path, sc_yaml *value)
+{
+    position at = {.node = root, .keys = keys, .container = SC_CONTAINER_MAP};
+    char element[256];
+    sc_status status;
+
+    for (;;) {
+        sc_yaml *parent = at.node;
+        size_t index = 0;
+
+        path = path_element(path, element, sizeof element);
+        if (!path) {
+            status = sc_fail(ctx, SC_ERR_USAGE, "%s: expected key.path=value", origin);
+            break;
+        }
+        status = enter(ctx, &at, element, origin, &index);
+        if (status != SC_OK)
+            break;
+        if (!*path)
+            return merge(ctx, at.keys, at.container, parent, index, value);
+    }
+    sc_yaml_free(value);
+    return status;
+}
+
+sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
+                           const char *path, const char *text)
+{
+    sc_yaml *node = NULL;
+
+    if (sc_yaml_parse(ctx, origin, text, strlen(text), &node) != SC_OK)
+        return SC_ERR_USAGE;
+    forget_lines(node, origin);
+    return put(ctx, keys, root, origin, path, node);
+}
+
+sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
+                                const char *origin, const char *path, const char *text)
+{
+    sc_yaml *node = NULL;
+    sc_status status = sc_yaml_scalar(ctx, origin, text, &node);
+
+    return status == SC_OK ? put(ctx, keys, root, origin, path, node) : status;
+}
+
+/* ---- names of environment variables ---- */
+
+/* Does @p name begin with @p key, case ignored, and end or go on with "_"? @return its length. */
+static size_t match_key(const char *name, const char *key)
+{
+    const size_t length = strlen(key);
+
+    if (strncasecmp(name, key, length) != 0 || (name[length] && name[length] != '_'))
+        return 0;
+    return length;
+}
+
+/* An index such as 0 in ANIMATION_CLIP_0_SWEEP_TO. @return its length. */
+static size_t match_index(const char *name)
+{
+    const size_t length = strspn(name, "0123456789");
+
+    return name[length] && name[length] != '_' ? 0 : length;
+}
+
+static bool find_path(const sc_key *keys, const char *name, char *path, size_t size)
+{
+    const size_t used = strlen(path);
+
+    for (; keys->name; keys++) {
+        const char *rest = name + match_key(name, keys->name);
+
+        if (rest == name)
+            continue;
+        if ((size_t)snprintf(path + used, size - used, "%s%s", used ? "." : "", keys->name) >=
+            size - used)
+            return false;
+        if (!*rest)
+            return true;
+        rest++;
+        if (keys->type->container == SC_CONTAINER_LIST && match_index(rest)) {
+            const size_t digits = match_index(rest), end = strlen(path);
+
+            if ((size_t)snprintf(path + end, size - end, ".%.*s", (int)digits, rest) >= size - end)
+                return false;
+            rest += digits;
+            if (!*rest)
+                return true;
+            rest++;
+        } else if (keys->type->container != SC_CONTAINER_MAP) {
+            path[used] = '\0';
+            continue; /* names of a dictionary cannot be told from a variable's */
+        }
+        if (find_path(keys->keys, rest, path, size))
+            return true;
+        path[used] = '\0';
+    }
+    return false;
+}
+
+bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_t size)
+{
+    path[0] = '\0';
+    return find_path(keys, variable, path, size);
+}

@@ -1,0 +1,499 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The types of values that any table may use. */
+#include "key.h"
+#include "segcast/timeline.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected)
+{
+    static const char *const kinds[] = {
+        [SC_YAML_SCALAR] = "a value", [SC_YAML_MAP] = "a map", [SC_YAML_LIST] = "a list"};
+
+    if (node->kind == SC_YAML_SCALAR)
+        return sc_yaml_fail(ctx, node, "%s%sis \"%s\", expected %s", node->key ? node->key : "",
+                            node->key ? " " : "", node->text, expected);
+    return sc_yaml_fail(ctx, node, "%s%sis %s, expected %s", node->key ? node->key : "",
+                        node->key ? " " : "", kinds[node->kind], expected);
+}
+
+sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *word,
+                          const char *const *words, size_t count)
+{
+    const char *nearest = sc_nearest_word(word, words, count);
+    const char *what = node->key && strcmp(node->key, word) ? node->key : "key";
+    char all[512] = "";
+
+    if (nearest)
+        return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; did you mean \"%s\"?", what, word,
+                            nearest);
+    for (size_t i = 0; i < count; i++) {
+        const size_t used = strlen(all);
+
+        snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", words[i]);
+    }
+    return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; expected one of: %s", what, word, all);
+}
+
+void sc_note_where(const sc_yaml *node, char *where, size_t size)
+{
+    if (node->line > 0)
+        snprintf(where, size, "%.130s:%d", node->origin, node->line);
+    else
+        snprintf(where, size, "%.150s", node->origin);
+}
+
+/* ---- numbers ---- */
+
+sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high, double *out)
+{
+    char range[96], *end;
+    double value;
+
+    snprintf(range, sizeof range, "a number from %g to %g", low, high);
+    if (node->kind != SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, range);
+    value = strtod(node->text, &end);
+    if (end == node->text || *end || !(value >= low && value <= high))
+        return sc_wrong_type(ctx, node, range);
+    *out = value;
+    return SC_OK;
+}
+
+static json_t *number_schema(const char *type, double low, double high)
+{
+    return json_pack("{s:s, s:f, s:f}", "type", type, "minimum", low, "maximum", high);
+}
+
+static sc_status read_real(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    return sc_read_real(ctx, node, key->low, key->high, value);
+}
+
+static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g", *(const double *)value);
+}
+
+static json_t *real_schema(const sc_key *key)
+{
+    return number_schema("number", key->low, key->high);
+}
+
+static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double number = 0;
+    sc_status status = sc_read_real(ctx, node, key->low, key->high, &number);
+
+    if (status != SC_OK)
+        return status;
+    if (number != (int)number)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(int *)value = (int)number;
+    return SC_OK;
+}
+
+static sc_status write_int(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                           sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%d", *(const int *)value);
+}
+
+static json_t *int_schema(const sc_key *key)
+{
+    return number_schema("integer", key->low, key->high);
+}
+
+/* ---- words and texts ---- */
+
+static sc_status read_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    const bool yes = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "true");
+
+    if (!yes && (node->kind != SC_YAML_SCALAR || strcmp(node->text, "false")))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(bool *)value = yes;
+    return SC_OK;
+}
+
+static sc_status write_bool(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, *(const bool *)value ? "true" : "false");
+}
+
+static json_t *bool_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s}", "type", "boolean");
+}
+
+static sc_status read_text(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind != SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (strlen(node->text) >= key->bytes)
+        return sc_yaml_fail(ctx, node, "%s has %zu characters, expected less than %zu", key->name,
+                            strlen(node->text), key->bytes);
+    strcpy(value, node->text);
+    return SC_OK;
+}
+
+sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text)
+{
+    sc_status status = sc_text_add(ctx, text, "\"");
+
+    for (const char *c = value; *c && status == SC_OK; c++) {
+        if (*c == '"' || *c == '\\')
+            status = sc_text_add(ctx, text, "\\%c", *c);
+        else if ((unsigned char)*c < 0x20 || *c == 0x7f)
+            status = sc_text_add(ctx, text, "\\x%02x", (unsigned char)*c);
+        else
+            status = sc_text_add(ctx, text, "%c", *c);
+    }
+    return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
+}
+
+static sc_status write_text(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_write_quoted(ctx, value, text);
+}
+
+static json_t *text_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:I}", "type", "string", "maxLength", (json_int_t)(key->bytes - 1));
+}
+
+/* The i-th word of a choice, or NULL after the last. */
+static const char *choice_word(const sc_key *key, size_t i, int *value)
+{
+    *value = key->words ? (int)i : key->choices[i].value;
+    return key->words ? key->words[i] : key->choices[i].word;
+}
+
+enum { WORDS_MAX = 32 };
+
+static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    const char *words[WORDS_MAX], *word;
+    size_t count = 0;
+    int number;
+
+    if (node->kind != SC_YAML_SCALAR)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    while (count < WORDS_MAX && (word = choice_word(key, count, &number)) != NULL) {
+        if (!strcmp(node->text, word)) {
+            *(int *)value = number;
+            return SC_OK;
+        }
+        words[count++] = word;
+    }
+    return sc_unknown_word(ctx, node, node->text, words, count);
+}
+
+static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const char *word;
+    int number;
+
+    (void)indent;
+    for (size_t i = 0; (word = choice_word(key, i, &number)) != NULL; i++) {
+        if (number == *(const int *)value)
+            return sc_text_add(ctx, text, "%s", word);
+    }
+    return sc_fail(ctx, SC_ERR_INTERNAL, "%s holds %d, which no word stands for", key->name,
+                   *(const int *)value);
+}
+
+static json_t *choice_schema(const sc_key *key)
+{
+    json_t *words = json_array();
+    const char *word;
+    int number;
+
+    for (size_t i = 0; (word = choice_word(key, i, &number)) != NULL; i++)
+        json_array_append_new(words, json_string(word));
+    return json_pack("{s:o}", "enum", words);
+}
+
+/* ---- lists of numbers ---- */
+
+/* "[a, b, c]", or the same in one text with @p separator between them: "1280x720", "1,2,3". */
+static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              char separator, size_t count, double *out)
+{
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_SCALAR) {
+        const char *at = node->text;
+
+        for (size_t i = 0; i < count; i++) {
+            char *end;
+
+            out[i] = strtod(at, &end);
+            if (end == at || *end != (i + 1 < count ? separator : '\0') ||
+                !(out[i] >= key->low && out[i] <= key->high))
+                return sc_wrong_type(ctx, node, key->type->expected);
+            at = end + 1;
+        }
+        return SC_OK;
+    }
+    if (node->kind != SC_YAML_LIST || node->count != count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < count && status == SC_OK; i++)
+        status = sc_read_real(ctx, node->items[i], key->low, key->high, &out[i]);
+    return status;
+}
+
+static json_t *list_schema(const char *type, double low, double high, int count)
+{
+    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
+                     number_schema(type, low, high), "minItems", count, "maxItems", count);
+}
+
+static sc_status read_color(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    uint8_t *rgb = value;
+    unsigned r, g, b;
+    int used = 0;
+
+    if (node->kind == SC_YAML_LIST && node->count == 3) {
+        for (int i = 0; i < 3; i++) {
+            double level;
+            sc_status status = sc_read_real(ctx, node->items[i], 0, 255, &level);
+
+            if (status != SC_OK)
+                return status;
+            rgb[i] = (uint8_t)level;
+        }
+        return SC_OK;
+    }
+    if (node->kind != SC_YAML_SCALAR || strlen(node->text) != 7 ||
+        sscanf(node->text, "#%2x%2x%2x%n", &r, &g, &b, &used) != 3 || used != 7)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    rgb[0] = (uint8_t)r;
+    rgb[1] = (uint8_t)g;
+    rgb[2] = (uint8_t)b;
+    return SC_OK;
+}
+
+static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    const uint8_t *rgb = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
+}
+
+static json_t *color_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s, s:s}, o]}", "anyOf", "type", "string", "pattern",
+                     "^#[0-9a-fA-F]{6}$", list_schema("number", 0, 255, 3));
+}
+
+static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double size[2] = {0};
+    sc_status status = read_numbers(ctx, key, node, 'x', 2, size);
+
+    for (int i = 0; i < 2 && status == SC_OK; i++) {
+        if (size[i] != (int)size[i])
+            return sc_wrong_type(ctx, node->kind == SC_YAML_LIST ? node->items[i] : node,
+                                 "a whole number of pixels");
+        ((int *)value)[i] = (int)size[i];
+    }
+    return status;
+}
+
+static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const int *size = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
+}
+
+static json_t *size_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", list_schema("integer", key->low, key->high, 2),
+                     "type", "string", "pattern", "^[0-9]+x[0-9]+$");
+}
+
+static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double p[3] = {0};
+    sc_status status = read_numbers(ctx, key, node, ',', 3, p);
+
+    if (status == SC_OK)
+        *(sc_vec3 *)value = (sc_vec3){p[0], p[1], p[2]};
+    return status;
+}
+
+static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    const sc_vec3 *p = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%.12g, %.12g, %.12g]", p->x, p->y, p->z);
+}
+
+static json_t *point_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s}]}", "anyOf", list_schema("number", key->low, key->high, 3),
+                     "type", "string");
+}
+
+static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                void *value)
+{
+    sc_vec3 *direction = value;
+    size_t count;
+    const char *const *words = sc_anatomical_words(&count);
+    sc_status status;
+
+    if (node->kind == SC_YAML_SCALAR && !strchr(node->text, ',')) {
+        if (sc_anatomical_direction(node->text, direction))
+            return SC_OK;
+        return sc_unknown_word(ctx, node, node->text, words, count);
+    }
+    status = read_point(ctx, key, node, value);
+    if (status != SC_OK)
+        return status;
+    if (sc_vec3_length(*direction) < 1e-9)
+        return sc_yaml_fail(ctx, node, "%s has length zero, expected a direction", key->name);
+    *direction = sc_vec3_unit(*direction);
+    return SC_OK;
+}
+
+static json_t *direction_schema(const sc_key *key)
+{
+    size_t count;
+    const char *const *words = sc_anatomical_words(&count);
+    json_t *list = json_array();
+
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, json_string(words[i]));
+    return json_pack("{s:[{s:o}, o]}", "anyOf", "enum", list,
+                     list_schema("number", key->low, key->high, 3));
+}
+
+/* ---- maps ---- */
+
+static sc_status read_map(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    return sc_keys_read(ctx, key->keys, node, value);
+}
+
+static sc_status write_flow_map(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    (void)indent;
+    return sc_keys_write_flow(ctx, key->keys, value, text);
+}
+
+static json_t *map_schema(const sc_key *key)
+{
+    return sc_keys_schema(key->keys);
+}
+
+const sc_value_type sc_type_bool = {
+    .name = "true or false",
+    .expected = "true or false",
+    .read = read_bool,
+    .write = write_bool,
+    .schema = bool_schema,
+};
+const sc_value_type sc_type_int = {
+    .name = "whole number",
+    .expected = "a whole number",
+    .read = read_int,
+    .write = write_int,
+    .schema = int_schema,
+};
+const sc_value_type sc_type_real = {
+    .name = "number",
+    .expected = "a number",
+    .read = read_real,
+    .write = write_real,
+    .schema = real_schema,
+};
+const sc_value_type sc_type_text = {
+    .name = "text",
+    .expected = "a text",
+    .read = read_text,
+    .write = write_text,
+    .schema = text_schema,
+};
+const sc_value_type sc_type_choice = {
+    .name = "word",
+    .expected = "a word",
+    .read = read_choice,
+    .write = write_choice,
+    .schema = choice_schema,
+};
+const sc_value_type sc_type_color = {
+    .name = "colour",
+    .expected = "\"#rrggbb\" or [red, green, blue] from 0 to 255",
+    .read = read_color,
+    .write = write_color,
+    .schema = color_schema,
+};
+const sc_value_type sc_type_size = {
+    .name = "[width, height]",
+    .expected = "[width, height] in pixels",
+    .read = read_size,
+    .write = write_size,
+    .schema = size_schema,
+};
+const sc_value_type sc_type_point = {
+    .name = "[R, A, S]",
+    .expected = "[R, A, S] in millimetres",
+    .read = read_point,
+    .write = write_point,
+    .schema = point_schema,
+};
+const sc_value_type sc_type_direction = {
+    .name = "direction",
+    .expected = "an anatomical word or [x, y, z]",
+    .read = read_direction,
+    .write = write_point,
+    .schema = direction_schema,
+};
+/* A map that is written as a block of lines (by sc_keys_write, which knows the indentation). */
+const sc_value_type sc_type_map = {
+    .name = "map",
+    .expected = "a map of keys",
+    .read = read_map,
+    .schema = map_schema,
+    .container = SC_CONTAINER_MAP,
+};
+/* A map that is written in one line. */
+const sc_value_type sc_type_flow_map = {
+    .name = "map",
+    .expected = "a map of keys",
+    .read = read_map,
+    .write = write_flow_map,
+    .schema = map_schema,
+    .container = SC_CONTAINER_MAP,
+};
