@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 6: work handed out to ranks and gathered on rank 0 with bounded memory. What a frame is,
- *  and what happens to it when it is done, are callbacks.
+ *  The farm: work units are handed out to ranks, and what they draw is gathered on rank 0 with
+ *  bounded memory. How a frame is drawn, and what becomes of a finished one, are callbacks.
  *
- *  Units are whole groups of frames, which a rank also encodes, frames, or bands of a frame; those
- *  come in that order, so that ranks end together. */
+ *  A work unit is a whole GOP, which the rank also encodes, a frame, or a band of a frame. They go
+ *  out in this order, from the coarsest to the finest, so that all ranks end at the same time. */
 #ifndef SEGCAST_FARM_H
 #define SEGCAST_FARM_H
 
@@ -13,127 +13,138 @@
 
 #include <signal.h>
 
-/** What is known of a drawn frame; travels with its pixels. */
+/** The timing record of a frame, which travels with its pixels. */
 typedef struct sc_frame_result {
-    int32_t frame, rank; /**< the rank that drew it, or the last part of it */
-    double render_wall_s, render_cpu_s;
-    double wait_s; /**< the rank was idle before it began */
+    int32_t frame;
+    int32_t rank;                       /**< that drew it, or of several the last one */
+    double render_wall_s, render_cpu_s; /**< of a frame drawn in bands: their sum */
+    double wait_s;                      /**< for how long its worker thread had no task before */
     uint64_t rays, samples, contributions;
     uint64_t hash; /**< sc_image_hash */
 } sc_frame_result;
 
 /** How frames are shared out. */
 typedef enum sc_partition {
-    SC_PARTITION_AUTO, /**< frames; the last ones, or all that are too large, in bands */
-    SC_PARTITION_FRAMES,
-    SC_PARTITION_TILES /**< every frame over all ranks */
+    SC_PARTITION_AUTO,   /**< whole frames; the last ones, or all that are too large, in bands */
+    SC_PARTITION_FRAMES, /**< whole frames only */
+    SC_PARTITION_TILES   /**< each frame in bands, over all ranks */
 } sc_partition;
 
-/* ---- hand-out: pure, no messages ---- */
+/* ---- the hand-out: a pure state machine, without messages ---- */
 
-typedef enum sc_unit_kind {
-    SC_UNIT_NONE,  /**< nothing, now or ever: see sc_handout_next */
-    SC_UNIT_GROUP, /**< `index`: of the group */
-    SC_UNIT_FRAME, /**< `index`: into the frames */
-    SC_UNIT_BAND   /**< the same, only rows [row, row + rows) */
-} sc_unit_kind;
+typedef enum sc_work_unit_kind {
+    SC_UNIT_NONE,  /**< there is no more work: the rank leaves the farm */
+    SC_UNIT_GOP,   /**< `index` is that of the GOP */
+    SC_UNIT_FRAME, /**< `index` is that of the frame in sc_farm.frames */
+    SC_UNIT_BAND   /**< rows [row, row + rows) of frame `index` */
+} sc_work_unit_kind;
 
-/** A piece of work. A value, sent as bytes. */
-typedef struct sc_unit {
+/** What a rank is given to do. A plain value, sent as bytes. */
+typedef struct sc_work_unit {
     int32_t kind, index, row, rows;
-} sc_unit;
+} sc_work_unit;
 
-/** What there is to do. */
+/** What there is to do: @p gops whole GOPs, and @p frames frames beside them. */
 typedef struct sc_work {
-    int ranks, groups, frames;
+    int ranks, gops, frames;
     int width_px, height_px;
     sc_partition partition;
 } sc_work;
 
-/** Which unit goes out next: groups, then frames in order, of which at most `window` beyond the
- *  next one to be taken are out or waiting, which bounds what rank 0 has to hold. */
+/** State of the hand-out. Frames go out in order. Rank 0 accepts them in order, so it has to hold
+ *  those that are finished too early; that memory is bounded by the window: only the first
+ *  `window` frames that are not yet accepted may be out or waiting. GOPs do not count, because they
+ *  are accepted in any order. */
 typedef struct sc_handout {
-    int groups, frames, height_px;
-    int window;     /**< frames */
-    int split_from; /**< frames from this one on go out in bands */
-    int band_rows;
-    int next_group, next_frame, next_row;
-    int taken;    /**< frames taken in order so far */
-    int out;      /**< units handed out and not yet back */
-    bool stopped; /**< begin no more groups and frames */
+    int gops, frames, height_px;
+    int window;     /**< in frames */
+    int split_from; /**< frames from this index on go out in bands */
+    int band_rows;  /**< of all bands but a frame's last one */
+    int next_gop, next_frame, next_row;
+    int accepted; /**< frames accepted so far, in order */
+    int out;      /**< work units handed out and not yet back */
+    bool stopped; /**< begin no more GOPs and frames */
 } sc_handout;
 
-/** @return the plan for @p work, nothing handed out. */
+/** @return the state in which nothing of @p work has been handed out. */
 sc_handout sc_handout_begin(const sc_work *work);
 typedef enum sc_handout_answer {
     SC_HANDOUT_UNIT,
     SC_HANDOUT_WAIT, /**< the window is full */
     SC_HANDOUT_END
 } sc_handout_answer;
-/** The next unit, into @p out. A frame that has been begun goes out whole, stopped or not. */
-sc_handout_answer sc_handout_next(sc_handout *handout, sc_unit *out);
-/** A unit has come back. */
-void sc_handout_back(sc_handout *handout);
-/** Nothing is out, and nothing will go out. */
+/** Hand out the next work unit; @p out is written only with SC_HANDOUT_UNIT. After a stop the
+ *  remaining bands of a frame of which some went out still follow, so that it becomes whole. */
+sc_handout_answer sc_handout_next(sc_handout *handout, sc_work_unit *out);
+/** A work unit that was handed out has come back. */
+void sc_handout_unit_done(sc_handout *handout);
+/** @return whether nothing is out and nothing more will go out. */
 bool sc_handout_finished(const sc_handout *handout);
-/** Of @p groups groups that ranks could encode, how many they are to: all but the last few, which
- *  go out as frames so that ranks end together; none, unless @p always, if there are few ranks or
- *  few groups for each. */
-int sc_handout_groups(int groups, int ranks, bool always);
+/** How many of @p gops whole GOPs are to be drawn and encoded by one rank each. The last few go out
+ *  as frames instead, so that all ranks end at the same time. With few ranks, or few GOPs for each,
+ *  none are (rank 0 alone can encode fast enough), unless @p always. */
+int sc_handout_gops(int gops, int ranks, bool always);
 
 /* ---- the farm ---- */
 
-/** Time of this rank in the farm. */
+/** Where the time of this rank went. */
 typedef struct sc_farm_times {
     double render_wall_s, render_cpu_s;
-    double gather_wall_s, gather_cpu_s; /**< rank 0: receiving; others: sending */
-    double take_wall_s; /**< rank 0: in the take callbacks, on a thread of its own */
-    double idle_s;      /**< waiting for work */
-    double wall_s;      /**< of the whole farm */
+    double gather_wall_s,
+        gather_cpu_s;     /**< of the main thread: receiving on rank 0, else sending */
+    double accept_wall_s; /**< rank 0: in accept_frame and accept_gop */
+    double idle_s;        /**< for how long its worker thread had no task */
+    double wall_s;        /**< of the whole farm */
 } sc_farm_times;
 
-/** A finished group as bytes: what they mean is between the callbacks. */
+/** A finished GOP as bytes. The farm carries them unread from draw_gop to accept_gop, which agree
+ * on their layout. */
 typedef struct sc_payload {
-    void *data; /**< of sc_alloc */
+    void *data; /**< from sc_alloc */
     size_t bytes;
 } sc_payload;
 
+/** What to draw, and the callbacks. The same on all ranks, pointers apart. */
 typedef struct sc_farm {
     int width_px, height_px;
     sc_partition partition;
-    const int *frames; /**< frame numbers in rising order; the same on all ranks */
+    const int *frames; /**< numbers of the frames to draw one by one, rising */
     int frame_count;
-    const int *groups; /**< first frames of the groups that ranks do whole */
-    int group_count;
-    int group_frames; /**< of a group; the last one of `total` frames may be shorter */
-    int total;
-    /** Draw rows [row, row + rows) of a frame; any rank, one call at a time per rank, from a thread
-     *  of its own. After an error the frame is neither hashed nor taken, and the farm ends. */
+    const int *gops; /**< numbers of the first frames of the GOPs to draw whole */
+    int gop_count;
+    int gop_frames;   /**< of a GOP; that at the end of the animation may be shorter */
+    int total_frames; /**< of the animation */
+    /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
+     *  frame. After an error the frame is neither hashed nor accepted, and the farm ends with that
+     *  error on all ranks. Threads: a worker thread of any rank, one call at a time on each. */
     sc_status (*draw)(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
     bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
-    /** Draw @p count frames from @p first on, and make of them what rank 0 is to take; threads as
-     *  draw. An empty payload gives the group up, because of a stop. */
-    sc_status (*draw_group)(void *user, int first, int count, sc_frame_result *results,
-                            sc_payload *out);
-    /** Take a finished frame; rank 0, on a thread of its own, in the order of `frames`, never at
-     *  the same time as take_group. An error stops. */
-    sc_status (*take)(void *user, const sc_frame_result *result, const sc_image *image);
-    /** Take a finished group, in any order. */
-    sc_status (*take_group)(void *user, const sc_frame_result *results, int count,
+    /** Draw @p count frames from number @p first on and encode them; @p results holds @p count
+     *  elements. Gives up after a stop by leaving @p out empty. Errors and threads as with draw.
+     *  The farm takes ownership of the payload. */
+    sc_status (*draw_gop)(void *user, int first, int count, sc_frame_result *results,
+                          sc_payload *out);
+    /** Accept a finished frame, in the order of `frames`. After an error nothing more is accepted,
+     *  and the farm ends with it. Threads: on rank 0, a worker thread of its own, never at the same
+     *  time as accept_gop. */
+    sc_status (*accept_frame)(void *user, const sc_frame_result *result, const sc_image *image);
+    /** Accept a finished GOP, in any order; otherwise as accept_frame. */
+    sc_status (*accept_gop)(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload);
-    /** Rank 0, main thread, several times a second. NULL is allowed. */
-    void (*tick)(void *user, int done, int total);
-    /** Set by signal handlers: hand out no more. On any rank. */
+    /** Called on rank 0's main thread several times a second. NULL is allowed. */
+    void (*on_progress)(void *user, int done, int total);
+    /** A signal handler of any rank sets this: no more is handed out. */
     const volatile sig_atomic_t *stop;
-    /** Rank 0: be done at this time of sc_wall_s, by the measured cost of units; 0: whenever. */
+    /** Rank 0: end before this time of sc_wall_s, judged by the measured cost of work units; 0: no
+     *  limit. */
     double deadline_s;
     void *user;
 } sc_farm;
 
-/** Run the farm. Collective. @return on all ranks the same: SC_OK, SC_ERR_INCOMPLETE after a stop
- *  (what was in flight has been taken), or the error of a callback. */
+/** Draw everything. Collective. @return the same on all ranks: SC_OK, SC_ERR_INCOMPLETE after a
+ * stop (what was out has been accepted), SC_ERR_MEMORY, or the error of a callback. */
 SC_MUST_USE sc_status sc_farm_run(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                                   sc_farm_times *times);
 

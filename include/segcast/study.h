@@ -28,8 +28,8 @@ typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
     double cpu_s;
-    double farm_idle_s; /**< its drawing thread waited for work */
-    double take_wall_s; /**< rank 0: encoding and writing beside the drawing */
+    double farm_idle_s;   /**< its drawing thread waited for work */
+    double accept_wall_s; /**< rank 0: encoding and writing beside the drawing */
     int32_t threads;
     char host[64];
 } sc_rank_record;

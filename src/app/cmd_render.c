@@ -132,38 +132,38 @@ out:
 
 /* ---- the plan ---- */
 
-/* The groups that ranks are to encode themselves. */
-static int share_of_groups(const sc_run *run, int whole)
+/* The GOPs that ranks are to encode themselves. */
+static int gops_for_ranks(const sc_run *run, int whole)
 {
     const int encode = run->session.job.farm.encode;
     const int ranks = sc_comm_size(run->app->comm);
 
     if (!run->keep_records || encode == SC_ENCODE_ROOT)
         return 0;
-    return sc_handout_groups(whole, ranks, encode == SC_ENCODE_SEGMENTS);
+    return sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
 }
 
-/* On rank 0: what is left to be drawn, as groups and as frames. */
+/* On rank 0: what is left to be drawn, as GOPs and as frames. */
 static sc_status make_plan(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
     sc_draw_plan *plan = &run->plan;
     const sc_video_settings settings = sc_run_video_settings(&run->session.job);
-    int *groups = NULL, whole = 0, g = 0;
+    int *gops = NULL, whole = 0, g = 0;
     void *frames = NULL;
     sc_status status;
 
-    plan->group_frames = sc_video_gop_frames(&settings);
+    plan->gop_frames = sc_video_gop_frames(&settings);
     if (run->store)
-        SC_TRY(sc_store_whole_gops(ctx, run->store, &groups, &whole));
-    plan->group_count = share_of_groups(run, whole);
+        SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
+    plan->gop_count = gops_for_ranks(run, whole);
     SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
     for (int i = 0; i < run->wanted_count; i++) {
         const int k = run->wanted[i];
 
-        while (g < plan->group_count && groups[g] + plan->group_frames <= k)
+        while (g < plan->gop_count && gops[g] + plan->gop_frames <= k)
             g++;
-        if (g < plan->group_count && k >= groups[g])
+        if (g < plan->gop_count && k >= gops[g])
             continue; /* in a group */
         if (run->store && sc_store_has(run->store, k))
             plan->kept++;
@@ -171,10 +171,10 @@ static sc_status make_plan(sc_run *run)
             ((int *)frames)[plan->frame_count++] = k;
     }
     run->frames = frames;
-    run->groups = groups;
+    run->gops = gops;
     return SC_OK;
 out:
-    sc_free(groups);
+    sc_free(gops);
     return status;
 }
 
@@ -182,14 +182,14 @@ out:
 static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
-    void *frames = run->frames, *groups = run->groups;
+    void *frames = run->frames, *gops = run->gops;
     sc_status status;
 
     sc_comm_broadcast(app->comm, &run->plan, sizeof run->plan);
     SC_TRY(sc_broadcast_array(app, &frames, (size_t)run->plan.frame_count, sizeof(int)));
     run->frames = frames;
-    SC_TRY(sc_broadcast_array(app, &groups, (size_t)run->plan.group_count, sizeof(int)));
-    run->groups = groups;
+    SC_TRY(sc_broadcast_array(app, &gops, (size_t)run->plan.gop_count, sizeof(int)));
+    run->gops = gops;
 out:
     return status;
 }
@@ -221,17 +221,17 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .partition = (sc_partition)job->farm.partition,
                           .frames = run->frames,
                           .frame_count = run->plan.frame_count,
-                          .groups = run->groups,
-                          .group_count = run->plan.group_count,
-                          .group_frames = run->plan.group_frames,
-                          .total = job->animation.frames,
+                          .gops = run->gops,
+                          .gop_count = run->plan.gop_count,
+                          .gop_frames = run->plan.gop_frames,
+                          .total_frames = job->animation.frames,
                           .draw = sc_run_draw,
                           .share_frames = job->farm.share,
                           .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS,
-                          .draw_group = sc_run_draw_group,
-                          .take = sc_run_take,
-                          .take_group = sc_run_take_group,
-                          .tick = sc_run_tick,
+                          .draw_gop = sc_run_draw_gop,
+                          .accept_frame = sc_run_accept_frame,
+                          .accept_gop = sc_run_accept_gop,
+                          .on_progress = sc_run_on_progress,
                           .stop = run->stop,
                           .deadline_s = run->deadline_s,
                           .user = run};
@@ -253,14 +253,14 @@ static void clear_run(sc_run *run)
     sc_video_writer_close(run->writer);
     sc_store_close(run->store);
     sc_encoder_close(run->encoder);
-    sc_image_clear(&run->group_image);
+    sc_image_clear(&run->gop_image);
     run->app->trace = NULL;
     sc_trace_free(run->trace);
     sc_free(run->spans);
     sc_free(run->video_path);
     sc_free(run->results);
     sc_free(run->frames);
-    sc_free(run->groups);
+    sc_free(run->gops);
     sc_free(run->wanted);
     sc_session_clear(&run->session);
 }

@@ -8,8 +8,8 @@
 
 /* What is to be drawn; the same on all ranks. */
 typedef struct sc_draw_plan {
-    int frame_count, group_count;
-    int group_frames;
+    int frame_count, gop_count;
+    int gop_frames;
     int kept; /* wanted frames that were done before */
     uint64_t identity;
     uint8_t complete; /* the job was finished before: there is nothing to do */
@@ -19,7 +19,7 @@ typedef struct sc_run {
     sc_app *app;
     sc_session session;
     sc_draw_plan plan;
-    int *frames, *groups; /* [plan.frame_count], [plan.group_count] */
+    int *frames, *gops; /* [plan.frame_count], [plan.gop_count] */
     double begin_s, farm_begin_s, farm_cpu_s, deadline_s;
     int64_t begin_unix_s;
     const volatile sig_atomic_t *stop;
@@ -27,9 +27,9 @@ typedef struct sc_run {
     bool keep_records; /* manifest, status and statistics; else the video alone */
     /* of the drawing thread */
     sc_render_span *spans; /* [threads] */
-    sc_image group_image;
+    sc_image gop_image;
     sc_encoder *encoder;
-    double encode_wall_s; /* of groups */
+    double encode_wall_s; /* of GOPs */
     /* rank 0 only */
     const char *directory; /* of the outputs */
     char slice[128];       /* its name, or empty: the whole job */
@@ -47,18 +47,18 @@ typedef struct sc_run {
 
 sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
-sc_status sc_run_draw_group(void *user, int first, int count, sc_frame_result *results,
-                            sc_payload *out);
-sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image *image);
-sc_status sc_run_take_group(void *user, const sc_frame_result *results, int count,
+sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *results,
+                          sc_payload *out);
+sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const sc_image *image);
+sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload);
 sc_video_settings sc_run_video_settings(const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
 
 /* ---- run_report.c: what is told and recorded ---- */
 
-/* For sc_farm.tick. */
-void sc_run_tick(void *user, int done, int total);
+/* For sc_farm.on_progress. */
+void sc_run_on_progress(void *user, int done, int total);
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times);
 /* status.json in its last state. */
 sc_status sc_run_write_state(sc_run *run, sc_status outcome);

@@ -57,7 +57,7 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
     return draw_rows(user, frame, &part, image, result);
 }
 
-/* ---- groups: drawn, encoded and packed by one rank ---- */
+/* ---- GOPs: drawn, encoded and packed by one rank ---- */
 
 /* A group as bytes: the segment, then the frames as PNG where asked for, each behind its size. */
 static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
@@ -119,15 +119,15 @@ static bool should_give_up(const sc_run *run, double begin_s, int done, int coun
     return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
 }
 
-static sc_status open_group_encoder(sc_run *run)
+static sc_status open_gop_encoder(sc_run *run)
 {
     const sc_job *job = &run->session.job;
     const sc_video_settings settings = sc_run_video_settings(job);
     sc_status status = SC_OK;
 
-    if (!run->group_image.rgb)
+    if (!run->gop_image.rgb)
         status =
-            sc_image_init(run->app->ctx, settings.width_px, settings.height_px, &run->group_image);
+            sc_image_init(run->app->ctx, settings.width_px, settings.height_px, &run->gop_image);
     if (status == SC_OK && !run->encoder)
         status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->encoder);
     if (status == SC_OK)
@@ -143,22 +143,22 @@ static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, 
     sc_status status;
 
     *result = (sc_frame_result){.wait_s = wait_s};
-    status = draw_rows(run, frame, NULL, &run->group_image, result);
+    status = draw_rows(run, frame, NULL, &run->gop_image, result);
     if (status != SC_OK)
         return status;
-    result->hash = sc_image_hash(&run->group_image);
+    result->hash = sc_image_hash(&run->gop_image);
     begin_s = sc_wall_s();
-    status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->group_image),
+    status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->gop_image),
                              result->hash);
     if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
-        status = add_png(ctx, pngs, &run->group_image);
+        status = add_png(ctx, pngs, &run->gop_image);
     run->encode_wall_s += sc_wall_s() - begin_s;
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, frame, begin_s, sc_wall_s());
     return status;
 }
 
-sc_status sc_run_draw_group(void *user, int first, int count, sc_frame_result *results,
-                            sc_payload *out)
+sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *results,
+                          sc_payload *out)
 {
     sc_run *run = user;
     const sc_ctx *ctx = run->app->ctx;
@@ -168,7 +168,7 @@ sc_status sc_run_draw_group(void *user, int first, int count, sc_frame_result *r
     sc_segment segment = {0};
     sc_status status;
 
-    SC_TRY(open_group_encoder(run));
+    SC_TRY(open_gop_encoder(run));
     for (int i = 0; i < count; i++) {
         if (should_give_up(run, begin_s, i, count))
             goto out;
@@ -196,14 +196,14 @@ static sc_done_frame done_of(const sc_frame_result *result)
     return (sc_done_frame){result->frame, result->rank, result->render_cpu_s, result->hash};
 }
 
-static void note_taken(sc_run *run, const sc_frame_result *result, double begin_s)
+static void note_accepted(sc_run *run, const sc_frame_result *result, double begin_s)
 {
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,
                  sc_wall_s());
     run->results[run->result_count++] = *result;
 }
 
-sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image *image)
+sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
     sc_run *run = user;
     const sc_done_frame done = done_of(result);
@@ -212,11 +212,11 @@ sc_status sc_run_take(void *user, const sc_frame_result *result, const sc_image 
                                   : sc_video_writer_push(run->app->ctx, run->writer, image);
 
     if (status == SC_OK)
-        note_taken(run, result, begin_s);
+        note_accepted(run, result, begin_s);
     return status;
 }
 
-sc_status sc_run_take_group(void *user, const sc_frame_result *results, int count,
+sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload)
 {
     sc_run *run = user;
@@ -246,7 +246,7 @@ sc_status sc_run_take_group(void *user, const sc_frame_result *results, int coun
     }
     SC_TRY(sc_store_add_gop(ctx, run->store, done, count, &segment, png ? pngs : NULL));
     for (int i = 0; i < count; i++)
-        note_taken(run, &results[i], begin_s);
+        note_accepted(run, &results[i], begin_s);
 out:
     sc_free(done);
     sc_free(files);

@@ -58,7 +58,7 @@ static double log_interval_s(double elapsed_s)
     return elapsed_s < 60 ? 5 : elapsed_s < 3600 ? 30 : 300;
 }
 
-void sc_run_tick(void *user, int done_now, int total_now)
+void sc_run_on_progress(void *user, int done_now, int total_now)
 {
     sc_run *run = user;
     const double now_s = sc_wall_s(), elapsed_s = now_s - run->farm_begin_s;
@@ -110,7 +110,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     sc_rank_record *r = &run->session.times;
     const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
     const sc_store_times store =
-        run->store ? sc_store_time(run->store) : (sc_store_times){times->take_wall_s, 0};
+        run->store ? sc_store_time(run->store) : (sc_store_times){times->accept_wall_s, 0};
     /* The encoder has threads of its own: what the farm used and nothing else did. */
     const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
 
@@ -123,7 +123,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
         r->phases[SC_PHASE_ENCODE].wall_s += store.encode_wall_s;
         r->phases[SC_PHASE_WRITE].wall_s = store.write_wall_s;
     }
-    r->take_wall_s = times->take_wall_s;
+    r->accept_wall_s = times->accept_wall_s;
     r->farm_idle_s = times->idle_s;
     r->peak_rss_bytes = sc_peak_rss();
     r->cpu_s = sc_cpu_s();

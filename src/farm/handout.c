@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Which work unit goes out next. No messages, no clock: test_farm.c simulates up to 65,536 ranks.
+ */
 #include "segcast/farm.h"
 
 enum {
-    WINDOW_BYTES = 256 << 20, /* of frames on rank 0 */
-    WINDOW_PER_RANK = 64,
-    BAND_ROWS = 16,      /* no thinner ones: rays look at their neighbours */
-    BANDS_PER_RANK = 16, /* at least, of the frames that are split last */
-    SPLIT_PER_RANK = 4,  /* so many are: also a rank of a fourth of the speed ends in time */
-    RANKS_TO_FEED = 4,   /* fewer: one encoder keeps up with them */
-    GROUPS_PER_RANK = 3  /* fewer: ranks would end at different times */
+    WINDOW_BYTES = 256 << 20, /* at most so many bytes of frames are held on rank 0 */
+    WINDOW_PER_RANK = 64,     /* and no more frames than this for each rank */
+    BAND_ROWS = 16,      /* the height of a band is a multiple of this: sub-pixel rays are traced
+                            where neighbouring pixels differ, and thinner bands would trace many
+                            pixels of their neighbours again */
+    BANDS_PER_RANK = 16, /* as fine as this, at least, are frames split */
+    SPLIT_PER_RANK = 4,  /* so many of the last frames, for each rank, are split: enough that a
+                            rank of a fourth of the others' speed ends with them */
+    RANKS_TO_FEED = 4,   /* with fewer ranks one encoder on rank 0 keeps up */
+    GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank they would end far apart */
 };
 
 static int least(int a, int b)
@@ -21,8 +26,8 @@ static int most(int a, int b)
     return a > b ? a : b;
 }
 
-/* Frames in the window: as many as memory allows, so that one costly frame holds nobody back, but
- * not more than there is use for. */
+/* Frames in the window: as many as memory allows, so that one costly frame does not hold up the
+ * others, but not more than can be of use. */
 static int window_for(const sc_work *work)
 {
     const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
@@ -34,7 +39,7 @@ static int window_for(const sc_work *work)
     return window < 2 ? 2 : (int)window;
 }
 
-/* From which frame on frames are split. */
+/* Index of the first frame that goes out in bands. */
 static int first_split(const sc_work *work, int window)
 {
     if (work->partition == SC_PARTITION_FRAMES)
@@ -43,18 +48,20 @@ static int first_split(const sc_work *work, int window)
         return 0;
     if (work->ranks == 1)
         return work->frames;
-    /* Too few fit into the memory of rank 0 to keep all ranks busy: several ranks to each. */
+    /* If the window cannot hold two frames for each rank, whole frames would leave ranks without
+     * work: several ranks draw each. */
     return window < 2 * work->ranks ? 0 : most(work->frames - SPLIT_PER_RANK * work->ranks, 0);
 }
 
 sc_handout sc_handout_begin(const sc_work *work)
 {
     const int window = window_for(work), from = first_split(work, window);
+    /* so many frames are split at the same time */
     const int together = most(least(work->frames - from, least(work->ranks, window)), 1);
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
     const long rows = work->height_px / (bands > 0 ? bands : 1);
 
-    return (sc_handout){.groups = work->groups,
+    return (sc_handout){.gops = work->gops,
                         .frames = work->frames,
                         .height_px = work->height_px,
                         .window = window,
@@ -62,21 +69,27 @@ sc_handout sc_handout_begin(const sc_work *work)
                         .band_rows = most((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS)};
 }
 
-sc_handout_answer sc_handout_next(sc_handout *h, sc_unit *out)
+/* Nothing new is to be begun; bands of a frame may still have to follow. */
+static bool has_begun_all(const sc_handout *h)
 {
-    if (h->next_row == 0 &&
-        (h->stopped || (h->next_group == h->groups && h->next_frame == h->frames)))
+    return h->next_row == 0 &&
+           (h->stopped || (h->next_gop == h->gops && h->next_frame == h->frames));
+}
+
+sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
+{
+    if (has_begun_all(h))
         return SC_HANDOUT_END;
-    if (h->next_row == 0 && h->next_group < h->groups) {
-        *out = (sc_unit){.kind = SC_UNIT_GROUP, .index = h->next_group++};
-    } else if (h->next_frame >= h->taken + h->window) {
+    if (h->next_row == 0 && h->next_gop < h->gops) {
+        *out = (sc_work_unit){.kind = SC_UNIT_GOP, .index = h->next_gop++};
+    } else if (h->next_frame >= h->accepted + h->window) {
         return SC_HANDOUT_WAIT;
     } else if (h->next_frame < h->split_from) {
-        *out = (sc_unit){SC_UNIT_FRAME, h->next_frame++, 0, h->height_px};
+        *out = (sc_work_unit){SC_UNIT_FRAME, h->next_frame++, 0, h->height_px};
     } else {
         const int rows = least(h->band_rows, h->height_px - h->next_row);
 
-        *out = (sc_unit){SC_UNIT_BAND, h->next_frame, h->next_row, rows};
+        *out = (sc_work_unit){SC_UNIT_BAND, h->next_frame, h->next_row, rows};
         h->next_row += rows;
         if (h->next_row == h->height_px) {
             h->next_row = 0;
@@ -87,22 +100,22 @@ sc_handout_answer sc_handout_next(sc_handout *h, sc_unit *out)
     return SC_HANDOUT_UNIT;
 }
 
-void sc_handout_back(sc_handout *handout)
+void sc_handout_unit_done(sc_handout *handout)
 {
     handout->out--;
 }
 
 bool sc_handout_finished(const sc_handout *h)
 {
-    return h->out == 0 && h->next_row == 0 &&
-           (h->stopped || (h->next_group == h->groups && h->next_frame == h->frames));
+    return h->out == 0 && has_begun_all(h);
 }
 
-int sc_handout_groups(int groups, int ranks, bool always)
+int sc_handout_gops(int gops, int ranks, bool always)
 {
-    const int last = most(least(ranks / 2, 4), 1); /* as many as rank 0 encodes meanwhile */
+    /* as many as rank 0 can encode while the last whole GOPs are drawn */
+    const int last = most(least(ranks / 2, 4), 1);
 
-    return always || (ranks >= RANKS_TO_FEED && groups >= GROUPS_PER_RANK * ranks)
-               ? most(groups - last, 0)
+    return always || (ranks >= RANKS_TO_FEED && gops >= GOPS_PER_RANK * ranks)
+               ? most(gops - last, 0)
                : 0;
 }

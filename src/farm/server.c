@@ -1,31 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rank 0's main thread: hands out units, gathers frames into a window of slots, and passes them on
- * in order to a thread that takes them. Its own drawing runs in a thread beside it and is served
- * last. Nothing here waits for a picture to be drawn, encoded or written. */
+/* The main thread of rank 0: hands out work units, collects rows of frames in the slots of the
+ * window, and gives finished frames in order, and GOPs as they come, to a worker thread that
+ * accepts them. A second worker thread draws; it gets a work unit when no other rank waits for one.
+ * The main thread itself never waits for a frame to be drawn, encoded or written, so that it
+ * answers at once.
+ *
+ * What it sends are work units of 16 bytes, which any message layer buffers: sending them never
+ * depends on the receiver. */
 #include "internal.h"
 
 #include <string.h>
 
-/* Something to be taken: a slot's frame, or a group. */
-typedef struct take_job {
-    sc_lane_job lane;
-    bool is_group;
-    sc_image image; /* of a slot */
-    sc_frame_result result;
-    int rows_missing;
-    bool split, full;
-    sc_status drawn; /* an error: rows of it could not be drawn */
-    /* of a group, which is allocated for it */
-    struct take_job *next;
-    sc_frame_result *results;
-    int count;
-    sc_payload payload;
-    size_t received_bytes;
-    int source;
-    sc_status status;
-} take_job;
+/* After each look for messages without success the nap gets longer, up to this. */
+#define LONGEST_NAP_S 0.7e-3
+#define PROGRESS_INTERVAL_S 0.1
 
-enum { LOCAL_JOBS = 2 };
+/* Lately measured maxima (cost of a work unit, of accepting) forget this share with each value, so
+ * that one costly frame does not shorten the whole run. */
+#define FORGET 0.05
 
 typedef struct server {
     const sc_ctx *ctx;
@@ -33,27 +25,41 @@ typedef struct server {
     const sc_farm *farm;
     const sc_slots *shared;
     sc_farm_times *times;
+    sc_status status; /* what the farm ends with */
     sc_handout handout;
-    take_job *slots;    /* [window]; frame i waits in slot i % window */
-    take_job *arriving; /* groups whose payload is on its way */
-    int next_to_take;   /* frames given to the taking thread so far */
-    int groups_taken_frames, groups_in_hand;
-    char *inbox; /* one message with its pixels */
-    sc_lane *drawing, *taking;
-    sc_draw_job local[LOCAL_JOBS];
-    bool local_used[LOCAL_JOBS];
-    double local_rows, local_row_s;   /* of the newest unit; what a row lately cost */
-    sc_image local_bands[LOCAL_JOBS]; /* where drawing spoils other rows */
-    int *ready;                       /* ranks that wait for a unit, oldest first */
-    int ready_count, ready_capacity;
-    sc_unit *answers; /* [ready_capacity] of posted messages, which must stay */
-    int answer_next;
-    int byes;
-    double unit_s, take_s; /* what they lately cost, at most */
-    sc_status take_status; /* of the taking thread alone */
-    sc_status status;
+    char *inbox; /* [sc_farm_message_bytes]: the message that was received last */
+
+    /* frames and GOPs on their way to be accepted */
+    sc_frame_slot *slots; /* [window] */
+    int next_to_accept;   /* index of the first frame that the accepting thread does not have yet */
+    sc_gop *arriving;     /* GOPs whose payload is arriving */
+    int gops_in_hand;     /* arriving or being accepted */
+    int gop_frames_accepted;
+    sc_acceptor acceptor;
+    sc_worker_thread *accepting;
+
+    /* drawing on this rank */
+    sc_worker_thread *drawing;
+    sc_draw_task own[SC_UNITS_PER_RANK];
+    bool own_used[SC_UNITS_PER_RANK];
+    sc_image
+        own_bands[SC_UNITS_PER_RANK]; /* where draw spoils other rows: drawn here, then copied */
+    double own_rows;                  /* of the work unit that was begun last */
+    double own_row_s;                 /* cost of a row in the unit that was finished last */
+
+    /* ranks that wait for an answer, oldest first: [SC_UNITS_PER_RANK * ranks] */
+    int *ready;
+    int ready_count;
+    /* Answers on their way, [ranks][SC_UNITS_PER_RANK]. A rank asks again only when it has got one
+     * of its answers, so the oldest one of its entries can be used for the next. */
+    sc_work_unit *answers;
+    int *next_answer; /* [ranks] */
+    int byes;         /* ranks that have left */
+
+    double unit_s, accept_s; /* what a work unit and accepting a frame or GOP lately took at most */
 } server;
 
+/* Hand out no more. The first error is kept; a mere stop (SC_ERR_INCOMPLETE) yields to an error. */
 static void stop_with(server *s, sc_status status)
 {
     s->handout.stopped = true;
@@ -61,77 +67,84 @@ static void stop_with(server *s, sc_status status)
         s->status = status;
 }
 
-/* ---- taking, on its own thread ---- */
-
-static void take(void *user, sc_lane_job *lane_job)
+static double recent_most(double before, double value)
 {
-    server *s = user;
-    take_job *job = (take_job *)lane_job;
-    const sc_farm *farm = s->farm;
+    const double kept = (1 - FORGET) * before;
 
-    job->status = SC_OK;
-    if (s->take_status != SC_OK)
-        return; /* an error has ended the job; what comes now is not kept */
-    if (job->drawn != SC_OK) {
-        job->status = job->drawn; /* nor is what follows a frame that could not be drawn */
-    } else if (job->is_group) {
-        job->status = farm->take_group(farm->user, job->results, job->count, &job->payload);
-    } else {
-        if (job->split)
-            job->result.hash = sc_image_hash(&job->image);
-        job->status = farm->take(farm->user, &job->result, &job->image);
-    }
-    s->take_status = job->status;
+    return value > kept ? value : kept;
 }
 
-static void free_group(take_job *job)
+/* ---- accepting ---- */
+
+static void give_gop(server *s, sc_gop *gop)
 {
-    sc_free(job->results);
-    sc_free(job->payload.data);
-    sc_free(job);
+    sc_worker_thread_give(s->accepting, &gop->accept.task);
 }
 
-static bool collect_taken(server *s)
+static bool collect_accepted(server *s)
 {
-    take_job *job = (take_job *)sc_lane_collect(s->taking);
+    sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting);
 
-    if (!job)
+    if (!accept)
         return false;
-    s->times->take_wall_s += job->lane.wall_s;
-    s->take_s = job->lane.wall_s > 0.95 * s->take_s ? job->lane.wall_s : 0.95 * s->take_s;
-    if (job->status != SC_OK)
-        stop_with(s, job->status);
-    if (job->is_group) {
-        s->groups_taken_frames += job->count;
-        s->groups_in_hand--;
-        free_group(job);
+    s->times->accept_wall_s += accept->task.wall_s;
+    s->accept_s = recent_most(s->accept_s, accept->task.wall_s);
+    if (accept->status != SC_OK)
+        stop_with(s, accept->status);
+    if (accept->is_gop) {
+        sc_gop *gop = (sc_gop *)accept;
+
+        s->gop_frames_accepted += gop->count;
+        s->gops_in_hand--;
+        sc_gop_free(gop);
     } else {
-        job->full = false;
-        s->handout.taken++;
+        ((sc_frame_slot *)accept)->full = false;
+        s->handout.accepted++;
     }
     return true;
 }
 
-/* ---- what comes back ---- */
-
-static take_job *slot_of(server *s, int index)
+static sc_frame_slot *slot_of(server *s, int index)
 {
     return &s->slots[index % s->handout.window];
 }
 
-static void begin_slot(server *s, const sc_unit *unit)
+/* Frames are accepted in order, so those that are full wait for their predecessors. */
+static bool give_full_frames(server *s)
 {
-    take_job *slot = slot_of(s, unit->index);
+    bool any = false;
+
+    while (s->next_to_accept < s->handout.next_frame && slot_of(s, s->next_to_accept)->full &&
+           s->next_to_accept < s->handout.accepted + s->handout.window) {
+        sc_worker_thread_give(s->accepting, &slot_of(s, s->next_to_accept)->accept.task);
+        s->next_to_accept++;
+        any = true;
+    }
+    return any;
+}
+
+/* ---- results of work units ---- */
+
+static void unit_done(server *s, double wall_s)
+{
+    sc_handout_unit_done(&s->handout);
+    s->unit_s = recent_most(s->unit_s, wall_s);
+}
+
+/* A frame begins in its slot when its first rows are handed out. */
+static void begin_slot(server *s, const sc_work_unit *unit)
+{
+    sc_frame_slot *slot = slot_of(s, unit->index);
 
     if (unit->row > 0)
         return;
-    slot->split = unit->kind == SC_UNIT_BAND;
+    slot->in_bands = unit->kind == SC_UNIT_BAND;
     slot->rows_missing = s->farm->height_px;
     slot->drawn = SC_OK;
     slot->result = (sc_frame_result){.frame = s->farm->frames[unit->index]};
 }
 
-static void add_result(take_job *slot, const sc_frame_result *part)
+static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
 {
     sc_frame_result *sum = &slot->result;
 
@@ -145,16 +158,11 @@ static void add_result(take_job *slot, const sc_frame_result *part)
     sum->hash = part->hash;
 }
 
-static void note_unit(server *s, double wall_s)
-{
-    s->unit_s = wall_s > 0.95 * s->unit_s ? wall_s : 0.95 * s->unit_s;
-}
-
-/* Rows of a frame are in their slot, unless @p drawn says that they could not be drawn. */
-static void rows_came(server *s, const sc_unit *unit, const sc_frame_result *result,
+/* The rows of a frame or band are in their slot, unless @p drawn is an error. */
+static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result *result,
                       sc_status drawn)
 {
-    take_job *slot = slot_of(s, unit->index);
+    sc_frame_slot *slot = slot_of(s, unit->index);
 
     add_result(slot, result);
     if (drawn != SC_OK) {
@@ -163,108 +171,84 @@ static void rows_came(server *s, const sc_unit *unit, const sc_frame_result *res
     }
     slot->rows_missing -= unit->rows;
     slot->full = slot->rows_missing == 0;
-    sc_handout_back(&s->handout);
-    note_unit(s, result->render_wall_s);
+    unit_done(s, result->render_wall_s);
 }
 
-/* Frames are taken in order. */
-static bool give_to_taker(server *s)
+/* A GOP that holds @p results, or NULL, and a stop, without memory for it. */
+static sc_gop *begin_gop(server *s, const sc_frame_result *results, int count)
 {
-    bool any = false;
+    sc_gop *gop = NULL;
+    const sc_status status = sc_gop_new(s->ctx, results, count, &gop);
 
-    while (s->next_to_take < s->handout.next_frame && slot_of(s, s->next_to_take)->full &&
-           s->next_to_take < s->handout.taken + s->handout.window) {
-        sc_lane_give(s->taking, &slot_of(s, s->next_to_take)->lane);
-        s->next_to_take++;
-        any = true;
-    }
-    return any;
+    if (status == SC_OK)
+        s->gops_in_hand++;
+    else
+        stop_with(s, status);
+    return gop;
 }
 
-/* A group that is to be taken when its payload is here. */
-static sc_status new_group(server *s, const sc_frame_result *results, int count, take_job **out)
-{
-    void *block = NULL, *copy = NULL;
-    take_job *job;
-    sc_status status;
+/* ---- messages ---- */
 
-    SC_TRY(sc_zalloc(s->ctx, 1, sizeof *job, &block));
-    SC_TRY(sc_alloc(s->ctx, (size_t)count, sizeof *results, &copy));
-    memcpy(copy, results, (size_t)count * sizeof *results);
-    job = block;
-    *job = (take_job){.is_group = true, .count = count, .results = copy};
-    s->groups_in_hand++;
-    *out = job;
-    return SC_OK;
-out:
-    sc_free(block);
-    stop_with(s, status);
-    return status;
-}
-
-static void give_group(server *s, take_job *job)
+/* The head of a GOP's result. Its payload follows in pieces, unless it was given up. */
+static void receive_gop(server *s, int source, const sc_result_message *message)
 {
-    sc_lane_give(s->taking, &job->lane);
-}
-
-/* A group's payload is to come, unless it was given up. */
-static void group_came(server *s, const sc_message *mail, const sc_done_message *message)
-{
-    const int count = sc_farm_group_count(s->farm, message->unit.index);
-    const size_t results_bytes = (size_t)count * sizeof(sc_frame_result);
+    const char *behind = s->inbox + sizeof *message;
+    const int count = sc_farm_gop_frames(s->farm, message->unit.index);
     uint64_t bytes;
-    take_job *job;
+    sc_gop *gop;
     sc_status status = (sc_status)message->status;
 
-    memcpy(&bytes, s->inbox + sizeof *message + results_bytes, sizeof bytes);
-    sc_handout_back(&s->handout);
-    note_unit(s, message->result.render_wall_s);
+    memcpy(&bytes, behind + (size_t)count * sizeof(sc_frame_result), sizeof bytes);
+    unit_done(s, message->result.render_wall_s);
     if (status != SC_OK)
         stop_with(s, status);
-    if (bytes == 0 ||
-        new_group(s, (sc_frame_result *)(s->inbox + sizeof *message), count, &job) != SC_OK)
+    if (bytes == 0)
         return;
-    job->source = mail->source;
-    job->payload.bytes = bytes;
-    job->next = s->arriving;
-    s->arriving = job;
-    status = sc_alloc(s->ctx, bytes, 1, &job->payload.data); /* else its pieces are dropped */
+    gop = begin_gop(s, (const sc_frame_result *)behind, count);
+    if (!gop)
+        return;
+    gop->source = source;
+    gop->payload.bytes = bytes;
+    gop->next = s->arriving;
+    s->arriving = gop;
+    status = sc_alloc(s->ctx, bytes, 1, &gop->payload.data);
     if (status != SC_OK)
         stop_with(s, status);
 }
 
-static void piece_came(server *s, const sc_message *mail)
+/* A piece of the payload of the only GOP that is arriving from its rank. */
+static void receive_piece(server *s, const sc_message *mail)
 {
-    take_job **link = &s->arriving, *job;
+    sc_gop **link = &s->arriving, *gop;
 
     while (*link && (*link)->source != mail->source)
         link = &(*link)->next;
-    job = *link;
-    if (!job)
-        return; /* there was no memory for it, and the job ends */
-    if (job->payload.data && mail->bytes <= job->payload.bytes - job->received_bytes)
-        memcpy((char *)job->payload.data + job->received_bytes, s->inbox, mail->bytes);
-    job->received_bytes += mail->bytes;
-    if (job->received_bytes < job->payload.bytes)
+    gop = *link;
+    if (!gop)
+        return; /* there was no memory for the GOP, and the farm is ending */
+    if (gop->payload.data && mail->bytes <= gop->payload.bytes - gop->received_bytes)
+        memcpy((char *)gop->payload.data + gop->received_bytes, s->inbox, mail->bytes);
+    gop->received_bytes += mail->bytes;
+    if (gop->received_bytes < gop->payload.bytes)
         return;
-    *link = job->next;
-    if (job->payload.data) {
-        give_group(s, job);
+    *link = gop->next;
+    if (gop->payload.data) {
+        give_gop(s, gop);
     } else {
-        s->groups_in_hand--;
-        free_group(job);
+        s->gops_in_hand--;
+        sc_gop_free(gop);
     }
 }
 
-static void work_came(server *s, const sc_message *mail)
+static void receive_result(server *s, const sc_message *mail)
 {
-    sc_done_message message;
+    sc_result_message message;
 
     memcpy(&message, s->inbox, sizeof message);
     if (message.stop)
         stop_with(s, SC_ERR_INCOMPLETE);
-    if (message.unit.kind == SC_UNIT_GROUP) {
-        group_came(s, mail, &message);
+    if (message.unit.kind == SC_UNIT_GOP) {
+        receive_gop(s, mail->source, &message);
         return;
     }
     if (mail->bytes > sizeof message)
@@ -272,12 +256,13 @@ static void work_came(server *s, const sc_message *mail)
                    (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
                s->inbox + sizeof message, mail->bytes - sizeof message);
     else
-        __atomic_thread_fence(__ATOMIC_SEQ_CST); /* a neighbour wrote them, before the message */
-    rows_came(s, &message.unit, &message.result, (sc_status)message.status);
+        /* The rank has written its rows into the slot; see send_rows in worker.c. */
+        __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    rows_done(s, &message.unit, &message.result, (sc_status)message.status);
 }
 
-/* One message, if there is one. */
-static bool read_mail(server *s)
+/* Receive one message. @return false if none has arrived. */
+static bool receive_message(server *s)
 {
     sc_message mail;
     int32_t stop = 0;
@@ -285,10 +270,10 @@ static bool read_mail(server *s)
     if (!sc_comm_poll(s->comm, &mail))
         return false;
     sc_comm_receive(s->comm, &mail, s->inbox);
-    if (mail.tag == SC_TAG_DONE) {
-        work_came(s, &mail);
+    if (mail.tag == SC_TAG_RESULT) {
+        receive_result(s, &mail);
     } else if (mail.tag == SC_TAG_PIECE) {
-        piece_came(s, &mail);
+        receive_piece(s, &mail);
     } else {
         memcpy(&stop, s->inbox, sizeof stop);
         if (stop)
@@ -300,112 +285,114 @@ static bool read_mail(server *s)
     return true;
 }
 
-static void local_group_came(server *s, sc_draw_job *job)
-{
-    const int count = sc_farm_group_count(s->farm, job->unit.index);
-    take_job *group;
-    double wall_s = 0;
-
-    for (int i = 0; i < count; i++) {
-        wall_s += job->results[i].render_wall_s;
-        s->times->render_cpu_s += job->results[i].render_cpu_s;
-    }
-    s->times->render_wall_s += wall_s;
-    note_unit(s, wall_s);
-    sc_handout_back(&s->handout);
-    if (job->status != SC_OK)
-        stop_with(s, job->status);
-    if (job->payload.bytes == 0 || new_group(s, job->results, count, &group) != SC_OK) {
-        sc_free(job->payload.data);
-        return;
-    }
-    group->payload = job->payload;
-    give_group(s, group);
-}
-
-static bool collect_local(server *s)
-{
-    sc_draw_job *job = (sc_draw_job *)sc_lane_collect(s->drawing);
-    const size_t row_bytes = (size_t)s->farm->width_px * 3;
-
-    if (!job)
-        return false;
-    s->local_used[job - s->local] = false;
-    s->local_row_s = job->lane.wall_s / sc_farm_rows(s->farm, &job->unit);
-    if (job->image && job->image == &s->local_bands[job - s->local]) {
-        const size_t at = (size_t)job->unit.row * row_bytes;
-
-        memcpy(slot_of(s, job->unit.index)->image.rgb + at, job->image->rgb + at,
-               (size_t)job->unit.rows * row_bytes);
-    }
-    if (job->unit.kind == SC_UNIT_GROUP) {
-        local_group_came(s, job);
-        return true;
-    }
-    s->times->render_wall_s += job->result.render_wall_s;
-    s->times->render_cpu_s += job->result.render_cpu_s;
-    rows_came(s, &job->unit, &job->result, job->status);
-    return true;
-}
-
 /* ---- hand-out ---- */
 
-static void answer(server *s, int rank, const sc_unit *unit)
+static void answer(server *s, int rank, const sc_work_unit *unit)
 {
-    sc_unit *word = &s->answers[s->answer_next++ % s->ready_capacity];
+    const int slot = s->next_answer[rank]++ % SC_UNITS_PER_RANK;
+    sc_work_unit *word = &s->answers[rank * SC_UNITS_PER_RANK + slot];
 
     *word = *unit;
     sc_comm_post(s->comm, rank, SC_TAG_UNIT, word, sizeof *word);
 }
 
-/* The next unit, its slot ready. */
-static sc_handout_answer next_unit(server *s, sc_unit *unit)
+static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
 {
     const sc_handout_answer found = sc_handout_next(&s->handout, unit);
 
-    if (found == SC_HANDOUT_UNIT && unit->kind != SC_UNIT_GROUP)
+    if (found == SC_HANDOUT_UNIT && unit->kind != SC_UNIT_GOP)
         begin_slot(s, unit);
     return found;
 }
 
-/* Rank 0 draws when all others have work; it gives way to encoding when much waits for that. */
+/* This rank draws when no other waits for work. It does not begin a work unit while half the window
+ * waits to be accepted, because encoding then needs the cores more. */
 static bool may_draw_here(server *s)
 {
-    const int waiting = s->next_to_take - s->handout.taken;
-    const int load = sc_lane_load(s->drawing);
+    const int waiting = s->next_to_accept - s->handout.accepted;
+    const int load = sc_worker_thread_load(s->drawing);
 
     if (s->ready_count > 0 || waiting > s->handout.window / 2)
         return false;
-    return load == 0 || (load < LOCAL_JOBS &&
-                         s->local_rows * s->local_row_s - sc_lane_age_s(s->drawing) < SC_LEAD_S);
+    return load == 0 ||
+           (load < SC_UNITS_PER_RANK &&
+            s->own_rows * s->own_row_s - sc_worker_thread_task_age_s(s->drawing) < SC_ASK_AHEAD_S);
 }
 
 static void draw_here(server *s)
 {
-    sc_unit unit;
+    sc_work_unit unit;
 
-    for (int i = 0; i < LOCAL_JOBS; i++) {
-        sc_draw_job *job = &s->local[i];
+    for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
+        sc_draw_task *task = &s->own[i];
 
-        if (s->local_used[i] || !may_draw_here(s))
+        if (s->own_used[i] || !may_draw_here(s))
             continue;
         if (next_unit(s, &unit) != SC_HANDOUT_UNIT)
             return;
-        s->local_used[i] = true;
-        *job = (sc_draw_job){.unit = unit, .results = job->results};
-        job->image = unit.kind == SC_UNIT_BAND && s->farm->spoils_other_rows
-                         ? &s->local_bands[i]
-                         : &slot_of(s, unit.index)->image;
-        s->local_rows = sc_farm_rows(s->farm, &unit);
-        sc_lane_give(s->drawing, &job->lane);
+        s->own_used[i] = true;
+        *task = (sc_draw_task){.unit = unit, .results = task->results};
+        task->image = unit.kind == SC_UNIT_BAND && s->farm->spoils_other_rows
+                          ? &s->own_bands[i]
+                          : &slot_of(s, unit.index)->image;
+        s->own_rows = sc_farm_unit_rows(s->farm, &unit);
+        sc_worker_thread_give(s->drawing, &task->task);
     }
 }
 
-/* Give units to all who wait, first come first served; rank 0's own thread last. */
+static void own_gop_done(server *s, const sc_draw_task *task)
+{
+    const int count = sc_farm_gop_frames(s->farm, task->unit.index);
+    sc_gop *gop;
+    double wall_s = 0;
+
+    for (int i = 0; i < count; i++) {
+        wall_s += task->results[i].render_wall_s;
+        s->times->render_cpu_s += task->results[i].render_cpu_s;
+    }
+    s->times->render_wall_s += wall_s;
+    unit_done(s, wall_s);
+    if (task->status != SC_OK)
+        stop_with(s, task->status);
+    gop = task->payload.bytes > 0 ? begin_gop(s, task->results, count) : NULL;
+    if (!gop) {
+        sc_free(task->payload.data);
+        return;
+    }
+    gop->payload = task->payload;
+    give_gop(s, gop);
+}
+
+static bool collect_own(server *s)
+{
+    sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);
+    const size_t row_bytes = (size_t)s->farm->width_px * 3;
+
+    if (!task)
+        return false;
+    s->own_used[task - s->own] = false;
+    s->own_row_s = task->task.wall_s / sc_farm_unit_rows(s->farm, &task->unit);
+    if (task->unit.kind == SC_UNIT_GOP) {
+        own_gop_done(s, task);
+        return true;
+    }
+    if (task->image == &s->own_bands[task - s->own]) {
+        const size_t at = (size_t)task->unit.row * row_bytes;
+
+        memcpy(slot_of(s, task->unit.index)->image.rgb + at, task->image->rgb + at,
+               (size_t)task->unit.rows * row_bytes);
+    }
+    s->times->render_wall_s += task->result.render_wall_s;
+    s->times->render_cpu_s += task->result.render_cpu_s;
+    rows_done(s, &task->unit, &task->result, task->status);
+    return true;
+}
+
+/* Serve the ranks that wait, oldest first, then this one. */
 static void hand_out(server *s)
 {
     int served = 0;
-    sc_unit unit;
+    sc_work_unit unit;
 
     while (served < s->ready_count && next_unit(s, &unit) == SC_HANDOUT_UNIT)
         answer(s, s->ready[served++], &unit);
@@ -416,39 +403,41 @@ static void hand_out(server *s)
 
 /* ---- the loop ---- */
 
-/* Would a unit that begins now, behind one that is in work, still be taken in time? */
+/* Would a work unit that is begun now be accepted after the deadline? It may have to wait for
+ * another one on its rank, and for all frames before it to be accepted. */
 static bool is_late(const server *s)
 {
-    const int waiting = s->handout.next_frame - s->handout.taken;
+    const int waiting = s->handout.next_frame - s->handout.accepted;
 
     return s->farm->deadline_s > 0 &&
-           sc_wall_s() + 2 * s->unit_s + (waiting + 1) * s->take_s > s->farm->deadline_s;
+           sc_wall_s() + SC_UNITS_PER_RANK * s->unit_s + (waiting + 1) * s->accept_s >
+               s->farm->deadline_s;
 }
 
-static bool is_done(server *s)
+static bool is_done(const server *s)
 {
-    return sc_handout_finished(&s->handout) && s->groups_in_hand == 0 && !s->arriving &&
-           s->handout.taken == s->handout.next_frame;
+    return sc_handout_finished(&s->handout) && s->gops_in_hand == 0 && !s->arriving &&
+           s->handout.accepted == s->handout.next_frame;
 }
 
 static int frames_done(const server *s)
 {
-    return s->handout.taken + s->groups_taken_frames;
+    return s->handout.accepted + s->gop_frames_accepted;
 }
 
 static int frames_in_all(const server *s)
 {
     int total = s->farm->frame_count;
 
-    for (int i = 0; i < s->farm->group_count; i++)
-        total += sc_farm_group_count(s->farm, i);
+    for (int i = 0; i < s->farm->gop_count; i++)
+        total += sc_farm_gop_frames(s->farm, i);
     return total;
 }
 
 static void serve(server *s)
 {
     const int total = frames_in_all(s);
-    double nap_s = 50e-6, tick_s = 0;
+    double nap_s = SC_NAP_S, told_s = 0;
 
     while (!is_done(s)) {
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
@@ -456,52 +445,52 @@ static void serve(server *s)
 
         if (*s->farm->stop || is_late(s))
             stop_with(s, SC_ERR_INCOMPLETE);
-        while (read_mail(s))
+        while (receive_message(s))
             busy = true;
-        busy = collect_local(s) || busy;
-        busy = collect_taken(s) || busy;
-        busy = give_to_taker(s) || busy;
+        busy = collect_own(s) || busy;
+        busy = collect_accepted(s) || busy;
+        busy = give_full_frames(s) || busy;
         hand_out(s);
         s->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         s->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
-        if (s->farm->tick && begin_s > tick_s + 0.1) {
-            s->farm->tick(s->farm->user, frames_done(s), total);
-            tick_s = begin_s;
+        if (s->farm->on_progress && begin_s > told_s + PROGRESS_INTERVAL_S) {
+            s->farm->on_progress(s->farm->user, frames_done(s), total);
+            told_s = begin_s;
         }
-        nap_s = busy ? 50e-6 : nap_s < 0.7e-3 ? nap_s * 1.5 : nap_s;
-        if (!busy)
-            sc_sleep_s(nap_s);
+        if (busy) {
+            nap_s = SC_NAP_S;
+            continue;
+        }
+        nap_s = nap_s < LONGEST_NAP_S ? nap_s * SC_NAP_GROWTH : nap_s;
+        sc_sleep_s(nap_s);
     }
 }
 
-/* Every worker that waits is sent home; each says bye when it has all its answers. */
+/* Tell every rank that asks to leave; each says SC_TAG_BYE when it has all its answers. */
 static void dismiss(server *s)
 {
     const int workers = sc_comm_size(s->comm) - 1;
-    const sc_unit home = {.kind = SC_UNIT_NONE};
+    const sc_work_unit none = {.kind = SC_UNIT_NONE};
 
     while (s->byes < workers) {
-        bool busy = read_mail(s);
+        bool busy = receive_message(s);
 
         while (s->ready_count > 0) {
-            answer(s, s->ready[--s->ready_count], &home);
+            answer(s, s->ready[--s->ready_count], &none);
             busy = true;
         }
         if (!busy)
-            sc_sleep_s(50e-6);
+            sc_sleep_s(SC_NAP_S);
     }
     sc_comm_flush(s->comm);
 }
 
-static sc_status open_server(server *s)
+static sc_status open_slots(server *s)
 {
     const sc_farm *farm = s->farm;
-    const sc_work work = sc_farm_amount(farm, s->comm);
     void *block;
     sc_status status;
 
-    s->handout = sc_handout_begin(&work);
-    s->ready_capacity = work.ranks * 8;
     SC_TRY(sc_zalloc(s->ctx, (size_t)s->handout.window, sizeof *s->slots, &block));
     s->slots = block;
     for (int i = 0; i < s->handout.window; i++) {
@@ -510,38 +499,56 @@ static sc_status open_server(server *s)
         else
             SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->slots[i].image));
     }
+out:
+    return status;
+}
+
+static sc_status open_server(server *s)
+{
+    const sc_farm *farm = s->farm;
+    const sc_work work = sc_farm_work(farm, s->comm);
+    const size_t ranks = (size_t)work.ranks;
+    void *block;
+    sc_status status;
+
+    s->handout = sc_handout_begin(&work);
+    s->acceptor.farm = farm;
+    SC_TRY(open_slots(s));
     SC_TRY(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &block));
     s->inbox = block;
-    SC_TRY(sc_alloc(s->ctx, (size_t)s->ready_capacity, sizeof *s->ready, &block));
+    SC_TRY(sc_alloc(s->ctx, ranks * SC_UNITS_PER_RANK, sizeof *s->ready, &block));
     s->ready = block;
-    SC_TRY(sc_alloc(s->ctx, (size_t)s->ready_capacity, sizeof *s->answers, &block));
+    SC_TRY(sc_alloc(s->ctx, ranks * SC_UNITS_PER_RANK, sizeof *s->answers, &block));
     s->answers = block;
-    for (int i = 0; i < LOCAL_JOBS && farm->spoils_other_rows; i++)
-        SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->local_bands[i]));
-    for (int i = 0; i < LOCAL_JOBS; i++) {
-        SC_TRY(sc_alloc(s->ctx, (size_t)farm->group_frames + 1, sizeof(sc_frame_result), &block));
-        s->local[i].results = block;
+    SC_TRY(sc_zalloc(s->ctx, ranks, sizeof *s->next_answer, &block));
+    s->next_answer = block;
+    for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
+        if (farm->spoils_other_rows)
+            SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->own_bands[i]));
+        SC_TRY(sc_alloc(s->ctx, (size_t)farm->gop_frames + 1, sizeof(sc_frame_result), &block));
+        s->own[i].results = block;
     }
-    SC_TRY(sc_lane_start(s->ctx, take, s, &s->taking));
-    status = sc_lane_start(s->ctx, sc_farm_draw, (void *)(uintptr_t)farm, &s->drawing);
+    SC_TRY(sc_worker_thread_start(s->ctx, sc_accept_task_run, &s->acceptor, &s->accepting));
+    status = sc_worker_thread_start(s->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &s->drawing);
 out:
     return status;
 }
 
 static void close_server(server *s)
 {
-    s->times->idle_s += sc_lane_stop(s->drawing);
-    (void)sc_lane_stop(s->taking);
+    s->times->idle_s += sc_worker_thread_stop(s->drawing);
+    (void)sc_worker_thread_stop(s->accepting);
     for (int i = 0; s->slots && !s->shared->pixels && i < s->handout.window; i++)
         sc_image_clear(&s->slots[i].image);
-    for (int i = 0; i < LOCAL_JOBS; i++) {
-        sc_image_clear(&s->local_bands[i]);
-        sc_free(s->local[i].results);
+    for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
+        sc_image_clear(&s->own_bands[i]);
+        sc_free(s->own[i].results);
     }
     sc_free(s->slots);
     sc_free(s->inbox);
     sc_free(s->ready);
     sc_free(s->answers);
+    sc_free(s->next_answer);
 }
 
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,

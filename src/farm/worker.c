@@ -1,30 +1,34 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A rank that draws. Its units are drawn by a thread; the main thread passes on messages
- * meanwhile, because a large one only moves while both of its ends attend to it. The next unit is
- * asked for shortly before the one in work ends: early enough to be here in time, late enough that
- * no rank sits on work that another could begin. */
+/* A worker rank: asks rank 0 for work units, draws them in a worker thread and sends the results.
+ * The main thread passes messages meanwhile, because a large message only moves while both of its
+ * ends attend to it. The next unit is asked for shortly before the present one ends: early enough
+ * that it is here in time, late enough that no rank keeps work that another could begin. */
 #include "internal.h"
 
 #include <string.h>
 
-enum {
-    BUFFERS = 4, /* in work, waiting, and two on their way */
-    UNITS = 2    /* in work, and waiting */
-};
+enum { BUFFERS = 4 /* one is drawn into, one waits for the thread, and two are sent */ };
 
+/* After each look for messages without success the nap gets longer, up to this. */
+#define LONGEST_NAP_S 0.5e-3
+/* While fragments of a frame are passing: the thread that draws needs the core more. */
+#define SENDING_NAP_S 200e-6
+
+/* Who may touch a buffer. */
 typedef enum buffer_state {
     BUFFER_FREE,
-    BUFFER_DRAWING, /* the drawing thread writes to it; nobody else looks at it */
-    BUFFER_LEAVING  /* messages that were posted from it may not have left yet */
+    BUFFER_DRAWING, /* the worker thread alone, until the task is collected */
+    BUFFER_SENDING  /* the message layer, until no posted message is pending */
 } buffer_state;
 
 typedef struct buffer {
-    sc_draw_job job; /* first: a pointer to it is one to the buffer */
+    sc_draw_task task;
     buffer_state state;
-    char *message;  /* a sc_done_message, then the pixels of the image, or results */
-    sc_image image; /* in the message */
-    sc_image slot;  /* in rank 0's window, of a frame drawn there */
+    char *message;  /* a sc_result_message, then pixels or results */
+    sc_image image; /* within the message */
+    sc_image slot;  /* in rank 0's window, where that is shared */
 } buffer;
+static_assert(offsetof(buffer, task) == 0, "a task is cast to its buffer");
 
 typedef struct worker {
     const sc_ctx *ctx;
@@ -32,15 +36,15 @@ typedef struct worker {
     const sc_farm *farm;
     const sc_slots *slots;
     sc_farm_times *times;
-    sc_lane *drawing;
+    sc_worker_thread *drawing;
     buffer buffers[BUFFERS];
-    int in_hand;      /* units got and not yet sent back */
+    sc_work_unit waiting[SC_UNITS_PER_RANK]; /* for a buffer */
+    int waiting_count;
+    int in_hand;      /* work units that were received and not yet sent back */
     int asked;        /* requests without an answer */
-    double row_s;     /* what a row of a picture lately cost */
-    double work_rows; /* of the newest unit in hand */
-    bool stop_told, sent_home;
-    sc_unit pending[UNITS];
-    int pending_count;
+    double row_s;     /* cost of a row in the unit that was finished last */
+    double unit_rows; /* of the unit that was begun last */
+    bool stop_told, dismissed;
 } worker;
 
 static void post(worker *w, int tag, const void *data, size_t bytes)
@@ -48,19 +52,19 @@ static void post(worker *w, int tag, const void *data, size_t bytes)
     sc_comm_post(w->comm, 0, tag, data, bytes);
 }
 
-/* Is it time to ask for one more? */
 static bool should_ask(worker *w)
 {
     double left_s;
 
-    if (w->sent_home || w->asked + w->in_hand >= UNITS)
+    if (w->dismissed || w->asked > 0 || w->in_hand >= SC_UNITS_PER_RANK)
         return false;
     if (w->in_hand == 0)
-        return w->asked == 0;
-    left_s = w->work_rows * w->row_s - sc_lane_age_s(w->drawing);
-    return w->asked == 0 && left_s < SC_LEAD_S;
+        return true;
+    left_s = w->unit_rows * w->row_s - sc_worker_thread_task_age_s(w->drawing);
+    return left_s < SC_ASK_AHEAD_S;
 }
 
+/* Tell rank 0 of a stop, and ask for work when it is time. @return whether it asked. */
 static bool ask(worker *w)
 {
     static const int32_t words[2] = {0, 1};
@@ -77,21 +81,21 @@ static bool ask(worker *w)
     return true;
 }
 
-/* Receive what has come: units, or the order to go home. */
-static bool receive(worker *w)
+/* Receive an answer. @return false if none has arrived. */
+static bool receive_answer(worker *w)
 {
     sc_message mail;
-    sc_unit unit;
+    sc_work_unit unit;
 
     if (!sc_comm_poll(w->comm, &mail))
         return false;
     sc_comm_receive(w->comm, &mail, &unit);
     w->asked--;
     if (unit.kind == SC_UNIT_NONE) {
-        w->sent_home = true;
+        w->dismissed = true;
         return true;
     }
-    w->pending[w->pending_count++] = unit;
+    w->waiting[w->waiting_count++] = unit;
     w->in_hand++;
     return true;
 }
@@ -105,7 +109,7 @@ static buffer *find_free(worker *w)
     return NULL;
 }
 
-/* Buffers that are leaving are free again when all messages have left. */
+/* A free buffer, or NULL. Buffers that are being sent are free again when no message is pending. */
 static buffer *free_buffer(worker *w)
 {
     buffer *found = find_free(w);
@@ -115,34 +119,41 @@ static buffer *free_buffer(worker *w)
     for (int i = 0; i < BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
-        if (b->state == BUFFER_LEAVING) {
+        if (b->state == BUFFER_SENDING) {
             b->state = BUFFER_FREE;
-            sc_free(b->job.payload.data);
-            b->job.payload = (sc_payload){0};
+            sc_free(b->task.payload.data);
+            b->task.payload = (sc_payload){0};
         }
     }
     return find_free(w);
 }
 
-/* Hand units on to the drawing thread, as far as there are buffers. */
-static bool give_units(worker *w)
+/* Frames are drawn into their slot where it is shared; so are bands, unless drawing spoils rows
+ * that other ranks draw. */
+static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
+{
+    const bool shared = w->slots->pixels && unit->kind != SC_UNIT_GOP;
+
+    b->state = BUFFER_DRAWING;
+    b->task = (sc_draw_task){.unit = *unit, .image = &b->image, .results = b->task.results};
+    if (shared)
+        b->slot = sc_slot_image(w->slots, w->farm, unit->index);
+    if (shared && (unit->kind == SC_UNIT_FRAME || !w->farm->spoils_other_rows))
+        b->task.image = &b->slot;
+    w->unit_rows = sc_farm_unit_rows(w->farm, unit);
+    sc_worker_thread_give(w->drawing, &b->task.task);
+}
+
+/* Give waiting work units to the worker thread, as far as there are buffers. */
+static bool begin_tasks(worker *w)
 {
     bool any = false;
     buffer *b;
 
-    while (w->pending_count > 0 && (b = free_buffer(w))) {
-        sc_frame_result *results = b->job.results;
-
-        b->state = BUFFER_DRAWING;
-        b->job = (sc_draw_job){.unit = w->pending[0], .image = &b->image, .results = results};
-        if (w->slots->pixels && b->job.unit.kind != SC_UNIT_GROUP)
-            b->slot = sc_slot_image(w->slots, w->farm, b->job.unit.index);
-        if (w->slots->pixels && (b->job.unit.kind == SC_UNIT_FRAME || !w->farm->spoils_other_rows))
-            b->job.image = &b->slot;
-        w->work_rows = sc_farm_rows(w->farm, &w->pending[0]);
-        w->pending[0] = w->pending[1];
-        w->pending_count--;
-        sc_lane_give(w->drawing, &b->job.lane);
+    while (w->waiting_count > 0 && (b = free_buffer(w))) {
+        begin_task(w, b, &w->waiting[0]);
+        w->waiting_count--;
+        memmove(w->waiting, w->waiting + 1, (size_t)w->waiting_count * sizeof *w->waiting);
         any = true;
     }
     return any;
@@ -160,136 +171,144 @@ static void send_payload(worker *w, const sc_payload *payload)
     }
 }
 
-static void send_group(worker *w, buffer *b, sc_done_message *message)
+static void send_gop(worker *w, buffer *b, sc_result_message *message)
 {
-    const int count = sc_farm_group_count(w->farm, b->job.unit.index);
-    const size_t results_bytes = (size_t)count * sizeof *b->job.results;
-    const uint64_t bytes = b->job.payload.bytes;
+    const int count = sc_farm_gop_frames(w->farm, b->task.unit.index);
+    const size_t results_bytes = (size_t)count * sizeof *b->task.results;
+    const uint64_t bytes = b->task.payload.bytes;
 
     for (int i = 0; i < count; i++) {
-        b->job.results[i].rank = sc_comm_rank(w->comm);
-        w->times->render_wall_s += b->job.results[i].render_wall_s;
-        w->times->render_cpu_s += b->job.results[i].render_cpu_s;
-        message->result.render_wall_s += b->job.results[i].render_wall_s;
+        sc_frame_result *result = &b->task.results[i];
+
+        result->rank = sc_comm_rank(w->comm);
+        w->times->render_wall_s += result->render_wall_s;
+        w->times->render_cpu_s += result->render_cpu_s;
+        message->result.render_wall_s += result->render_wall_s;
     }
     memcpy(b->message, message, sizeof *message);
-    memcpy(b->message + sizeof *message, b->job.results, results_bytes);
+    memcpy(b->message + sizeof *message, b->task.results, results_bytes);
     memcpy(b->message + sizeof *message + results_bytes, &bytes, sizeof bytes);
-    post(w, SC_TAG_DONE, b->message, sizeof *message + results_bytes + sizeof bytes);
-    send_payload(w, &b->job.payload);
+    post(w, SC_TAG_RESULT, b->message, sizeof *message + results_bytes + sizeof bytes);
+    send_payload(w, &b->task.payload);
 }
 
-static void send_rows(worker *w, buffer *b, sc_done_message *message)
+static void send_rows(worker *w, buffer *b, sc_result_message *message)
 {
     const size_t row_bytes = (size_t)w->farm->width_px * 3;
-    const size_t at = (size_t)b->job.unit.row * row_bytes;
-    size_t bytes = (size_t)b->job.unit.rows * row_bytes;
+    const size_t at = (size_t)b->task.unit.row * row_bytes;
+    const size_t rows_bytes = (size_t)b->task.unit.rows * row_bytes;
+    size_t sent_bytes = 0;
 
-    message->result = b->job.result;
+    message->result = b->task.result;
     message->result.rank = sc_comm_rank(w->comm);
-    w->times->render_wall_s += b->job.result.render_wall_s;
-    w->times->render_cpu_s += b->job.result.render_cpu_s;
-    if (b->job.status != SC_OK) {
-        bytes = 0;
-    } else if (w->slots->pixels) { /* no pixels in the message */
-        if (b->job.image == &b->image)
-            memcpy(b->slot.rgb + at, b->image.rgb + at, bytes);
-        bytes = 0;
+    w->times->render_wall_s += b->task.result.render_wall_s;
+    w->times->render_cpu_s += b->task.result.render_cpu_s;
+    if (b->task.status != SC_OK) {
+        /* there are no rows to send */
+    } else if (w->slots->pixels) {
+        if (b->task.image == &b->image)
+            memcpy(b->slot.rgb + at, b->image.rgb + at, rows_bytes);
+        /* Rank 0 reads them after the message: they must not be written later than it. */
         __atomic_thread_fence(__ATOMIC_SEQ_CST);
     } else {
-        memmove(b->image.rgb, b->image.rgb + at, bytes);
+        memmove(b->image.rgb, b->image.rgb + at, rows_bytes);
+        sent_bytes = rows_bytes;
     }
     memcpy(b->message, message, sizeof *message);
-    post(w, SC_TAG_DONE, b->message, sizeof *message + bytes);
+    post(w, SC_TAG_RESULT, b->message, sizeof *message + sent_bytes);
 }
 
-/* Send a finished unit on its way, if there is one. */
+/* Send the result of a finished task. @return false if there is none. */
 static bool send_finished(worker *w)
 {
-    buffer *b = (buffer *)sc_lane_collect(w->drawing);
-    sc_done_message message = {0};
+    buffer *b = (buffer *)sc_worker_thread_collect(w->drawing);
+    sc_result_message message = {0};
 
     if (!b)
         return false;
-    message.unit = b->job.unit;
-    message.status = b->job.status;
+    message.unit = b->task.unit;
+    message.status = b->task.status;
     message.stop = *w->farm->stop;
     w->in_hand--;
-    w->row_s = b->job.lane.wall_s / sc_farm_rows(w->farm, &b->job.unit);
-    if (b->job.unit.kind == SC_UNIT_GROUP)
-        send_group(w, b, &message);
+    w->row_s = b->task.task.wall_s / sc_farm_unit_rows(w->farm, &b->task.unit);
+    if (b->task.unit.kind == SC_UNIT_GOP)
+        send_gop(w, b, &message);
     else
         send_rows(w, b, &message);
-    b->state = BUFFER_LEAVING;
+    b->state = BUFFER_SENDING;
     return true;
 }
 
-static void work(worker *w)
+static double next_nap_s(worker *w, bool busy, double nap_s)
+{
+    if (busy)
+        return SC_NAP_S;
+    if (sc_comm_pending(w->comm) > 0)
+        return SENDING_NAP_S;
+    return nap_s < LONGEST_NAP_S ? nap_s * SC_NAP_GROWTH : nap_s;
+}
+
+static void pass_messages(worker *w)
 {
     static const int32_t bye = 0;
-    double nap_s = 50e-6;
+    double nap_s = SC_NAP_S;
 
-    while (!w->sent_home || w->asked > 0 || w->in_hand > 0) {
+    while (!w->dismissed || w->asked > 0 || w->in_hand > 0) {
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
         bool busy = false;
 
-        while (receive(w))
+        while (receive_answer(w))
             busy = true;
-        busy = give_units(w) || busy;
+        busy = begin_tasks(w) || busy;
         busy = send_finished(w) || busy;
         busy = ask(w) || busy;
         w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
-        if (busy)
-            nap_s = 50e-6;
-        else if (sc_comm_pending(w->comm) > 0)
-            nap_s = 200e-6; /* fragments of a frame are passing; drawing needs the core more */
-        else
-            nap_s = nap_s < 0.5e-3 ? nap_s * 1.5 : nap_s;
+        nap_s = next_nap_s(w, busy, nap_s);
         sc_sleep_s(nap_s);
     }
     post(w, SC_TAG_BYE, &bye, sizeof bye);
 }
 
-static sc_status open_worker(worker *w, void **block)
+static sc_status open_worker(worker *w, void **messages)
 {
     const sc_farm *farm = w->farm;
-    const size_t each = (sc_farm_message_bytes(farm) + 63) / 64 * 64;
+    const size_t each = (sc_farm_message_bytes(farm) + 63) / 64 * 64; /* whole cache lines */
     void *results;
     sc_status status;
 
-    SC_TRY(sc_alloc(w->ctx, BUFFERS, each, block));
+    SC_TRY(sc_alloc(w->ctx, BUFFERS, each, messages));
     for (int i = 0; i < BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
-        b->message = (char *)*block + (size_t)i * each;
+        b->message = (char *)*messages + (size_t)i * each;
         b->image = (sc_image){farm->width_px, farm->height_px,
-                              (uint8_t *)b->message + sizeof(sc_done_message)};
-        SC_TRY(sc_alloc(w->ctx, (size_t)farm->group_frames + 1, sizeof *b->job.results, &results));
-        b->job.results = results;
+                              (uint8_t *)b->message + sizeof(sc_result_message)};
+        SC_TRY(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
+        b->task.results = results;
     }
-    status = sc_lane_start(w->ctx, sc_farm_draw, (void *)(uintptr_t)farm, &w->drawing);
+    status = sc_worker_thread_start(w->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &w->drawing);
 out:
     return status;
 }
 
-sc_status sc_farm_work(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,
+sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,
                        sc_farm_times *times)
 {
     worker w = {.ctx = ctx, .comm = comm, .farm = farm, .slots = slots, .times = times};
-    void *block = NULL;
-    /* agreed with the server, before anything is sent */
-    sc_status status = sc_comm_agree(comm, open_worker(&w, &block));
+    void *messages = NULL;
+    /* The server agrees at the same point, so that nobody sends before all can receive. */
+    sc_status status = sc_comm_agree(comm, open_worker(&w, &messages));
 
     if (status == SC_OK) {
-        work(&w);
+        pass_messages(&w);
         sc_comm_flush(comm);
     }
-    times->idle_s += sc_lane_stop(w.drawing);
+    times->idle_s += sc_worker_thread_stop(w.drawing);
     for (int i = 0; i < BUFFERS; i++) {
-        sc_free(w.buffers[i].job.results);
-        sc_free(w.buffers[i].job.payload.data);
+        sc_free(w.buffers[i].task.results);
+        sc_free(w.buffers[i].task.payload.data);
     }
-    sc_free(block);
+    sc_free(messages);
     return status;
 }

@@ -50,7 +50,7 @@ sc_limit sc_run_limit(const sc_run_record *run)
 
     if (run->farm_wall_s <= 0 || before_s > run->farm_wall_s)
         return SC_LIMIT_PREPARE;
-    if (waiting > 0.1 && root->take_wall_s > 0.8 * run->farm_wall_s)
+    if (waiting > 0.1 && root->accept_wall_s > 0.8 * run->farm_wall_s)
         return run->wrote_png &&
                        root->phases[SC_PHASE_WRITE].wall_s > root->phases[SC_PHASE_ENCODE].wall_s
                    ? SC_LIMIT_WRITE

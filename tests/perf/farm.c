@@ -33,7 +33,7 @@ static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_
 {
     sim_comm *c = (sim_comm *)comm;
     const double now_s = sc_wall_s();
-    sc_unit unit;
+    sc_work_unit unit;
 
     (void)tag;
     memcpy(&unit, data, bytes);
@@ -41,7 +41,7 @@ static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_
         push_event(&c->mail, (event){now_s, target, SC_TAG_BYE, unit});
         return;
     }
-    push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_DONE, unit});
+    push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_RESULT, unit});
     push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_READY, unit});
 }
 
@@ -64,8 +64,8 @@ static bool sim_poll(sc_comm *comm, sc_message *out)
     if (c->mail.count == 0 || m->time_s > sc_wall_s())
         return false;
     *out = (sc_message){m->rank, m->tag, sizeof(int32_t)};
-    if (m->tag == SC_TAG_DONE)
-        out->bytes = sizeof(sc_done_message) + (size_t)m->unit.rows * WIDTH_PX * 3;
+    if (m->tag == SC_TAG_RESULT)
+        out->bytes = sizeof(sc_result_message) + (size_t)m->unit.rows * WIDTH_PX * 3;
     return true;
 }
 
@@ -73,9 +73,9 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
 {
     sim_comm *c = (sim_comm *)comm;
     const event m = pop_event(&c->mail);
-    const sc_done_message done = {.unit = m.unit, .result = {.rank = m.rank}};
+    const sc_result_message done = {.unit = m.unit, .result = {.rank = m.rank}};
 
-    if (m.tag != SC_TAG_DONE) {
+    if (m.tag != SC_TAG_RESULT) {
         memset(data, 0, message->bytes);
         return;
     }
@@ -104,7 +104,7 @@ static const sc_comm_ops sim_ops = {.agree = sim_agree,
 
 typedef struct load {
     double draw_s;
-    int taken;
+    int accepted;
     volatile sig_atomic_t stop;
 } load;
 
@@ -123,11 +123,11 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     return SC_OK;
 }
 
-static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)
+static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
     (void)result;
     (void)image;
-    ((load *)user)->taken++;
+    ((load *)user)->accepted++;
     return SC_OK;
 }
 
@@ -139,7 +139,7 @@ static int run(sc_comm *comm, load *l, int frames)
                     .partition = SC_PARTITION_FRAMES,
                     .frame_count = frames,
                     .draw = draw,
-                    .take = take,
+                    .accept_frame = accept_frame,
                     .stop = &l->stop,
                     .user = l};
     int *numbers = malloc((size_t)frames * sizeof *numbers);
@@ -152,10 +152,10 @@ static int run(sc_comm *comm, load *l, int frames)
     status = sc_farm_run(&ctx, comm, &farm, &times);
     if (sc_comm_rank(comm) == 0)
         printf("%d ranks: %d frames in %.2f s, %.0f a second; rank 0: %.1f %% of a core\n",
-               sc_comm_size(comm), l->taken, times.wall_s, l->taken / times.wall_s,
+               sc_comm_size(comm), l->accepted, times.wall_s, l->accepted / times.wall_s,
                100 * times.gather_cpu_s / times.wall_s);
     free(numbers);
-    return status == SC_OK && (sc_comm_rank(comm) > 0 || l->taken == frames) ? 0 : 1;
+    return status == SC_OK && (sc_comm_rank(comm) > 0 || l->accepted == frames) ? 0 : 1;
 }
 
 static int simulate(int workers, double rate, int frames)

@@ -8,7 +8,7 @@
 typedef struct event {
     double time_s;
     int rank, tag; /* tag: what it is, for the user */
-    sc_unit unit;
+    sc_work_unit unit;
 } event;
 
 typedef struct events {

@@ -17,7 +17,7 @@ typedef struct simulation {
     double latency_s; /* from the end of a unit to the beginning of the next */
     /* state */
     events events;
-    sc_unit *units;        /* [ranks] in work; kind none: waiting */
+    sc_work_unit *units;   /* [ranks] in work; kind none: waiting */
     int *rows_left;        /* [frames] */
     double *busy_s;        /* [ranks] */
     double longest_unit_s; /* that was begun after the last frame was begun */
@@ -29,14 +29,14 @@ typedef struct simulation {
 /* Give a rank its next unit, if there is one. */
 static bool begin_unit(simulation *s, int rank, double now_s)
 {
-    sc_unit *unit = &s->units[rank];
+    sc_work_unit *unit = &s->units[rank];
     double seconds;
 
     if (sc_handout_next(&s->handout, unit) != SC_HANDOUT_UNIT) {
         unit->kind = SC_UNIT_NONE;
         return false;
     }
-    assert_true(unit->index < s->handout.taken + s->handout.window);
+    assert_true(unit->index < s->handout.accepted + s->handout.window);
     seconds = s->cost_s(unit->index) * unit->rows / s->work.height_px / s->speed(rank);
     s->busy_s[rank] += seconds;
     s->work_s += seconds;
@@ -49,14 +49,14 @@ static bool begin_unit(simulation *s, int rank, double now_s)
 
 static void end_unit(simulation *s, int rank, double now_s)
 {
-    const sc_unit *unit = &s->units[rank];
+    const sc_work_unit *unit = &s->units[rank];
 
     s->rows_left[unit->index] -= unit->rows;
     assert_true(s->rows_left[unit->index] >= 0);
     s->units_done++;
-    sc_handout_back(&s->handout);
-    while (s->handout.taken < s->work.frames && s->rows_left[s->handout.taken] == 0)
-        s->handout.taken++;
+    sc_handout_unit_done(&s->handout);
+    while (s->handout.accepted < s->work.frames && s->rows_left[s->handout.accepted] == 0)
+        s->handout.accepted++;
     s->waiting[s->waiting_count++] = rank;
     s->end_s = now_s;
 }
@@ -86,7 +86,7 @@ static void simulate(simulation *s)
         end_unit(s, e.rank, now_s);
     }
     assert_true(sc_handout_finished(&s->handout));
-    assert_int_equal(s->handout.taken, s->work.frames);
+    assert_int_equal(s->handout.accepted, s->work.frames);
     for (int k = 0; k < s->work.frames; k++)
         assert_int_equal(s->rows_left[k], 0);
 }
@@ -237,7 +237,7 @@ static void one_frame_is_for_all_ranks(void **state)
                           .height_px = 2160,
                           .partition = SC_PARTITION_AUTO};
     sc_handout h = sc_handout_begin(&work);
-    sc_unit unit;
+    sc_work_unit unit;
     int units = 0, next_row = 0;
 
     (void)state;
@@ -271,26 +271,26 @@ static void partitions_are_what_they_say(void **state)
     assert_true(h.band_rows > 0);
 }
 
-static void groups_go_out_first_and_leave_a_tail(void **state)
+static void gops_go_out_first_and_leave_frames_for_the_end(void **state)
 {
-    const sc_work work = {.ranks = 4, .groups = 3, .frames = 2, .width_px = 64, .height_px = 64};
+    const sc_work work = {.ranks = 4, .gops = 3, .frames = 2, .width_px = 64, .height_px = 64};
     sc_handout h = sc_handout_begin(&work);
-    sc_unit unit;
+    sc_work_unit unit;
 
     (void)state;
     for (int g = 0; g < 3; g++) {
         assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
-        assert_int_equal(unit.kind, SC_UNIT_GROUP);
+        assert_int_equal(unit.kind, SC_UNIT_GOP);
         assert_int_equal(unit.index, g);
     }
     assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
-    assert_int_not_equal(unit.kind, SC_UNIT_GROUP);
-    assert_int_equal(sc_handout_groups(100, 2, false), 0);
-    assert_int_equal(sc_handout_groups(100, 2, true), 99);
-    assert_int_equal(sc_handout_groups(100, 8, false), 96);
-    assert_int_equal(sc_handout_groups(10, 8, false), 0);
-    assert_int_equal(sc_handout_groups(1, 8, true), 0);
-    assert_int_equal(sc_handout_groups(0, 8, true), 0);
+    assert_int_not_equal(unit.kind, SC_UNIT_GOP);
+    assert_int_equal(sc_handout_gops(100, 2, false), 0);
+    assert_int_equal(sc_handout_gops(100, 2, true), 99);
+    assert_int_equal(sc_handout_gops(100, 8, false), 96);
+    assert_int_equal(sc_handout_gops(10, 8, false), 0);
+    assert_int_equal(sc_handout_gops(1, 8, true), 0);
+    assert_int_equal(sc_handout_gops(0, 8, true), 0);
 }
 
 /* What was begun is ended: also the rest of a frame of which bands are out. */
@@ -302,7 +302,7 @@ static void a_stop_ends_the_hand_out_at_a_frame(void **state)
                           .height_px = 480,
                           .partition = SC_PARTITION_TILES};
     sc_handout h = sc_handout_begin(&work);
-    sc_unit unit;
+    sc_work_unit unit;
     int rows = 0;
 
     (void)state;
@@ -317,17 +317,17 @@ static void a_stop_ends_the_hand_out_at_a_frame(void **state)
     assert_int_equal(rows, 480);
     assert_false(sc_handout_finished(&h));
     while (h.out > 0)
-        sc_handout_back(&h);
+        sc_handout_unit_done(&h);
     assert_true(sc_handout_finished(&h));
 }
 
 /* ---- the farm with one rank ---- */
 
 typedef struct probe {
-    int taken[UNITS], count, stop_after, fail_after;
+    int accepted[UNITS], count, stop_after, fail_after;
     volatile sig_atomic_t stop;
     sc_partition partition;
-    int groups;
+    int gops;
     double deadline_s;
 } probe;
 
@@ -343,8 +343,8 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
 }
 
 /* A group's payload: its first frame. */
-static sc_status draw_group(void *user, int first, int count, sc_frame_result *results,
-                            sc_payload *out)
+static sc_status draw_gop(void *user, int first, int count, sc_frame_result *results,
+                          sc_payload *out)
 {
     void *data;
 
@@ -357,21 +357,21 @@ static sc_status draw_group(void *user, int first, int count, sc_frame_result *r
     return SC_OK;
 }
 
-static sc_status take(void *user, const sc_frame_result *result, const sc_image *image)
+static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
     probe *p = user;
 
     assert_int_equal(image->rgb[5], (uint8_t)result->frame);
     assert_int_equal(result->samples, (uint64_t)result->frame * 3 * (uint64_t)image->height_px);
     assert_int_equal(result->hash, sc_image_hash(image));
-    p->taken[p->count++] = result->frame;
+    p->accepted[p->count++] = result->frame;
     p->stop = p->stop || p->count == p->stop_after;
     if (p->stop_after > 0)
         sc_sleep_s(5e-3); /* time for the farm to see it */
     return p->count == p->fail_after ? SC_ERR_WRITE : SC_OK;
 }
 
-static sc_status take_group(void *user, const sc_frame_result *results, int count,
+static sc_status accept_gop(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload)
 {
     probe *p = user;
@@ -379,7 +379,7 @@ static sc_status take_group(void *user, const sc_frame_result *results, int coun
     assert_int_equal(payload->bytes, sizeof(int));
     assert_int_equal(*(const int *)payload->data, results[0].frame);
     for (int i = 0; i < count; i++)
-        p->taken[p->count++] = results[i].frame;
+        p->accepted[p->count++] = results[i].frame;
     return SC_OK;
 }
 
@@ -387,21 +387,21 @@ static sc_status run(probe *p, const int *frames, int count)
 {
     sc_comm *comm;
     sc_farm_times times;
-    static const int groups[] = {100, 104};
+    static const int gops[] = {100, 104};
     const sc_farm farm = {.width_px = 5,
                           .height_px = 40,
                           .partition = p->partition,
-                          .groups = groups,
-                          .group_count = p->groups,
-                          .group_frames = 4,
-                          .total = 106,
-                          .draw_group = draw_group,
-                          .take_group = take_group,
+                          .gops = gops,
+                          .gop_count = p->gops,
+                          .gop_frames = 4,
+                          .total_frames = 106,
+                          .draw_gop = draw_gop,
+                          .accept_gop = accept_gop,
                           .deadline_s = p->deadline_s,
                           .frames = frames,
                           .frame_count = count,
                           .draw = draw,
-                          .take = take,
+                          .accept_frame = accept_frame,
                           .stop = &p->stop,
                           .user = p};
     sc_status status;
@@ -412,7 +412,7 @@ static sc_status run(probe *p, const int *frames, int count)
     return status;
 }
 
-static void one_rank_takes_all_frames_in_order(void **state)
+static void one_rank_accepts_all_frames_in_order(void **state)
 {
     const int frames[] = {3, 4, 7, 9, 30, 31, 32, 33, 90};
     probe p = {.stop_after = -1, .fail_after = -1};
@@ -420,20 +420,20 @@ static void one_rank_takes_all_frames_in_order(void **state)
     (void)state;
     assert_ok(run(&p, frames, 9));
     assert_int_equal(p.count, 9);
-    assert_memory_equal(p.taken, frames, sizeof frames);
+    assert_memory_equal(p.accepted, frames, sizeof frames);
 }
 
-static void bands_and_groups_come_together(void **state)
+static void bands_and_gops_are_all_accepted(void **state)
 {
     const int frames[] = {3, 4, 7, 9, 30, 31};
-    probe p = {.stop_after = -1, .fail_after = -1, .partition = SC_PARTITION_TILES, .groups = 2};
+    probe p = {.stop_after = -1, .fail_after = -1, .partition = SC_PARTITION_TILES, .gops = 2};
     int sum = 0;
 
     (void)state;
     assert_ok(run(&p, frames, 6));
     assert_int_equal(p.count, 6 + 4 + 2); /* the last group is shorter */
     for (int i = 0; i < p.count; i++)
-        sum += p.taken[i];
+        sum += p.accepted[i];
     assert_int_equal(sum, 3 + 4 + 7 + 9 + 30 + 31 + 100 + 101 + 102 + 103 + 104 + 105);
 }
 
@@ -473,10 +473,10 @@ int main(void)
         cmocka_unit_test(large_frames_keep_many_ranks_busy),
         cmocka_unit_test(one_frame_is_for_all_ranks),
         cmocka_unit_test(partitions_are_what_they_say),
-        cmocka_unit_test(groups_go_out_first_and_leave_a_tail),
+        cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
         cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
-        cmocka_unit_test(one_rank_takes_all_frames_in_order),
-        cmocka_unit_test(bands_and_groups_come_together),
+        cmocka_unit_test(one_rank_accepts_all_frames_in_order),
+        cmocka_unit_test(bands_and_gops_are_all_accepted),
         cmocka_unit_test(a_deadline_is_a_stop),
         cmocka_unit_test(a_stop_is_incomplete_and_an_error_is_itself),
     };

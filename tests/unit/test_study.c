@@ -32,7 +32,7 @@ static void the_limit_is_where_the_time_went(void **state)
     assert_int_equal(sc_run_limit(&run), SC_LIMIT_PREPARE);
 
     balanced(ranks, &run);
-    ranks[0].take_wall_s = 97;
+    ranks[0].accept_wall_s = 97;
     assert_int_equal(sc_run_limit(&run), SC_LIMIT_DRAW); /* busy, but nobody waits for it */
     for (int i = 0; i < RANKS; i++)
         ranks[i].farm_idle_s = 60;

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <string.h>
+
+static sc_status accept_frame(const sc_farm *farm, sc_frame_slot *slot)
+{
+    if (slot->drawn != SC_OK)
+        return slot->drawn;
+    if (slot->in_bands)
+        slot->result.hash = sc_image_hash(&slot->image);
+    return farm->accept_frame(farm->user, &slot->result, &slot->image);
+}
+
+void sc_accept_task_run(void *user, sc_task *task)
+{
+    sc_acceptor *acceptor = user;
+    const sc_farm *farm = acceptor->farm;
+    sc_accept_task *accept = (sc_accept_task *)task;
+
+    accept->status = SC_OK;
+    if (acceptor->status != SC_OK)
+        return;
+    if (accept->is_gop) {
+        const sc_gop *gop = (const sc_gop *)accept;
+
+        accept->status = farm->accept_gop(farm->user, gop->results, gop->count, &gop->payload);
+    } else {
+        accept->status = accept_frame(farm, (sc_frame_slot *)accept);
+    }
+    acceptor->status = accept->status;
+}
+
+sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out)
+{
+    void *block = NULL, *copy = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_gop), &block));
+    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *results, &copy));
+    memcpy(copy, results, (size_t)count * sizeof *results);
+    *out = block;
+    **out = (sc_gop){.accept.is_gop = true, .results = copy, .count = count};
+    return SC_OK;
+out:
+    sc_free(block);
+    return status;
+}
+
+void sc_gop_free(sc_gop *gop)
+{
+    sc_free(gop->results);
+    sc_free(gop->payload.data);
+    sc_free(gop);
+}

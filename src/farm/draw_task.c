@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <string.h>
+
+static void draw_gop(const sc_farm *farm, sc_draw_task *task)
+{
+    const int count = sc_farm_gop_frames(farm, task->unit.index);
+
+    memset(task->results, 0, (size_t)count * sizeof *task->results);
+    task->results[0].wait_s = task->task.waited_s;
+    task->payload = (sc_payload){0};
+    task->status = farm->draw_gop(farm->user, farm->gops[task->unit.index], count, task->results,
+                                  &task->payload);
+}
+
+static void draw_rows(const sc_farm *farm, sc_draw_task *task)
+{
+    const sc_work_unit *unit = &task->unit;
+    const int frame = farm->frames[unit->index];
+
+    task->result = (sc_frame_result){.frame = frame, .wait_s = task->task.waited_s};
+    task->status = farm->draw(farm->user, frame, unit->row, unit->rows, task->image, &task->result);
+    if (task->status == SC_OK && unit->kind == SC_UNIT_FRAME)
+        task->result.hash = sc_image_hash(task->image);
+}
+
+void sc_draw_task_run(void *user, sc_task *task)
+{
+    sc_draw_task *draw = (sc_draw_task *)task;
+
+    if (draw->unit.kind == SC_UNIT_GOP)
+        draw_gop(user, draw);
+    else
+        draw_rows(user, draw);
+}
