@@ -5,11 +5,11 @@
 #ifndef SEGCAST_PREPARE_H
 #define SEGCAST_PREPARE_H
 
+#include "segcast/brick.h"
 #include "segcast/volume.h"
 
 /** Wide kernels read single bytes by four: so many may be read beyond the end of what they use. */
 enum { SC_GATHER_BYTES = 3 };
-enum { SC_BRICK = 4 /**< edge of a brick in voxels; its 64 voxels are the bits of one mask */ };
 
 /** What is measured of one label. */
 typedef struct sc_label_stats {
@@ -36,12 +36,12 @@ typedef struct sc_prepared {
     const void *ids;             /**< [size z][size y][size x], 1 or 2 bytes */
     const sc_label *labels;      /**< [label_count] */
     const sc_label_stats *stats; /**< [label_count] */
-    const uint64_t *near;        /**< [bricks z][y][x]: bit x + 4 y + 16 z within the brick is set
+    const uint64_t *near;        /**< [bricks z][y][x]: bit sc_brick_bit of a place is set
                                       where the 3x3x3 neighbourhood holds another label: for
                                       every corner of a cell that holds more than one */
     const uint32_t *near_start;  /**< [bricks z][y][x]: index of the brick's first record */
     const uint8_t *records;      /**< [near_count] of SC_RECORD_BYTES, in the order of bricks and
-                                      bits; see sc_record_pack */
+                                      bits: see brick.h */
     const uint8_t *thickness;    /**< [near_count] codes of the local thickness (see
                                       sc_thickness_mm), or NULL if it was not asked for */
     /* how it was prepared */
@@ -101,69 +101,26 @@ static inline uint32_t sc_id_at_place(const sc_prepared *v, int x, int y, int z)
                                : ((const uint16_t *)v->ids)[index];
 }
 
-/** What is kept of a place near an interface, in SC_RECORD_BYTES bytes, lowest first:
- *  bits 0-4   the weight of its own label's vote, 1 to 31: half of what the label's smoothed
- *             membership has over that of any other, 31 standing for one half
- *  bits 5-7   m: the length of the gradient, 2^-m of that at a flat interface
- *  bits 8-23  its direction, outward, in RAS: octahedral, two signed bytes (Cigolle et al. 2014,
- *             "A survey of efficient representations for independent unit vectors") */
-enum { SC_RECORD_BYTES = 3, SC_WEIGHT_MAX = 31 };
-/** @param outward of any length but zero. */
-uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength);
-
-static inline uint32_t sc_record_at(const sc_prepared *v, size_t index)
+/** Is the vertex near an interface? */
+static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
 {
-    const uint8_t *at = v->records + index * SC_RECORD_BYTES;
+    const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
 
-    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
+    return v->near[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 
-static inline float sc_record_weight(uint32_t record)
+/** Index of the record of vertex (x, y, z), which must be near an interface. */
+static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
 {
-    return (float)(record & 31);
-}
+    const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
 
-/** The direction, times 127, not unit. */
-static inline void sc_record_octant(uint32_t record, float out[3])
-{
-    const float x = (float)(int8_t)(record >> 8), y = (float)(int8_t)(record >> 16);
-    const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = 127 - ax - ay;
-    const float fold = z < 0 ? -z : 0;
-
-    out[0] = x < 0 ? x + fold : x - fold;
-    out[1] = y < 0 ? y + fold : y - fold;
-    out[2] = z;
-}
-
-/** The gradient: direction times length. */
-static inline void sc_record_normal(uint32_t record, float out[3])
-{
-    float inverse;
-
-    sc_record_octant(record, out);
-    inverse = 1 / ((float)(1 << (record >> 5 & 7)) *
-                   sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
-    for (int i = 0; i < 3; i++)
-        out[i] *= inverse;
+    return v->near_start[brick] + sc_brick_rank(v->near[brick], sc_brick_bit(x, y, z));
 }
 
 /** Thickness of a code: SC_THICKNESS_STEPS codes to an octave, from SC_THICKNESS_LEAST_MM up. */
 enum { SC_THICKNESS_STEPS = 16 };
 #define SC_THICKNESS_LEAST_MM 0.05
 double sc_thickness_mm(int code);
-
-/** Bits set in @p mask. */
-static inline unsigned sc_count_bits(uint64_t mask)
-{
-#ifdef __POPCNT__
-    return (unsigned)__builtin_popcountll(mask);
-#else
-    mask -= mask >> 1 & 0x5555555555555555u;
-    mask = (mask & 0x3333333333333333u) + (mask >> 2 & 0x3333333333333333u);
-    mask = (mask + (mask >> 4)) & 0x0f0f0f0f0f0f0f0fu;
-    return (unsigned)(mask * 0x0101010101010101u >> 56);
-#endif
-}
 
 /** How a label takes part in a picture. */
 enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
@@ -183,15 +140,12 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *vol
  *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
                                          const uint64_t *masks, uint8_t **out);
-/** The cells of sc_visible_cells, packed in the order of bricks and bits: for each the weights of
- * its corners (x + 2 y + 4 z), positive for the lowest label and negative for all others, as signed
- *  fields of 6 bits: corners 0 to 4 from bit 0, 5 to 7 from bit 32. */
+/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. */
 typedef struct sc_cells {
     uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index of the brick's first cell */
     uint64_t *cells; /**< [count] */
     size_t count;
 } sc_cells;
-#define SC_CELL_MANY (1ull << 63) /**< there are more than two labels */
 /** @return SC_ERR_MEMORY. The result does not depend on @p threads. Caller owns: sc_cells_clear. */
 SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume,
                                      const uint64_t *masks, int threads, sc_cells *out);

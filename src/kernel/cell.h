@@ -57,17 +57,6 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
     return differ != 0;
 }
 
-/* Index of a place's record; the place must be near an interface. */
-static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
-{
-    const size_t brick =
-        ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
-        (size_t)(x >> 2);
-    const uint64_t below = (1ull << ((x & 3) | (y & 3) << 2 | (z & 3) << 4)) - 1;
-
-    return v->near_start[brick] + sc_count_bits(v->near[brick] & below);
-}
-
 /* Weights and kinds, from labels and records. */
 static inline void sc_cell_sort(sc_cell *c)
 {
@@ -76,7 +65,7 @@ static inline void sc_cell_sort(sc_cell *c)
         const uint32_t label = c->labels[i];
         int at = 0;
 
-        c->weights[i] = sc_record_weight(c->records[i]);
+        c->weights[i] = (float)sc_record_weight(c->records[i]);
         while (at < c->kind_count && c->kinds[at] < label)
             at++;
         if (at < c->kind_count && c->kinds[at] == label)
@@ -94,10 +83,11 @@ static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
         const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
         const size_t low = sc_record_index(v, c->q[0], y, z);
         /* Both corners are near an interface: within a brick their records are neighbours. */
-        const size_t high = (c->q[0] & 3) < 3 ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
+        const bool one_brick = (c->q[0] & SC_BRICK_MASK) < SC_BRICK_MASK;
+        const size_t high = one_brick ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
 
-        c->records[i] = sc_record_at(v, low);
-        c->records[i + 1] = sc_record_at(v, high);
+        c->records[i] = sc_record_read(v->records, low);
+        c->records[i + 1] = sc_record_read(v->records, high);
     }
     sc_cell_sort(c);
 }

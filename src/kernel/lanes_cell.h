@@ -6,7 +6,7 @@
 #define SC_KERNEL_LANES_CELL_H
 
 #include "cell.h"
-#include "lanes.h"
+#include "lanes_brick.h"
 
 typedef struct v_cell {
     vi q[3];
@@ -44,21 +44,16 @@ static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *
 /* Index of the records of places near an interface. */
 static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
 {
-    const vi brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
-    const vi low = i_gather(v->near, brick * 8, on), high = i_gather(v->near, brick * 8 + 4, on);
-    const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
-    const vi below = (i_set(1) << bit) - 1;
-    const vm upper = i_equal(z & 2, i_set(2));
-    const vi counted =
-        i_count_bits(i_pick(upper, high, low) & below) + i_pick(upper, i_count_bits(low), i_set(0));
+    const vi brick = v_brick_index(v->bricks, x, y, z);
+    vi half;
 
-    return i_gather(v->near_start, brick * 4, on) + counted;
+    return v_packed_index(v->near, v->near_start, brick, v_half_bit(x, y, z), z, on, &half);
 }
 
 /* Records of cells with differing labels. */
 static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
 {
-    const vm across = m_and(on, i_equal(c->q[0] & 3, i_set(3)));
+    const vm across = m_and(on, i_equal(c->q[0] & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
 
     for (int i = 0; i < SC_CORNERS; i += 2) {
         const vi y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
@@ -172,10 +167,17 @@ static inline vf v_root(const vf b[4], vm on)
     return u;
 }
 
+/* The signed field of @p bits bits from bit @p shift on. */
+static inline vi v_signed_field(vi word, int shift, int bits)
+{
+    return (word << (32 - bits - shift)) >> (32 - bits);
+}
+
 static inline void v_record_octant(vi record, vf out[3])
 {
-    const vf x = f_of((record << 16) >> 24), y = f_of((record << 8) >> 24);
-    const vf z = 127 - f_size(x) - f_size(y);
+    const vf x = f_of(v_signed_field(record, SC_RECORD_X_SHIFT, SC_RECORD_OCTANT_BITS));
+    const vf y = f_of(v_signed_field(record, SC_RECORD_Y_SHIFT, SC_RECORD_OCTANT_BITS));
+    const vf z = SC_RECORD_OCTANT_ONE - f_size(x) - f_size(y);
     const vf fold = f_pick(f_below(z, f_set(0)), -z, f_set(0));
 
     out[0] = f_pick(f_below(x, f_set(0)), x + fold, x - fold);
@@ -188,7 +190,7 @@ static inline void v_record_normal(vi record, vf out[3])
     vf inverse;
 
     v_record_octant(record, out);
-    inverse = 1 / (f_of(i_set(1) << (record >> 5 & 7)) *
+    inverse = 1 / (f_of(i_set(1) << (record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK)) *
                    f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
     for (int i = 0; i < 3; i++)
         out[i] *= inverse;

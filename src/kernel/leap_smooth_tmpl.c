@@ -112,17 +112,15 @@ static inline void v_locate(packet *p, vm on)
 
 static inline vi v_brick(const packet *p)
 {
-    return ((p->q[2] >> 2) + 1) * p->m->visible_layer + ((p->q[1] >> 2) + 1) * p->m->visible_row +
-           (p->q[0] >> 2) + 1;
+    return v_framed_index(p->m->visible_row, p->m->visible_layer, p->q[0], p->q[1], p->q[2]);
 }
 
 /* Are the cells marked? */
 static inline vm v_marked(const packet *p, vi brick, vm on)
 {
-    const vi word = i_gather(p->m->visible, brick * 8 + (p->q[2] & 2) * 2, on);
-    const vi bit = (p->q[0] & 3) | (p->q[1] & 3) << 2 | (p->q[2] & 1) << 4;
+    const vi half = v_half_mask(p->m->visible, brick, p->q[2], on);
 
-    return m_less(on, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+    return v_bit_set(half, v_half_bit(p->q[0], p->q[1], p->q[2]), on);
 }
 
 /* One step: out of the cell, or where @p far > 0 out of the empty bricks around it. */
@@ -135,7 +133,7 @@ static inline void advance(packet *p, vi far, vm on)
     vi plane[3], axis;
 
     for (int i = 0; i < 3; i++) {
-        const vi base = i_pick(leaps, p->q[i] & ~(SC_BRICK - 1), p->q[i]);
+        const vi base = i_pick(leaps, p->q[i] & ~SC_BRICK_MASK, p->q[i]);
 
         plane[i] = base + i_pick(p->forward[i], ahead, back);
         mm[i] = v_plane_mm(p, i, plane[i]);
@@ -219,21 +217,17 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
  * other at the corners. @return where there are more than two labels. */
 static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
 {
-    const vi brick = v_brick(p);
-    const vi low = i_gather(p->m->visible, brick * 8, on);
-    const vi high = i_gather(p->m->visible, brick * 8 + 4, on);
-    const vi bit = (p->q[0] & 3) | (p->q[1] & 3) << 2 | (p->q[2] & 1) << 4;
-    const vi below = (i_set(1) << bit) - 1;
-    const vm upper = i_equal(p->q[2] & 2, i_set(2));
-    const vi rank =
-        i_count_bits(i_pick(upper, high, low) & below) + i_pick(upper, i_count_bits(low), i_set(0));
-    const vi index = i_gather(p->m->cell_start, brick * 4, on) + rank;
-    const vi first = i_gather(p->m->cells, index * 8, on);
-    const vi second = i_gather(p->m->cells, index * 8 + 4, on);
+    enum { CELL_BYTES = sizeof *p->m->cells, WORD_BYTES = CELL_BYTES / 2 };
+    vi half, words[2];
+    const vi index = v_packed_index(p->m->visible, p->m->cell_start, v_brick(p),
+                                    v_half_bit(p->q[0], p->q[1], p->q[2]), p->q[2], on, &half);
 
+    words[0] = i_gather(p->m->cells, index * CELL_BYTES, on);
+    words[1] = i_gather(p->m->cells, index * CELL_BYTES + WORD_BYTES, on);
     for (int i = 0; i < SC_CORNERS; i++)
-        out[i] = f_of(i < 5 ? (first << (26 - 6 * i)) >> 26 : (second << (26 - 6 * (i - 5))) >> 26);
-    return m_and(on, i_below(second, i_set(0)));
+        out[i] = f_of(v_signed_field(words[sc_cell_field_word(i)], sc_cell_field_shift(i),
+                                     SC_CELL_FIELD_BITS));
+    return m_and(on, i_below(words[1], i_set(0))); /* SC_CELL_MANY is the sign of the upper word */
 }
 
 static inline void v_cell_read(packet *p, vm on)

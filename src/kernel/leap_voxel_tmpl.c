@@ -49,7 +49,7 @@ static vi leap(const packet *p, const vi at[3], vi far, vm on)
     vm open;
 
     for (int i = 0; i < 3; i++) {
-        const vi brick = (at[i] >> 2) - 1;
+        const vi brick = (at[i] >> SC_BRICK_SHIFT) - SC_BRICK_FRAME;
         const vi plane = i_pick(p->forward[i], brick + far, brick + 1 - far) * SC_BRICK;
         const vf mm = (f_of(plane) - p->origin[i]) * p->inverse[i];
 
@@ -64,7 +64,7 @@ static vi leap(const packet *p, const vi at[3], vi far, vm on)
 
         v_place(p, k - 1, before);
         for (int i = 0; i < 3; i++) {
-            const vi apart = (before[i] >> 2) - (at[i] >> 2);
+            const vi apart = (before[i] >> SC_BRICK_SHIFT) - (at[i] >> SC_BRICK_SHIFT);
 
             out = m_or(out, m_or(i_below(far - 1, apart), i_below(apart, 1 - far)));
         }
@@ -80,16 +80,16 @@ static inline void step(packet *p)
 {
     const sc_march *m = p->m;
     const vm seek = m_and(p->walks, i_below(p->k, p->last));
-    vi at[3], brick, far, word, bit, next;
+    vi at[3], brick, far, half, next;
     vm here, marked;
 
     v_place(p, p->k, at);
-    brick = (at[2] >> 2) * m->visible_layer + (at[1] >> 2) * m->visible_row + (at[0] >> 2);
+    brick = (at[2] >> SC_BRICK_SHIFT) * m->visible_layer +
+            (at[1] >> SC_BRICK_SHIFT) * m->visible_row + (at[0] >> SC_BRICK_SHIFT);
     far = i_gather(m->distances, brick, seek) & 255;
-    word = i_gather(m->visible, brick * 8 + (at[2] & 2) * 2, seek);
+    half = v_half_mask(m->visible, brick, at[2], seek);
     here = m_and(seek, i_equal(far, i_set(0)));
-    bit = (at[0] & 3) | (at[1] & 3) << 2 | (at[2] & 1) << 4;
-    marked = m_less(here, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+    marked = v_bit_set(half, v_half_bit(at[0], at[1], at[2]), here);
     p->counters.samples += m_count(here);
     p->counters.leaps += m_count(m_less(seek, here));
     p->found = m_or(p->found, marked);
@@ -140,16 +140,12 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
 static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi *record)
 {
     const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
-    const vi brick = ((z >> 2) * v->bricks[1] + (y >> 2)) * v->bricks[0] + (x >> 2);
-    const vi low = i_gather(v->near, brick * 8, on), high = i_gather(v->near, brick * 8 + 4, on);
-    const vi start = i_gather(v->near_start, brick * 4, on);
-    const vi bit = (x & 3) | (y & 3) << 2 | (z & 1) << 4;
-    const vm upper = i_equal(z & 2, i_set(2));
-    const vi word = i_pick(upper, high, low);
+    const vi bit = v_half_bit(x, y, z);
+    vi half;
 
-    *record = start + i_count_bits(word & ((i_set(1) << bit) - 1)) +
-              i_pick(upper, i_count_bits(low), i_set(0));
-    return m_less(on, i_equal((vi)((vu)word >> (vu)bit) & 1, i_set(0)));
+    *record = v_packed_index(v->near, v->near_start, v_brick_index(v->bricks, x, y, z), bit, z, on,
+                             &half);
+    return v_bit_set(half, bit, on);
 }
 
 /* See take_boundary() of one ray. */

@@ -96,8 +96,8 @@ static inline uint64_t brick_mask(const cursor *c)
 {
     const int *q = c->cell.q;
 
-    return c->m->visible[((q[2] >> 2) + 1) * c->m->visible_layer +
-                         ((q[1] >> 2) + 1) * c->m->visible_row + (q[0] >> 2) + 1];
+    return c->m->visible[sc_framed_index(c->m->visible_row, c->m->visible_layer, sc_brick_of(q[0]),
+                                         sc_brick_of(q[1]), sc_brick_of(q[2]))];
 }
 
 /* Leap out of the present brick. */
@@ -107,7 +107,7 @@ static inline void leave_brick(cursor *c)
     int axis = -1, plane = 0;
 
     for (int i = 0; i < 3; i++) {
-        const int far = (c->cell.q[i] & ~(SC_BRICK - 1)) + (c->step[i] > 0 ? SC_BRICK : 0);
+        const int far = (c->cell.q[i] & ~SC_BRICK_MASK) + (c->step[i] > 0 ? SC_BRICK : 0);
         const float mm = plane_mm(c, i, far);
 
         if (axis < 0 || mm < best) {
@@ -126,7 +126,7 @@ static inline bool is_marked(cursor *c)
 {
     const int *q = c->cell.q;
 #if MARCH_SKIPS
-    if (!(brick_mask(c) >> ((q[0] & 3) | (q[1] & 3) << 2 | (q[2] & 3) << 4) & 1))
+    if (!(brick_mask(c) >> sc_brick_bit(q[0], q[1], q[2]) & 1))
         return false;
     return sc_cell_labels(c->m->volume, LABEL_BYTES, &c->cell);
 #else

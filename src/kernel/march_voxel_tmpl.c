@@ -7,15 +7,6 @@
 #include "variants.h"
 #include "voxel_ray.h"
 
-/* Index of the record of a boundary voxel. */
-static inline size_t record_of(const sc_prepared *v, int x, int y, int z)
-{
-    const size_t brick = brick_index(v, x + 1, y + 1, z + 1);
-    const uint64_t bit = 1ull << brick_bit(x + 1, y + 1, z + 1);
-
-    return v->near_start[brick] + sc_count_bits(v->near[brick] & (bit - 1));
-}
-
 #if !MARCH_SKIPS
 /* The paper's rule: does the 3x3x3 neighbourhood hold another label? */
 static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL label)
@@ -40,9 +31,7 @@ static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *
 #if MARCH_SKIPS
     /* is_marked has found it visible */
     *label = label_at(v, x, y, z);
-    return v->near[brick_index(v, x + 1, y + 1, z + 1)] >> brick_bit(x + 1, y + 1, z + 1) & 1
-               ? SC_SHOW_BOUNDARY
-               : SC_SHOW_INTERIOR;
+    return sc_is_near(v, x + 1, y + 1, z + 1) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 #else
     int kind;
 
@@ -65,9 +54,10 @@ static inline bool is_marked(const cursor *c, int k)
     const int x = (int)(c->ray->origin[0] + c->ray->direction[0] * t) + SC_BRICK;
     const int y = (int)(c->ray->origin[1] + c->ray->direction[1] * t) + SC_BRICK;
     const int z = (int)(c->ray->origin[2] + c->ray->direction[2] * t) + SC_BRICK;
-    const int brick = (z >> 2) * m->visible_layer + (y >> 2) * m->visible_row + (x >> 2);
+    const int brick =
+        sc_brick_of(z) * m->visible_layer + sc_brick_of(y) * m->visible_row + sc_brick_of(x);
 
-    return m->visible[brick] >> brick_bit(x, y, z) & 1;
+    return m->visible[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 #endif
 
@@ -101,7 +91,7 @@ static void take_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_
                     .depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm};
     float length, rgb[3];
 
-    sc_record_octant(sc_record_at(m->volume, record), spot.normal);
+    sc_record_octant(sc_record_read(m->volume->records, record), spot.normal);
     length = sqrtf(sc_dot3(spot.normal, spot.normal));
     for (int i = 0; i < 3; i++) {
         spot.normal[i] /= length;
@@ -136,7 +126,7 @@ static void take_sample(cursor *c, int k)
     if (kind == SC_SHOW_INTERIOR)
         sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
     else
-        take_boundary(c, k, tissue, record_of(m->volume, x, y, z), p);
+        take_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
 }
 
 static void march_ray(cursor *c, bool caps)

@@ -19,18 +19,6 @@ static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
     return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
 }
 
-/* Of a place: a voxel plus one. */
-static inline size_t brick_index(const sc_prepared *v, int x, int y, int z)
-{
-    return ((size_t)(z >> 2) * (size_t)v->bricks[1] + (size_t)(y >> 2)) * (size_t)v->bricks[0] +
-           (size_t)(x >> 2);
-}
-
-static inline int brick_bit(int x, int y, int z)
-{
-    return (x & 3) | (y & 3) << 2 | (z & 3) << 4;
-}
-
 static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
 {
     return (unsigned)x < (unsigned)v->size[0] && (unsigned)y < (unsigned)v->size[1] &&

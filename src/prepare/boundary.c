@@ -58,13 +58,10 @@ static bool is_near(const sc_volume *v, int x, int y, int z)
     return false;
 }
 
-/* The masks of the row of bricks through (y, z) and the place of its bits in them. */
-static uint64_t *masks_of_row(const finder *f, int y, int z, int *shift)
+/* The masks of the bricks that the row of voxels (y, z) passes through. */
+static uint64_t *masks_of_row(const finder *f, int y, int z)
 {
-    *shift = ((y + 1) % SC_BRICK) * 4 + ((z + 1) % SC_BRICK) * 16;
-    return f->p->near +
-           ((size_t)((z + 1) / SC_BRICK) * (size_t)f->p->bricks[1] + (size_t)((y + 1) / SC_BRICK)) *
-               (size_t)f->p->bricks[0];
+    return f->p->near + sc_brick_index(f->p->bricks, 0, sc_brick_of(y + 1), sc_brick_of(z + 1));
 }
 
 static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
@@ -115,12 +112,11 @@ static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
     }
 }
 
-static void mark(const sc_volume *v, uint64_t *masks, int shift, int x, int y, int z,
-                 sc_label_stats *stats)
+static void mark(const sc_volume *v, uint64_t *masks, int x, int y, int z, sc_label_stats *stats)
 {
     const uint32_t id = sc_id_or_background(v, x, y, z);
 
-    masks[(x + 1) / SC_BRICK] |= 1ull << (shift + (x + 1) % SC_BRICK);
+    masks[sc_brick_of(x + 1)] |= 1ull << sc_brick_bit(x + 1, y + 1, z + 1);
     stats[id].boundary_voxels += id != 0;
 }
 
@@ -152,8 +148,7 @@ static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
     const int nx = v->size[0];
     const bool on_face = y < 1 || z < 1 || y > v->size[1] - 2 || z > v->size[2] - 2;
     const bool fast = !on_face && nx > 2; /* for the voxels from 1 to nx - 2 */
-    int shift;
-    uint64_t *masks = masks_of_row(f, y, z, &shift);
+    uint64_t *masks = masks_of_row(f, y, z);
 
     if (y >= 0 && y < v->size[1] && z >= 0 && z < v->size[2])
         count_row(f, y, z, stats);
@@ -161,7 +156,7 @@ static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
         if (fast && x == 1)
             x = nx - 1;
         if (is_near(v, x, y, z))
-            mark(v, masks, shift, x, y, z, stats);
+            mark(v, masks, x, y, z, stats);
     }
     if (!fast)
         return;
@@ -169,7 +164,7 @@ static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
     for (int x = 1; x < nx - 1; x++) {
         x = next_difference(v, difference, x);
         if (x < nx - 1)
-            mark(v, masks, shift, x, y, z, stats);
+            mark(v, masks, x, y, z, stats);
     }
 }
 

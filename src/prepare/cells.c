@@ -21,28 +21,31 @@ typedef struct brick_corners {
     uint8_t weights[PLACES];
 } brick_corners;
 
+/* Where the place of a bit of a brick that begins at @p at lies in the box of the corners. */
+static inline int box_index(const int at[3], int bit)
+{
+    return ((at[2] + sc_bit_z(bit)) * SIDE + at[1] + sc_bit_y(bit)) * SIDE + at[0] + sc_bit_x(bit);
+}
+
 /* The weights of those places of brick (x, y, z) that lie in the corners' box; @p at: where in it
  * the brick begins. */
 static void take_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
                          brick_corners *out)
 {
-    const size_t brick =
-        ((size_t)z * (size_t)v->bricks[1] + (size_t)y) * (size_t)v->bricks[0] + (size_t)x;
-    const uint8_t *record;
+    const size_t brick = sc_brick_index(v->bricks, x, y, z);
     uint64_t wanted = ~0ull;
 
     if (x >= v->bricks[0] || y >= v->bricks[1] || z >= v->bricks[2])
         return;
-    wanted &= at[0] ? 0x1111111111111111u : ~0ull;
-    wanted &= at[1] ? 0x000f000f000f000fu : ~0ull;
-    wanted &= at[2] ? 0xffffu : ~0ull;
-    record = v->records + (size_t)v->near_start[brick] * SC_RECORD_BYTES;
+    wanted &= at[0] ? SC_BRICK_LOW_X : ~0ull;
+    wanted &= at[1] ? SC_BRICK_LOW_Y : ~0ull;
+    wanted &= at[2] ? SC_BRICK_LOW_Z : ~0ull;
     for (uint64_t left = v->near[brick] & wanted; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
-        const unsigned rank = sc_count_bits(v->near[brick] & ((1ull << bit) - 1));
+        const size_t index = v->near_start[brick] + sc_brick_rank(v->near[brick], bit);
 
-        out->weights[((at[2] + (bit >> 4)) * SIDE + at[1] + (bit >> 2 & 3)) * SIDE + at[0] +
-                     (bit & 3)] = record[rank * SC_RECORD_BYTES] & 31;
+        out->weights[box_index(at, bit)] =
+            (uint8_t)sc_record_weight(sc_record_read(v->records, index));
     }
 }
 
@@ -87,9 +90,10 @@ static uint64_t pack_cell(const brick_corners *c, int first)
     for (int i = 0; i < 8; i++) {
         const uint32_t label = c->labels[first + corner[i]];
         const int weight = c->weights[first + corner[i]];
-        const uint64_t field = (uint64_t)(label == low ? weight : -weight) & 63;
+        const uint64_t field =
+            (uint64_t)(label == low ? weight : -weight) & ((1u << SC_CELL_FIELD_BITS) - 1);
 
-        out |= field << (i < 5 ? 6 * i : 32 + 6 * (i - 5));
+        out |= field << (SC_CELL_WORD_BITS * sc_cell_field_word(i) + sc_cell_field_shift(i));
         if (label != low && label != high)
             out |= SC_CELL_MANY;
     }
@@ -99,22 +103,26 @@ static uint64_t pack_cell(const brick_corners *c, int first)
 static void pack_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const cell_packer *p = user;
-    const int nx = p->volume->bricks[0] + 2, ny = p->volume->bricks[1] + 2;
+    static const int first[3] = {0, 0, 0};
+    int framed[3];
 
     (void)thread;
+    sc_framed_size(p->volume->bricks, framed);
     for (size_t i = begin; i < end; i++) {
-        const int brick[3] = {(int)(i % (size_t)nx) - 1, (int)(i / (size_t)nx % (size_t)ny) - 1,
-                              (int)(i / (size_t)nx / (size_t)ny) - 1};
         uint64_t *out = p->cells + p->start[i];
         brick_corners corners;
+        int brick[3];
 
         if (!p->masks[i])
             continue;
+        sc_brick_at(framed, i, brick);
+        for (int axis = 0; axis < 3; axis++)
+            brick[axis] -= SC_BRICK_FRAME;
         take_corners(p->volume, brick, &corners);
         for (uint64_t left = p->masks[i]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
 
-            *out++ = pack_cell(&corners, ((bit >> 4) * SIDE + (bit >> 2 & 3)) * SIDE + (bit & 3));
+            *out++ = pack_cell(&corners, box_index(first, bit));
         }
     }
 }
@@ -122,13 +130,14 @@ static void pack_bricks(void *user, size_t begin, size_t end, int thread)
 sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
                          int threads, sc_cells *out)
 {
-    const size_t bricks = (size_t)(volume->bricks[0] + 2) * (size_t)(volume->bricks[1] + 2) *
-                          (size_t)(volume->bricks[2] + 2);
     cell_packer p = {.volume = volume, .masks = masks};
-    size_t count = 0;
+    size_t count = 0, bricks;
+    int framed[3];
     void *block = NULL;
     sc_status status;
 
+    sc_framed_size(volume->bricks, framed);
+    bricks = sc_brick_count(framed);
     SC_TRY(sc_alloc(ctx, bricks, sizeof *p.start, &block));
     p.start = block;
     for (size_t i = 0; i < bricks; i++) {

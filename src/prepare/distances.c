@@ -54,11 +54,13 @@ static void pass_row(const distance_grid *g, int y, int z, int step, uint8_t *ne
 sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
                              uint8_t **out)
 {
-    distance_grid g = {{volume->bricks[0] + 2, volume->bricks[1] + 2, volume->bricks[2] + 2}, NULL};
-    const size_t count = (size_t)g.size[0] * (size_t)g.size[1] * (size_t)g.size[2];
+    distance_grid g;
+    size_t count;
     void *block = NULL, *near = NULL;
     sc_status status;
 
+    sc_framed_size(volume->bricks, g.size);
+    count = sc_brick_count(g.size);
     SC_TRY(sc_alloc(ctx, count + SC_GATHER_BYTES, 1, &block));
     g.at = block;
     SC_TRY(sc_alloc(ctx, (size_t)g.size[0], 1, &near));

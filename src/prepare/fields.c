@@ -220,19 +220,20 @@ typedef struct brick_work {
     uint32_t bits[ROWS];             /* "is it my label?" */
     quad value[ROWS], along_x[ROWS]; /* [z][y], four places along x */
     quad flat[WINDOW][SC_BRICK], along_xy[WINDOW][SC_BRICK][2];
-    float gradient[64][3];          /* of the gathered label */
-    uint16_t labels[ROWS * WINDOW]; /* distinct ones */
-    float own[64], other[64];       /* membership of a place's own label, largest of any other */
-    float taken[64][3];             /* outward gradient of a place's own label */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the gathered label */
+    uint16_t labels[ROWS * WINDOW];       /* distinct ones */
+    float own[SC_BRICK_VERTICES],
+        other[SC_BRICK_VERTICES];      /* membership of a place's own label, largest of any other */
+    float taken[SC_BRICK_VERTICES][3]; /* outward gradient of a place's own label */
 } brick_work;
 
-/* Rows of ids around a brick whose first place is voxel @p low. */
+/* Rows of ids around a brick whose first place is @p low. */
 static void gather(const sc_volume *v, const int low[3], brick_work *w)
 {
-    const int x0 = low[0] - RADIUS;
+    const int x0 = low[0] - 1 - RADIUS;
 
     for (int row = 0; row < ROWS; row++) {
-        const int y = low[1] - RADIUS + row % WINDOW, z = low[2] - RADIUS + row / WINDOW;
+        const int y = low[1] - 1 - RADIUS + row % WINDOW, z = low[2] - 1 - RADIUS + row / WINDOW;
 
         if (y < 0 || z < 0 || y >= v->size[1] || z >= v->size[2]) {
             memset(w->ids[row], 0, sizeof w->ids[row]);
@@ -309,8 +310,8 @@ static void find_gradients(const bell *b, brick_work *w)
             w->along_xy[z][y][1] = along_y;
         }
     }
-    for (int place = 0; place < 64; place += SC_BRICK) {
-        const int y = place / SC_BRICK % SC_BRICK, z = place / SC_BRICK / SC_BRICK;
+    for (int place = 0; place < SC_BRICK_VERTICES; place += SC_BRICK) {
+        const int y = sc_bit_y(place), z = sc_bit_z(place);
         quad along[3] = {{0}, {0}, {0}};
 
         for (int i = 0; i < TAPS; i++) {
@@ -344,7 +345,8 @@ static void memberships_of(const filters *f, const brick_work *w, int z, quad ou
 
 static uint16_t id_of_bit(const brick_work *w, int bit)
 {
-    return w->ids[((bit >> 4) + RADIUS) * WINDOW + (bit >> 2 & 3) + RADIUS][(bit & 3) + RADIUS];
+    return w
+        ->ids[(sc_bit_z(bit) + RADIUS) * WINDOW + sc_bit_y(bit) + RADIUS][sc_bit_x(bit) + RADIUS];
 }
 
 /* The places in @p mask that hold @p id. */
@@ -364,14 +366,14 @@ static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
 /* Take what the gathered label, which holds the places @p own, is at the places @p mask. */
 static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
-    for (int first = 0; first < 64 && f->weight_tables; first += SC_BRICK * SC_BRICK) {
+    for (int first = 0; first < SC_BRICK_VERTICES && f->weight_tables; first += SC_BRICK_LAYER) {
         quad memberships[SC_BRICK];
 
-        if (!(mask >> first & 0xffff))
+        if (!(mask >> first & SC_BRICK_LAYER_BITS))
             continue;
-        memberships_of(f, w, first / SC_BRICK / SC_BRICK, memberships);
-        for (int bit = first; bit < first + SC_BRICK * SC_BRICK; bit++) {
-            const float membership = memberships[bit >> 2 & 3][bit & 3];
+        memberships_of(f, w, sc_bit_z(first), memberships);
+        for (int bit = first; bit < first + SC_BRICK_LAYER; bit++) {
+            const float membership = memberships[sc_bit_y(bit)][sc_bit_x(bit)];
 
             if (own >> bit & 1)
                 w->own[bit] = membership;
@@ -436,7 +438,7 @@ static int find_labels(brick_work *w, uint64_t mask)
 
         for (int i = 1; i < of_places; i++)
             known |= row_bits(w->ids[row], w->labels[i]);
-        for (uint32_t left = ~known & 0xffff; left; left &= left - 1) {
+        for (uint32_t left = ~known & (PATTERNS - 1); left; left &= left - 1) {
             const uint16_t id = w->ids[row][__builtin_ctz(left)];
             int i = of_places;
 
@@ -501,52 +503,28 @@ static uint32_t record_of(const filters *f, const brick_work *w, int bit)
 
 static void store_records(const filters *f, const brick_work *w, size_t brick)
 {
-    uint8_t *to = f->p->records + (size_t)f->p->near_start[brick] * SC_RECORD_BYTES;
+    size_t index = f->p->near_start[brick];
 
-    for (uint64_t left = f->p->near[brick]; left; left &= left - 1) {
-        const uint32_t record = record_of(f, w, __builtin_ctzll(left));
-
-        for (int i = 0; i < SC_RECORD_BYTES; i++)
-            *to++ = (uint8_t)(record >> (8 * i));
-    }
+    for (uint64_t left = f->p->near[brick]; left; left &= left - 1)
+        sc_record_write(f->p->records, index++, record_of(f, w, __builtin_ctzll(left)));
 }
 
 static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const filters *f = user;
-    const size_t bx = (size_t)f->p->bricks[0], by = (size_t)f->p->bricks[1];
     brick_work w;
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const int low[3] = {(int)(brick % bx) * SC_BRICK - 1, (int)(brick / bx % by) * SC_BRICK - 1,
-                            (int)(brick / bx / by) * SC_BRICK - 1};
+        int low[3];
 
         if (!f->p->near[brick])
             continue;
+        sc_brick_low(f->p->bricks, brick, low);
         gather(f->p->volume, low, &w);
         take_brick(f, &w, f->p->near[brick]);
         store_records(f, &w, brick);
     }
-}
-
-uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
-{
-    const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
-    double x = outward.x * share, y = outward.y * share;
-    uint32_t m = 0;
-
-    if (outward.z < 0) {
-        const double fx = (1 - fabs(y)) * (x < 0 ? -1 : 1), fy = (1 - fabs(x)) * (y < 0 ? -1 : 1);
-
-        x = fx;
-        y = fy;
-    }
-    while (m < 7 && strength < 0.7071)
-        strength *= 2, m++;
-    /* rounded: 127.5 makes them positive, so that cutting off is rounding down */
-    return (uint32_t)weight | m << 5 | ((uint32_t)((int)(x * 127 + 127.5) - 127) & 255) << 8 |
-           ((uint32_t)((int)(y * 127 + 127.5) - 127) & 255) << 16;
 }
 
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)

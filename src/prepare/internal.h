@@ -3,6 +3,7 @@
 #ifndef SC_PREPARE_INTERNAL_H
 #define SC_PREPARE_INTERNAL_H
 
+#include "segcast/brick.h"
 #include "segcast/prepare.h"
 
 struct sc_preparation {

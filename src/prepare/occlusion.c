@@ -31,7 +31,7 @@ static float sum_inside(const blur *b, const int low[3])
         (size_t)(low[2] - 1) * plane + (size_t)(low[1] - 1) * nx + (size_t)(low[0] - 1);
     float sum = 0;
 
-    for (int row = 0; row < SC_BRICK * SC_BRICK; row++) {
+    for (int row = 0; row < SC_BRICK_LAYER; row++) {
         const size_t at = base + (size_t)(row / SC_BRICK) * plane + (size_t)(row % SC_BRICK) * nx;
 
         for (size_t x = 0; x < SC_BRICK; x++)
@@ -51,24 +51,24 @@ static float occupancy(const blur *b, size_t brick, const int low[3])
         return b->opacity[sc_id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
     if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
         low[1] + SC_BRICK <= size[1] + 1 && low[2] + SC_BRICK <= size[2] + 1)
-        return sum_inside(b, low) / 64;
-    for (int bit = 0; bit < 64; bit++)
-        sum += b->opacity[sc_id_at_place(b->volume, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
-                                         low[2] + (bit >> 4))];
-    return sum / 64;
+        return sum_inside(b, low) / SC_BRICK_VERTICES;
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++)
+        sum += b->opacity[sc_id_at_place(b->volume, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                         low[2] + sc_bit_z(bit))];
+    return sum / SC_BRICK_VERTICES;
 }
 
 static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
-    const size_t bx = (size_t)b->volume->bricks[0], by = (size_t)b->volume->bricks[1];
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        const size_t x = brick % bx, y = brick / bx % by, z = brick / bx / by;
-        const int low[3] = {(int)x * SC_BRICK, (int)y * SC_BRICK, (int)z * SC_BRICK};
+        int at[3], low[3];
 
-        b->from[((z + 1) * (size_t)b->size[1] + y + 1) * (size_t)b->size[0] + x + 1] =
+        sc_brick_at(b->volume->bricks, brick, at);
+        sc_brick_low(b->volume->bricks, brick, low);
+        b->from[sc_framed_index(b->size[0], b->size[0] * b->size[1], at[0], at[1], at[2])] =
             occupancy(b, brick, low);
     }
 }
@@ -144,13 +144,12 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const
     blur b = {.volume = volume, .opacity = opacity};
     double brick_mm[3], mean_mm, least_mm = HUGE_VAL;
     void *from = NULL, *to = NULL, *filled = NULL;
-    size_t count = 1, bricks = 1;
+    size_t count;
     sc_status status;
 
+    sc_framed_size(volume->bricks, b.size);
+    count = sc_brick_count(b.size);
     for (int i = 0; i < 3; i++) {
-        b.size[i] = volume->bricks[i] + 2;
-        count *= (size_t)b.size[i];
-        bricks *= (size_t)volume->bricks[i];
         brick_mm[i] = SC_BRICK * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
         least_mm = fmin(least_mm, brick_mm[i]);
     }
@@ -161,7 +160,7 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const
     b.from = from;
     b.to = to;
     b.filled = filled;
-    sc_parallel_for(threads, bricks, 4096, fill_occupancy, &b);
+    sc_parallel_for(threads, sc_brick_count(volume->bricks), 4096, fill_occupancy, &b);
     run_blur(&b, brick_mm, NARROW_BRICKS * mean_mm, threads);
     b.which = 1;
     run_blur(&b, brick_mm,

@@ -34,8 +34,7 @@ static uint64_t aligned(uint64_t bytes)
 static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
 {
     const uint64_t voxels = (uint64_t)h->size[0] * (uint64_t)h->size[1] * (uint64_t)h->size[2];
-    const uint64_t bricks =
-        (uint64_t)h->bricks[0] * (uint64_t)h->bricks[1] * (uint64_t)h->bricks[2];
+    const uint64_t bricks = sc_brick_count(h->bricks);
 
     bytes[0] = voxels * (uint64_t)h->label_bytes;
     bytes[1] = (uint64_t)h->label_count * sizeof(sc_label);
@@ -185,7 +184,7 @@ static bool is_sound(const block_header *h)
     uint64_t bytes[SECTIONS];
 
     for (int i = 0; i < 3; i++) {
-        if (h->size[i] < 1 || h->bricks[i] != (h->size[i] + 2 + SC_BRICK - 1) / SC_BRICK)
+        if (h->size[i] < 1 || h->bricks[i] != sc_bricks_along(h->size[i]))
             return false;
     }
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||

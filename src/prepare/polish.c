@@ -29,34 +29,28 @@ typedef struct polish {
     uint32_t *slot; /* [bricks]: where a brick's entries are; bricks without any share 0 */
     size_t slot_count;
     entry *entries, *spread; /* [slots][ENTRIES] */
-    float weights[64][27];   /* of the 27 bricks around, by the place in the middle one */
+    float weights[SC_BRICK_VERTICES]
+                 [27]; /* of the 27 bricks around, by the place in the middle one */
 } polish;
 
-static uint32_t record_at(const sc_preparation *p, size_t index)
-{
-    const uint8_t *at = p->records + index * SC_RECORD_BYTES;
-
-    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
-}
-
-/* The direction alone. */
+/* The unit direction of a record's gradient. */
 static void direction_of(uint32_t record, float out[3])
 {
-    sc_record_normal(record & ~0xe0u, out);
+    sc_record_normal(record & SC_RECORD_DIRECTION_BITS, out);
 }
 
 /* The labels of a brick's places near an interface. */
-static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[64])
+static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_BRICK_VERTICES])
 {
-    const size_t bx = (size_t)p->bricks[0], by = (size_t)p->bricks[1];
-    const int x = (int)(brick % bx) * SC_BRICK - 1, y = (int)(brick / bx % by) * SC_BRICK - 1,
-              z = (int)(brick / bx / by) * SC_BRICK - 1;
+    int low[3];
 
+    sc_brick_low(p->bricks, brick, low);
     for (uint64_t left = p->near[brick]; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
 
-        labels[bit] = (uint16_t)sc_id_or_background(p->volume, x + (bit & 3), y + (bit >> 2 & 3),
-                                                    z + (bit >> 4));
+        labels[bit] =
+            (uint16_t)sc_id_or_background(p->volume, low[0] + sc_bit_x(bit) - 1,
+                                          low[1] + sc_bit_y(bit) - 1, low[2] + sc_bit_z(bit) - 1);
     }
 }
 
@@ -75,7 +69,7 @@ static entry *entry_of(entry *entries, uint32_t label)
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
     size_t index = w->p->near_start[brick];
-    uint16_t labels[64];
+    uint16_t labels[SC_BRICK_VERTICES];
 
     labels_of(w->p, brick, labels);
     for (uint64_t left = w->p->near[brick]; left; left &= left - 1, index++) {
@@ -84,7 +78,7 @@ static void sum_brick(const polish *w, size_t brick, entry *entries)
 
         if (!e)
             continue;
-        direction_of(record_at(w->p, index), n);
+        direction_of(sc_record_read(w->p->records, index), n);
         for (int i = 0; i < 3; i++)
             e->sum[i] += n[i];
         e->count++;
@@ -106,20 +100,16 @@ static void sum_bricks(void *user, size_t begin, size_t end, int thread)
 static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
 {
     const sc_preparation *p = w->p;
-    const int bx = p->bricks[0], by = p->bricks[1], bz = p->bricks[2];
-    const int at[3] = {(int)(brick % (size_t)bx), (int)(brick / (size_t)bx % (size_t)by),
-                       (int)(brick / (size_t)bx / (size_t)by)};
+    int at[3];
 
+    sc_brick_at(p->bricks, brick, at);
     for (int n = 0; n < 27; n++) {
         const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
-        const bool inside = x >= 0 && y >= 0 && z >= 0 && x < bx && y < by && z < bz;
+        const bool inside =
+            x >= 0 && y >= 0 && z >= 0 && x < p->bricks[0] && y < p->bricks[1] && z < p->bricks[2];
+        const size_t slot = inside ? w->slot[sc_brick_index(p->bricks, x, y, z)] : 0;
 
-        out[n] =
-            w->entries +
-            (inside
-                 ? (size_t)w->slot[((size_t)z * (size_t)by + (size_t)y) * (size_t)bx + (size_t)x] *
-                       ENTRIES
-                 : 0);
+        out[n] = w->entries + slot * ENTRIES;
     }
 }
 
@@ -193,27 +183,27 @@ static float mean_direction(const polish *w, int bit, const quad sums[27], float
 static void polish_place(const polish *w, int bit, size_t index, const quad sums[27])
 {
     const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
-    const uint32_t old = record_at(w->p, index);
+    const uint32_t old = sc_record_read(w->p->records, index);
     float own[3], mean[3] = {0, 0, 0};
     const double share = smooth * (double)mean_direction(w, bit, sums, mean);
     sc_vec3 mixed;
-    uint32_t record;
+    uint32_t calmer;
 
     if (!(share > 0))
         return;
     direction_of(old, own);
     mixed = (sc_vec3){own[0] + share * (mean[0] - own[0]), own[1] + share * (mean[1] - own[1]),
                       own[2] + share * (mean[2] - own[2])};
-    record = (sc_record_pack(0, mixed, 1) & ~0xffu) | (old & 0xffu);
-    for (int i = 0; i < SC_RECORD_BYTES; i++)
-        w->p->records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
+    calmer = (sc_record_pack(0, mixed, 1) & SC_RECORD_DIRECTION_BITS) |
+             (old & ~(uint32_t)SC_RECORD_DIRECTION_BITS);
+    sc_record_write(w->p->records, index, calmer);
 }
 
 static void polish_brick(const polish *w, size_t brick)
 {
     const entry *around[27];
     uint64_t left = w->p->near[brick];
-    uint16_t labels[64];
+    uint16_t labels[SC_BRICK_VERTICES];
 
     find_neighbours(w, brick, around);
     labels_of(w->p, brick, labels);
@@ -228,9 +218,7 @@ static void polish_brick(const polish *w, size_t brick)
             if (labels[bit] != label)
                 continue;
             left &= ~(1ull << bit);
-            polish_place(w, bit,
-                         w->p->near_start[brick] +
-                             sc_count_bits(w->p->near[brick] & ((1ull << bit) - 1)),
+            polish_place(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
                          sums);
         }
     }
@@ -279,10 +267,10 @@ static void fill_weights(polish *w)
         along[i][1] = 0.75f - t * t;
         along[i][2] = 0.5f * (0.5f + t) * (0.5f + t);
     }
-    for (int bit = 0; bit < 64; bit++) {
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
         for (int n = 0; n < 27; n++)
-            w->weights[bit][n] =
-                along[bit & 3][n % 3] * along[bit >> 2 & 3][n / 3 % 3] * along[bit >> 4][n / 9];
+            w->weights[bit][n] = along[sc_bit_x(bit)][n % 3] * along[sc_bit_y(bit)][n / 3 % 3] *
+                                 along[sc_bit_z(bit)][n / 9];
     }
 }
 

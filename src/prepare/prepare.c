@@ -12,11 +12,9 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     p = block;
     p->volume = volume;
     p->settings = *settings;
-    p->brick_count = 1;
-    for (int i = 0; i < 3; i++) {
-        p->bricks[i] = (volume->size[i] + 2 + SC_BRICK - 1) / SC_BRICK;
-        p->brick_count *= (size_t)p->bricks[i];
-    }
+    for (int i = 0; i < 3; i++)
+        p->bricks[i] = sc_bricks_along(volume->size[i]);
+    p->brick_count = sc_brick_count(p->bricks);
     p->volume_hash = sc_volume_hash(volume);
     SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, 1, &block));
     p->hidden = block;
@@ -54,21 +52,20 @@ void sc_preparation_free(sc_preparation *p)
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user)
 {
-    const size_t bx = (size_t)p->bricks[0], by = (size_t)p->bricks[1];
     const sc_volume *volume = p->volume;
 
     for (size_t brick = begin; brick < end; brick++) {
         uint64_t mask = p->near[brick];
-        const int low[3] = {(int)(brick % bx) * SC_BRICK - 1, (int)(brick / bx % by) * SC_BRICK - 1,
-                            (int)(brick / bx / by) * SC_BRICK - 1};
         sc_boundary_voxel voxel = {.record = p->near_start[brick]};
+        int low[3];
 
+        sc_brick_low(p->bricks, brick, low);
         for (; mask; mask &= mask - 1, voxel.record++) {
             const int bit = __builtin_ctzll(mask);
 
-            voxel.x = low[0] + (bit & 3);
-            voxel.y = low[1] + (bit >> 2 & 3);
-            voxel.z = low[2] + (bit >> 4);
+            voxel.x = low[0] + sc_bit_x(bit) - 1;
+            voxel.y = low[1] + sc_bit_y(bit) - 1;
+            voxel.z = low[2] + sc_bit_z(bit) - 1;
             voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
             if (!voxel.id)
                 continue;

@@ -4,8 +4,6 @@
  * direction that sum is exact; staircases do not count twice. */
 #include "internal.h"
 
-#include <string.h>
-
 typedef struct surface_sum {
     const sc_preparation *p;
     sc_vec3 face[3]; /* area vector of the faces across each axis, mm2 */
@@ -29,13 +27,11 @@ static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
     const surface_sum *s = user;
     const sc_volume *v = s->p->volume;
-    uint32_t record = 0;
     float packed[3];
     sc_vec3 normal;
     double area_mm2 = 0;
 
-    memcpy(&record, s->p->records + voxel->record * SC_RECORD_BYTES, SC_RECORD_BYTES);
-    sc_record_normal(record, packed);
+    sc_record_normal(sc_record_read(s->p->records, voxel->record), packed);
     normal = sc_vec3_unit((sc_vec3){packed[0], packed[1], packed[2]});
     for (int axis = 0; axis < 3; axis++) {
         const int faces = differs(v, voxel, axis, -1) + differs(v, voxel, axis, 1);

@@ -14,8 +14,9 @@ static uint64_t inside_bits(const sc_prepared *v, const int low[3])
 {
     uint64_t bits = 0;
 
-    for (int bit = 0; bit < 64; bit++) {
-        const int x = low[0] + (bit & 3), y = low[1] + (bit >> 2 & 3), z = low[2] + (bit >> 4);
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        const int x = low[0] + sc_bit_x(bit), y = low[1] + sc_bit_y(bit),
+                  z = low[2] + sc_bit_z(bit);
 
         if (x > 0 && y > 0 && z > 0 && x <= v->size[0] && y <= v->size[1] && z <= v->size[2])
             bits |= 1ull << bit;
@@ -23,20 +24,11 @@ static uint64_t inside_bits(const sc_prepared *v, const int low[3])
     return bits;
 }
 
-/* Where brick (x, y, z) stands within the frame of empty bricks. */
-static size_t framed(const sc_prepared *v, size_t x, size_t y, size_t z)
+/* Where the mask of the brick whose first place is @p low stands within the frame of empty ones. */
+static size_t framed_index(const sc_prepared *v, const int low[3])
 {
-    return ((z + 1) * (size_t)(v->bricks[1] + 2) + y + 1) * (size_t)(v->bricks[0] + 2) + x + 1;
-}
-
-/* The first place of a brick. */
-static void low_of_brick(const sc_prepared *v, size_t brick, int low[3])
-{
-    const size_t bx = (size_t)v->bricks[0], by = (size_t)v->bricks[1];
-
-    low[0] = (int)(brick % bx) * SC_BRICK;
-    low[1] = (int)(brick / bx % by) * SC_BRICK;
-    low[2] = (int)(brick / bx / by) * SC_BRICK;
+    return (size_t)sc_framed_index(sc_framed_row(v->bricks), sc_framed_layer(v->bricks),
+                                   sc_brick_of(low[0]), sc_brick_of(low[1]), sc_brick_of(low[2]));
 }
 
 static void build_masks(void *user, size_t begin, size_t end, int thread)
@@ -50,19 +42,18 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
         const uint64_t boundary = v->near[brick];
         uint64_t left, mask = 0;
 
-        low_of_brick(v, brick, low);
+        sc_brick_low(v->bricks, brick, low);
         left = b->interior ? inside_bits(v, low) : boundary;
         for (; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            const uint32_t id =
-                sc_id_at_place(v, low[0] + (bit & 3), low[1] + (bit >> 2 & 3), low[2] + (bit >> 4));
+            const uint32_t id = sc_id_at_place(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                               low[2] + sc_bit_z(bit));
             const int needs = boundary >> bit & 1 ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 
             if (b->show[id] & needs)
                 mask |= 1ull << bit;
         }
-        b->masks[framed(v, (size_t)low[0] / SC_BRICK, (size_t)low[1] / SC_BRICK,
-                        (size_t)low[2] / SC_BRICK)] = mask;
+        b->masks[framed_index(v, low)] = mask;
     }
 }
 
@@ -93,35 +84,34 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
         int low[3];
         uint64_t mask = 0;
 
-        low_of_brick(v, brick, low);
+        sc_brick_low(v->bricks, brick, low);
         for (uint64_t left = v->near[brick]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
 
-            if (is_visible_cell(b, low[0] + (bit & 3), low[1] + (bit >> 2 & 3),
-                                low[2] + (bit >> 4)))
+            if (is_visible_cell(b, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                low[2] + sc_bit_z(bit)))
                 mask |= 1ull << bit;
         }
-        b->masks[framed(v, (size_t)low[0] / SC_BRICK, (size_t)low[1] / SC_BRICK,
-                        (size_t)low[2] / SC_BRICK)] = mask;
+        b->masks[framed_index(v, low)] = mask;
     }
 }
 
 static sc_status build(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
                        int threads, sc_range_fn *body, uint64_t **out)
 {
-    const size_t count =
-        (size_t)volume->bricks[0] * (size_t)volume->bricks[1] * (size_t)volume->bricks[2];
     mask_builder builder = {.volume = volume, .show = show};
+    int framed[3];
     void *block;
-    sc_status status = sc_zalloc(ctx, framed(volume, 0, 0, (size_t)volume->bricks[2] + 1),
-                                 sizeof(uint64_t), &block);
+    sc_status status;
 
+    sc_framed_size(volume->bricks, framed);
+    status = sc_zalloc(ctx, sc_brick_count(framed), sizeof(uint64_t), &block);
     if (status != SC_OK)
         return status;
     builder.masks = block;
     for (int id = 1; id < volume->label_count; id++)
         builder.interior = builder.interior || show[id] & SC_SHOW_INTERIOR;
-    sc_parallel_for(threads, count, 4096, body, &builder);
+    sc_parallel_for(threads, sc_brick_count(volume->bricks), 4096, body, &builder);
     *out = builder.masks;
     return SC_OK;
 }
@@ -141,12 +131,12 @@ sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume, const u
 /* First or last set place along x of row (y, z); -1 if there is none. */
 static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
 {
-    const int shift = (y % SC_BRICK) * 4 + (z % SC_BRICK) * 16;
-    const uint64_t *row = masks + framed(v, 0, (size_t)(y / SC_BRICK), (size_t)(z / SC_BRICK));
+    const int shift = sc_brick_bit(0, y, z);
+    const uint64_t *row = masks + framed_index(v, (const int[3]){0, y, z});
 
     for (int i = 0; i < v->bricks[0]; i++) {
         const int brick = last ? v->bricks[0] - 1 - i : i;
-        const unsigned bits = (unsigned)(row[brick] >> shift) & 15u;
+        const unsigned bits = (unsigned)(row[brick] >> shift) & SC_BRICK_ROW_BITS;
 
         if (bits)
             return brick * SC_BRICK + (last ? 31 - __builtin_clz(bits) : __builtin_ctz(bits));

@@ -16,8 +16,8 @@ static bool is_occupied(const sc_renderer *r, int x, int y, int z)
     for (int dz = 0; dz < BLOCK && z + dz < nz; dz++) {
         for (int dy = 0; dy < BLOCK && y + dy < ny; dy++) {
             for (int dx = 0; dx < BLOCK && x + dx < nx; dx++)
-                any |= r->visible[(z + dz + 1) * r->march.visible_layer +
-                                  (y + dy + 1) * r->march.visible_row + x + dx + 1];
+                any |= r->visible[sc_framed_index(r->march.visible_row, r->march.visible_layer,
+                                                  x + dx, y + dy, z + dz)];
         }
     }
     return any != 0;

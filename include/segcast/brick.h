@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  The layout of bricks, of vertex records and of packed cells: which bit of a mask stands for
+ * which vertex, where a brick stands in an array of bricks, and which bits of a record hold what.
+ * Every module that reads or writes one of them takes the constants and functions from here.
+ *
+ *  Vertices are those of the label grid, which is one vertex wider than the volume on every side:
+ *  vertex q is voxel q - 1. All functions are pure and free of checks. */
+#ifndef SEGCAST_BRICK_H
+#define SEGCAST_BRICK_H
+
+#include "segcast/geom.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/** A brick: 4x4x4 vertices (or cells, each named by its lowest vertex), one bit each in a 64-bit
+ *  mask. The wide kernels read a mask as two halves of 32 bits, of two layers of vertices each. */
+enum {
+    SC_BRICK_SHIFT = 2,                    /**< vertex >> SC_BRICK_SHIFT is its brick */
+    SC_BRICK = 1 << SC_BRICK_SHIFT,        /**< edge of a brick in vertices */
+    SC_BRICK_MASK = SC_BRICK - 1,          /**< vertex & SC_BRICK_MASK: where in its brick */
+    SC_BRICK_Y_SHIFT = SC_BRICK_SHIFT,     /**< the bit of a vertex is its x in the brick, */
+    SC_BRICK_Z_SHIFT = 2 * SC_BRICK_SHIFT, /**< + (y << Y_SHIFT) + (z << Z_SHIFT) */
+    SC_BRICK_LAYER = SC_BRICK * SC_BRICK,  /**< vertices of one z */
+    SC_BRICK_VERTICES = SC_BRICK_LAYER * SC_BRICK,
+    SC_BRICK_FRAME = 1, /**< empty bricks on every side of the arrays that have a frame */
+    SC_BRICK_MASK_BYTES = 8,
+    SC_BRICK_HALF_BYTES = SC_BRICK_MASK_BYTES / 2,
+    SC_BRICK_HALF = SC_BRICK / 2,          /**< this bit of z is set in the upper half */
+    SC_BRICK_HALF_MASK = SC_BRICK_HALF - 1 /**< z & SC_BRICK_HALF_MASK: where in its half */
+};
+#define SC_BRICK_ROW_BITS 0xfu             /**< the vertices of one y and z, at bit 0 */
+#define SC_BRICK_LAYER_BITS 0xffffu        /**< the vertices of one z, at bit 0 */
+#define SC_BRICK_LOW_X 0x1111111111111111u /**< the vertices whose x is 0 in the brick */
+#define SC_BRICK_LOW_Y 0x000f000f000f000fu
+#define SC_BRICK_LOW_Z 0x000000000000ffffu
+_Static_assert(SC_BRICK_VERTICES == 8 * sizeof(uint64_t), "a brick is one 64-bit mask");
+
+/** The brick of a vertex along one axis. Exact for negative coordinates too: compilers shift them
+ *  arithmetically. */
+static inline int sc_brick_of(int vertex)
+{
+    return vertex >> SC_BRICK_SHIFT;
+}
+
+/** The bit of a vertex in the mask of its brick. */
+static inline int sc_brick_bit(int x, int y, int z)
+{
+    return (x & SC_BRICK_MASK) | (y & SC_BRICK_MASK) << SC_BRICK_Y_SHIFT |
+           (z & SC_BRICK_MASK) << SC_BRICK_Z_SHIFT;
+}
+
+/** Where in its brick the vertex of a bit lies: the inverse of sc_brick_bit. */
+static inline int sc_bit_x(int bit)
+{
+    return bit & SC_BRICK_MASK;
+}
+
+static inline int sc_bit_y(int bit)
+{
+    return bit >> SC_BRICK_Y_SHIFT & SC_BRICK_MASK;
+}
+
+static inline int sc_bit_z(int bit)
+{
+    return bit >> SC_BRICK_Z_SHIFT;
+}
+
+/** Bricks that cover an edge of the volume of @p voxels, the vertices around it included. */
+static inline int sc_bricks_along(int voxels)
+{
+    return (voxels + 2 + SC_BRICK - 1) / SC_BRICK;
+}
+
+static inline size_t sc_brick_count(const int bricks[3])
+{
+    return (size_t)bricks[0] * (size_t)bricks[1] * (size_t)bricks[2];
+}
+
+/** Index of brick (x, y, z) in an array [bricks z][bricks y][bricks x]. */
+static inline size_t sc_brick_index(const int bricks[3], int x, int y, int z)
+{
+    return ((size_t)z * (size_t)bricks[1] + (size_t)y) * (size_t)bricks[0] + (size_t)x;
+}
+
+/** The brick at an index: the inverse of sc_brick_index. */
+static inline void sc_brick_at(const int bricks[3], size_t index, int out[3])
+{
+    const size_t bx = (size_t)bricks[0], by = (size_t)bricks[1];
+
+    out[0] = (int)(index % bx);
+    out[1] = (int)(index / bx % by);
+    out[2] = (int)(index / bx / by);
+}
+
+/** The lowest vertex of the brick at an index. */
+static inline void sc_brick_low(const int bricks[3], size_t index, int out[3])
+{
+    sc_brick_at(bricks, index, out);
+    for (int i = 0; i < 3; i++)
+        out[i] *= SC_BRICK;
+}
+
+/** Size of an array of bricks with a frame of empty ones around it:
+ *  [bricks z + 2][bricks y + 2][bricks x + 2]. */
+static inline void sc_framed_size(const int bricks[3], int out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = bricks[i] + 2 * SC_BRICK_FRAME;
+}
+
+/** Steps from a brick to the next along y and z in an array with a frame. */
+static inline int sc_framed_row(const int bricks[3])
+{
+    return bricks[0] + 2 * SC_BRICK_FRAME;
+}
+
+static inline int sc_framed_layer(const int bricks[3])
+{
+    return (bricks[0] + 2 * SC_BRICK_FRAME) * (bricks[1] + 2 * SC_BRICK_FRAME);
+}
+
+/** Index of brick (x, y, z) in an array with a frame, by the steps of sc_framed_row and
+ *  sc_framed_layer. Fits an int: see sc_kernel_find. */
+static inline int sc_framed_index(int row, int layer, int x, int y, int z)
+{
+    return (z + SC_BRICK_FRAME) * layer + (y + SC_BRICK_FRAME) * row + x + SC_BRICK_FRAME;
+}
+
+/** Bits set in @p mask. */
+static inline unsigned sc_count_bits(uint64_t mask)
+{
+#ifdef __POPCNT__
+    return (unsigned)__builtin_popcountll(mask);
+#else
+    mask -= mask >> 1 & 0x5555555555555555u;
+    mask = (mask & 0x3333333333333333u) + (mask >> 2 & 0x3333333333333333u);
+    mask = (mask + (mask >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (unsigned)(mask * 0x0101010101010101u >> 56);
+#endif
+}
+
+/** How many vertices of @p mask come before the one at @p bit: its rank among what is packed of a
+ *  brick. */
+static inline unsigned sc_brick_rank(uint64_t mask, int bit)
+{
+    return sc_count_bits(mask & ((1ull << bit) - 1));
+}
+
+/** A vertex record: what is kept of a vertex near an interface, SC_RECORD_BYTES bytes, lowest
+ * first. bits 0-4   the weight of its own label's vote, 1 to 31: half of what the label's smoothed
+ *             membership has over that of any other, 31 standing for one half
+ *  bits 5-7   m: the length of the gradient, 2^-m of that at a flat interface
+ *  bits 8-23  its direction, outward, in RAS: octahedral, x and y as signed bytes of 127ths
+ * (Cigolle et al. 2014, "A survey of efficient representations for independent unit vectors") */
+enum {
+    SC_RECORD_BYTES = 3,
+    SC_RECORD_WEIGHT_MASK = 31,
+    SC_RECORD_LENGTH_SHIFT = 5,
+    SC_RECORD_LENGTH_MASK = 7, /**< after the shift */
+    SC_RECORD_X_SHIFT = 8,
+    SC_RECORD_Y_SHIFT = 16,
+    SC_RECORD_OCTANT_BITS = 8, /**< of x and of y */
+    SC_RECORD_OCTANT_MASK = 255,
+    SC_RECORD_DIRECTION_BITS =
+        SC_RECORD_OCTANT_MASK << SC_RECORD_X_SHIFT | SC_RECORD_OCTANT_MASK << SC_RECORD_Y_SHIFT,
+    SC_WEIGHT_MAX = SC_RECORD_WEIGHT_MASK
+};
+/** A direction's octahedral coordinate of 1. */
+#define SC_RECORD_OCTANT_ONE 127
+
+/** @param weight 1 to SC_WEIGHT_MAX.
+ *  @param outward of any length but zero.
+ *  @param strength length of the gradient as a share of that at a flat interface. */
+static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
+{
+    const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
+    double octant[2] = {outward.x * share, outward.y * share};
+    uint32_t m = 0, packed[2];
+
+    if (outward.z < 0) {
+        const double x = (1 - fabs(octant[1])) * (octant[0] < 0 ? -1 : 1);
+        const double y = (1 - fabs(octant[0])) * (octant[1] < 0 ? -1 : 1);
+
+        octant[0] = x;
+        octant[1] = y;
+    }
+    while (m < SC_RECORD_LENGTH_MASK && strength < 0.7071) /* the nearest power of two */
+        strength *= 2, m++;
+    /* Adding ONE + 1/2 makes the number positive, so that the conversion rounds down. */
+    for (int i = 0; i < 2; i++)
+        packed[i] =
+            (uint32_t)((int)(octant[i] * SC_RECORD_OCTANT_ONE + (SC_RECORD_OCTANT_ONE + 0.5)) -
+                       SC_RECORD_OCTANT_ONE) &
+            SC_RECORD_OCTANT_MASK;
+    return (uint32_t)weight | m << SC_RECORD_LENGTH_SHIFT | packed[0] << SC_RECORD_X_SHIFT |
+           packed[1] << SC_RECORD_Y_SHIFT;
+}
+
+/** Read the record at an index of an array of records. */
+static inline uint32_t sc_record_read(const uint8_t *records, size_t index)
+{
+    const uint8_t *at = records + index * SC_RECORD_BYTES;
+
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
+}
+
+static inline void sc_record_write(uint8_t *records, size_t index, uint32_t record)
+{
+    for (int i = 0; i < SC_RECORD_BYTES; i++)
+        records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
+}
+
+static inline int sc_record_weight(uint32_t record)
+{
+    return (int)(record & SC_RECORD_WEIGHT_MASK);
+}
+
+/** The length of the gradient is 2^-m of that at a flat interface. @return 2^m. */
+static inline int sc_record_inverse_length(uint32_t record)
+{
+    return 1 << (record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
+}
+
+/** The direction, unpacked but not of unit length: its absolute coordinates add up to 127. */
+static inline void sc_record_octant(uint32_t record, float out[3])
+{
+    const float x = (float)(int8_t)(record >> SC_RECORD_X_SHIFT);
+    const float y = (float)(int8_t)(record >> SC_RECORD_Y_SHIFT);
+    const float ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, z = SC_RECORD_OCTANT_ONE - ax - ay;
+    const float fold = z < 0 ? -z : 0;
+
+    out[0] = x < 0 ? x + fold : x - fold;
+    out[1] = y < 0 ? y + fold : y - fold;
+    out[2] = z;
+}
+
+/** The gradient: unit direction times length. */
+static inline void sc_record_normal(uint32_t record, float out[3])
+{
+    float inverse;
+
+    sc_record_octant(record, out);
+    inverse = 1 / ((float)sc_record_inverse_length(record) *
+                   sqrtf(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    for (int i = 0; i < 3; i++)
+        out[i] *= inverse;
+}
+
+/** A packed cell: the weights of its corners (x + 2 y + 4 z), positive for the lowest label and
+ *  negative for all others, as signed fields in two words of 32 bits: corners 0 to 4 in the lower,
+ *  5 to 7 in the upper, each from its lowest bit up. */
+enum { SC_CELL_FIELD_BITS = 6, SC_CELL_LOW_FIELDS = 5, SC_CELL_WORD_BITS = 32 };
+#define SC_CELL_MANY (1ull << 63) /**< there are more than two labels */
+
+/** Where the field of a corner begins in its word, and which word it is (0 or 1). */
+static inline int sc_cell_field_shift(int corner)
+{
+    return SC_CELL_FIELD_BITS * (corner % SC_CELL_LOW_FIELDS);
+}
+
+static inline int sc_cell_field_word(int corner)
+{
+    return corner / SC_CELL_LOW_FIELDS;
+}
+
+#endif
