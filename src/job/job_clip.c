@@ -44,7 +44,7 @@ static const sc_key plane_keys[] = {
     {"at_point", &sc_type_point, PLANE(point_mm), NULL,
      .help = "a point of the plane in patient coordinates, as segcast views prints them",
      .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
-     .alternative = "at or at_point"},
+     .without = "at", .alternative = "at or at_point"},
     {0}};
 
 /* The corner of a box: three positions, along R, A and S. */

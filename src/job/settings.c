@@ -234,9 +234,10 @@ sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
                            const char *path, const char *text)
 {
     sc_yaml *node = NULL;
+    const sc_status status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
 
-    if (sc_yaml_parse(ctx, origin, text, strlen(text), &node) != SC_OK)
-        return SC_ERR_USAGE;
+    if (status != SC_OK) /* what is broken is a setting, not a file */
+        return status == SC_ERR_DATA ? SC_ERR_USAGE : status;
     forget_lines(node, origin);
     return put(ctx, keys, root, origin, path, node);
 }

@@ -2,10 +2,11 @@
 /* Job files: what is read, what is refused, and with which words. */
 #include "check.h"
 
-#include "segcast/job.h"
-#include "yaml_tree.h"
+#include "describe.h"
 
+#include <ctype.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* Load the job file @p text. @p setting: "key.path=value" or NULL. @p variable: of the environment,
@@ -199,22 +200,231 @@ static void the_command_line_beats_the_environment_beats_the_file(void **state)
     sc_job_clear(&job);
 }
 
-static void no_allocation_that_fails_is_lost(void **state)
+/* ---- the table of keys ---- */
+
+/* Checks of one row, and the number of rows seen. */
+static sc_status check_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    const sc_key *key = visit->key;
+    char variable[256], path[256];
+    size_t used = 0;
+
+    (void)ctx;
+    ++*(int *)user;
+    if (!key->help || !key->help[0] || key->help[strlen(key->help) - 1] == '.')
+        fail_msg("%s: help \"%s\"", visit->path, key->help ? key->help : "");
+    if (!key->keys && !key->required && !key->fallback && !key->without)
+        fail_msg("%s: neither a default nor what happens without it", visit->path);
+    if (key->type == &sc_type_choice && !key->words == !key->choices)
+        fail_msg("%s: expected either words or choices", visit->path);
+    for (const char *c = visit->path; *c; c++)
+        variable[used++] = (char)(*c == '.' ? '_' : *c == 'N' ? '0' : toupper((unsigned char)*c));
+    variable[used] = '\0';
+    if (strstr(visit->path, ".NAME"))
+        return SC_OK;
+    assert_true(sc_setting_path(sc_job_keys, variable, path, sizeof path));
+    for (char *c = path; *c; c++)
+        *c = (char)(*c == '0' ? 'N' : *c);
+    assert_string_equal(path, visit->path);
+    return SC_OK;
+}
+
+/* Each row explains itself, and has a variable of the environment that leads back to it. */
+static void every_row_is_complete(void **state)
+{
+    int rows = 0;
+
+    (void)state;
+    assert_ok(sc_keys_walk(&quiet, check_row, &rows));
+    assert_true(rows > 80);
+}
+
+/* The text of a job as resolved, from the job file @p text and one setting or variable. */
+static void resolve(const char *text, const char *setting, const char *variable, sc_text *out)
+{
+    heard h;
+    sc_job job;
+
+    sc_text_clear(out);
+    if (load(text, &h, setting, variable, &job) != SC_OK)
+        fail_msg("%s %s: %s", setting ? setting : "", variable ? variable : "", h.text);
+    assert_ok(sc_job_write(&quiet, &job, false, out));
+    sc_job_clear(&job);
+}
+
+/* A setting of the command line, the environment, or the file lead to the same job. */
+static void expect_same_job(const char *setting, const char *variable, const char *file)
+{
+    sc_text a = {0}, b = {0};
+
+    resolve(file, NULL, NULL, &a);
+    if (setting) {
+        resolve("volume: phantom\n", setting, NULL, &b);
+        assert_string_equal(a.data, b.data);
+    }
+    if (variable) {
+        resolve("volume: phantom\n", NULL, variable, &b);
+        assert_string_equal(a.data, b.data);
+    }
+    sc_text_clear(&a);
+    sc_text_clear(&b);
+}
+
+static void nested_keys_are_set_in_every_way(void **state)
 {
     (void)state;
+    expect_same_job("animation.camera.orbit.axis=left", "SEGCAST_ANIMATION_CAMERA_ORBIT_AXIS=left",
+                    "volume: phantom\nanimation: {camera: {orbit: {axis: left}}}\n");
+    expect_same_job("animation.camera.zoom.to=3", "SEGCAST_ANIMATION_CAMERA_ZOOM_TO=3",
+                    "volume: phantom\nanimation: {camera: {zoom: {to: 3}}}\n");
+    expect_same_job(
+        "animation.camera.fixed={position_mm: [1,2,3], target_mm: [4,5,6]}",
+        "SEGCAST_ANIMATION_CAMERA_FIXED={position_mm: [1,2,3], target_mm: [4,5,6]}",
+        "volume: phantom\nanimation: {camera: {fixed: {position_mm: [1,2,3], target_mm: "
+        "[4,5,6]}}}\n");
+    expect_same_job("animation.clip.0.plane={normal: left, at: 10%}",
+                    "SEGCAST_ANIMATION_CLIP_0_PLANE={normal: left, at: 10%}",
+                    "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 10%}}]}\n");
+    expect_same_job("animation.slices.point_mm=[1, 2, 3]",
+                    "SEGCAST_ANIMATION_SLICES_POINT_MM=1,2,3",
+                    "volume: phantom\nanimation: {slices: {point_mm: [1, 2, 3]}}\n");
+    expect_same_job("tissues.7.opacity=0.5", "SEGCAST_TISSUES={7: {opacity: 0.5}}",
+                    "volume: phantom\ntissues: {7: {opacity: 0.5}}\n");
+    expect_same_job("output={fps: 25}", "SEGCAST_OUTPUT={fps: 25}",
+                    "volume: phantom\noutput: {fps: 25}\n");
+    expect_same_job("output.size=640x480", "SEGCAST_OUTPUT_SIZE=640x480",
+                    "volume: phantom\noutput: {size: [640, 480]}\n");
+}
+
+/* Does the setting, put over the job @p before, give the job @p after? */
+static void expect_change(const char *before, const char *setting, const char *after)
+{
+    sc_text a = {0}, b = {0};
+
+    resolve(after, NULL, NULL, &a);
+    resolve(before, setting, NULL, &b);
+    assert_string_equal(a.data, b.data);
+    sc_text_clear(&a);
+    sc_text_clear(&b);
+}
+
+static void settings_merge_maps_and_replace_alternatives(void **state)
+{
+    (void)state;
+    expect_change("volume: phantom\noutput: {fps: 25, crf: 20}\n", "output={crf: 30}",
+                  "volume: phantom\noutput: {fps: 25, crf: 30}\n");
+    expect_change("volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1}}\n",
+                  "tissues={b: {visible: false}, c: {opacity: 0}}",
+                  "volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1, visible: false}, c: "
+                  "{opacity: 0}}\n");
+    expect_change("volume: phantom\nanimation: {camera: {fixed: {position_mm: [1,2,3], target_mm: "
+                  "[0,0,0]}}}\n",
+                  "animation.camera.orbit.turns=2",
+                  "volume: phantom\nanimation: {camera: {orbit: {turns: 2}}}\n");
+    expect_change("volume: phantom\nanimation: {camera: {zoom: 2}}\n", "animation.camera.zoom.to=3",
+                  "volume: phantom\nanimation: {camera: {zoom: {from: 2, to: 3}}}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}, except: [a]}]}\n",
+                  "animation.clip.0={plane: {normal: right}}",
+                  "volume: phantom\nanimation: {clip: [{plane: {normal: right}, except: [a]}]}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
+                  "animation.clip.1.sweep.normal=right",
+                  "volume: phantom\nanimation: {clip: [{sweep: {normal: left}}, {sweep: {normal: "
+                  "right}}]}\n");
+    expect_change("volume: phantom\nanimation: {clip: [{sweep: {normal: left}}]}\n",
+                  "animation.clip=[]", "volume: phantom\nanimation: {clip: []}\n");
+}
+
+/* A point of a plane in patient coordinates, instead of a position along its normal. */
+static void a_plane_may_be_given_by_a_point(void **state)
+{
+    (void)state;
+    expect_change(
+        "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at_point: [9, 10, "
+        "20]}}]}\n",
+        NULL, "volume: phantom\nanimation: {clip: [{plane: {normal: [0, 3, 4], at: 22 mm}}]}\n");
+    refuses("volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, "
+            "3]}}]}\n",
+            "both \"at\" and \"at_point\" are given");
+}
+
+/* Names of tissues may hold what YAML uses as marks. */
+static void every_text_is_written_so_that_it_can_be_read(void **state)
+{
+    static const char text[] = "volume: phantom\ntissues: {'a \"b\" \\c: #': {opacity: 1}}\n"
+                               "animation: {clip: [{plane: {normal: left}, except: ['\"\\', "
+                               "\"\\x01\\n\"]}]}\n";
+    heard h;
+    sc_job job, again;
+    sc_text written = {0};
+
+    (void)state;
+    if (load(text, &h, NULL, NULL, &job) != SC_OK)
+        fail_msg("%s", h.text);
+    assert_ok(sc_job_write(&quiet, &job, false, &written));
+    if (load(written.data, &h, NULL, NULL, &again) != SC_OK)
+        fail_msg("%s: %s", h.text, written.data);
+    assert_string_equal(again.rules[0].pattern, "a \"b\" \\c: #");
+    assert_string_equal(again.exceptions[0].pattern, "\"\\");
+    assert_string_equal(again.exceptions[1].pattern, "\x01\n");
+    sc_text_clear(&written);
+    sc_job_clear(&job);
+    sc_job_clear(&again);
+}
+
+/* Only "phantom" and "phantom:WxDxH" are the phantom; a file may begin with that word. */
+static void a_file_named_like_the_phantom_is_a_file(void **state)
+{
+    const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    FILE *file;
+    sc_job job;
+
+    (void)state;
+    mkdir("jobs-below", 0777);
+    file = fopen("jobs-below/job.yaml", "w");
+    fputs("volume: phantom.nrrd\n", file);
+    fclose(file);
+    assert_ok(sc_job_load(&ctx, &sources, &job));
+    assert_string_equal(job.volume, "jobs-below/phantom.nrrd");
+    sc_job_clear(&job);
+    unlink("jobs-below/job.yaml");
+    rmdir("jobs-below");
+    assert_true(sc_job_is_phantom("phantom") && sc_job_is_phantom("phantom:9x9x9"));
+    assert_false(sc_job_is_phantom("phantom.nrrd") || sc_job_is_phantom("phantoms/a.nrrd"));
+}
+
+static void no_allocation_that_fails_is_lost(void **state)
+{
+    static const sc_setting settings[] = {
+        {"a", "animation.clip.0.plane", "{normal: right, at: 10%}", false},
+        {"b", "tissues.\"left atrium\".opacity", "0.5", true},
+        {"c", "animation.camera.fixed", "{position_mm: [1, 2, 3], target_mm: [0, 0, 0]}", false},
+        {"d", "output", "{fps: 24, size: [64, 64]}", false},
+    };
+    static const char *const environment[] = {"SEGCAST_ANIMATION_CAMERA_ZOOM_FROM=2", NULL};
+    const sc_job_sources sources = {.path = "job2.yaml",
+                                    .settings = settings,
+                                    .setting_count = SC_COUNT_OF(settings),
+                                    .environment = environment};
+    FILE *file = fopen("job2.yaml", "w");
+
+    (void)state;
+    fputs(full, file);
+    fclose(file);
     for (long n = 0;; n++) {
         long budget = n;
         heard h;
         sc_ctx ctx = listening(&h);
-        const sc_job_sources sources = {.path = "job2.yaml"};
-        FILE *file = fopen("job2.yaml", "w");
         sc_job job = {0};
+        sc_text text = {0};
         sc_status status;
 
-        fputs(full, file);
-        fclose(file);
         ctx.alloc_budget = &budget;
         status = sc_job_load(&ctx, &sources, &job);
+        if (status == SC_OK)
+            status = sc_job_write(&ctx, &job, false, &text);
+        sc_text_clear(&text);
         sc_job_clear(&job);
         if (status == SC_OK)
             break;
@@ -286,6 +496,7 @@ static void ranges_of_frames(void **state)
     expect_frames(NULL, 10, 10, 0, 9);
     expect_frames("0-9:3", 10, 4, 0, 9);
     expect_frames("7, 1 - 3", 10, 4, 1, 7);
+    expect_frames("1-2:9223372036854775807", 10, 1, 1, 1); /* the step overflows nothing */
     for (size_t i = 0; i < SC_COUNT_OF(bad); i++)
         assert_int_equal(sc_frames_parse(&quiet, bad[i], 10, &frames, &found), SC_ERR_USAGE);
 }
@@ -297,6 +508,12 @@ int main(void)
         cmocka_unit_test(nesting_is_bounded),
         cmocka_unit_test(a_resolved_job_reads_back_the_same),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
+        cmocka_unit_test(every_row_is_complete),
+        cmocka_unit_test(nested_keys_are_set_in_every_way),
+        cmocka_unit_test(settings_merge_maps_and_replace_alternatives),
+        cmocka_unit_test(a_plane_may_be_given_by_a_point),
+        cmocka_unit_test(every_text_is_written_so_that_it_can_be_read),
+        cmocka_unit_test(a_file_named_like_the_phantom_is_a_file),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
         cmocka_unit_test(modes_set_defaults),
         cmocka_unit_test(a_box_is_six_planes),
