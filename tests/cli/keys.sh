@@ -1,0 +1,98 @@
+# The documents that are made from the table of keys are what the program prints, and the JSON schema
+# agrees with the program on which job files are right.
+for pair in docs/job.md:--markdown jobs/job.schema.json:--schema; do
+    file=${pair%%:*} option=${pair##*:}
+    "$SEGCAST" keys "$option" | diff "$SOURCE/$file" - >&2 ||
+        fail "$file differs from the table of keys: segcast keys $option >$file"
+done
+"$SEGCAST" keys render.s | grep -q '^render.samples$' || fail "keys PREFIX"
+"$SEGCAST" keys render.s | grep -q '^light' && fail "keys PREFIX lists other keys"
+"$SEGCAST" keys --json | jq -e '[.[] | select(.key == "output.size")][0] |
+    .default == "[1280, 720]" and .option == "size" and .environment == "SEGCAST_OUTPUT_SIZE"' \
+    >/dev/null || fail "keys --json"
+expect 64 'no key is "rendr"' "$SEGCAST" keys rendr; one_error
+for job in "$SOURCE"/jobs/*.yaml; do
+    head -1 "$job" | grep -qx '# yaml-language-server: $schema=job.schema.json' ||
+        fail "$job does not name its schema"
+done
+
+# Every key that is in the default job, set to its own default, changes nothing.
+small_job plain.yaml
+"$SEGCAST" still plain.yaml -o plain.png -q >/dev/null
+keys=0
+while read -r key value; do
+    case $key in *.N.* | *.NAME.* | volume) continue ;; esac
+    settings+=(--set "$key=$value")
+    keys=$((keys + 1))
+done < <("$SEGCAST" keys --json | jq -r '.[] | select(.default) | "\(.key) \(.default)"' |
+    grep -vE '^(output\.(directory|size|video)|animation\.(frames|camera\.(fixed|orbit)|slices))')
+[ "$keys" -gt 30 ] || fail "only $keys keys have a default"
+"$SEGCAST" still plain.yaml -o set.png -q "${settings[@]}" >/dev/null
+"$IMAGE_DIFFERENCE" plain.png set.png || fail "defaults that are given change the picture"
+
+python=
+for candidate in /usr/bin/python3 python3; do
+    "$candidate" -c 'import jsonschema, yaml' 2>/dev/null && python=$candidate && break
+done
+[ -n "$python" ] || skip "no Python with jsonschema and yaml to check the schema with"
+
+# validate FILE...: by a validator that is not ours; prints the files that the schema refuses
+"$SEGCAST" keys --schema >schema.json
+cat >validate.py <<'PY'
+import json, sys, jsonschema, yaml
+schema = json.load(open("schema.json"))
+jsonschema.Draft7Validator.check_schema(schema)
+validator = jsonschema.Draft7Validator(schema)
+for name in sys.argv[1:]:
+    errors = list(validator.iter_errors(yaml.safe_load(open(name))))
+    if errors:
+        print(name, "refused:", errors[0].message[:100])
+PY
+validate() { "$python" validate.py "$@"; }
+refused=$(validate "$SOURCE"/jobs/*.yaml)
+[ -z "$refused" ] || fail "$refused"
+
+# What the schema has to refuse, the program refuses, too.
+count=0
+while IFS= read -r line; do
+    printf 'volume: phantom:59x41x61\n%b\n' "$line" >wrong.yaml
+    [ -n "$(validate wrong.yaml)" ] || fail "the schema accepts: $line"
+    expect 65 'wrong.yaml:' "$SEGCAST" check wrong.yaml
+    count=$((count + 1))
+done <<'WRONG'
+outptu: {fps: 25}
+output: {fps: "fast"}
+output: {fps: 1000}
+output: {size: [640]}
+output: {frames: jpg}
+render: {samples: 1.5}
+render: {background: red}
+render: {surface: smoth}
+light: {shadows: maybe}
+tissues: {aorta: {colour: [1, 2, 3]}}
+tissues: {aorta: {opacity: atuo}}
+animation: {clip: [{sweep: {from: 0%}}]}
+animation: {clip: [{except: [aorta]}]}
+animation: {clip: [{plane: {normal: left, at: 1%, at_point: [1, 2, 3]}}]}
+animation: {camera: {fixed: {up: superior}}}
+animation: {camera: {orbit: {}, fixed: {position_mm: [0, 0, 0], target_mm: [1, 0, 0]}}}
+animation: {camera: {zoom: {form: 1}}}
+animation: {slices: {from: 200}}
+farm: {tile: [8]}
+WRONG
+[ "$count" -ge 10 ] || fail "only $count wrong jobs"
+
+# What the program accepts in odd but right jobs, the schema accepts.
+while IFS= read -r line; do
+    printf 'volume: phantom:59x41x61\n%b\n' "$line" >right.yaml
+    [ -z "$(validate right.yaml)" ] || fail "the schema refuses: $line: $(validate right.yaml)"
+    expect 0 '' "$SEGCAST" check right.yaml
+done <<'RIGHT'
+output: {size: 640x480}
+render: {background: "#102030"}
+animation: {camera: {zoom: 2}}
+animation: {camera: {zoom: {from: 1, to: 2, during: [10%, 20%], ease: smooth}}}
+animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
+animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: {from: [0%, 5, 1 mm]}, except: [aorta]}]}
+tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
+RIGHT
