@@ -1,0 +1,33 @@
+# What `cmake --install` leaves: program, manual pages, completions, jobs with their schema, documents.
+cmake --install "$BUILD" --prefix "$PWD/to" >install.log 2>&1 || { cat install.log >&2; fail "install"; }
+for file in bin/segcast share/man/man1/segcast.1 share/man/man5/segcast-job.5 \
+    share/bash-completion/completions/segcast share/zsh/site-functions/_segcast \
+    share/fish/vendor_completions.d/segcast.fish share/segcast/jobs/job.schema.json \
+    share/segcast/jobs/heart-orbit.yaml share/segcast/jobs/slurm/requeue.sbatch \
+    share/segcast/jobs/pbs/many-nodes.pbs share/doc/segcast/LICENSE share/doc/segcast/README.md \
+    share/doc/segcast/docs/job.md; do
+    [ -s "to/$file" ] || fail "$file is not installed: $(find to -type f | sort | tr '\n' ' ')"
+done
+to/bin/segcast --version | grep -q '^segcast 0' || fail "the installed program does not run"
+
+# The manual pages: every command, option and key is in them, and groff finds nothing wrong.
+for command in render check keys; do grep -q "^.SS segcast $command" to/share/man/man1/segcast.1 || fail "$command"; done
+grep -q 'output.size' to/share/man/man5/segcast-job.5 || fail "no keys in segcast-job(5)"
+if command -v groff >/dev/null; then
+    for page in to/share/man/man?/*; do
+        groff -man -Tutf8 -ww -z "$page" 2>warnings.txt
+        [ ! -s warnings.txt ] || fail "$page: $(cat warnings.txt)"
+    done
+fi
+
+# Completions.
+bash -n to/share/bash-completion/completions/segcast || fail "bash completion"
+complete_words() { # complete_words WORD...: what bash offers for the last word
+    bash -c '. to/share/bash-completion/completions/segcast
+        COMP_WORDS=(segcast "$@") COMP_CWORD=$#; compopt() { :; }; _segcast; echo "${COMPREPLY[*]}"' - "$@"
+}
+[ "$(complete_words ren)" = render ] || fail "completion of a command: $(complete_words ren)"
+[ "$(complete_words render --over)" = --overwrite ] || fail "completion of an option"
+[ "$(complete_words render --set render.samp)" = render.samples= ] || fail "completion of a key"
+if command -v zsh >/dev/null; then zsh -n to/share/zsh/site-functions/_segcast || fail "zsh completion"; fi
+if command -v fish >/dev/null; then fish -n to/share/fish/vendor_completions.d/segcast.fish || fail "fish completion"; fi
