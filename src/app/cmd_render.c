@@ -10,24 +10,36 @@ enum { TRACE_EVENTS = 1 << 20 };
 
 /* ---- what a job depends on ---- */
 
-/* What decides the pictures beside the volume: the job's keys and every tissue's resolved look,
- * which may come from a label table. */
+/* Append how each tissue looks and which planes cut it. Both may follow from names in a label
+ * table, of which the job's keys say nothing. */
+static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
+        const sc_tissue *t = &s->tissues[id];
+        const uint32_t planes = s->timeline.groups[t->clip_group];
+
+        SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
+                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
+                           t->opacity_auto, t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
+                           t->rgb_linear[2]));
+        status = sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
+                             t->material.specular, t->material.shininess, planes);
+    }
+out:
+    return status;
+}
+
+/* A hash of all that decides the pictures, beside the volume. */
 static sc_status hash_job(const sc_run *run, uint64_t *out)
 {
-    const sc_session *s = &run->session;
     const sc_ctx *ctx = run->app->ctx;
     sc_text text = {0};
     sc_status status;
 
-    SC_TRY(sc_job_write(ctx, &s->job, true, &text));
-    for (int id = 1; id < s->volume.label_count; id++) {
-        const sc_tissue *t = &s->tissues[id];
-
-        SC_TRY(sc_text_add(ctx, &text, "%lld %d %.17g %.17g %.9g %.9g %.9g\n",
-                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
-                           t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
-                           t->rgb_linear[2]));
-    }
+    SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
+    SC_TRY(add_tissues(ctx, &run->session, &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);

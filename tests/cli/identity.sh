@@ -1,0 +1,37 @@
+# What decides the pictures belongs to the identity of a job: also what follows from the names in a
+# label table, though the job file says the same as before.
+"$SEGCAST" phantom --size 59x41x61 -o p.nrrd -q >/dev/null
+table() { # table NAME_OF_6 NAME_OF_8
+    printf '6 %s 200 40 40 255\n8 %s 200 40 40 255\n' "$1" "$2"
+}
+job() { # job EXTRA_LINES: with a label table of two tissues
+    cat >job.yaml <<YAML
+volume: p.nrrd
+labels: names.ctbl
+labels_format: slicer
+output: {directory: out, size: [64, 48], video: none, frames: png}
+animation: {frames: 3, camera: {orbit: {turns: 1}}, $2}
+tissues: {"*": {opacity: 1}, $1}
+YAML
+}
+changed_by_names() { # changed_by_names TISSUES ANIMATION
+    job "$1" "$2"
+    rm -rf out
+    table aorta ventricle >names.ctbl
+    expect 0 '' "$SEGCAST" render job.yaml -q
+    expect 0 'nothing to do' "$SEGCAST" render job.yaml --resume
+    table ventricle aorta >names.ctbl
+    expect 73 'other job|another job' "$SEGCAST" render job.yaml --resume -q
+    one_error
+}
+changed_by_names 'aorta: {specular: 2}' 'clip: []'
+changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
+changed_by_names 'aorta: {shininess: 3}' 'clip: []'
+changed_by_names 'aorta: {opacity: 1}' 'clip: [{plane: {normal: posterior, at: 50%}, except: [aorta]}]'
+
+# How a job is run does not belong to it.
+table aorta ventricle >names.ctbl
+job 'aorta: {specular: 2}' 'clip: []'
+rm -rf out
+expect 0 '' "$SEGCAST" render job.yaml -q
+expect 0 'nothing to do' "$SEGCAST" render job.yaml --resume --set farm.tile=16 --set render.skip=none --set render.cpu=c
