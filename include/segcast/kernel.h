@@ -88,8 +88,8 @@ typedef struct sc_ray {
     float toward_eye[3]; /**< unit, RAS */
     float base_mm;       /**< distance of the origin from the eye */
     uint8_t groups;      /**< clip groups */
-    uint8_t part_count[SC_GROUPS_MAX];
-    sc_ray_part parts[SC_GROUPS_MAX][2]; /**< by clip group, in order along the ray */
+    uint8_t part_count[SC_CLIP_SETS_MAX];
+    sc_ray_part parts[SC_CLIP_SETS_MAX][2]; /**< by clip group, in order along the ray */
 } sc_ray;
 
 /** Light that comes along a ray (premultiplied, linear), the share of what is behind, and what

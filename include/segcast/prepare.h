@@ -89,7 +89,7 @@ SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, siz
                                        sc_prepared *out);
 
 /** The dense id at a place; outside of the volume background. */
-static inline uint32_t sc_id_at_place(const sc_prepared *v, int x, int y, int z)
+static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z)
 {
     const size_t index =
         ((size_t)(z - 1) * (size_t)v->size[1] + (size_t)(y - 1)) * (size_t)v->size[0] +

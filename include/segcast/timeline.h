@@ -9,10 +9,10 @@
 typedef enum sc_ease { SC_EASE_LINEAR, SC_EASE_SMOOTH, SC_EASE_IN, SC_EASE_OUT } sc_ease;
 
 /** A place along a direction: a share of what is shown, or millimetres. */
-typedef struct sc_place {
+typedef struct sc_plane_position {
     double value;
     bool percent; /**< of the way through the visible tissues; else mm along the normal in RAS */
-} sc_place;
+} sc_plane_position;
 
 /** A value that goes from one end to the other during a part of the animation. */
 typedef struct sc_ramp {
@@ -36,7 +36,7 @@ typedef struct sc_orbit {
 
 typedef struct sc_sweep {
     sc_vec3 normal; /**< unit, towards what is kept */
-    sc_place from, to;
+    sc_plane_position from, to;
     double begin, end;
     sc_ease ease;
 } sc_sweep;
@@ -62,8 +62,8 @@ typedef struct sc_timeline {
     sc_animation animation;
     double from_mm[SC_PLANES_MAX], to_mm[SC_PLANES_MAX];
     double half_height; /**< before zoom */
-    uint32_t groups[SC_GROUPS_MAX];
-    int group_count;
+    uint32_t clip_sets[SC_CLIP_SETS_MAX];
+    int clip_set_count;
     sc_vec3 low_mm, high_mm; /**< box of what is shown */
 } sc_timeline;
 

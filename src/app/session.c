@@ -76,9 +76,9 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
                      "surface: voxel");
 }
 
-/* Tissues and clip groups; the same on every rank, so only rank 0 speaks of errors. */
-static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *groups,
-                                 int *group_count)
+/* Tissues and clip sets; the same on every rank, so only rank 0 speaks of errors. */
+static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *clip_sets,
+                                 int *clip_set_count)
 {
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = sc_comm_rank(app->comm) == 0 ? app->ctx : &silent;
@@ -91,8 +91,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *gro
     SC_TRY(
         sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
     apply_interior(ctx, job, session);
-    status = sc_clip_groups(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
-                            job->exception_count, session->tissues, groups, group_count);
+    status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
+                               job->exception_count, session->tissues, clip_sets, clip_set_count);
 out:
     return status;
 }
@@ -142,7 +142,7 @@ static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
         const sc_scene scene = sc_timeline_scene(t, k);
         bool empty = false;
 
-        for (int i = 0; i < scene.plane_count && scene.group_count == 1; i++)
+        for (int i = 0; i < scene.plane_count && scene.clip_set_count == 1; i++)
             empty = empty || is_beyond(&scene.planes[i], t->low_mm, t->high_mm);
         if (empty) {
             first = first < 0 ? k : first;
@@ -186,8 +186,8 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
 sc_status sc_session_volume(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
-    uint32_t groups[SC_GROUPS_MAX] = {0};
-    int group_count = 1;
+    uint32_t clip_sets[SC_CLIP_SETS_MAX] = {0};
+    int clip_set_count = 1;
     const sc_vec3 *hull;
     size_t hull_count;
     double wall_s, cpu_s;
@@ -196,14 +196,14 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     SC_TRY(sc_session_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_comm_agree(app->comm, resolve_tissues(app, session, groups, &group_count)));
+    SC_TRY(sc_comm_agree(app->comm, resolve_tissues(app, session, clip_sets, &clip_set_count)));
     SC_TRY(sc_comm_agree(app->comm, make_renderer(app, session)));
     hull = sc_renderer_hull(session->renderer, &hull_count);
     if (hull_count == 0 && session->volume.label_count > 1 && sc_comm_rank(app->comm) == 0)
         sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
     sc_timeline_resolve(&job->animation, hull, hull_count, picture_aspect(job), &session->timeline);
-    memcpy(session->timeline.groups, groups, sizeof groups);
-    session->timeline.group_count = group_count;
+    memcpy(session->timeline.clip_sets, clip_sets, sizeof clip_sets);
+    session->timeline.clip_set_count = clip_set_count;
     if (hull_count > 0 && sc_comm_rank(app->comm) == 0)
         warn_of_empty_frames(app, session);
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);

@@ -31,14 +31,14 @@ static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const
     end += strspn(end, " ");
     if (*end && strcmp(end, "%") && strcmp(end, "mm"))
         return sc_wrong_type(ctx, node, key->type->expected);
-    *(sc_place *)value = (sc_place){.value = number, .percent = *end == '%'};
+    *(sc_plane_position *)value = (sc_plane_position){.value = number, .percent = *end == '%'};
     return SC_OK;
 }
 
 static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, const void *value,
                                       int indent, sc_text *text)
 {
-    const sc_place *position = value;
+    const sc_plane_position *position = value;
 
     (void)key;
     (void)indent;
@@ -61,7 +61,7 @@ static json_t *share_schema(const sc_key *key)
 /* A share from 0% to 100%, stored as a number from 0 to 1. */
 static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_place share = {0};
+    sc_plane_position share = {0};
     sc_status status = read_plane_position(ctx, key, node, &share);
 
     if (status != SC_OK)

@@ -49,7 +49,7 @@ static const sc_key plane_keys[] = {
 
 /* The corner of a box: three positions, along R, A and S. */
 typedef struct corner {
-    sc_place along[3];
+    sc_plane_position along[3];
 } corner;
 typedef struct box_entry {
     corner from, to;
@@ -164,7 +164,7 @@ static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     if (status != SC_OK)
         return status;
     if (entry.has_point)
-        sweep->from = (sc_place){.value = sc_vec3_dot(sweep->normal, entry.point_mm)};
+        sweep->from = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry.point_mm)};
     if (key->keys == plane_keys)
         sweep->to = sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
@@ -183,8 +183,9 @@ static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *b
     SC_TRY(sc_keys_set_defaults(ctx, key->keys, &box));
     SC_TRY(sc_keys_read(ctx, key->keys, body, &box));
     for (int i = 0; i < 3; i++) {
-        const sc_place low = box.from.along[i], high = box.to.along[i];
-        const sc_place back = {high.percent ? 100 - high.value : -high.value, high.percent};
+        const sc_plane_position low = box.from.along[i], high = box.to.along[i];
+        const sc_plane_position back = {high.percent ? 100 - high.value : -high.value,
+                                        high.percent};
 
         if (low.percent == high.percent && low.value >= high.value)
             return sc_yaml_fail(ctx, body, "the box is empty along its axis %d: from %g to %g",

@@ -50,7 +50,7 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
         }
     } else {
         for (int i = 0; i < SC_CORNERS; i++)
-            c->labels[i] = sc_id_at_place(v, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+            c->labels[i] = sc_id_at_vertex(v, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
     }
     for (int i = 1; i < SC_CORNERS; i++)
         differ |= c->labels[i] ^ c->labels[0];

@@ -62,7 +62,7 @@ static void take_corners(const sc_prepared *v, const int brick[3], brick_corners
     for (int z = 0; z < SIDE; z++) {
         for (int y = 0; y < SIDE; y++) {
             for (int x = 0; x < SIDE; x++, n++)
-                out->labels[n] = (uint16_t)sc_id_at_place(
+                out->labels[n] = (uint16_t)sc_id_at_vertex(
                     v, brick[0] * SC_BRICK + x, brick[1] * SC_BRICK + y, brick[2] * SC_BRICK + z);
         }
     }

@@ -48,13 +48,13 @@ static float occupancy(const blur *b, size_t brick, const int low[3])
 
     /* The second place: the first may lie in the rim around the volume. */
     if (!b->volume->near[brick])
-        return b->opacity[sc_id_at_place(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
+        return b->opacity[sc_id_at_vertex(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
     if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
         low[1] + SC_BRICK <= size[1] + 1 && low[2] + SC_BRICK <= size[2] + 1)
         return sum_inside(b, low) / SC_BRICK_VERTICES;
     for (int bit = 0; bit < SC_BRICK_VERTICES; bit++)
-        sum += b->opacity[sc_id_at_place(b->volume, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
-                                         low[2] + sc_bit_z(bit))];
+        sum += b->opacity[sc_id_at_vertex(b->volume, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                          low[2] + sc_bit_z(bit))];
     return sum / SC_BRICK_VERTICES;
 }
 

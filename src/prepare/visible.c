@@ -46,8 +46,8 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
         left = b->interior ? inside_bits(v, low) : boundary;
         for (; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            const uint32_t id = sc_id_at_place(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
-                                               low[2] + sc_bit_z(bit));
+            const uint32_t id = sc_id_at_vertex(v, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
+                                                low[2] + sc_bit_z(bit));
             const int needs = boundary >> bit & 1 ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 
             if (b->show[id] & needs)
@@ -60,12 +60,12 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
 /* Does the cell hold more than one label, one of them shown? */
 static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
 {
-    const uint32_t first = sc_id_at_place(b->volume, x, y, z);
+    const uint32_t first = sc_id_at_vertex(b->volume, x, y, z);
     bool mixed = false, shown = b->show[first] & SC_SHOW_BOUNDARY;
 
     for (int corner = 1; corner < 8; corner++) {
         const uint32_t id =
-            sc_id_at_place(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+            sc_id_at_vertex(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
 
         mixed = mixed || id != first;
         shown = shown || b->show[id] & SC_SHOW_BOUNDARY;

@@ -44,7 +44,7 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         to->specular = (float)tissues[id].material.specular;
         to->shininess = tissues[id].material.shininess;
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
-        to->clip_group = tissues[id].clip_group;
+        to->clip_group = tissues[id].clip_set;
         to->by_thickness = s->local_thickness && tissues[id].opacity_auto;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
     }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Copy a name of at most SC_NAME_BYTES - 1 characters in lower case. */
 static void lower(const char *from, char *to)
 {
     size_t i = 0;
@@ -32,7 +33,7 @@ bool sc_label_matches(const sc_label *label, const char *pattern)
 
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm)
 {
-    const double least = 0.3, most = 0.9;
+    const double least = 0.3, most = 0.9; /* of the thinnest and of the thickest tissue */
 
     if (!(thickness_mm > 0) || !(thickest_mm > thinnest_mm))
         return most;
@@ -46,14 +47,29 @@ static void color_of(const uint8_t rgb[3], float out[3])
         out[i] = (float)sc_srgb_to_linear(rgb[i] / 255.0);
 }
 
+/* The look that the label table gives a label. A table that names no opacity leaves it to the
+ * thickness of the tissue. */
+static sc_tissue tissue_of_table(const sc_label *label)
+{
+    sc_tissue tissue = {.visible = !label->hidden,
+                        .opacity = label->opacity,
+                        .opacity_auto = label->opacity < 0,
+                        .material = {.diffuse = 1, .specular = 0.14, .shininess = 36}};
+
+    color_of(label->rgb, tissue.rgb_linear);
+    return tissue;
+}
+
 static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
 {
     if (rule->has_visible)
         tissue->visible = rule->visible;
     if (rule->has_color)
         color_of(rule->rgb, tissue->rgb_linear);
-    if (rule->has_opacity)
-        tissue->opacity = rule->opacity_auto ? -1 : rule->opacity;
+    if (rule->has_opacity) {
+        tissue->opacity = rule->opacity;
+        tissue->opacity_auto = rule->opacity_auto;
+    }
     if (rule->has_diffuse)
         tissue->material.diffuse = rule->material.diffuse;
     if (rule->has_specular)
@@ -63,6 +79,19 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     if (rule->has_interior_opacity)
         tissue->interior_opacity = rule->interior_opacity;
     tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
+}
+
+/* The look of a label by table and rules. Where its opacity is automatic, the value is still to be
+ * filled in: that takes the measured thickness of all tissues. */
+static sc_tissue tissue_of(const sc_label *label, const sc_tissue_rule *rules, size_t rule_count)
+{
+    sc_tissue tissue = tissue_of_table(label);
+
+    for (size_t r = 0; r < rule_count; r++) {
+        if (sc_label_matches(label, rules[r].pattern))
+            apply_rule(&rules[r], &tissue);
+    }
+    return tissue;
 }
 
 sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
@@ -86,43 +115,17 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
     return status;
 }
 
-/* What table and rules say of a label, before anything is measured. */
-typedef struct wish {
-    bool visible, opacity_auto;
-    double opacity, interior;
-} wish;
-
-static wish wish_for(const sc_label *label, const sc_tissue_rule *rules, size_t rule_count)
-{
-    wish w = {.visible = !label->hidden,
-              .opacity_auto = label->opacity < 0,
-              .opacity = (double)label->opacity};
-
-    for (size_t r = 0; r < rule_count; r++) {
-        if (!sc_label_matches(label, rules[r].pattern))
-            continue;
-        if (rules[r].has_visible)
-            w.visible = rules[r].visible;
-        if (rules[r].has_opacity) {
-            w.opacity_auto = rules[r].opacity_auto;
-            w.opacity = rules[r].opacity;
-        }
-        if (rules[r].has_interior_opacity)
-            w.interior = rules[r].interior_opacity;
-    }
-    return w;
-}
-
 void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
                       size_t rule_count, bool *hidden, bool *needs_thickness)
 {
     *needs_thickness = false;
     hidden[0] = false;
     for (int id = 1; id < label_count; id++) {
-        const wish w = wish_for(&labels[id], rules, rule_count);
+        const sc_tissue t = tissue_of(&labels[id], rules, rule_count);
 
-        hidden[id] = !(w.visible && (w.opacity_auto || w.opacity > 0 || w.interior > 0));
-        *needs_thickness = *needs_thickness || (!hidden[id] && w.opacity_auto);
+        hidden[id] =
+            !t.visible || (!t.opacity_auto && !(t.opacity > 0) && !(t.interior_opacity > 0));
+        *needs_thickness = *needs_thickness || (!hidden[id] && t.opacity_auto);
     }
 }
 
@@ -142,46 +145,47 @@ void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, dou
     *thinnest_mm = fmin(*thinnest_mm, *thickest_mm);
 }
 
-/* Opacities that are left to the thickness; -1 marks them. */
+/* Fill in the automatic opacities. */
 static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
 {
     double thinnest, thickest;
 
     sc_thickness_range(volume, tissues, &thinnest, &thickest);
     for (int id = 1; id < volume->label_count; id++) {
-        tissues[id].opacity_auto = tissues[id].opacity < 0;
-        if (tissues[id].opacity_auto)
-            tissues[id].opacity =
-                tissues[id].visible
-                    ? sc_auto_opacity(volume->stats[id].thickness_mm, thinnest, thickest)
-                    : 0;
+        sc_tissue *tissue = &tissues[id];
+
+        if (tissue->opacity_auto)
+            tissue->opacity = tissue->visible ? sc_auto_opacity(volume->stats[id].thickness_mm,
+                                                                thinnest, thickest)
+                                              : 0;
     }
+}
+
+/* Every rule but "*" must match a label. */
+static sc_status check_rules(const sc_ctx *ctx, const sc_prepared *volume,
+                             const sc_tissue_rule *rules, size_t rule_count)
+{
+    for (size_t r = 0; r < rule_count; r++) {
+        bool matched = !strcmp(rules[r].pattern, "*");
+
+        for (int id = 1; id < volume->label_count && !matched; id++)
+            matched = sc_label_matches(&volume->labels[id], rules[r].pattern);
+        if (!matched)
+            return sc_tissue_unknown(ctx, volume, rules[r].pattern, rules[r].where);
+    }
+    return SC_OK;
 }
 
 sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                               const sc_tissue_rule *rules, size_t rule_count, sc_tissue *out)
 {
+    const sc_status status = check_rules(ctx, volume, rules, rule_count);
+
+    if (status != SC_OK)
+        return status;
     out[0] = (sc_tissue){0}; /* background is never shown */
-    for (int id = 1; id < volume->label_count; id++) {
-        const sc_label *label = &volume->labels[id];
-
-        out[id] = (sc_tissue){.visible = !label->hidden,
-                              .opacity = label->opacity,
-                              .material = {.diffuse = 1, .specular = 0.14, .shininess = 36}};
-        color_of(label->rgb, out[id].rgb_linear);
-    }
-    for (size_t r = 0; r < rule_count; r++) {
-        bool matched = !strcmp(rules[r].pattern, "*");
-
-        for (int id = 1; id < volume->label_count; id++) {
-            if (sc_label_matches(&volume->labels[id], rules[r].pattern)) {
-                apply_rule(&rules[r], &out[id]);
-                matched = true;
-            }
-        }
-        if (!matched)
-            return sc_tissue_unknown(ctx, volume, rules[r].pattern, rules[r].where);
-    }
+    for (int id = 1; id < volume->label_count; id++)
+        out[id] = tissue_of(&volume->labels[id], rules, rule_count);
     fill_auto(volume, out);
     return SC_OK;
 }

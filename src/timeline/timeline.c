@@ -50,15 +50,15 @@ static double progress(double begin, double end, sc_ease ease, int k, int frames
     return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
 }
 
-static double place_mm(const sc_place *place, double low, double high)
+static double position_mm(const sc_plane_position *position, double low, double high)
 {
-    return place->percent ? low + place->value / 100 * (high - low) : place->value;
+    return position->percent ? low + position->value / 100 * (high - low) : position->value;
 }
 
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out)
 {
-    sc_timeline t = {.animation = *animation, .group_count = 1};
+    sc_timeline t = {.animation = *animation, .clip_set_count = 1};
 
     sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
     sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
@@ -69,9 +69,9 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
         double low, high;
 
         sc_extent(points, point_count, sweep->normal, &low, &high);
-        t.from_mm[i] = place_mm(&sweep->from, low, high);
-        t.to_mm[i] = place_mm(&sweep->to, low, high);
-        t.groups[0] |= 1u << i;
+        t.from_mm[i] = position_mm(&sweep->from, low, high);
+        t.to_mm[i] = position_mm(&sweep->to, low, high);
+        t.clip_sets[0] |= 1u << i;
     }
     *out = t;
 }
@@ -117,7 +117,7 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
     sc_scene scene = {.camera = camera_at(timeline, k),
                       .plane_count = a->sweep_count,
                       .clip_mode = a->clip_mode,
-                      .group_count = timeline->group_count};
+                      .clip_set_count = timeline->clip_set_count};
 
     for (int i = 0; i < a->sweep_count; i++) {
         const sc_sweep *sweep = &a->sweeps[i];
@@ -127,6 +127,6 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
         scene.planes[i].offset_mm =
             -(timeline->from_mm[i] + u * (timeline->to_mm[i] - timeline->from_mm[i]));
     }
-    memcpy(scene.groups, timeline->groups, sizeof scene.groups);
+    memcpy(scene.clip_sets, timeline->clip_sets, sizeof scene.clip_sets);
     return scene;
 }

@@ -65,18 +65,18 @@ static sc_vec3 middle_of(const sc_views *v)
 
 /* A plane through the point, seen straight on. */
 static sc_scene slice_scene(const sc_views *v, const struct view *kind, double half_height_mm,
-                            int groups)
+                            int clip_sets)
 {
     const sc_vec3 middle = middle_of(v);
     const double reach = sc_vec3_length(sc_vec3_sub(v->high_mm, v->low_mm)) +
                          sc_vec3_length(sc_vec3_sub(v->point_mm, middle)) + 1;
     const sc_vec3 eye = sc_vec3_along(middle, -reach, kind->forward);
-    sc_scene scene = {.plane_count = 1, .group_count = groups, .slice = true};
+    sc_scene scene = {.plane_count = 1, .clip_set_count = clip_sets, .slice = true};
 
     scene.camera = sc_camera_look(eye, middle, kind->up, SC_ORTHOGRAPHIC, half_height_mm);
     scene.planes[0] = (sc_plane){kind->forward, -sc_vec3_dot(kind->forward, v->point_mm)};
-    for (int g = 0; g < groups; g++)
-        scene.groups[g] = 1;
+    for (int g = 0; g < clip_sets; g++)
+        scene.clip_sets[g] = 1;
     return scene;
 }
 
@@ -227,7 +227,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     for (int i = 0; i < PANELS; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
         const sc_scene slice =
-            slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2, scene->group_count);
+            slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2, scene->clip_set_count);
 
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         add_stats(&sum, &each);

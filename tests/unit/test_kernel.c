@@ -39,7 +39,7 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     sc_vec3 from = {random_real(seed, -60, 60), random_real(seed, -60, 60),
                     random_real(seed, -60, 60)};
     sc_scene scene = {
-        .plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP, .group_count = 2};
+        .plane_count = n % 4, .clip_mode = n & 1 ? SC_CLIP_CUT : SC_CLIP_KEEP, .clip_set_count = 2};
 
     if (n % 5 == 0)
         from = axes[n % 3];
@@ -55,8 +55,8 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
         scene.planes[i].offset_mm =
             random_real(seed, -8, 8) - sc_vec3_dot(scene.planes[i].normal, middle);
     }
-    scene.groups[0] = (1u << scene.plane_count) - 1;
-    scene.groups[1] = scene.groups[0] & 1;
+    scene.clip_sets[0] = (1u << scene.plane_count) - 1;
+    scene.clip_sets[1] = scene.clip_sets[0] & 1;
     return scene;
 }
 
@@ -140,7 +140,7 @@ static void threads_tiles_and_batches_change_nothing(void **state)
 
         scene.plane_count = way & 1;
         scene.planes[0] = (sc_plane){{0.6, 0.8, 0}, 3};
-        scene.groups[0] = way & 1;
+        scene.clip_sets[0] = way & 1;
         s.settings.surface = way & 1 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
         s.settings.everywhere = way == 3;
         s.settings.samples = 3;
@@ -214,7 +214,7 @@ static void cut_faces_are_solid(void **state)
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 0.1);
-    sc_scene scene = {.plane_count = 1, .group_count = 1, .groups = {1}};
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image image;
 
     (void)state;
@@ -370,7 +370,7 @@ static void shading_is_smooth(void **state)
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), 1);
-    sc_scene scene = {.group_count = 1};
+    sc_scene scene = {.clip_set_count = 1};
     sc_image image;
 
     (void)state;

@@ -39,7 +39,7 @@ static small_scene plate_scene(double opacity, sc_scene *scene)
         volume.labels[1].rgb[i] = 200;
     s = make_scene(volume, opacity);
     s.settings.width_px = s.settings.height_px = 81;
-    *scene = (sc_scene){.group_count = 1};
+    *scene = (sc_scene){.clip_set_count = 1};
     scene->camera = sc_camera_look((sc_vec3){40, 300, 40}, (sc_vec3){40, 20, 40},
                                    (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 40.5);
     return s;
@@ -123,7 +123,7 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
     small_scene s = make_scene(shape_volume(size, spacing, 1, 2, ball), opacity);
 
     s.settings.width_px = s.settings.height_px = 101;
-    *scene = (sc_scene){.group_count = 1};
+    *scene = (sc_scene){.clip_set_count = 1};
     scene->camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
                                    (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
     return s;
@@ -204,7 +204,7 @@ static void cut_faces_have_outlines_where_tissues_meet(void **state)
     const double spacing[3] = {1, 1, 1};
     sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
     small_scene s;
-    sc_scene scene = {.plane_count = 1, .group_count = 1, .groups = {1}};
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
     sc_image image;
     int dark = 0;
 

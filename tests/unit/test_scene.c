@@ -160,21 +160,21 @@ static void thicker_tissues_are_more_opaque(void **state)
     assert_near(sc_auto_opacity(5, 5, 5), 0.9, 0);
 }
 
-static void exceptions_make_groups_of_planes(void **state)
+static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
     sc_tissue tissues[5] = {0};
     const sc_clip_exception exceptions[] = {{0, "left *", ""}, {1, "left atrium", ""}};
-    uint32_t groups[SC_GROUPS_MAX];
+    uint32_t clip_sets[SC_CLIP_SETS_MAX];
     int count;
 
     (void)state;
-    assert_ok(sc_clip_groups(&quiet, &p.view, 2, exceptions, 2, tissues, groups, &count));
+    assert_ok(sc_clip_sets_find(&quiet, &p.view, 2, exceptions, 2, tissues, clip_sets, &count));
     assert_int_equal(count, 3);
-    assert_int_equal(groups[tissues[1].clip_group], 0);
-    assert_int_equal(groups[tissues[2].clip_group], 2);
-    assert_int_equal(groups[tissues[3].clip_group], 3);
+    assert_int_equal(clip_sets[tissues[1].clip_set], 0);
+    assert_int_equal(clip_sets[tissues[2].clip_set], 2);
+    assert_int_equal(clip_sets[tissues[3].clip_set], 3);
     sc_free(p.block);
     sc_volume_clear(&volume);
 }
@@ -213,7 +213,7 @@ int main(void)
         cmocka_unit_test(rules_by_name_glob_and_number_later_ones_winning),
         cmocka_unit_test(an_unknown_tissue_is_named_with_its_nearest),
         cmocka_unit_test(thicker_tissues_are_more_opaque),
-        cmocka_unit_test(exceptions_make_groups_of_planes),
+        cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };
 
     return RUN(tests);

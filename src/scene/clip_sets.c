@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/scene.h"
 
-/* The group whose planes are @p planes, made if it is new; -1 if there are too many. */
-static int group_of(uint32_t planes, uint32_t *groups, int *count)
+/* The clip set with these planes, added if it is new. @return its index; -1 if there are already
+ * SC_CLIP_SETS_MAX others. */
+static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
 {
-    for (int g = 0; g < *count; g++) {
-        if (groups[g] == planes)
-            return g;
+    for (int i = 0; i < *count; i++) {
+        if (clip_sets[i] == planes)
+            return i;
     }
-    if (*count == SC_GROUPS_MAX)
+    if (*count == SC_CLIP_SETS_MAX)
         return -1;
-    groups[*count] = planes;
+    clip_sets[*count] = planes;
     return (*count)++;
 }
 
@@ -28,9 +29,9 @@ static sc_status check_exceptions(const sc_ctx *ctx, const sc_prepared *volume,
     return SC_OK;
 }
 
-sc_status sc_clip_groups(const sc_ctx *ctx, const sc_prepared *volume, int plane_count,
-                         const sc_clip_exception *exceptions, size_t exception_count,
-                         sc_tissue *tissues, uint32_t *groups, int *group_count)
+sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume, int plane_count,
+                            const sc_clip_exception *exceptions, size_t exception_count,
+                            sc_tissue *tissues, uint32_t *clip_sets, int *clip_set_count)
 {
     const uint32_t all = (1u << plane_count) - 1;
     sc_status status = check_exceptions(ctx, volume, exceptions, exception_count);
@@ -38,23 +39,23 @@ sc_status sc_clip_groups(const sc_ctx *ctx, const sc_prepared *volume, int plane
 
     if (status != SC_OK)
         return status;
-    groups[0] = all;
+    clip_sets[0] = all;
     for (int id = 1; id < volume->label_count; id++) {
         uint32_t planes = all;
-        int group;
+        int set;
 
         for (size_t i = 0; i < exception_count; i++) {
             if (sc_label_matches(&volume->labels[id], exceptions[i].pattern))
                 planes &= ~(1u << exceptions[i].plane);
         }
-        group = group_of(planes, groups, &count);
-        if (group < 0)
+        set = find_or_add(planes, clip_sets, &count);
+        if (set < 0)
             return sc_fail(ctx, SC_ERR_USAGE,
-                           "the exceptions of the clip planes make more than %d different groups "
-                           "of tissues",
-                           SC_GROUPS_MAX);
-        tissues[id].clip_group = (uint8_t)group;
+                           "the exceptions of the clip planes make more than %d different sets of "
+                           "planes; let more tissues share the same exceptions",
+                           SC_CLIP_SETS_MAX);
+        tissues[id].clip_set = (uint8_t)set;
     }
-    *group_count = count;
+    *clip_set_count = count;
     return SC_OK;
 }
