@@ -1,12 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Boundary voxels by the 3x3x3 rule, a row at a time: a voxel's differences to its 26 neighbours
- * are collected by OR over nine rows, which compilers turn into wide instructions. */
+/* Finding the boundary voxels, by the rule that the 3x3x3 neighbourhood of a boundary voxel holds
+ * another label (paper, section 2.3). This goes a row at a time: the bits in which a voxel differs
+ * from its 26 neighbours are collected by OR over nine rows, which compilers turn into vector
+ * instructions. Rows are then searched for differences eight bytes at a time. */
 #include "internal.h"
 
 #include <string.h>
 
-/* Bits that differ between a row and three shifted copies of a neighbouring row, into @p out.
- * Columns 0 and n - 1 touch the outside and are handled by the caller. */
+/* Rows of labels are compared eight bytes at a time. A word is only compared with zero or with a
+ * word of eight equal bytes (four equal pairs), so that the byte order does not matter. */
+_Static_assert(sizeof(uint64_t) == 8 * sizeof(uint8_t) && sizeof(uint64_t) == 4 * sizeof(uint16_t),
+               "a word holds eight labels of one byte or four of two");
+
+/* Add to @p out[x] the bits in which row[x] differs from other[x - 1], other[x] and other[x + 1].
+ * Columns 0 and n - 1, which lie on the faces of the volume, are left to the caller. */
 /* NOLINTBEGIN(bugprone-macro-parentheses): the argument is a type */
 #define DEFINE_ROW_DIFFERENCE(name, type)                                                          \
     static void name(const type *row, const type *other, size_t n, type *out)                      \
@@ -22,10 +29,11 @@ DEFINE_ROW_DIFFERENCE(row_difference_16, uint16_t)
 typedef struct finder {
     sc_preparation *p;
     sc_label_stats *stats; /* [threads][label_count] */
-    uint16_t *rows;        /* [threads][size x]: differences of the row in work */
+    uint16_t *rows;        /* [threads][size x]: room for the differences of one row each */
 } finder;
 
-/* Differences of row (y, z), which does not lie on a face of the volume, to its neighbours. */
+/* The bits in which the voxels of row (y, z) differ from their neighbours, for a row that does not
+ * lie on a face of the volume. @param out as wide as the labels. */
 static void difference_of_row(const sc_volume *v, int y, int z, void *out)
 {
     const size_t nx = (size_t)v->size[0], each = (size_t)v->label_bytes;
@@ -46,7 +54,7 @@ static void difference_of_row(const sc_volume *v, int y, int z, void *out)
     }
 }
 
-/* The rule voxel by voxel, for those on and just outside of the faces of the volume. */
+/* The same rule for one voxel, which may lie on a face of the volume or just outside it. */
 static bool is_near(const sc_volume *v, int x, int y, int z)
 {
     const uint32_t id = sc_id_or_background(v, x, y, z);
@@ -64,7 +72,8 @@ static uint64_t *masks_of_row(const finder *f, int y, int z)
     return f->p->near + sc_brick_index(f->p->bricks, 0, sc_brick_of(y + 1), sc_brick_of(z + 1));
 }
 
-static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
+/* Extend a label's bounding box by the voxels x0 to x1 of row (y, z). */
+static void extend_box(sc_label_stats *s, int x0, int x1, int y, int z)
 {
     const int low[3] = {x0, y, z}, high[3] = {x1, y, z};
 
@@ -74,7 +83,7 @@ static void note_box(sc_label_stats *s, int x0, int x1, int y, int z)
     }
 }
 
-/* The first column from @p x on whose label is another than that of column @p x. */
+/* The end of the run of equal labels that begins at column @p x of a row. */
 static int end_of_run(const sc_volume *v, size_t row, int x)
 {
     const uint32_t id = sc_id_at(v, row + (size_t)x);
@@ -83,7 +92,7 @@ static int end_of_run(const sc_volume *v, size_t row, int x)
     const char *ids = (const char *)v->ids + row * each;
     int end = x + 1;
 
-    while ((size_t)end + stride <= (size_t)v->size[0]) { /* eight bytes at a time */
+    while ((size_t)end + stride <= (size_t)v->size[0]) {
         uint64_t word;
 
         memcpy(&word, ids + (size_t)end * each, sizeof word);
@@ -96,7 +105,7 @@ static int end_of_run(const sc_volume *v, size_t row, int x)
     return end;
 }
 
-/* Count the voxels of a row by runs of equal labels. */
+/* Count the voxels of a row for their labels, a run of equal labels at a time. */
 static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
 {
     const sc_volume *v = f->p->volume;
@@ -108,10 +117,11 @@ static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
 
         end = end_of_run(v, row, x);
         stats[id].voxels += (uint64_t)(end - x);
-        note_box(&stats[id], x, end - 1, y, z);
+        extend_box(&stats[id], x, end - 1, y, z);
     }
 }
 
+/* Set the bit of a voxel near an interface, and count it if it is a boundary voxel of a label. */
 static void mark(const sc_volume *v, uint64_t *masks, int x, int y, int z, sc_label_stats *stats)
 {
     const uint32_t id = sc_id_or_background(v, x, y, z);
@@ -120,7 +130,8 @@ static void mark(const sc_volume *v, uint64_t *masks, int x, int y, int z, sc_la
     stats[id].boundary_voxels += id != 0;
 }
 
-/* The next column from @p x on that differs, before the last one. */
+/* The next column from @p x on with a difference; the last column of the row if there is none
+ * before it. */
 static int next_difference(const sc_volume *v, const uint16_t *difference, int x)
 {
     const int end = v->size[0] - 1, stride = 8 / v->label_bytes;
@@ -141,24 +152,27 @@ static int next_difference(const sc_volume *v, const uint16_t *difference, int x
     return end;
 }
 
-/* One row of places, from -1 to size x; @p y and @p z run from -1 to their sizes. */
-static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_stats *stats)
+/* Mark the vertices of one row that are near an interface, and count its voxels. @p y and @p z are
+ * voxels: as the label grid is one vertex wider than the volume, they run from -1 to their sizes,
+ * and so do the columns. */
+static void mark_row(finder *f, int y, int z, uint16_t *difference, sc_label_stats *stats)
 {
     const sc_volume *v = f->p->volume;
     const int nx = v->size[0];
     const bool on_face = y < 1 || z < 1 || y > v->size[1] - 2 || z > v->size[2] - 2;
-    const bool fast = !on_face && nx > 2; /* for the voxels from 1 to nx - 2 */
+    const bool by_words =
+        !on_face && nx > 2; /* columns 1 to nx - 2, all neighbours of which exist */
     uint64_t *masks = masks_of_row(f, y, z);
 
     if (y >= 0 && y < v->size[1] && z >= 0 && z < v->size[2])
         count_row(f, y, z, stats);
     for (int x = -1; x <= nx; x++) {
-        if (fast && x == 1)
+        if (by_words && x == 1)
             x = nx - 1;
         if (is_near(v, x, y, z))
             mark(v, masks, x, y, z, stats);
     }
-    if (!fast)
+    if (!by_words)
         return;
     difference_of_row(v, y, z, difference);
     for (int x = 1; x < nx - 1; x++) {
@@ -168,7 +182,8 @@ static void take_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
     }
 }
 
-/* Layers of bricks [begin, end) along z: no two threads touch one mask. */
+/* Layers of bricks [begin, end) along z. A layer belongs to one thread, so that no two threads
+ * write to the same mask. */
 static void find_layers(void *user, size_t begin, size_t end, int thread)
 {
     finder *f = user;
@@ -179,7 +194,7 @@ static void find_layers(void *user, size_t begin, size_t end, int thread)
 
     for (int z = (int)begin * SC_BRICK - 1; z < last - 1; z++) {
         for (int y = -1; y <= v->size[1]; y++)
-            take_row(f, y, z, difference, stats);
+            mark_row(f, y, z, difference, stats);
     }
 }
 
@@ -247,9 +262,37 @@ sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
         p->near_start[brick] = (uint32_t)p->near_count;
         p->near_count += sc_count_bits(p->near[brick]);
         if (p->near_count > UINT32_MAX)
-            return sc_fail(ctx, SC_ERR_MEMORY, "more than %u voxels near an interface", UINT32_MAX);
+            return sc_fail(ctx, SC_ERR_MEMORY,
+                           "more than %u grid vertices lie near an interface, but their indices "
+                           "have 32 bits; crop or coarsen the volume",
+                           UINT32_MAX);
     }
     for (int id = 1; id < p->volume->label_count; id++)
         p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;
+}
+
+void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
+                      void *user)
+{
+    const sc_volume *volume = p->volume;
+
+    for (size_t brick = begin; brick < end; brick++) {
+        uint64_t mask = p->near[brick];
+        sc_boundary_voxel voxel = {.record = p->near_start[brick]};
+        int low[3];
+
+        sc_brick_low(p->bricks, brick, low);
+        for (; mask; mask &= mask - 1, voxel.record++) {
+            const int bit = __builtin_ctzll(mask);
+
+            voxel.x = low[0] + sc_bit_x(bit) - 1;
+            voxel.y = low[1] + sc_bit_y(bit) - 1;
+            voxel.z = low[2] + sc_bit_z(bit) - 1;
+            voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
+            if (!voxel.id)
+                continue; /* voxel.record counts it all the same */
+            visit(user, &voxel);
+        }
+    }
 }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a march of the smooth surface needs to know of the cells that can be seen, next to each
- * other in memory: whether a ray changes its owner there is found from eight bytes. */
+/* Packing of the visible cells for the smooth surface: labels and weights of the eight corners of a
+ * cell in eight bytes, cells side by side in memory. From these alone a kernel finds whether a ray
+ * crosses an interface in a cell, which in most cells it does not. */
 #include "segcast/prepare.h"
 
 #include <string.h>
 
-enum { SIDE = SC_BRICK + 1, PLACES = SIDE * SIDE * SIDE };
+enum { SIDE = SC_BRICK + 1, VERTICES = SIDE * SIDE * SIDE };
 
 typedef struct cell_packer {
     const sc_prepared *volume;
@@ -14,23 +15,23 @@ typedef struct cell_packer {
     uint64_t *cells;
 } cell_packer;
 
-/* Labels and weights of a brick and of the first places of the bricks after it: the corners of its
- * cells. */
+/* Labels and weights of the vertices that are corners of a brick's cells: those of the brick, and
+ * the first layer of those after it along each axis. [z][y][x] */
 typedef struct brick_corners {
-    uint16_t labels[PLACES];
-    uint8_t weights[PLACES];
+    uint16_t labels[VERTICES];
+    uint8_t weights[VERTICES];
 } brick_corners;
 
-/* Where the place of a bit of a brick that begins at @p at lies in the box of the corners. */
+/* Where the vertex of a bit stands in those arrays, @p at being where its brick begins in them. */
 static inline int box_index(const int at[3], int bit)
 {
     return ((at[2] + sc_bit_z(bit)) * SIDE + at[1] + sc_bit_y(bit)) * SIDE + at[0] + sc_bit_x(bit);
 }
 
-/* The weights of those places of brick (x, y, z) that lie in the corners' box; @p at: where in it
- * the brick begins. */
-static void take_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
-                         brick_corners *out)
+/* Fetch the weights of those vertices of brick (x, y, z) that are corners of the cells in work; see
+ * box_index for @p at. Bricks beyond the last have no vertices. */
+static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
+                          brick_corners *out)
 {
     const size_t brick = sc_brick_index(v->bricks, x, y, z);
     uint64_t wanted = ~0ull;
@@ -49,7 +50,8 @@ static void take_weights(const sc_prepared *v, int x, int y, int z, const int at
     }
 }
 
-static void take_corners(const sc_prepared *v, const int brick[3], brick_corners *out)
+/* Fetch the corners of the cells of a brick. */
+static void fetch_corners(const sc_prepared *v, const int brick[3], brick_corners *out)
 {
     int n = 0;
 
@@ -57,7 +59,7 @@ static void take_corners(const sc_prepared *v, const int brick[3], brick_corners
     for (int i = 0; i < 8; i++) {
         const int at[3] = {i & 1 ? SC_BRICK : 0, i & 2 ? SC_BRICK : 0, i & 4 ? SC_BRICK : 0};
 
-        take_weights(v, brick[0] + (i & 1), brick[1] + (i >> 1 & 1), brick[2] + (i >> 2), at, out);
+        fetch_weights(v, brick[0] + (i & 1), brick[1] + (i >> 1 & 1), brick[2] + (i >> 2), at, out);
     }
     for (int z = 0; z < SIDE; z++) {
         for (int y = 0; y < SIDE; y++) {
@@ -68,6 +70,7 @@ static void take_corners(const sc_prepared *v, const int brick[3], brick_corners
     }
 }
 
+/* Pack the cell whose lowest vertex is @p first of the arrays. */
 static uint64_t pack_cell(const brick_corners *c, int first)
 {
     static const int corner[8] = {0,
@@ -118,7 +121,7 @@ static void pack_bricks(void *user, size_t begin, size_t end, int thread)
         sc_brick_at(framed, i, brick);
         for (int axis = 0; axis < 3; axis++)
             brick[axis] -= SC_BRICK_FRAME;
-        take_corners(p->volume, brick, &corners);
+        fetch_corners(p->volume, brick, &corners);
         for (uint64_t left = p->masks[i]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
 

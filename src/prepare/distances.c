@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How far a brick is from the nearest one with something in it: two passes over the bricks, each
- * taking the least of the neighbours already done, plus one. For the chessboard distance, all 26
- * neighbours being one step away, that is exact (Rosenfeld and Pfaltz 1968, "Distance functions on
- * digital pictures"). */
+/* Distance of every brick from the nearest one that is not empty, in two passes over the bricks in
+ * opposite directions. In each, the distance of a brick becomes the least distance of those of its
+ * neighbours that the pass has already visited, plus one, if that is less. For the chessboard
+ * distance, in which all 26 neighbours are one step away, the result is exact (Rosenfeld and Pfaltz
+ * 1968, "Distance functions on digital pictures"). */
 #include "segcast/prepare.h"
 
 #include <string.h>
 
-enum { FARTHEST = 254 };
+enum { FARTHEST = 254 }; /* larger distances count as this one */
 
 typedef struct distance_grid {
     int size[3];
@@ -19,8 +20,8 @@ static inline uint8_t least(uint8_t a, uint8_t b)
     return a < b ? a : b;
 }
 
-/* out[x] becomes the least of itself and of row x - 1 to x + 1. */
-static void take_row(const uint8_t *restrict row, int size, uint8_t *restrict out)
+/* out[x] becomes the least of itself and of row[x - 1], row[x] and row[x + 1]. */
+static void lower_to_row(const uint8_t *restrict row, int size, uint8_t *restrict out)
 {
     out[0] = least(out[0], least(row[0], row[size > 1]));
     for (int x = 1; x < size - 1; x++)
@@ -28,7 +29,8 @@ static void take_row(const uint8_t *restrict row, int size, uint8_t *restrict ou
     out[size - 1] = least(out[size - 1], least(row[size - 1], row[size > 1 ? size - 2 : 0]));
 }
 
-/* One row, from the four rows done before it in the direction of the pass and then along itself. */
+/* One row of a pass: from the four neighbouring rows that the pass has already visited, and then
+ * along the row itself. @param near room for one row. */
 static void pass_row(const distance_grid *g, int y, int z, int step, uint8_t *near)
 {
     const int nx = g->size[0], ny = g->size[1], nz = g->size[2];
@@ -41,8 +43,8 @@ static void pass_row(const distance_grid *g, int y, int z, int step, uint8_t *ne
         const int other_z = i < 3 ? z - step : z;
 
         if (other_y >= 0 && other_y < ny && other_z >= 0 && other_z < nz)
-            take_row(g->at + ((size_t)other_z * (size_t)ny + (size_t)other_y) * (size_t)nx, nx,
-                     near);
+            lower_to_row(g->at + ((size_t)other_z * (size_t)ny + (size_t)other_y) * (size_t)nx, nx,
+                         near);
     }
     for (int x = step > 0 ? 0 : nx - 1; x >= 0 && x < nx; x += step) {
         const uint8_t closest = least(near[x], before);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Occupancy of bricks by visible tissue, blurred at two widths. A brick without an interface holds
- * one label, so that only those with one are looked through. */
+/* How much of each brick is filled with visible tissue, blurred by Gaussians of two widths. A brick
+ * without an interface holds one label only, so that the vertices of all others alone are visited.
+ */
 #include "segcast/prepare.h"
 
 #include <string.h>
@@ -8,21 +9,21 @@
 /* Widths of the blurs in bricks of equal sides. */
 #define NARROW_BRICKS 1.2
 #define WIDE_BRICKS 3.0
-enum { REACH = 9 };
+enum { REACH = 9 /* bricks: the largest half width of the filter */ };
 
 typedef struct blur {
     const sc_prepared *volume;
     const float *opacity;
     int size[3];
-    float *from, *to;
-    int axis;
-    float taps[2 * REACH + 1];
+    float *from, *to;          /* source and target of a pass, [z][y][x] */
+    int axis;                  /* of the pass in work */
+    float taps[2 * REACH + 1]; /* of its filter, whose half width is reach */
     int reach;
-    uint8_t (*filled)[2];
-    int which;
+    uint8_t (*filled)[2]; /* the results */
+    int which;            /* of them is being made: 0 narrow, 1 wide */
 } blur;
 
-/* Sum over the 64 places of a brick that lies inside the volume. */
+/* Sum of the opacities at all vertices of a brick, for a brick inside the volume. */
 static float sum_inside(const blur *b, const int low[3])
 {
     const sc_prepared *v = b->volume;
@@ -41,12 +42,13 @@ static float sum_inside(const blur *b, const int low[3])
     return sum;
 }
 
+/* Mean opacity of the vertices of a brick. @param low its lowest vertex. */
 static float occupancy(const blur *b, size_t brick, const int low[3])
 {
     const int *size = b->volume->size;
     float sum = 0;
 
-    /* The second place: the first may lie in the rim around the volume. */
+    /* One label only: asked for one vertex further in, as the lowest may lie outside the volume. */
     if (!b->volume->near[brick])
         return b->opacity[sc_id_at_vertex(b->volume, low[0] + 1, low[1] + 1, low[2] + 1)];
     if (low[0] > 0 && low[1] > 0 && low[2] > 0 && low[0] + SC_BRICK <= size[0] + 1 &&
@@ -73,7 +75,8 @@ static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Rows of bricks [begin, end): one pass of the blur along an axis, tap by tap. */
+/* Rows of bricks [begin, end) of a pass along one axis, one tap of the filter after the other, so
+ * that the inner loop runs along x. */
 static void blur_rows(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
@@ -82,7 +85,7 @@ static void blur_rows(void *user, size_t begin, size_t end, int thread)
     (void)thread;
     for (size_t row = begin; row < end; row++) {
         const int y = (int)(row % (size_t)b->size[1]), z = (int)(row / (size_t)b->size[1]);
-        const int place = b->axis == 1 ? y : z;
+        const int at = b->axis == 1 ? y : z;
         float *to = b->to + (ptrdiff_t)row * nx;
 
         memset(to, 0, (size_t)nx * sizeof *to);
@@ -92,7 +95,7 @@ static void blur_rows(void *user, size_t begin, size_t end, int thread)
             const ptrdiff_t low = b->axis == 0 && i < 0 ? -i : 0;
             const ptrdiff_t high = b->axis == 0 && i > 0 ? nx - i : nx;
 
-            if (b->axis > 0 && (place + i < 0 || place + i >= b->size[b->axis]))
+            if (b->axis > 0 && (at + i < 0 || at + i >= b->size[b->axis]))
                 continue;
             for (ptrdiff_t x = low; x < high; x++)
                 to[x] += tap * from[x];
@@ -122,7 +125,7 @@ static void fill_taps(blur *b, double width)
         b->taps[i + REACH] = (float)(taps[i + REACH] / sum);
 }
 
-/* Blur on from b->from by the width in mm that is still missing. */
+/* Blur b->from by a Gaussian of this width along all axes and store the result. */
 static void run_blur(blur *b, const double brick_mm[3], double width_mm, int threads)
 {
     const size_t rows = (size_t)b->size[1] * (size_t)b->size[2];
@@ -162,7 +165,7 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const
     b.filled = filled;
     sc_parallel_for(threads, sc_brick_count(volume->bricks), 4096, fill_occupancy, &b);
     run_blur(&b, brick_mm, NARROW_BRICKS * mean_mm, threads);
-    b.which = 1;
+    b.which = 1; /* blurring the narrow result further: variances add up */
     run_blur(&b, brick_mm,
              sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm, threads);
     *out = (sc_occlusion){.filled = filled,

@@ -1,15 +1,39 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The prepared volume as one block, in memory or as a file: a header, then sections at 64-byte
- * boundaries. */
+/* The prepared volume as one block, in memory or as a file: a header, then one section per array,
+ * at 64-byte boundaries. Arrays of structs are written as they stand in memory. */
 #include "internal.h"
 
 #include "segcast/image.h"
 
 #include <string.h>
 
-enum { ALIGN_BYTES = 64, SECTIONS = 8, VERSION = 3, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 3, BYTE_ORDER_MARK = 0x01020304 };
+
+/* The arrays of sc_prepared, in their order in the block. */
+enum {
+    IDS,
+    LABELS,
+    STATS,
+    NEAR,
+    NEAR_START,
+    RECORDS,
+    THICKNESS,
+    HIDDEN,
+    SECTIONS /* how many there are */
+};
 
 static const char magic[8] = "segcprep";
+
+/* Readers of a block rely on these layouts. Who changes one must raise VERSION, so that files of
+ * the old layout are refused. */
+_Static_assert(sizeof(sc_label) == 152 && offsetof(sc_label, name) == 8 &&
+                   offsetof(sc_label, rgb) == 136 && offsetof(sc_label, opacity) == 144,
+               "sc_label has changed: raise VERSION");
+_Static_assert(sizeof(sc_label_stats) == 56 && offsetof(sc_label_stats, thickness_mm) == 16 &&
+                   offsetof(sc_label_stats, low) == 32,
+               "sc_label_stats has changed: raise VERSION");
+_Static_assert(SC_RECORD_BYTES == 3 && SC_BRICK_VERTICES == 64,
+               "the layout of records or bricks has changed: raise VERSION");
 
 typedef struct block_header {
     char magic[8];
@@ -19,31 +43,33 @@ typedef struct block_header {
     sc_affine to_ras_mm;
     double smooth;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
-    uint64_t offset[SECTIONS]; /* ids, labels, stats, near, near_start, records, thickness,
-                                  hidden */
+    uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
     uint64_t checksum;         /* of files: of the header with 0 here, then of each section */
 } block_header;
+_Static_assert(sizeof(block_header) % sizeof(uint64_t) == 0 &&
+                   offsetof(block_header, checksum) + sizeof(uint64_t) == sizeof(block_header),
+               "the header ends with the checksum, without a gap");
 
 static uint64_t aligned(uint64_t bytes)
 {
     return (bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES;
 }
 
-/* Where the sections of a block lie and how long they are, from what its header says of the
- * volume. */
+/* Find where the sections of a block lie and how long they are, from what its header says of the
+ * volume: fills offset and total_bytes of the header. */
 static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
 {
     const uint64_t voxels = (uint64_t)h->size[0] * (uint64_t)h->size[1] * (uint64_t)h->size[2];
     const uint64_t bricks = sc_brick_count(h->bricks);
 
-    bytes[0] = voxels * (uint64_t)h->label_bytes;
-    bytes[1] = (uint64_t)h->label_count * sizeof(sc_label);
-    bytes[2] = (uint64_t)h->label_count * sizeof(sc_label_stats);
-    bytes[3] = bricks * sizeof(uint64_t);
-    bytes[4] = bricks * sizeof(uint32_t);
-    bytes[5] = h->near_count * SC_RECORD_BYTES;
-    bytes[6] = h->local_thickness ? h->near_count : 0;
-    bytes[7] = (uint64_t)h->label_count;
+    bytes[IDS] = voxels * (uint64_t)h->label_bytes;
+    bytes[LABELS] = (uint64_t)h->label_count * sizeof(sc_label);
+    bytes[STATS] = (uint64_t)h->label_count * sizeof(sc_label_stats);
+    bytes[NEAR] = bricks * sizeof(uint64_t);
+    bytes[NEAR_START] = bricks * sizeof(uint32_t);
+    bytes[RECORDS] = h->near_count * SC_RECORD_BYTES;
+    bytes[THICKNESS] = h->local_thickness ? h->near_count : 0;
+    bytes[HIDDEN] = (uint64_t)h->label_count;
     h->total_bytes = aligned(sizeof *h);
     for (int i = 0; i < SECTIONS; i++) {
         h->offset[i] = h->total_bytes;
@@ -56,7 +82,7 @@ static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
     const sc_volume *v = p->volume;
     block_header h;
 
-    memset(&h, 0, sizeof h); /* gaps too: they are written */
+    memset(&h, 0, sizeof h); /* also the gaps between the fields, which are written too */
     memcpy(h.magic, magic, sizeof magic);
     h.version = VERSION;
     h.byte_order = BYTE_ORDER_MARK;
@@ -85,11 +111,14 @@ size_t sc_preparation_bytes(const sc_preparation *preparation)
     return header_of(preparation, bytes).total_bytes;
 }
 
+/* The array of each section. */
 static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
 {
-    const void *const sources[SECTIONS] = {p->volume->ids, p->volume->labels, p->stats,
-                                           p->near,        p->near_start,     p->records,
-                                           p->thickness,   p->hidden};
+    const void *const sources[SECTIONS] = {
+        [IDS] = p->volume->ids,     [LABELS] = p->volume->labels, [STATS] = p->stats,
+        [NEAR] = p->near,           [NEAR_START] = p->near_start, [RECORDS] = p->records,
+        [THICKNESS] = p->thickness, [HIDDEN] = p->hidden,
+    };
 
     memcpy(out, sources, sizeof sources);
 }
@@ -108,7 +137,7 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
     }
 }
 
-/* @p h with no checksum in it. */
+/* The checksum of a block. @param h its header, with 0 as checksum. */
 static uint64_t checksum_of(const block_header *h, const void *const sections[SECTIONS],
                             const uint64_t bytes[SECTIONS])
 {
@@ -119,7 +148,7 @@ static uint64_t checksum_of(const block_header *h, const void *const sections[SE
     return sum;
 }
 
-/* Write, and zeros up to @p end. */
+/* Write a header or section at offset @p at, then zeros up to offset @p end. @p at is moved on. */
 static bool put(FILE *stream, const void *data, uint64_t bytes, uint64_t *at, uint64_t end)
 {
     static const char zeros[ALIGN_BYTES + SC_GATHER_BYTES];
@@ -144,16 +173,16 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
     const void *sources[SECTIONS];
     sc_outfile file = {0};
     sc_status status;
-    bool fine;
+    bool written;
 
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
     SC_TRY(sc_outfile_open(ctx, path, &file));
-    fine = put(file.stream, &h, sizeof h, &at, h.offset[0]);
-    for (int i = 0; i < SECTIONS && fine; i++)
-        fine = put(file.stream, sources[i], bytes[i], &at,
-                   i + 1 < SECTIONS ? h.offset[i + 1] : h.total_bytes);
-    if (!fine)
+    written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
+    for (int i = 0; i < SECTIONS && written; i++)
+        written = put(file.stream, sources[i], bytes[i], &at,
+                      i + 1 < SECTIONS ? h.offset[i + 1] : h.total_bytes);
+    if (!written)
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes", path,
                          (unsigned long long)at, (unsigned long long)h.total_bytes);
     else
@@ -167,17 +196,17 @@ bool sc_is_prepared_file(const char *path)
 {
     FILE *stream = fopen(path, "rb");
     char head[sizeof magic];
-    bool is_one;
+    bool is_prepared;
 
     if (!stream)
         return false;
-    is_one =
+    is_prepared =
         fread(head, 1, sizeof head, stream) == sizeof head && memcmp(head, magic, sizeof head) == 0;
     fclose(stream);
-    return is_one;
+    return is_prepared;
 }
 
-/* Do the sizes in a header belong together? */
+/* Are the sizes in a header possible, and do they agree with each other? */
 static bool is_sound(const block_header *h)
 {
     block_header again = *h;
@@ -203,16 +232,18 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
     uint64_t section_bytes[SECTIONS], checksum;
 
     if (bytes < sizeof h)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: has %zu bytes, expected a header of %zu", path, bytes,
-                       sizeof h);
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: has %zu bytes, fewer than the header of a prepared file: %zu; prepare it again",
+            path, bytes, sizeof h);
     memcpy(&h, block, sizeof h);
     if (memcmp(h.magic, magic, sizeof magic) != 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file", path);
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file of segcast", path);
     if (h.byte_order != BYTE_ORDER_MARK)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: was prepared on a machine with another order of bytes; prepare it "
-                       "again here",
-                       path);
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: was prepared on a machine with another order of bytes; prepare it again here",
+            path);
     if (h.version != VERSION || h.header_bytes != sizeof h)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a prepared file of version %u, this segcast reads version %d; "
@@ -252,20 +283,20 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .to_ras_mm = h->to_ras_mm,
         .volume_hash = h->volume_hash,
         .boundary_count = h->boundary_count,
-        .ids = base + h->offset[0],
-        .labels = (const sc_label *)(base + h->offset[1]),
-        .stats = (const sc_label_stats *)(base + h->offset[2]),
+        .ids = base + h->offset[IDS],
+        .labels = (const sc_label *)(base + h->offset[LABELS]),
+        .stats = (const sc_label_stats *)(base + h->offset[STATS]),
         .near_count = h->near_count,
-        .near = (const uint64_t *)(base + h->offset[3]),
-        .near_start = (const uint32_t *)(base + h->offset[4]),
-        .records = (const uint8_t *)(base + h->offset[5]),
+        .near = (const uint64_t *)(base + h->offset[NEAR]),
+        .near_start = (const uint32_t *)(base + h->offset[NEAR_START]),
+        .records = (const uint8_t *)(base + h->offset[RECORDS]),
         .smooth = h->smooth,
         .has_thickness = h->has_thickness != 0,
         .has_surface = h->has_surface != 0,
-        .hidden = (const uint8_t *)(base + h->offset[7]),
+        .hidden = (const uint8_t *)(base + h->offset[HIDDEN]),
     };
     if (h->local_thickness)
-        view.thickness = (const uint8_t *)(base + h->offset[6]);
+        view.thickness = (const uint8_t *)(base + h->offset[THICKNESS]);
     memcpy(view.size, h->size, sizeof view.size);
     memcpy(view.bricks, h->bricks, sizeof view.bricks);
     *out = view;

@@ -1,17 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Surface area per label: the faces between a boundary voxel and voxels of other labels, each
- * counted by its projection onto the smoothed surface, |normal . area vector|. For a plane of any
- * direction that sum is exact; staircases do not count twice. */
+/* Surface area per label: the sum over the faces between its voxels and those of other labels, each
+ * face counting as its projection onto the smoothed surface, |normal . area vector|. The steps of a
+ * staircase therefore do not add to the area, and for a plane of any direction the sum is exact. */
 #include "internal.h"
+
+enum { UNITS_PER_FACE = 1 << 20 }; /* of the largest face of a voxel */
 
 typedef struct surface_sum {
     const sc_preparation *p;
     sc_vec3 face[3]; /* area vector of the faces across each axis, mm2 */
     double units_per_mm2;
-    uint64_t *sums; /* [threads][label_count]: whole units, so that the order does not matter */
+    uint64_t *sums; /* [threads][label_count]: areas in whole units, because sums of integers do not
+                       depend on the order in which threads add to them */
     int thread;
 } surface_sum;
 
+/* Does the neighbour one step along an axis hold another label? */
 static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis, int step)
 {
     int at[3] = {voxel->x, voxel->y, voxel->z};
@@ -23,6 +27,7 @@ static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis
                            (size_t)at[0]) != voxel->id;
 }
 
+/* Add the faces of one boundary voxel. Where the normal is not known, faces count in full. */
 static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
     const surface_sum *s = user;
@@ -69,7 +74,7 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
                                      sc_affine_column(to_mm, (axis + 2) % 3));
         largest_mm2 = fmax(largest_mm2, sc_vec3_length(s.face[axis]));
     }
-    s.units_per_mm2 = (1 << 20) / largest_mm2;
+    s.units_per_mm2 = UNITS_PER_FACE / largest_mm2;
     sc_parallel_for(p->settings.threads, p->brick_count, 4096, add_bricks, &s);
     for (size_t id = 0; id < labels; id++) {
         for (int thread = 0; thread < p->settings.threads; thread++)

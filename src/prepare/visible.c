@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which voxels a picture can show, and how far they reach. */
+/* Which voxels and cells a picture can show, and the points that their convex hull is made of. */
 #include "segcast/prepare.h"
 
 typedef struct mask_builder {
@@ -9,7 +9,7 @@ typedef struct mask_builder {
     uint64_t *masks;
 } mask_builder;
 
-/* Places of the brick that are voxels of the volume. @p low: its first place. */
+/* The vertices of a brick that are voxels of the volume. @param low its lowest vertex. */
 static uint64_t inside_bits(const sc_prepared *v, const int low[3])
 {
     uint64_t bits = 0;
@@ -24,7 +24,7 @@ static uint64_t inside_bits(const sc_prepared *v, const int low[3])
     return bits;
 }
 
-/* Where the mask of the brick whose first place is @p low stands within the frame of empty ones. */
+/* Where the mask of the brick that holds vertex @p low stands in the array with its frame. */
 static size_t framed_index(const sc_prepared *v, const int low[3])
 {
     return (size_t)sc_framed_index(sc_framed_row(v->bricks), sc_framed_layer(v->bricks),
@@ -57,7 +57,7 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Does the cell hold more than one label, one of them shown? */
+/* Does the cell whose lowest vertex is (x, y, z) hold more than one label, one of them shown? */
 static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
 {
     const uint32_t first = sc_id_at_vertex(b->volume, x, y, z);
@@ -73,7 +73,8 @@ static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
     return mixed && shown;
 }
 
-/* All corners of a mixed cell are near an interface: only their lowest ones need a look. */
+/* All corners of a cell with more than one label are near an interface, so that only cells whose
+ * lowest vertex is need to be examined. */
 static void build_cells(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -128,7 +129,7 @@ sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume, const u
     return build(ctx, volume, show, threads, build_cells, out);
 }
 
-/* First or last set place along x of row (y, z); -1 if there is none. */
+/* The first or the last vertex of row (y, z) that is set in the masks; -1 if there is none. */
 static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
 {
     const int shift = sc_brick_bit(0, y, z);
