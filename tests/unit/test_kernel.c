@@ -112,7 +112,7 @@ static void all_methods_give_the_same_bits_everywhere(void **state)
         for (int id = 1; id < 6; id++) {
             s.tissues[id].visible = (n + id) % 5 != 0;
             s.tissues[id].interior_opacity = (n + id) % 3 ? 0 : 0.02;
-            s.tissues[id].clip_group = id == 4;
+            s.tissues[id].clip_set = id == 4;
         }
         s.settings.skip = SC_SKIP_NONE;
         a = draw_view(&s, &scene, &plain);
