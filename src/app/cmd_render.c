@@ -18,7 +18,7 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *te
 
     for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
         const sc_tissue *t = &s->tissues[id];
-        const uint32_t planes = s->timeline.groups[t->clip_group];
+        const uint32_t planes = s->timeline.clip_sets[t->clip_set];
 
         SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
                            (long long)s->volume.labels[id].value, t->visible, t->opacity,
