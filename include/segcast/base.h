@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 0: status codes, context (log and allocation budget), memory, text, files, clocks,
- * threads.
+ *  What every module uses: return codes, the context (log and allocation budget), memory, text,
+ *  hashes, files, clocks, threads, and what the machine has.
  *
- *  Conventions of every segcast header:
- *  - A fallible function returns sc_status. Outputs come last and are written only on success.
- *  - Whoever decides an error logs it, once, with sc_fail(); everyone above only forwards it.
- *  - Functions are local (not collective) and safe to call from several threads on distinct
- *    objects, unless their comment says otherwise.
+ *  These hold for every segcast header:
+ *  - A function that can fail returns sc_status. Outputs come last and are written only on success.
+ *  - Who decides that something is an error logs it, once, with sc_fail(); callers only forward the
+ *    return code.
+ *  - Functions are local (not collective), and may be called by several threads at a time on
+ *    different objects, unless their comment says otherwise.
  */
 #ifndef SEGCAST_BASE_H
 #define SEGCAST_BASE_H
@@ -17,23 +18,25 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/** Result of a fallible function. The order matters: ranks agree on the smallest (comm.h). */
+/** Return code of a function that can fail. The order matters: ranks agree on the smallest
+ *  (sc_comm_agree), so that the most severe error wins. */
 typedef enum sc_status {
     SC_OK = 0,
-    SC_ERR_INCOMPLETE = -1, /**< stopped early on request; run again */
+    SC_ERR_INCOMPLETE = -1, /**< stopped early on request; another run goes on */
     SC_ERR_USAGE = -2,      /**< the request itself is wrong: command line, job file */
-    SC_ERR_DATA = -3,       /**< an input exists and is broken */
-    SC_ERR_MISSING = -4,    /**< an input is not there or cannot be opened */
+    SC_ERR_DATA = -3,       /**< an input exists, and its content is wrong */
+    SC_ERR_MISSING = -4,    /**< an input does not exist or cannot be opened */
     SC_ERR_CREATE = -5,     /**< an output cannot be created */
     SC_ERR_WRITE = -6,      /**< an output cannot be written, e.g. the disk is full */
     SC_ERR_MEMORY = -7,     /**< out of memory, or a size that overflows */
-    SC_ERR_INTERNAL = -8    /**< our own bug, or a library's */
+    SC_ERR_INTERNAL = -8    /**< a bug of segcast or of a library */
 } sc_status;
 
 #define SC_MUST_USE __attribute__((warn_unused_result))
 #define SC_PRINTF(fmt, first) __attribute__((format(printf, fmt, first)))
 
-/** Forward an error to the label `out`, which a function using this must have, with `status`. */
+/** Call a function that can fail; on an error go to the label `out`. The calling function has this
+ *  label and a variable `status`, which holds the return code. */
 #define SC_TRY(call)                                                                               \
     do {                                                                                           \
         status = (call);                                                                           \
@@ -45,19 +48,19 @@ typedef enum sc_status {
 
 typedef enum sc_log_level { SC_LOG_ERROR, SC_LOG_WARN, SC_LOG_INFO, SC_LOG_DEBUG } sc_log_level;
 
-/** What a call needs from its surroundings: where messages go and how often memory may be had.
- *  Borrowed by every function that takes it; may be shared by threads. */
+/** The context of a call: where messages go, and how many allocations succeed. Borrowed by each
+ *  function that gets it; several threads may use one. */
 typedef struct sc_ctx {
     sc_log_level level; /**< messages above this level are dropped */
     int rank;           /**< rank named in messages; negative: not named */
     /** Receives one finished message without newline. NULL: messages are dropped. */
     void (*write)(void *user, sc_log_level level, const char *text);
     void *user;
-    /** NULL, or how many allocations still succeed: tests fail the n-th on purpose. */
+    /** NULL, or how many allocations still succeed; tests let the n-th fail with it. */
     long *alloc_budget;
 } sc_ctx;
 
-/** Log an error and return @p status, to be used as `return sc_fail(...)`. */
+/** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_PRINTF(3, 4);
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
 void sc_info(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
@@ -67,91 +70,113 @@ void sc_log_to_stderr(void *user, sc_log_level level, const char *text);
 /** Product of two sizes. @return false on overflow, @p out untouched. */
 bool sc_mul_size(size_t a, size_t b, size_t *out);
 
-/** Allocate @p count elements of @p size bytes, aligned to 64 bytes, not initialised.
- *  @return SC_ERR_MEMORY (logged) on overflow or shortage. Caller owns: sc_free. */
+/** Allocate @p count elements of @p size bytes, aligned to 64 bytes (a cache line, and the widest
+ *  vector register), not initialised. @return SC_ERR_MEMORY, logged: the size overflows, or there
+ * is no memory. Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out);
-/** The same, zeroed. */
+/** As sc_alloc, with all bytes 0. */
 SC_MUST_USE sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out);
-/** Free what sc_alloc gave; NULL is allowed. */
+/** Free what sc_alloc has given. NULL is allowed. */
 void sc_free(void *ptr);
 
-/** Growing text; zero-initialise, then sc_text_clear. Always terminated once written to. */
+/** A text that grows. Zero-initialise; ends with a NUL byte after the first sc_text_add. Owns its
+ *  memory: sc_text_clear, or sc_free on data, which may be passed on. */
 typedef struct sc_text {
     char *data;
     size_t length_bytes, capacity_bytes;
 } sc_text;
+/** Append formatted text. @return SC_ERR_MEMORY, @p text untouched. */
 SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     SC_PRINTF(3, 4);
 void sc_text_clear(sc_text *text);
 
-/** The candidate nearest to @p word by edit distance, or NULL if none is near (a third of its
- *  length). @p candidates: array of @p count strings, NULLs skipped. Result is borrowed. */
+/** @return the one of @p count @p candidates that is nearest to @p word by Levenshtein distance,
+ *  ignoring case, or NULL if even that differs in more than a third of its letters and one. NULLs
+ *  among the candidates are skipped. The result is borrowed from them. */
 const char *sc_nearest_word(const char *word, const char *const *candidates, size_t count);
 
-/** Read a whole file. @return SC_ERR_MISSING if it cannot be opened (or is a directory),
- *  SC_ERR_DATA over @p max_bytes. Output is terminated with NUL; caller owns: sc_free. */
+/** Hash of @p bytes bytes (XXH3, 64 bits): the same on every machine. @param seed 0, or the hash of
+ *  what precedes these bytes, so that several pieces get one hash. */
+uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
+
+/** Read a whole file. @p out holds its bytes and a NUL byte behind them. @return SC_ERR_MISSING if
+ *  it cannot be opened or is a directory, SC_ERR_DATA if it is longer than @p max_bytes. Caller
+ * owns *out: sc_free. */
 SC_MUST_USE sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes,
                                    char **out, size_t *out_bytes);
 
-/** Map a whole file to be read; what is not touched is not read. The file must not change while it
- *  is mapped. @return SC_ERR_MISSING. Caller owns: sc_file_unmap. */
+/** Map a whole file into memory for reading; parts that are never accessed are never read from
+ * disk. The file must not change meanwhile. @return SC_ERR_MISSING. Caller owns *out:
+ * sc_file_unmap. */
 SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out,
                                   size_t *out_bytes);
+/** NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 
-/** An output that appears under its name only when complete: written to a temporary name in the
- *  same directory, then fsync and rename. */
+/** An output file that gets its name only when it is complete: it is written under a temporary name
+ *  in the same directory, then flushed to disk (fsync) and renamed. */
 typedef struct sc_outfile {
     FILE *stream;    /**< open for writing until commit or discard */
     char *path;      /**< final name */
-    char *temporary; /**< name while unfinished: ".name.tmp.PID" beside it */
+    char *temporary; /**< name while unfinished: sc_temporary_name */
 } sc_outfile;
-/** @return SC_ERR_CREATE (logged). */
+/** Begin an output file. @return SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_outfile_commit
+ * or sc_outfile_discard. */
 SC_MUST_USE sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, sc_outfile *out);
-/** Flush, fsync, rename. On failure nothing stays under either name. @return SC_ERR_WRITE. */
+/** Complete @p file under its final name, and free it in any case. After an error the temporary
+ * file is removed, and a file that had the final name before is untouched. @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file);
-/** Remove the temporary file; harmless after commit and on a zeroed struct. */
+/** Remove the temporary file and free @p file. Does nothing after a commit and on a zeroed struct.
+ */
 void sc_outfile_discard(sc_outfile *file);
-/** The temporary name for @p path. Caller owns: sc_free. */
+/** Make ".NAME.tmp.HOST.PID" in the directory of @p path, a name that no other process uses. Caller
+ *  owns *out: sc_free. */
 SC_MUST_USE sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out);
-/** Remove temporary files in @p directory that killed processes left: those of this host whose
- *  process is gone, and with @p all those of other hosts, too. */
+/** Remove temporary files that killed processes have left in @p directory: those of this host whose
+ *  process no longer exists. @param all also all those of other hosts. */
 void sc_remove_temporaries(const char *directory, bool all);
-/** fsync and rename a finished temporary file, and fsync its directory. @return SC_ERR_WRITE. */
+/** Give a finished temporary file its name: flush it to disk, rename it, flush its directory.
+ * @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_file_publish(const sc_ctx *ctx, const char *temporary, const char *path);
-/** Write @p bytes under @p path as one sc_outfile. */
+/** Write a whole file under @p path, by way of an sc_outfile. @return SC_ERR_CREATE, SC_ERR_WRITE.
+ */
 SC_MUST_USE sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data,
                                     size_t bytes);
-/** Make a directory and its parents. @return SC_ERR_CREATE. */
+/** Make a directory and its parents, as far as they do not exist. @return SC_ERR_CREATE. */
 SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
-/** "dir/name", or @p name itself if absolute or @p dir is empty. Caller owns: sc_free. */
+/** Make "dir/name", or a copy of @p name if that is absolute or @p dir is empty or NULL. Caller
+ * owns *out: sc_free. */
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,
                                    char **out);
 
-double sc_wall_s(void);       /**< monotonic time */
-double sc_cpu_s(void);        /**< user and system time of this process, all threads */
-double sc_thread_cpu_s(void); /**< of the calling thread */
+double sc_wall_s(void);       /**< time since some moment in the past; never goes back */
+double sc_cpu_s(void);        /**< CPU time of this process, user and system, all threads */
+double sc_thread_cpu_s(void); /**< CPU time of the calling thread */
 uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, in bytes */
 void sc_sleep_s(double seconds);
 
-/** Body of a parallel loop: items [begin, end), run by thread @p thread of the team. */
+/** Body of a parallel loop: does items [begin, end) on thread @p thread, counted from 0. */
 typedef void sc_range_fn(void *user, size_t begin, size_t end, int thread);
-/** Run @p body over [0, count) in chunks of @p chunk items on @p threads threads, handed out
- *  dynamically. The only use of OpenMP: results must not depend on the order of the chunks. */
+/** Call @p body for all of [0, count), in chunks of @p chunk items that @p threads threads claim
+ * one after the other. Which thread does which chunk, and when, differs from call to call: results
+ * must not depend on it. */
 void sc_parallel_for(int threads, size_t count, size_t chunk, sc_range_fn *body, void *user);
-/** Threads a team would have by default (OMP_NUM_THREADS or the cores this process may use). */
+/** @return how many threads to use by default: OMP_NUM_THREADS, or else the usable cores. */
 int sc_default_threads(void);
-/** Cores this process may run on. */
+/** @return how many cores this process may run on. */
 int sc_usable_cores(void);
-/** Which those are, as bits; those beyond the last bit are left out. */
+/** Cores as bits: core i is bit i % 64 of word i / 64. Cores beyond the last bit are left out. */
 enum { SC_CORE_WORDS = 16 };
 typedef struct sc_core_set {
     uint64_t words[SC_CORE_WORDS];
 } sc_core_set;
+/** @return the cores that this process may run on. */
 sc_core_set sc_core_set_of_process(void);
-/** Memory of the machine, as far as its control group lets us have it. */
+/** @return the memory of the machine in bytes, or the limit of the control group (container, batch
+ *  job) if that is lower. */
 uint64_t sc_machine_memory(void);
-/** Room for memory that processes share, in bytes; the largest number if that cannot be told. */
+/** @return the free room for memory that processes share (/dev/shm), in bytes; UINT64_MAX if that
+ * is unknown. */
 uint64_t sc_machine_shared_room(void);
 
 #endif

@@ -20,8 +20,6 @@ size_t sc_image_bytes(const sc_image *image);
 
 /** Hash of size and pixels (XXH3, 64 bits): equal for equal pictures on every machine. */
 uint64_t sc_image_hash(const sc_image *image);
-/** Hash of any bytes, chained by @p seed (0 to begin). */
-uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
 
 /** How two pictures of one size differ. */
 typedef struct sc_image_difference {

@@ -81,7 +81,8 @@ sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out)
     sc_text text = {0};
     sc_status status;
 
-    /* Host and process: a cut-off node may go on writing while the requeued job runs elsewhere. */
+    /* The host is part of the name, too: a node that lost its network may go on writing while the
+     * batch system has begun the job again elsewhere. */
     gethostname(host, sizeof host - 1);
     status = sc_text_add(ctx, &text, "%.*s.%s.tmp.%s.%ld", (int)(name - path), path, name, host,
                          (long)getpid());
@@ -90,7 +91,8 @@ sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out)
     return status;
 }
 
-/* ".NAME.tmp.HOST.PID"; HOST may hold dots. @return the process, or 0. */
+/* Read ".NAME.tmp.HOST.PID", where HOST may contain dots. @param here whether that is @p host.
+ * @return PID, or 0 if @p name is not of this form. */
 static long temporary_owner(const char *name, const char *host, bool *here)
 {
     const char *mark = name[0] == '.' ? strstr(name, ".tmp.") : NULL;
@@ -190,7 +192,7 @@ static int sync_path(const char *path, int flags)
         return errno;
     failed = fsync(fd) ? errno : 0;
     close(fd);
-    return failed == EINVAL ? 0 : failed; /* some file systems cannot sync a directory */
+    return failed == EINVAL ? 0 : failed; /* some file systems cannot flush a directory */
 }
 
 sc_status sc_file_publish(const sc_ctx *ctx, const char *temporary, const char *path)

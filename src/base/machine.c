@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What of the machine this process may use. */
+/* What the machine has, as far as this process may use it. */
 #define _GNU_SOURCE /* sched_getaffinity */
 #include "segcast/base.h"
 
@@ -27,7 +27,7 @@ sc_core_set sc_core_set_of_process(void)
     return out;
 }
 
-/* The number a file holds, or @p otherwise. */
+/* The number in a file, or @p otherwise if it holds none. */
 static uint64_t number_in(const char *path, uint64_t otherwise)
 {
     FILE *stream = fopen(path, "r");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The only file of segcast that knows OpenMP: every parallel loop of the program is this one. */
+/* The only file that uses OpenMP: every parallel loop of segcast is a call of sc_parallel_for. */
 #include "segcast/base.h"
 
 #include <omp.h>

@@ -3,8 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out)
 {
@@ -28,11 +26,6 @@ void sc_image_clear(sc_image *image)
 size_t sc_image_bytes(const sc_image *image)
 {
     return (size_t)image->width_px * (size_t)image->height_px * 3;
-}
-
-uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed)
-{
-    return XXH3_64bits_withSeed(data, bytes, seed);
 }
 
 uint64_t sc_image_hash(const sc_image *image)
