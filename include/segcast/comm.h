@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 1: the group of processes that does one job, as a table of functions. Two exist: MPI
- *  (comm_mpi.c, the only file that includes <mpi.h>) and a single process (comm_self.c).
+ *  The communicator: the ranks that do a job together, and what they can send each other. There are
+ *  two implementations: MPI (comm_mpi.c, the only file that includes <mpi.h>) and a single process
+ *  (comm_self.c).
  *
- *  Every function is called from the main thread only. "Collective" means: by all ranks, in the
- *  same order. Waiting ranks sleep instead of spinning, so that they take nothing from the cores
- *  that others compute on. An error of the message layer itself ends all ranks of the job.
- */
+ *  All functions are called from the main thread of a rank only. "Collective" means: called by all
+ *  ranks, in the same order. A rank that waits sleeps between looks instead of spinning, so that it
+ *  leaves the cores to threads that compute. An error within the message layer itself (a lost
+ *  connection, a killed rank) ends all ranks. */
 #ifndef SEGCAST_COMM_H
 #define SEGCAST_COMM_H
 
@@ -21,51 +22,59 @@ typedef struct sc_message {
     size_t bytes;
 } sc_message;
 
-/** Join the group. @p launched: this process was started by an MPI launcher; otherwise, and in a
- *  build without MPI, it is alone. Collective. Caller owns: sc_comm_close. */
+/** Open the communicator of all ranks. Collective. @param launched whether an MPI launcher has
+ *  started this process; if not, it is the only rank. @return SC_ERR_USAGE for a launched process
+ * in a build without MPI, SC_ERR_MEMORY, SC_ERR_INTERNAL. @p ctx is borrowed for the communicator's
+ *  life. Caller owns *out: sc_comm_close. */
 SC_MUST_USE sc_status sc_comm_open(const sc_ctx *ctx, bool launched, sc_comm **out);
-/** Leave the group. Collective. */
+/** Wait for what was posted and leave. Collective. NULL is allowed. */
 void sc_comm_close(sc_comm *comm);
 
 int sc_comm_rank(const sc_comm *comm);
 int sc_comm_size(const sc_comm *comm);
+/** @return the number of nodes (hosts) that the ranks run on. */
 int sc_comm_node_count(const sc_comm *comm);
-/** Is this rank on the node of rank 0, so that blocks of sc_shared_alloc are common to both? */
+/** @return whether this rank runs on the node of rank 0, so that both see the same block of
+ *  sc_shared_alloc. */
 bool sc_comm_is_near_root(const sc_comm *comm);
-/** Name and version of the message layer into @p text; callable before sc_comm_open. */
+/** Write name and version of the message layer to @p text; callable before sc_comm_open. */
 void sc_comm_library(char *text, size_t size);
 
-/** All ranks get the smallest status of all. Collective. */
+/** @return on all ranks the smallest return code of all, so that they take the same branch.
+ *  Collective. */
 SC_MUST_USE sc_status sc_comm_agree(sc_comm *comm, sc_status mine);
-/** Copy @p bytes from rank 0 to all. Collective. */
+/** Copy @p bytes from rank 0's @p data to that of all others. Collective. */
 void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
-/** @p bytes of every rank, in rank order, to @p all on rank 0 (NULL elsewhere). Collective. */
+/** Copy @p bytes of each rank's @p mine to rank 0's @p all, in the order of ranks; @p all is NULL
+ *  on the others. Collective. */
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
 
-/** One block of memory per node, the same for all its ranks; not initialised. Collective;
- *  all ranks of a node name the same size, all ranks get the same status. Caller owns:
- *  sc_shared_free. */
+/** Allocate one block of memory per node, common to all its ranks; not initialised. All ranks of a
+ *  node pass the same size. Collective. @return on all ranks the same: SC_ERR_MEMORY. Caller owns
+ *  *out: sc_shared_free. */
 SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes,
                                       sc_shared **out);
-/** The block as seen by this rank. */
+/** @return the block at its address in this process. */
 void *sc_shared_data(const sc_shared *shared);
-/** Copy rank 0's block to every node's; returns when all may read. Collective. */
+/** Copy the block of rank 0's node to those of the other nodes; returns when all ranks may read.
+ *  Collective. */
 void sc_shared_publish(sc_comm *comm, sc_shared *shared);
 /** Collective; NULL is allowed (on all ranks). */
 void sc_shared_free(sc_shared *shared);
 
-/** Start sending @p bytes, at most INT32_MAX; @p data stays borrowed until the message has left
- *  (sc_comm_pending, sc_comm_flush). Cannot fail, so that no rank waits for a message that was
- * never sent. Returns at once, except that without memory to keep track of one more message it
- * waits until an earlier one has left. */
+/** Start sending @p bytes, at most INT32_MAX, to rank @p target. @p data stays borrowed until the
+ *  message has left (sc_comm_pending, sc_comm_flush). Messages between two ranks arrive in the
+ * order in which they were posted. Cannot fail, so that no rank waits for a message that was never
+ * sent. Returns at once, except that without memory to keep track of one more message it waits
+ * until an earlier one has left. */
 void sc_comm_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
-/** How many posted messages still need their buffers; also moves them along. */
+/** Let posted messages move on. @return how many still need their buffers. */
 int sc_comm_pending(sc_comm *comm);
-/** Wait until everything posted has left its buffers. */
+/** Wait until no posted message needs its buffer. */
 void sc_comm_flush(sc_comm *comm);
-/** Look for a message. @return false if none is here now. */
+/** Look for a message of any rank. @return false if none has arrived, @p out untouched. */
 bool sc_comm_poll(sc_comm *comm, sc_message *out);
-/** Receive the message that sc_comm_poll announced. */
+/** Receive the message that sc_comm_poll has found; @p data has room for message->bytes. */
 void sc_comm_receive(sc_comm *comm, const sc_message *message, void *data);
 
 #endif

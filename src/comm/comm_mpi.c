@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The group of an MPI job; the only file that includes <mpi.h>.
+/* The communicator over MPI; the only file that includes <mpi.h>.
  *
- * Only messages and one shared window per node are used: one-sided communication between nodes
- * fails in widespread builds. Every wait is a test and a nap, because a blocked MPI call spins on
- * a core that a neighbour's threads need. */
+ * Ranks exchange messages only; one-sided communication is not used, because between nodes it fails
+ * in widely used builds of MPI. The ranks of a node also share windows of memory. Waiting is a loop
+ * of test and sleep: a blocking MPI call would spin on a core that the threads of other ranks need.
+ */
 #include "comm_ops.h"
 
 #include <mpi.h>
@@ -11,8 +12,9 @@
 
 typedef struct mpi_comm {
     sc_comm base;
-    MPI_Comm world, node, leaders; /* leaders: rank 0 of every node; MPI_COMM_NULL elsewhere */
-    MPI_Request *requests;
+    MPI_Comm world, node;
+    MPI_Comm leaders;      /* the first rank of each node; MPI_COMM_NULL on the others */
+    MPI_Request *requests; /* [request_capacity]: of posted messages that have not left */
     int request_count, request_capacity;
     sc_ctx silent; /* for memory that can be done without */
 } mpi_comm;
@@ -22,14 +24,22 @@ typedef struct mpi_shared {
     MPI_Win window;
 } mpi_shared;
 
-/* Large blocks go from node to node in pieces, several of them on their way at a time. */
+/* Large blocks are broadcast in pieces, several of which are under way at a time, so that a node
+ * can pass on the first while it receives the next. */
 enum { PIECE_BYTES = 4 << 20, PIECES = 4 };
 
-enum { FIRST_REQUESTS = 64 }; /* room for so many posted messages to begin with */
+enum { FIRST_REQUESTS = 64 }; /* posted messages that can be pending before the list has to grow */
+
+/* Between two tests of a request a rank sleeps: first this long, then longer by a half each time.
+ */
+#define FIRST_NAP_S 20e-6
+#define NAP_GROWTH 1.5
+#define COLLECTIVE_NAP_S 0.001 /* at most: ranks come at different times */
+#define RECEIVE_NAP_S 200e-6   /* at most: fragments of a message follow each other quickly */
 
 static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
-    double nap_s = 20e-6;
+    double nap_s = FIRST_NAP_S;
     int done = 0;
 
     for (;;) {
@@ -37,11 +47,11 @@ static void wait_asleep(MPI_Request *request, double longest_nap_s)
         if (done)
             return;
         sc_sleep_s(nap_s);
-        nap_s = nap_s < longest_nap_s ? nap_s * 1.5 : nap_s;
+        nap_s = nap_s < longest_nap_s ? nap_s * NAP_GROWTH : nap_s;
     }
 }
 
-static void broadcast_in(MPI_Comm group, char *data, size_t bytes)
+static void broadcast_in(MPI_Comm comm, char *data, size_t bytes)
 {
     MPI_Request requests[PIECES];
     size_t piece = 0;
@@ -51,11 +61,11 @@ static void broadcast_in(MPI_Comm group, char *data, size_t bytes)
         MPI_Request *request = &requests[piece % PIECES];
 
         if (piece >= PIECES)
-            wait_asleep(request, 1e-3);
-        MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, group, request);
+            wait_asleep(request, COLLECTIVE_NAP_S);
+        MPI_Ibcast(data + at, (int)count, MPI_BYTE, 0, comm, request);
     }
     for (size_t i = piece > PIECES ? piece - PIECES : 0; i < piece; i++)
-        wait_asleep(&requests[i % PIECES], 1e-3);
+        wait_asleep(&requests[i % PIECES], COLLECTIVE_NAP_S);
 }
 
 static void mpi_broadcast(sc_comm *base, void *data, size_t bytes)
@@ -70,7 +80,7 @@ static sc_status mpi_agree(sc_comm *base, sc_status mine)
     MPI_Request request;
 
     MPI_Iallreduce(&local, &smallest, 1, MPI_INT, MPI_MIN, comm->world, &request);
-    wait_asleep(&request, 1e-3);
+    wait_asleep(&request, COLLECTIVE_NAP_S);
     return (sc_status)smallest;
 }
 
@@ -80,7 +90,7 @@ static void mpi_gather(sc_comm *base, const void *mine, size_t bytes, void *all)
     MPI_Request request;
 
     MPI_Igather(mine, (int)bytes, MPI_BYTE, all, (int)bytes, MPI_BYTE, 0, comm->world, &request);
-    wait_asleep(&request, 1e-3);
+    wait_asleep(&request, COLLECTIVE_NAP_S);
 }
 
 static void mpi_barrier(sc_comm *base)
@@ -88,7 +98,7 @@ static void mpi_barrier(sc_comm *base)
     MPI_Request request;
 
     MPI_Ibarrier(((mpi_comm *)base)->world, &request);
-    wait_asleep(&request, 1e-3);
+    wait_asleep(&request, COLLECTIVE_NAP_S);
 }
 
 static void mpi_unshare(sc_shared *base)
@@ -142,7 +152,7 @@ static void mpi_publish(sc_comm *base, sc_shared *shared)
     mpi_barrier(base);
 }
 
-/* Forget what has left. */
+/* Remove the requests of messages that have left. */
 static int mpi_pending(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -171,7 +181,7 @@ static void reserve_request(mpi_comm *comm)
         return;
     if (sc_alloc(&comm->silent, (size_t)capacity, sizeof(MPI_Request), &grown) != SC_OK) {
         while (mpi_pending(&comm->base) == comm->request_capacity)
-            sc_sleep_s(200e-6);
+            sc_sleep_s(RECEIVE_NAP_S);
         return;
     }
     memcpy(grown, comm->requests, (size_t)comm->request_count * sizeof(MPI_Request));
@@ -195,7 +205,7 @@ static void mpi_flush(sc_comm *base)
     mpi_comm *comm = (mpi_comm *)base;
 
     for (int i = 0; i < comm->request_count; i++)
-        wait_asleep(&comm->requests[i], 1e-3);
+        wait_asleep(&comm->requests[i], COLLECTIVE_NAP_S);
     comm->request_count = 0;
 }
 
@@ -217,10 +227,10 @@ static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
 {
     MPI_Request request;
 
-    /* A large message comes in fragments, as its sender attends to them between naps. */
+    /* A large message arrives in fragments, whenever its sender attends to it. */
     MPI_Irecv(data, (int)message->bytes, MPI_BYTE, message->source, message->tag,
               ((mpi_comm *)base)->world, &request);
-    wait_asleep(&request, 200e-6);
+    wait_asleep(&request, RECEIVE_NAP_S);
 }
 
 static void mpi_close(sc_comm *base)
@@ -263,8 +273,9 @@ static void fill_ranks(mpi_comm *comm)
     leader = comm->base.node_rank == 0;
     MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
     MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);
+    /* The first rank of a node has the lowest number of all there: 0 on the node of rank 0. */
     root = comm->base.rank;
-    MPI_Bcast(&root, 1, MPI_INT, 0, comm->node); /* the leader's number: ranks keep their order */
+    MPI_Bcast(&root, 1, MPI_INT, 0, comm->node);
     comm->base.near_root = root == 0;
     comm->base.node_count = nodes;
 }
@@ -278,7 +289,7 @@ sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
 
     SC_TRY(sc_zalloc(ctx, 1, sizeof(mpi_comm), &block));
     SC_TRY(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests));
-    /* Funneled: rendering threads never call MPI. */
+    /* Funneled: only the main thread calls MPI. */
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted)) {
         status = sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
         goto out;

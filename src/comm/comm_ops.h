@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table each kind of process group fills in; see segcast/comm.h for what each entry promises.
- */
+/* The functions of a communicator, which each implementation provides; segcast/comm.h says what
+ * they do. */
 #ifndef SC_COMM_OPS_H
 #define SC_COMM_OPS_H
 
@@ -20,13 +20,14 @@ typedef struct sc_comm_ops {
     void (*receive)(sc_comm *comm, const sc_message *message, void *data);
 } sc_comm_ops;
 
-/* First member of every implementation's struct. */
+/* What all implementations have in common, as the first member of their own structs. */
 struct sc_comm {
     const sc_comm_ops *ops;
     int rank, size, node_rank, node_count;
     bool near_root; /* on the node of rank 0 */
 };
 
+/* Likewise. */
 struct sc_shared {
     void *data;
     size_t bytes;

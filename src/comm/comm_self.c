@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A group of one: nothing to wait for, and nobody to send to. */
+/* The communicator of a single process: nothing to wait for, and nobody to send to. */
 #include "comm_ops.h"
 
 #include <string.h>
