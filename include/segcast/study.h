@@ -1,21 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 7: timing records of a run and the files that hold them. Collected in memory, written
- *  once. */
+ *  The study of runs: timing records of a run, of its ranks and frames, what they say about it, and
+ *  the files that hold them (stats.json, frames.csv, trace.json, status.json). Records are
+ * collected in memory and written once, at the end of the run. */
 #ifndef SEGCAST_STUDY_H
 #define SEGCAST_STUDY_H
 
 #include "segcast/farm.h"
 
+/** What a rank spends its time on. */
 typedef enum sc_phase {
-    SC_PHASE_READ,
-    SC_PHASE_PREPARE,
-    SC_PHASE_SHARE,
+    SC_PHASE_READ,    /**< reading the volume, or mapping the prepared file */
+    SC_PHASE_PREPARE, /**< preprocessing */
+    SC_PHASE_SHARE,   /**< copying the prepared volume to all nodes */
     SC_PHASE_RENDER,
-    SC_PHASE_GATHER,
+    SC_PHASE_GATHER, /**< sending and receiving frames */
     SC_PHASE_ENCODE,
     SC_PHASE_WRITE,
-    SC_PHASE_IDLE,
+    SC_PHASE_IDLE, /**< waiting for other ranks */
     SC_PHASE_COUNT
 } sc_phase;
 
@@ -23,20 +25,20 @@ typedef struct sc_phase_time {
     double wall_s, cpu_s;
 } sc_phase_time;
 
-/** What one rank reports. A value, sent as bytes. */
+/** The timing record of a rank. A plain value, sent as bytes. */
 typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
     double cpu_s;
-    double farm_idle_s;   /**< its drawing thread waited for work */
-    double accept_wall_s; /**< rank 0: encoding and writing beside the drawing */
+    double farm_idle_s;   /**< for how long its worker thread had no task */
+    double accept_wall_s; /**< rank 0: encoding and writing, beside the drawing */
     int32_t threads;
     char host[64];
 } sc_rank_record;
 
 /* ---- runs before this one ---- */
 
-/** What a job is told apart by: as in the manifest. */
+/** By these a job is told apart from others, as in the manifest. */
 typedef struct sc_job_hashes {
     uint64_t job, volume;
 } sc_job_hashes;
@@ -91,30 +93,33 @@ typedef struct sc_run_record {
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
     uint64_t volume_bytes, prepared_bytes;
-    double farm_wall_s; /**< from the first unit to the last */
-    bool wrote_png;
+    double farm_wall_s; /**< from the first work unit to the last */
+    bool wrote_png;     /**< frames were written as PNG */
 } sc_run_record;
 
-/** Largest over mean of the ranks' render time, minus 1: 0 is perfect balance. */
+/** @return the largest of the ranks' render times over their mean, minus 1; 0 is perfect balance.
+ */
 double sc_run_imbalance(const sc_run_record *run);
 /** Write stats.json and frames.csv under the given paths. @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
                                    const char *csv);
 
-/** What a run could have been faster but for. */
-typedef enum sc_limit {
-    SC_LIMIT_DRAW,
-    SC_LIMIT_PREPARE,
-    SC_LIMIT_ENCODE,
-    SC_LIMIT_WRITE,
-    SC_LIMIT_GATHER,
-    SC_LIMIT_BALANCE
-} sc_limit;
-sc_limit sc_run_limit(const sc_run_record *run);
-/** Log a summary: speed, phases, waiting, slowest frames and ranks, the limit and its remedy. */
+/** The bottleneck of a run: what would have to be faster for the run to be faster. */
+typedef enum sc_bottleneck {
+    SC_BOTTLENECK_DRAW,
+    SC_BOTTLENECK_PREPARE, /**< reading and preparing took longer than all frames */
+    SC_BOTTLENECK_ENCODE,
+    SC_BOTTLENECK_WRITE,
+    SC_BOTTLENECK_GATHER,
+    SC_BOTTLENECK_BALANCE /**< some ranks had work while others waited */
+} sc_bottleneck;
+/** @return what limited @p run, judged by the shares of time in its records. */
+sc_bottleneck sc_run_bottleneck(const sc_run_record *run);
+/** Log a summary: speed, time per phase, waiting, the slowest frames and ranks, and the bottleneck
+ *  with what can be done about it. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run);
 
-/* ---- what each thread did when ---- */
+/* ---- the trace: what each thread did when ---- */
 
 typedef enum sc_trace_kind {
     SC_TRACE_READ,
@@ -126,39 +131,45 @@ typedef enum sc_trace_kind {
     SC_TRACE_FINISH
 } sc_trace_kind;
 
-/** A value, sent as bytes. */
+/** A plain value, sent as bytes. */
 typedef struct sc_trace_event {
-    double begin_s, duration_s; /**< since sc_trace_new */
+    double begin_s, duration_s; /**< begin: counted from sc_trace_new */
     int32_t frame;              /**< or -1 */
     int16_t kind, thread;
 } sc_trace_event;
 
-/** Events of one rank, of which at most @p capacity are kept. Its zero is now: ranks that make it
- *  right after having agreed on something have a common time. Caller owns: sc_trace_free. */
+/** The events of one rank. */
 typedef struct sc_trace sc_trace;
+/** Begin a trace with room for @p capacity events. Its time begins now: ranks that call this right
+ *  after having agreed on something (sc_comm_agree) have a common time. @return SC_ERR_MEMORY.
+ * Caller owns *out: sc_trace_free. */
 SC_MUST_USE sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out);
 void sc_trace_free(sc_trace *trace);
-/** Times by sc_wall_s. Threads: any. */
+/** Add an event, if there is room. @param begin_s, end_s by sc_wall_s. Threads: any, at any time.
+ */
 void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
                   double end_s);
 size_t sc_trace_count(const sc_trace *trace);
+/** @return how many events found no room. */
 size_t sc_trace_dropped(const sc_trace *trace);
 const sc_trace_event *sc_trace_events(const sc_trace *trace);
-/** Write the events of all ranks: rank i's counts[i] at events + i * stride. Threads of a rank are
- *  numbered from 0; number record->threads is rank 0's encoding. @return SC_ERR_WRITE. */
+/** Write the events of all ranks as Chrome trace events. Those of rank i are the counts[i] events
+ *  from events[i * stride] on. The threads of a rank are numbered from 0; number
+ *  records[i].threads is the one that encodes and writes. @return SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                                      const sc_rank_record *records, const sc_trace_event *events,
                                      const size_t *counts, size_t stride);
 
-/* ---- how far a run is ---- */
+/* ---- progress: how far a run is ---- */
 
-/** Rewrite status.json under @p path by rename. */
-typedef struct sc_status_report {
-    const char *state; /**< "running", "complete", "incomplete", "failed" */
-    int done, total;
+typedef struct sc_progress_report {
+    const char *state; /**< "running", "complete", "incomplete" or "failed" */
+    int done, total;   /**< frames */
     double elapsed_s, frames_per_s, remaining_s;
-} sc_status_report;
-SC_MUST_USE sc_status sc_status_write(const sc_ctx *ctx, const char *path,
-                                      const sc_status_report *report);
+} sc_progress_report;
+/** Write @p report as status.json under @p path, which readers see whole (sc_file_write). @return
+ *  SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_progress_write(const sc_ctx *ctx, const char *path,
+                                        const sc_progress_report *report);
 
 #endif

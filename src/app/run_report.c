@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a run tells while it goes on, and what it records at its end. */
+/* The progress of a run, and the timing records at its end. */
 #include "run.h"
 
 #include <dirent.h>
@@ -7,6 +7,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#define BAR_INTERVAL_S 0.2    /* between two drawings of the progress bar */
+#define STATUS_INTERVAL_S 2.0 /* between two versions of status.json */
+
+/* "1:23:45" or "23:45" */
 static void format_seconds(double seconds, char *text, size_t size)
 {
     const long s = (long)(seconds + 0.5);
@@ -17,7 +21,7 @@ static void format_seconds(double seconds, char *text, size_t size)
         snprintf(text, size, "%ld:%02ld", s / 60, s % 60);
 }
 
-static void tell_bar(const sc_run *run, int done, int total, double rate, const char *left)
+static void show_bar(const sc_run *run, int done, int total, double rate, const char *left)
 {
     enum { WIDTH = 30 };
     char bar[WIDTH + 1], text[160];
@@ -29,7 +33,8 @@ static void tell_bar(const sc_run *run, int done, int total, double rate, const 
     sc_terminal_bar(run->app->terminal, text);
 }
 
-/* "DIR/status.json", or "DIR/status.SLICE.json": slices share the directory. */
+/* Make "DIR/NAME.ENDING", or for a slice, which shares the directory with others,
+ * "DIR/NAME.SLICE.ENDING". */
 static sc_status record_path(const sc_run *run, const char *name, const char *ending, char **out)
 {
     sc_text text = {0};
@@ -41,18 +46,19 @@ static sc_status record_path(const sc_run *run, const char *name, const char *en
     return status;
 }
 
-static sc_status write_status(const sc_run *run, const sc_ctx *ctx, const sc_status_report *report)
+static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
+                              const sc_progress_report *report)
 {
     char *path = NULL;
     sc_status status = record_path(run, "status", "json", &path);
 
     if (status == SC_OK)
-        status = sc_status_write(ctx, path, report);
+        status = sc_progress_write(ctx, path, report);
     sc_free(path);
     return status;
 }
 
-/* In a log a line now and then: the longer the job, the rarer. */
+/* How often progress is logged where there is no terminal: the longer the run, the more rarely. */
 static double log_interval_s(double elapsed_s)
 {
     return elapsed_s < 60 ? 5 : elapsed_s < 3600 ? 30 : 300;
@@ -66,33 +72,34 @@ void sc_run_on_progress(void *user, int done_now, int total_now)
     const double remaining_s = rate > 0 ? (total_now - done_now) / rate : 0;
     const int done = run->plan.kept + done_now, total = run->plan.kept + total_now;
     const bool tty = run->app->terminal->is_tty;
-    const sc_status_report report = {"running", done,       total, now_s - run->begin_s,
-                                     rate,      remaining_s};
+    const sc_progress_report report = {"running", done,       total, now_s - run->begin_s,
+                                       rate,      remaining_s};
     char left[32] = "?";
 
     if (rate > 0)
         format_seconds(remaining_s, left, sizeof left);
-    if (tty && now_s - run->told_s > 0.2) {
-        tell_bar(run, done, total, rate, left);
+    if (tty && now_s - run->told_s > BAR_INTERVAL_S) {
+        show_bar(run, done, total, rate, left);
         run->told_s = now_s;
     } else if (!tty && now_s - run->told_s > log_interval_s(elapsed_s)) {
         sc_info(run->app->ctx, "%d of %d frames (%.0f %%), %.2f frames/s, %s left", done, total,
                 100.0 * done / total, rate, left);
         run->told_s = now_s;
     }
-    /* Progress that cannot be told must not end the job; the frames themselves will notice. */
-    if (run->keep_records && now_s - run->status_s > 2) {
+    /* A status.json that cannot be written does not end the run. If the disk is full, writing
+     * frames will fail and say so. */
+    if (run->keep_records && now_s - run->written_s > STATUS_INTERVAL_S) {
         const sc_ctx silent = {.rank = 0};
 
         if (write_status(run, &silent, &report) == SC_OK)
-            run->status_s = now_s;
+            run->written_s = now_s;
     }
 }
 
 sc_status sc_run_write_state(sc_run *run, sc_status outcome)
 {
     const double elapsed_s = sc_wall_s() - run->begin_s;
-    const sc_status_report report = {
+    const sc_progress_report report = {
         .state = outcome == SC_OK               ? "complete"
                  : outcome == SC_ERR_INCOMPLETE ? "incomplete"
                                                 : "failed",
@@ -111,7 +118,8 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
     const sc_store_times store =
         run->store ? sc_store_time(run->store) : (sc_store_times){times->accept_wall_s, 0};
-    /* The encoder has threads of its own: what the farm used and nothing else did. */
+    /* The encoder has threads of its own, which cannot be asked: it used what is left of the CPU
+     * time of the farm. */
     const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
 
     r->phases[SC_PHASE_RENDER] = (sc_phase_time){times->render_wall_s, times->render_cpu_s};
@@ -130,7 +138,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     gethostname(r->host, sizeof r->host - 1);
 }
 
-/* ---- the records of all ranks ---- */
+/* ---- the timing records of all ranks ---- */
 
 static int by_frame(const void *a, const void *b)
 {
@@ -150,7 +158,7 @@ static sc_status write_trace(sc_run *run, const sc_rank_record *records, const v
     return status;
 }
 
-/* Collective: every rank's events to rank 0, which writes them. */
+/* Gather the trace events of all ranks on rank 0, and write them. Collective. */
 static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
 {
     sc_app *app = run->app;
@@ -172,7 +180,9 @@ static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
         status = sc_alloc(app->ctx, ranks * largest, sizeof(sc_trace_event), &all);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (first && sc_trace_dropped(run->trace))
-        sc_info(app->ctx, "trace.json: only the first %zu events of each rank are kept", count);
+        sc_info(app->ctx,
+                "trace.json holds only the first %zu events of each rank; later ones found no room",
+                count);
     if (count)
         memcpy(mine, sc_trace_events(run->trace), count * sizeof(sc_trace_event));
     sc_comm_gather(app->comm, mine, largest * sizeof(sc_trace_event), all);
@@ -194,7 +204,7 @@ static int is_stats_of_slice(const struct dirent *entry)
            !strcmp(entry->d_name + length - strlen(".json"), ".json");
 }
 
-/* What slices of the job have left; a slice itself knows nothing of the others. */
+/* Add what runs of slices have measured; a run of a slice does not read those of others. */
 static sc_status read_slices(const sc_run *run, sc_history *history)
 {
     const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
@@ -217,7 +227,7 @@ static sc_status read_slices(const sc_run *run, sc_history *history)
     return status;
 }
 
-/* What earlier runs have measured of frames that this one could keep or has drawn again. */
+/* Read what earlier runs on the job have measured, of frames that are there now. */
 static sc_status read_history(const sc_run *run, const char *path, sc_history *history)
 {
     const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};

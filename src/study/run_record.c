@@ -22,7 +22,7 @@ double sc_run_imbalance(const sc_run_record *run)
     return sum > 0 ? most * run->ranks / sum - 1 : 0;
 }
 
-/* Wall: the longest of all ranks; CPU: the sum over all ranks. */
+/* Wall time: that of the rank that took longest; CPU time: the sum over all ranks. */
 static json_t *phases_json(const sc_run_record *run)
 {
     json_t *phases = json_object();

@@ -1,10 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* After a run: how fast it was, where the time went, and what would make the next one faster. */
+/* After a run: how fast it was, where its time went, and what would make the next one faster. */
 #include "segcast/study.h"
 
 #include <stdlib.h>
 
-/* How quickly a rank drew. */
+/* What counts as much when the bottleneck of a run is looked for; shares of the farm's time. They
+ * are rules of thumb; test_study.c shows what they make of typical runs. */
+#define MUCH_WAITING 0.1  /* worker threads had no task for a tenth of the time on average: */
+#define GREAT_WAITING 0.2 /* something other than drawing may be the bottleneck */
+#define BUSY 0.8       /* one thread that did one thing for four fifths of it is the bottleneck */
+#define IMBALANCE 0.15 /* see sc_run_imbalance */
+
+enum { SLOWEST_SHOWN = 3 }; /* frames, and ranks */
+
+/* The speed at which a rank drew. */
 typedef struct rank_speed {
     int rank, frames;
     double wall_s_per_frame;
@@ -31,7 +40,7 @@ static double phase_wall_s(const sc_run_record *run, sc_phase phase)
     return longest;
 }
 
-/* Share of the farm's time that ranks' drawing threads waited for work, on average. */
+/* For which share of the farm's time worker threads had no task, averaged over ranks. */
 static double waiting_share(const sc_run_record *run)
 {
     double idle_s = 0;
@@ -41,7 +50,7 @@ static double waiting_share(const sc_run_record *run)
     return run->farm_wall_s > 0 ? idle_s / run->ranks / run->farm_wall_s : 0;
 }
 
-sc_limit sc_run_limit(const sc_run_record *run)
+sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
 {
     const sc_rank_record *root = &run->rank_records[0];
     const double waiting = waiting_share(run);
@@ -49,35 +58,38 @@ sc_limit sc_run_limit(const sc_run_record *run)
         root->phases[SC_PHASE_READ].wall_s + root->phases[SC_PHASE_PREPARE].wall_s;
 
     if (run->farm_wall_s <= 0 || before_s > run->farm_wall_s)
-        return SC_LIMIT_PREPARE;
-    if (waiting > 0.1 && root->accept_wall_s > 0.8 * run->farm_wall_s)
+        return SC_BOTTLENECK_PREPARE;
+    if (waiting > MUCH_WAITING && root->accept_wall_s > BUSY * run->farm_wall_s)
         return run->wrote_png &&
                        root->phases[SC_PHASE_WRITE].wall_s > root->phases[SC_PHASE_ENCODE].wall_s
-                   ? SC_LIMIT_WRITE
-                   : SC_LIMIT_ENCODE;
-    if (waiting > 0.2 && root->phases[SC_PHASE_GATHER].wall_s > 0.8 * run->farm_wall_s)
-        return SC_LIMIT_GATHER;
-    if (sc_run_imbalance(run) > 0.15 && waiting > 0.1)
-        return SC_LIMIT_BALANCE;
-    return SC_LIMIT_DRAW;
+                   ? SC_BOTTLENECK_WRITE
+                   : SC_BOTTLENECK_ENCODE;
+    if (waiting > GREAT_WAITING && root->phases[SC_PHASE_GATHER].wall_s > BUSY * run->farm_wall_s)
+        return SC_BOTTLENECK_GATHER;
+    if (sc_run_imbalance(run) > IMBALANCE && waiting > MUCH_WAITING)
+        return SC_BOTTLENECK_BALANCE;
+    return SC_BOTTLENECK_DRAW;
 }
 
-static const char *limit_text(sc_limit limit)
+static const char *advice(sc_bottleneck bottleneck)
 {
     static const char *const texts[] = {
-        [SC_LIMIT_DRAW] = "drawing: more ranks or threads make it faster",
-        [SC_LIMIT_PREPARE] = "reading and preparing the volume: `segcast prepare` does that once "
-                             "for all jobs",
-        [SC_LIMIT_ENCODE] = "encoding on rank 0: a faster output.preset, or farm.encode: segments "
-                            "with several ranks, makes it faster",
-        [SC_LIMIT_WRITE] = "writing frames on rank 0: output.frames: none, or farm.encode: "
-                           "segments with several ranks, makes it faster",
-        [SC_LIMIT_GATHER] = "gathering on rank 0: fewer ranks with more threads each, or "
-                            "farm.encode: segments, make it faster",
-        [SC_LIMIT_BALANCE] = "ranks that waited for others: farm.partition: auto or tiles makes it "
-                             "faster"};
+        [SC_BOTTLENECK_DRAW] = "drawing: more ranks or threads make it faster",
+        [SC_BOTTLENECK_PREPARE] =
+            "reading and preparing the volume: `segcast prepare` does that once "
+            "for all jobs",
+        [SC_BOTTLENECK_ENCODE] =
+            "encoding on rank 0: a faster output.preset, or farm.encode: segments "
+            "with several ranks, makes it faster",
+        [SC_BOTTLENECK_WRITE] = "writing frames on rank 0: output.frames: none, or farm.encode: "
+                                "segments with several ranks, makes it faster",
+        [SC_BOTTLENECK_GATHER] = "gathering on rank 0: fewer ranks with more threads each, or "
+                                 "farm.encode: segments, make it faster",
+        [SC_BOTTLENECK_BALANCE] =
+            "ranks that waited for others: farm.partition: auto or tiles makes it "
+            "faster"};
 
-    return texts[limit];
+    return texts[bottleneck];
 }
 
 static int by_cost(const void *a, const void *b)
@@ -97,7 +109,7 @@ static int by_speed(const void *a, const void *b)
                                                        : x->rank - y->rank;
 }
 
-/* Into text: " 12 (0.31 s)" for the costliest frames. */
+/* Append the costliest frames: "12 (0.310 s), 7 (0.298 s)". */
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     void *block;
@@ -110,14 +122,14 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
     for (int i = 0; i < run->frame_count; i++)
         sorted[i] = run->frames[i];
     qsort(sorted, (size_t)run->frame_count, sizeof *sorted, by_cost);
-    for (int i = 0; i < run->frame_count && i < 3 && status == SC_OK; i++)
+    for (int i = 0; i < run->frame_count && i < SLOWEST_SHOWN && status == SC_OK; i++)
         status = sc_text_add(ctx, text, "%s%d (%.3f s)", i ? ", " : "", sorted[i].frame,
                              sorted[i].render_cpu_s);
     sc_free(block);
     return status;
 }
 
-/* The ranks that took longest for a frame. */
+/* Append the ranks that took longest for a frame: "3 on n2 (0.310 s a frame)". */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     void *block;
@@ -138,7 +150,7 @@ static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text
     for (int i = 0; i < run->ranks; i++)
         speeds[i].wall_s_per_frame /= speeds[i].frames ? speeds[i].frames : 1;
     qsort(speeds, (size_t)run->ranks, sizeof *speeds, by_speed);
-    for (int i = 0; i < run->ranks && i < 3 && status == SC_OK; i++)
+    for (int i = 0; i < run->ranks && i < SLOWEST_SHOWN && status == SC_OK; i++)
         status =
             sc_text_add(ctx, text, "%s%d on %s (%.3f s a frame)", i ? ", " : "", speeds[i].rank,
                         run->rank_records[speeds[i].rank].host, speeds[i].wall_s_per_frame);
@@ -156,7 +168,7 @@ sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
             run->frame_count, run->wall_s, run->wall_s > 0 ? run->frame_count / run->wall_s : 0,
             phase_cpu_s(run, SC_PHASE_RENDER) / frames, phase_cpu_s(run, SC_PHASE_ENCODE) / frames);
     sc_info(ctx,
-            "seconds: reading %.1f, preparing %.1f, sharing %.1f, drawing %.1f, gathering %.1f, "
+            "time in s: reading %.1f, preparing %.1f, sharing %.1f, drawing %.1f, gathering %.1f, "
             "encoding %.1f, writing %.1f; waiting for work %.0f %%, imbalance %.0f %%",
             phase_wall_s(run, SC_PHASE_READ), phase_wall_s(run, SC_PHASE_PREPARE),
             phase_wall_s(run, SC_PHASE_SHARE), phase_wall_s(run, SC_PHASE_RENDER),
@@ -171,7 +183,7 @@ sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
         SC_TRY(slow_ranks(ctx, run, &ranks));
         sc_info(ctx, "slowest ranks: %s", ranks.data);
     }
-    sc_info(ctx, "limited by %s", limit_text(sc_run_limit(run)));
+    sc_info(ctx, "limited by %s", advice(sc_run_bottleneck(run)));
 out:
     sc_text_clear(&slow);
     sc_text_clear(&ranks);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What each thread of each rank did when, as Chrome trace events: for chrome://tracing, Perfetto
- * and the like. (Format: "Trace Event Format", Google, 2016: complete events, phase X.) */
+/* What each thread of each rank did when, written as Chrome trace events, which chrome://tracing,
+ * Perfetto and others show. (Format: "Trace Event Format", Google, 2016; complete events, "ph":
+ * "X", with times in microseconds.) */
 #include "segcast/study.h"
 
 #include <jansson.h>
@@ -9,10 +10,10 @@
 #include <string.h>
 
 struct sc_trace {
-    double zero_s;
+    double zero_s; /* by sc_wall_s */
     sc_trace_event *events;
     size_t capacity;
-    atomic_size_t added; /* also those that found no room */
+    atomic_size_t added; /* including those that found no room */
 };
 
 static const char *const kinds[] = {"read",   "prepare", "share", "draw",

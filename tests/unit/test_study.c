@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What a run was limited by, told from its records. */
+/* The bottleneck of a run, the trace, and the statistics of several runs on one job. */
 #include "check.h"
 
 #include "segcast/study.h"
@@ -20,40 +20,41 @@ static void balanced(sc_rank_record *ranks, sc_run_record *run)
     }
 }
 
-static void the_limit_is_where_the_time_went(void **state)
+static void the_bottleneck_is_where_the_time_went(void **state)
 {
     sc_rank_record ranks[RANKS];
     sc_run_record run;
 
     (void)state;
     balanced(ranks, &run);
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_DRAW);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_DRAW);
     ranks[0].phases[SC_PHASE_PREPARE].wall_s = 120;
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_PREPARE);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_PREPARE);
 
     balanced(ranks, &run);
     ranks[0].accept_wall_s = 97;
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_DRAW); /* busy, but nobody waits for it */
+    assert_int_equal(sc_run_bottleneck(&run),
+                     SC_BOTTLENECK_DRAW); /* busy, but nobody waits for it */
     for (int i = 0; i < RANKS; i++)
         ranks[i].farm_idle_s = 60;
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_ENCODE);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_ENCODE);
     run.wrote_png = true;
     ranks[0].phases[SC_PHASE_WRITE].wall_s = 70;
     ranks[0].phases[SC_PHASE_ENCODE].wall_s = 27;
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_WRITE);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_WRITE);
 
     balanced(ranks, &run);
     for (int i = 0; i < RANKS; i++)
         ranks[i].farm_idle_s = 60;
     ranks[0].phases[SC_PHASE_GATHER].wall_s = 95;
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_GATHER);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_GATHER);
 
     balanced(ranks, &run);
     for (int i = 1; i < RANKS; i++) {
         ranks[i].farm_idle_s = 50;
         ranks[i].phases[SC_PHASE_RENDER].wall_s = 50;
     }
-    assert_int_equal(sc_run_limit(&run), SC_LIMIT_BALANCE);
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_BALANCE);
     assert_near(sc_run_imbalance(&run), 98 * 4 / (98 + 150.0) - 1, 1e-12);
 }
 
@@ -191,7 +192,7 @@ static void damaged_statistics_are_left_out(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_limit_is_where_the_time_went),
+        cmocka_unit_test(the_bottleneck_is_where_the_time_went),
         cmocka_unit_test(a_trace_keeps_what_it_has_room_for),
         cmocka_unit_test(earlier_runs_keep_what_they_measured),
         cmocka_unit_test(damaged_statistics_are_left_out),

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-sc_status sc_status_write(const sc_ctx *ctx, const char *path, const sc_status_report *report)
+sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progress_report *report)
 {
     json_t *json = json_pack("{s:s, s:s, s:i, s:i, s:f, s:f, s:f}", "schema", "segcast-status-1",
                              "state", report->state, "done", report->done, "total", report->total,
@@ -15,7 +15,7 @@ sc_status sc_status_write(const sc_ctx *ctx, const char *path, const sc_status_r
     sc_status status;
 
     if (!text) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "status.json: out of memory");
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
     status = sc_file_write(ctx, path, text, strlen(text));
