@@ -32,7 +32,7 @@ struct sc_app {
 /* Was this process started by mpirun, srun or the like? */
 bool sc_launched_by_mpi(void);
 /* N programs that each believe to be alone would overwrite each other's files: SC_ERR_USAGE. */
-sc_status sc_check_group(const sc_ctx *ctx, const sc_comm *comm);
+sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
 
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
@@ -79,7 +79,7 @@ void sc_session_clear(sc_session *session);
 
 /* One table of ranks, hosts, cores, threads and memory, and a warning with the flags that mend what
  * would be slow. Collective. */
-sc_status sc_tell_placement(sc_app *app);
+sc_status sc_report_placement(sc_app *app);
 /* When the allocation of the batch system ends, or the time limit of the command line does, by
  * sc_wall_s and with a margin; 0: never. */
 double sc_deadline_s(const sc_app *app);

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-/* Events of the trace kept by all ranks together: some 100 MB of JSON. */
+/* Events of the trace that all ranks together keep: they make about 100 MB of JSON. */
 enum { TRACE_EVENTS = 1 << 20 };
 
 /* ---- what a job depends on ---- */
@@ -31,7 +31,7 @@ out:
     return status;
 }
 
-/* A hash of all that decides the pictures, beside the volume. */
+/* Hash all that determines the pictures, beside the volume. */
 static sc_status hash_job(const sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -60,7 +60,7 @@ static const char *slice_of(const sc_run *run)
     return run->slice[0] ? run->slice : NULL;
 }
 
-/* "0-35:2,40" as part of a file's name. */
+/* Name the slice so that the name can be part of a file name: "0-35:2,40" becomes "0-35x2_40". */
 static sc_status name_slice(sc_run *run)
 {
     const sc_options *o = &run->app->options;
@@ -144,7 +144,7 @@ out:
 
 /* ---- the plan ---- */
 
-/* The GOPs that ranks are to encode themselves. */
+/* How many of @p whole GOPs go out to be encoded by the rank that draws them. */
 static int gops_for_ranks(const sc_run *run, int whole)
 {
     const int encode = run->session.job.farm.encode;
@@ -155,7 +155,7 @@ static int gops_for_ranks(const sc_run *run, int whole)
     return sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
 }
 
-/* On rank 0: what is left to be drawn, as GOPs and as frames. */
+/* Find out, on rank 0, what is left to be drawn: whole GOPs, and frames. */
 static sc_status make_plan(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -176,7 +176,7 @@ static sc_status make_plan(sc_run *run)
         while (g < plan->gop_count && gops[g] + plan->gop_frames <= k)
             g++;
         if (g < plan->gop_count && k >= gops[g])
-            continue; /* in a group */
+            continue; /* it is drawn with its GOP */
         if (run->store && sc_store_has(run->store, k))
             plan->kept++;
         else
@@ -190,7 +190,7 @@ out:
     return status;
 }
 
-/* The same plan on all ranks. Collective. */
+/* Send the plan from rank 0 to all others. Collective. */
 static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
@@ -355,7 +355,7 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_session_job(app, job_path, &run->session));
     SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
     SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
-    SC_TRY(sc_tell_placement(app));
+    SC_TRY(sc_report_placement(app));
     run->deadline_s = sc_deadline_s(app);
     app->trace = run->trace;
     SC_TRY(sc_session_volume(app, &run->session));
@@ -363,9 +363,10 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
     if (first && run->plan.complete)
-        sc_info(app->ctx, "%s: complete, and proven; there is nothing to do", run->directory);
+        sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
+                run->directory);
     else if (first && run->plan.kept)
-        sc_info(app->ctx, "%s: %d of %d frames are there, and proven", run->directory,
+        sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->directory,
                 run->plan.kept, run->wanted_count);
 out:
     return status;

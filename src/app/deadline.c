@@ -1,9 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Until when there is time. */
+/* The deadline of a run: when it has to be finished. */
 #include "app.h"
 
 #include <stdlib.h>
 #include <time.h>
+
+/* Time kept for joining the video and writing the records: a share of what is left, within bounds.
+ */
+#define MARGIN_SHARE 0.05
+#define MARGIN_MIN_S 1.0
+#define MARGIN_MAX_S 60.0
+
+/* Slurm states the end of an unlimited job as a time many years from now. */
+#define UNLIMITED_S (10 * 365 * 86400.0)
 
 double sc_deadline_s(const sc_app *app)
 {
@@ -18,14 +27,16 @@ double sc_deadline_s(const sc_app *app)
         const double end_s = strtod(end_text, &end);
         const double slurm_left_s = end_s - (double)time(NULL);
 
-        if (end != end_text && !*end && slurm_left_s < 10 * 365 * 86400.0 &&
+        /* An allocation that has ended already still leaves a limit, not none. */
+        if (end != end_text && !*end && slurm_left_s < UNLIMITED_S &&
             (left_s == 0 || slurm_left_s < left_s))
             left_s = slurm_left_s > 1e-3 ? slurm_left_s : 1e-3;
     }
     if (left_s == 0)
         return 0;
-    /* for joining the video and writing the records */
-    margin_s = 0.05 * left_s;
-    margin_s = margin_s < 1 ? 1 : margin_s > 60 ? 60 : margin_s;
+    margin_s = MARGIN_SHARE * left_s;
+    margin_s = margin_s < MARGIN_MIN_S   ? MARGIN_MIN_S
+               : margin_s > MARGIN_MAX_S ? MARGIN_MAX_S
+                                         : margin_s;
     return now_s + left_s - margin_s;
 }

@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How this process was started, told by the marks that launchers leave in the environment. */
+/* How this process was started, found out by the variables that MPI launchers set. */
 #include "app.h"
 
 #include <stdlib.h>
 
 bool sc_launched_by_mpi(void)
 {
-    static const char *const marks[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE",
-                                        "PMI_FD"};
+    static const char *const variables[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK",
+                                            "PMI_SIZE", "PMI_FD"};
 
-    for (size_t i = 0; i < SC_COUNT_OF(marks); i++) {
-        if (getenv(marks[i]))
+    for (size_t i = 0; i < SC_COUNT_OF(variables); i++) {
+        if (getenv(variables[i]))
             return true;
     }
     return false;
 }
 
-sc_status sc_check_group(const sc_ctx *ctx, const sc_comm *comm)
+sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm)
 {
     const char *tasks = getenv("SLURM_STEP_NUM_TASKS");
 

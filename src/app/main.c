@@ -42,7 +42,7 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     }
     if (!command)
         return sc_command_unknown(ctx, name);
-    SC_TRY(sc_check_group(ctx, app->comm));
+    SC_TRY(sc_check_communicator(ctx, app->comm));
     SC_TRY(sc_options_parse(ctx, command, argc, argv, options));
     app->terminal->quiet = options->quiet;
     app->threads = options->threads ? options->threads : sc_default_threads();

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which rank has which cores, and what is wrong with that. */
+/* The placement of ranks: which cores each may use, and a warning where that makes the run slow. */
 #include "app.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-/* What a rank tells of itself. */
-typedef struct place {
+/* The placement of one rank, as it reports it. */
+typedef struct placement {
     char host[64];
     sc_core_set cores;
     int threads;
     uint64_t memory_bytes;
-} place;
+} placement;
 
-enum { LINES_MAX = 16 }; /* of the table; further ranks are counted */
+enum { LINES_MAX = 16 }; /* of the table; of further ranks only the number is logged */
 
 static int count_cores(const sc_core_set *set)
 {
@@ -25,7 +25,7 @@ static int count_cores(const sc_core_set *set)
     return count;
 }
 
-/* "0-3,8" */
+/* Write the cores as ranges: "0-3,8". */
 static void list_cores(const sc_core_set *set, char *text, size_t size)
 {
     size_t used = 0;
@@ -45,17 +45,17 @@ static void list_cores(const sc_core_set *set, char *text, size_t size)
     }
 }
 
-static bool same_host(const place *a, const place *b)
+static bool same_host(const placement *a, const placement *b)
 {
     return !strcmp(a->host, b->host);
 }
 
-/* What all ranks of a host have together. */
+/* The sums over all ranks of a host; cores that several may use count once. */
 typedef struct host_sum {
     int ranks, threads, cores;
 } host_sum;
 
-static host_sum sum_host(const place *all, int count, const place *one)
+static host_sum sum_host(const placement *all, int count, const placement *one)
 {
     host_sum sum = {0};
     sc_core_set together = {{0}};
@@ -72,7 +72,7 @@ static host_sum sum_host(const place *all, int count, const place *one)
     return sum;
 }
 
-static void tell_table(const sc_app *app, const place *all, int count)
+static void log_table(const sc_app *app, const placement *all, int count)
 {
     sc_info(app->ctx, "rank  host              threads  cores             memory share");
     for (int i = 0; i < count && i < LINES_MAX; i++) {
@@ -87,11 +87,12 @@ static void tell_table(const sc_app *app, const place *all, int count)
         sc_info(app->ctx, " ...  and %d more ranks", count - LINES_MAX);
 }
 
-/* One warning, for the first thing that is wrong, with the flags that mend it. */
-static void warn_of_sharing(const sc_app *app, const place *all, int count)
+/* Warn of the first rank or host that has more threads than cores, and name the options that help.
+ * One warning is enough: it is the same mistake on all of them. */
+static void warn_of_sharing(const sc_app *app, const placement *all, int count)
 {
     for (int i = 0; i < count; i++) {
-        const place *p = &all[i];
+        const placement *p = &all[i];
         const host_sum sum = sum_host(all, count, p);
         const int cores = count_cores(&p->cores), each = sum.cores / sum.ranks;
 
@@ -115,8 +116,9 @@ static void warn_of_sharing(const sc_app *app, const place *all, int count)
     }
 }
 
-/* Under Slurm, tasks without --cpus-per-task get a core each, and the rest of the node idles. */
-static void warn_of_idle_cores(const sc_app *app, const place *all, int count)
+/* Under Slurm a task without --cpus-per-task gets one core; the other cores of the node are idle.
+ */
+static void warn_of_idle_cores(const sc_app *app, const placement *all, int count)
 {
     const char *on_node = getenv("SLURM_CPUS_ON_NODE");
     const host_sum sum = sum_host(all, count, &all[0]);
@@ -131,15 +133,15 @@ static void warn_of_idle_cores(const sc_app *app, const place *all, int count)
                 allotted / sum.ranks, allotted / sum.ranks);
 }
 
-sc_status sc_tell_placement(sc_app *app)
+sc_status sc_report_placement(sc_app *app)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     const int ranks = sc_comm_size(app->comm);
-    place mine;
+    placement mine;
     void *all = NULL;
     sc_status status = SC_OK;
 
-    memset(&mine, 0, sizeof mine); /* it is sent, with its padding */
+    memset(&mine, 0, sizeof mine); /* its padding is sent, too */
     gethostname(mine.host, sizeof mine.host - 1);
     mine.cores = sc_core_set_of_process();
     mine.threads = app->threads;
@@ -150,7 +152,7 @@ sc_status sc_tell_placement(sc_app *app)
     sc_comm_gather(app->comm, &mine, sizeof mine, all);
     if (!first)
         goto out;
-    tell_table(app, all, ranks);
+    log_table(app, all, ranks);
     warn_of_sharing(app, all, ranks);
     warn_of_idle_cores(app, all, ranks);
 out:

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Frames drawn on any rank, and taken on rank 0. */
+/* The callbacks of the farm: frames and GOPs are drawn on any rank and accepted on rank 0. */
 #include "run.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Groups that take longer than this to end are given up on a signal, where no end of the allocation
- * is known. */
+/* After a signal, when the end of the allocation is unknown, a GOP that needs longer than this to
+ * be finished is given up: Slurm, for one, kills 30 s after the signal (KillWait). */
 #define PATIENCE_S 30
 
 sc_video_settings sc_run_video_settings(const sc_job *job)
@@ -59,7 +59,8 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
 
 /* ---- GOPs: drawn, encoded and packed by one rank ---- */
 
-/* A group as bytes: the segment, then the frames as PNG where asked for, each behind its size. */
+/* The payload of a GOP is the segment, then, if asked for, the PNG files of its frames. Each is
+ * preceded by its size. */
 static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
 {
     const uint64_t size = bytes;
@@ -99,7 +100,7 @@ static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image 
     sc_status status;
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MEMORY, "a frame could not be packed");
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a frame was written as PNG");
     status = sc_image_write_png(ctx, image, stream, "a frame in memory");
     fclose(stream);
     if (status == SC_OK)
@@ -108,7 +109,7 @@ static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image 
     return status;
 }
 
-/* After a signal: would the rest of the group come too late? */
+/* Has a signal come, and would the rest of the GOP be finished too late? */
 static bool should_give_up(const sc_run *run, double begin_s, int done, int count)
 {
     const double now_s = sc_wall_s();
@@ -232,7 +233,8 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
     SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof(sc_segment), &files));
     pngs = files;
     if (!next_block(payload, &at, &segment) || (png && !next_block(payload, &at, &rest))) {
-        status = sc_fail(ctx, SC_ERR_INTERNAL, "a group of frames came back torn");
+        status = sc_fail(ctx, SC_ERR_INTERNAL,
+                         "a GOP has arrived from a rank with a payload that is cut off");
         goto out;
     }
     for (int i = 0; i < count; i++) {
@@ -240,7 +242,8 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
 
         ((sc_done_frame *)done)[i] = done_of(&results[i]);
         if (png && !next_block(&inner, &within, &pngs[i])) {
-            status = sc_fail(ctx, SC_ERR_INTERNAL, "a group of frames came back torn");
+            status = sc_fail(ctx, SC_ERR_INTERNAL,
+                             "a GOP has arrived from a rank with a payload that is cut off");
             goto out;
         }
     }

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* The one mutable global: a signal handler can reach nothing else. */
+/* The only mutable global variable of segcast: a signal handler can reach nothing else. */
 static volatile sig_atomic_t stop_requested;
 
 static void on_signal(int number)

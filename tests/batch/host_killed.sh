@@ -9,5 +9,5 @@ wait_for 60 "frames" has_frames 12
 on_head scontrol update nodename=n2 state=down reason=killed
 wait_for 180 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
-grep -q 'are there, and proven' job.log || fail "nothing was kept"
+grep -q 'are there, and verified' job.log || fail "nothing was kept"
 same_as_ref

@@ -8,5 +8,5 @@ wait_for 60 "the job" has_ended
 [ "$(state)" = CANCELLED ] || fail "state $(state)"
 [ ! -e out/film.mp4 ] || fail "the job was over before scancel"
 "$SEGCAST" render job.yaml -o out --resume >/dev/null 2>again.txt || { cat again.txt >&2; fail "resume"; }
-grep -q 'are there, and proven' again.txt || { cat again.txt >&2; fail "nothing was kept"; }
+grep -q 'are there, and verified' again.txt || { cat again.txt >&2; fail "nothing was kept"; }
 same_as_ref

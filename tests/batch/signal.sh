@@ -8,5 +8,5 @@ on_head scancel -b -s USR1 "$id"
 wait_for 180 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 grep -q 'stopped on request' job.log || { cat job.log >&2; fail "did not stop in order"; }
-grep -q 'are there, and proven' job.log || fail "began anew"
+grep -q 'are there, and verified' job.log || fail "began anew"
 same_as_ref

@@ -12,6 +12,6 @@ submit "${SMALL[@]}" --requeue --open-mode=append --time=1 --signal=B:USR1@5 -o 
 wait_for 300 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat requeue.log >&2; fail "state $(state)"; }
 [ "$(grep -c 'stopped because the time is nearly up' requeue.log)" -ge 1 ] || fail "the time limit did not fall in the middle"
-grep -q 'are there, and proven' requeue.log || fail "began anew after the requeue"
+grep -q 'are there, and verified' requeue.log || fail "began anew after the requeue"
 [ "$(on_head scontrol show job "$id" | sed -n 's/.*Restarts=\([0-9]*\).*/\1/p')" -ge 1 ] || fail "no requeue"
 same_as_ref

@@ -33,7 +33,7 @@ before=$(jq .done out/status.json)
 code=0
 SLURM_JOB_END_TIME=$(($(date +%s) + 6)) "$SEGCAST" render job.yaml -o out --resume >/dev/null 2>stderr.txt || code=$?
 stopped $code "end of the allocation"
-grep -q "$before of 4000 frames are there, and proven" stderr.txt || { cat stderr.txt >&2; fail "the $before frames are not kept"; }
+grep -q "$before of 4000 frames are there, and verified" stderr.txt || { cat stderr.txt >&2; fail "the $before frames are not kept"; }
 [ "$(jq .done out/status.json)" -gt "$before" ] || fail "nothing was added"
 
 # signals, to one process or to mpirun; also while ranks encode groups of their own

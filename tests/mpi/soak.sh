@@ -40,7 +40,7 @@ while :; do
         sleep 0.05
     done
     ! pgrep -r R,S,D -x "$name" >/dev/null || fail "a rank is left behind"
-    grep -q 'are there, and proven' stderr.txt && kept=$((kept + 1))
+    grep -q 'are there, and verified' stderr.txt && kept=$((kept + 1))
     ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
         rm -rf out # complete before its time: once more from the start
