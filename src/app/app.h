@@ -7,14 +7,15 @@
 #include "segcast/comm.h"
 #include "segcast/study.h"
 
-/* Standard error: messages, and a progress bar where it is a terminal. */
+/* Standard error, which shows messages and, if it is a terminal, a progress bar below them. */
 typedef struct sc_terminal {
     bool is_tty, quiet, bar_shown;
 } sc_terminal;
 /* Writer for sc_ctx.write with an sc_terminal as user. */
 void sc_terminal_write(void *user, sc_log_level level, const char *text);
-/* Draw or redraw the bar. */
+/* Draw the bar, over an earlier one. */
 void sc_terminal_bar(sc_terminal *terminal, const char *text);
+/* Remove the bar. */
 void sc_terminal_clear(sc_terminal *terminal);
 
 /* What every command gets. */
@@ -29,24 +30,25 @@ struct sc_app {
     sc_trace *trace; /* borrowed, or NULL */
 };
 
-/* Was this process started by mpirun, srun or the like? */
+/* Was this process started by an MPI launcher such as mpirun or srun? */
 bool sc_launched_by_mpi(void);
-/* N programs that each believe to be alone would overwrite each other's files: SC_ERR_USAGE. */
+/* SC_ERR_USAGE if srun has started several tasks that are not connected by MPI: each would take
+ * itself for rank 0 of 1, and they would overwrite each other's files. */
 sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
 
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
 
-/* ---- a job on its way to pictures; collective unless said otherwise ---- */
+/* ---- a session: a job with its volume and renderer; collective unless said otherwise ---- */
 
 typedef struct sc_session {
-    bool measure; /* everything is to be measured, not drawn: nothing is hidden */
+    bool measure; /* everything is to be measured, not drawn: no label is hidden */
     sc_job job;
-    sc_shared *shared; /* where the volume lies, or */
+    sc_shared *shared; /* block that holds the prepared volume, or NULL: it is in a mapped file */
     const void *mapped;
     size_t mapped_bytes;
-    size_t shared_bytes;
-    sc_label *labels; /* of a mapped volume, with the job's names and colours */
+    size_t shared_bytes; /* of the prepared volume, wherever it is */
+    sc_label *labels;    /* of a mapped volume, with the job's names and colours */
     sc_prepared volume;
     sc_tissue *tissues;
     sc_renderer *renderer;
@@ -57,7 +59,7 @@ typedef struct sc_session {
 /* Send an array of rank 0, @p count elements of @p size bytes, to the others, which own their copy.
  * After an error *array is NULL on them; on rank 0 it always stays what it was. Collective. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
-/* Read the job on rank 0 and give it to all. */
+/* Read the job on rank 0 and send it to all others. After an error, too: sc_session_clear. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
 /* The volume of the job, prepared and shared. */
 sc_status sc_session_load(sc_app *app, sc_session *session);
@@ -77,14 +79,15 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
                           sc_image *image, sc_render_stats *stats);
 void sc_session_clear(sc_session *session);
 
-/* One table of ranks, hosts, cores, threads and memory, and a warning with the flags that mend what
- * would be slow. Collective. */
+/* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
+ * cores, with the options of mpirun and srun that help. Collective. */
 sc_status sc_report_placement(sc_app *app);
-/* When the allocation of the batch system ends, or the time limit of the command line does, by
- * sc_wall_s and with a margin; 0: never. */
+/* The time, by sc_wall_s, at which the run has to end: before the allocation of the batch system or
+ * the time limit of the command line ends, with a margin; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/* Handlers for USR1, TERM and INT: the first sets the flag, the next INT or TERM ends at once. */
+/* Handle USR1, TERM and INT: the first of them sets the flag that is returned; another INT or TERM
+ * ends the process at once. */
 const volatile sig_atomic_t *sc_signals_install(void);
 
 /* ---- the commands: rows of sc_commands ---- */

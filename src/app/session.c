@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The steps from a job file to a renderer on every rank. Rank 0 reads and decides; after each step
- * all ranks agree, so that they leave together when something is wrong. */
+/* The steps from a job file to a renderer on every rank. Rank 0 reads the files; after each step
+ * all ranks agree on the return code, so that they end together after an error. */
 #include "app.h"
 
 #include "segcast/views.h"
@@ -59,24 +59,25 @@ out:
     return status;
 }
 
-/* The paper's first pictures showed the insides of tissues too; smooth surfaces have none. */
+/* In the paper's unaccelerated pictures interior voxels have the opacity of their tissue. The
+ * smooth surface model has no interior voxels: a job that asks for them gets a warning. */
 static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *session)
 {
-    bool unseen = false;
+    bool shows_interior = false;
 
     for (int id = 1; id < session->volume.label_count; id++) {
         sc_tissue *tissue = &session->tissues[id];
 
         if (job->render.mode == SC_MODE_PAPER && !tissue->interior_given)
             tissue->interior_opacity = tissue->opacity;
-        unseen = unseen || (tissue->visible && tissue->interior_opacity > 0);
+        shows_interior = shows_interior || (tissue->visible && tissue->interior_opacity > 0);
     }
-    if (unseen && job->render.surface == SC_SURFACE_SMOOTH)
+    if (shows_interior && job->render.surface == SC_SURFACE_SMOOTH)
         sc_warn(ctx, "interior_opacity is not used: smooth surfaces have no inside; it needs "
                      "surface: voxel");
 }
 
-/* Tissues and clip sets; the same on every rank, so only rank 0 speaks of errors. */
+/* Tissues and clip sets; the same on every rank, so only rank 0 logs errors. */
 static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *clip_sets,
                                  int *clip_set_count)
 {
@@ -122,7 +123,7 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
                            &session->renderer);
 }
 
-/* Does the plane remove the whole box? */
+/* Does @p plane remove the whole box from @p low to @p high? */
 static bool is_beyond(const sc_plane *plane, sc_vec3 low, sc_vec3 high)
 {
     const sc_vec3 n = plane->normal;
@@ -132,7 +133,7 @@ static bool is_beyond(const sc_plane *plane, sc_vec3 low, sc_vec3 high)
     return sc_vec3_dot(n, best) + plane->offset_mm < 0;
 }
 
-/* Frames in which one plane leaves nothing of the box around all that is shown. */
+/* Warn of frames in which a plane removes all of the box around the visible tissues. */
 static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
 {
     const sc_timeline *t = &session->timeline;
@@ -156,7 +157,7 @@ static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
                 count, count == 1 ? "" : "s", first);
 }
 
-/* Width by height of the picture in space. */
+/* Width over height of the 3D picture within the frame. */
 static double picture_aspect(const sc_job *job)
 {
     const int *size_px = job->output.size_px;

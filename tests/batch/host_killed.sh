@@ -1,5 +1,5 @@
-# Power failure of a host in the middle: Slurm requeues the job, which goes on with what is proven, on
-# another host. (Not on the same one: PMIx there stumbles over the socket of the killed step.)
+# A host loses its power during the run: Slurm requeues the job, which goes on on another host. (Not on
+# the same one: there PMIx fails because of the socket that the killed step has left.)
 HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
 a_job 12
@@ -9,5 +9,5 @@ wait_for 60 "frames" has_frames 12
 on_head scontrol update nodename=n2 state=down reason=killed
 wait_for 180 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
-grep -q 'are there, and verified' job.log || fail "nothing was kept"
+grep -q 'are there, and verified' job.log || fail "no frame was kept"
 same_as_ref

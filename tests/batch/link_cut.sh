@@ -1,4 +1,4 @@
-# A cable is cut for some seconds: nothing is lost, nothing hangs, nothing is drawn twice.
+# The network is cut for some seconds: the run goes on afterwards, and all files are right.
 . "$SOURCE/tests/support/cluster.sh"
 a_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out

@@ -1,4 +1,4 @@
-# scancel leaves a directory that can be gone on with, by other means.
+# After scancel a run outside Slurm goes on with the same directory.
 . "$SOURCE/tests/support/cluster.sh"
 a_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
@@ -7,6 +7,6 @@ on_head scancel "$id"
 wait_for 60 "the job" has_ended
 [ "$(state)" = CANCELLED ] || fail "state $(state)"
 [ ! -e out/film.mp4 ] || fail "the job was over before scancel"
-"$SEGCAST" render job.yaml -o out --resume >/dev/null 2>again.txt || { cat again.txt >&2; fail "resume"; }
-grep -q 'are there, and verified' again.txt || { cat again.txt >&2; fail "nothing was kept"; }
+"$SEGCAST" render job.yaml -o out --resume >/dev/null 2>again.txt || { cat again.txt >&2; fail "--resume failed"; }
+grep -q 'are there, and verified' again.txt || { cat again.txt >&2; fail "no frame was kept"; }
 same_as_ref

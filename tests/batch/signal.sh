@@ -1,5 +1,5 @@
-# USR1 to the batch script, as --signal=B:USR1@N sends it: srun passes it on, all ranks stop in order,
-# the job requeues itself and ends complete.
+# USR1 to the batch script, as --signal=B:USR1@N sends it: srun passes it on, all ranks stop in order, the
+# job requeues itself, and the next run completes it.
 . "$SOURCE/tests/support/cluster.sh"
 a_job 8
 submit "${SMALL[@]}" --time=10 -o job.log "$SOURCE/jobs/slurm/requeue.sbatch" job.yaml -o out
@@ -8,5 +8,5 @@ on_head scancel -b -s USR1 "$id"
 wait_for 180 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 grep -q 'stopped on request' job.log || { cat job.log >&2; fail "did not stop in order"; }
-grep -q 'are there, and verified' job.log || fail "began anew"
+grep -q 'are there, and verified' job.log || fail "the next run kept no frame"
 same_as_ref

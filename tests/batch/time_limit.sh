@@ -1,4 +1,5 @@
-# The time limit falls in the middle; the job stops in order, requeues itself, and ends complete.
+# The time limit ends during the run: it stops in order, the job requeues itself, and the next run
+# completes it.
 . "$SOURCE/tests/support/cluster.sh"
 a_job 25
 cat >late.sbatch <<S
@@ -11,7 +12,7 @@ S
 submit "${SMALL[@]}" --requeue --open-mode=append --time=1 --signal=B:USR1@5 -o requeue.log late.sbatch
 wait_for 300 "the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat requeue.log >&2; fail "state $(state)"; }
-[ "$(grep -c 'stopped because the time is nearly up' requeue.log)" -ge 1 ] || fail "the time limit did not fall in the middle"
-grep -q 'are there, and verified' requeue.log || fail "began anew after the requeue"
+[ "$(grep -c 'stopped because the time is nearly up' requeue.log)" -ge 1 ] || fail "the time limit did not end during the run"
+grep -q 'are there, and verified' requeue.log || fail "the run after the requeue kept no frame"
 [ "$(on_head scontrol show job "$id" | sed -n 's/.*Restarts=\([0-9]*\).*/\1/p')" -ge 1 ] || fail "no requeue"
 same_as_ref

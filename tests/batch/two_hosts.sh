@@ -1,4 +1,4 @@
-# A job of two hosts by sbatch, as jobs/slurm/many-nodes.sbatch has it.
+# A run on two hosts, by sbatch with jobs/slurm/many-nodes.sbatch.
 . "$SOURCE/tests/support/cluster.sh"
 a_job 4
 submit "${SMALL[@]}" "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
@@ -7,7 +7,7 @@ wait_for 90 "the job" has_ended
 jq -e '.ranks == 2 and .nodes == 2' out/stats.json >/dev/null || fail "not two nodes"
 grep -qE ' 0  n1 .* 1 ' ./*.log && grep -qE ' 1  n2 ' ./*.log || fail "no table of ranks and hosts"
 same_as_ref
-# and by mpirun within an allocation
+# The same by mpirun within an allocation.
 rm -rf out
 on_head salloc -Q "${SMALL[@]}" mpirun segcast render job.yaml -o out -q >/dev/null
 same_as_ref

@@ -1,12 +1,12 @@
-# The crown: every frame's hash is the same for any number of ranks and threads, any partition and size
-# of tiles, any skip method and plain C kernels or the best ones; for each surface, and for slices beside the picture.
+# Each frame has the same hash for any number of ranks and threads, any partition, tile size and skip
+# method, and with the plain C kernels or the fastest ones; for both surface models, and with the three views.
 small_job job.yaml
 kinds=(smooth voxel views)
 settings=(render.surface=smooth render.surface=voxel output.layout=views)
 for i in 0 1 2; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "${kinds[i]}" -q --set "${settings[i]}" >/dev/null
-    [ "$(hashes "${kinds[i]}" | wc -l)" = 7 ] || fail "7 frames"
-    [ "$(hashes "${kinds[i]}" | cut -d' ' -f2 | sort -u | wc -l)" = 7 ] || fail "frames repeat"
+    [ "$(hashes "${kinds[i]}" | wc -l)" = 7 ] || fail "${kinds[i]}: the manifest does not name 7 frames"
+    [ "$(hashes "${kinds[i]}" | cut -d' ' -f2 | sort -u | wc -l)" = 7 ] || fail "${kinds[i]}: frames repeat"
 done
 [ "$(cat smooth/manifest.jsonl voxel/manifest.jsonl views/manifest.jsonl |
     jq -r '.hash // empty' | sort -u | wc -l)" = 21 ] || fail "different pictures have the same hash"
@@ -23,18 +23,18 @@ for ranks in 1 2 3 5; do
                 --set farm.share=$([ $((n / 2 % 2)) = 0 ] && echo true || echo false) \
                 --set "farm.partition=${partitions[(n + n / 9) % 3]}" --set "$setting" >/dev/null
             [ "$(hashes "$kind")" = "$(hashes "run$n")" ] ||
-                fail "other pictures with $ranks ranks, $threads threads, $skip, $kind"
+                fail "the pictures differ with $ranks ranks, $threads threads, $skip, $kind"
             jq -e ".ranks == $ranks and .threads == $threads and .nodes == 1 and
                 (.memory.peak_rss_bytes | length) == $ranks" "run$n/stats.json" >/dev/null ||
-                fail "stats of run$n"
+                fail "stats.json of run$n"
         done
     done
 done
 
-# More ranks than frames; and a video through several ranks, whoever encodes it, is byte-identical to
-# one rank's; so are the PNG files.
+# There may be more ranks than frames. A video made by several ranks, whoever encodes it, is the same
+# byte for byte as that of one rank; so are the PNG files.
 mpi 5 "$SEGCAST" render job.yaml -o few --frames 2-3 -q >/dev/null
-[ "$(hashes few)" = "$(hashes smooth | sed -n '3,4p')" ] || fail "more ranks than frames"
+[ "$(hashes few)" = "$(hashes smooth | sed -n '3,4p')" ] || fail "the pictures differ with more ranks than frames"
 video=(--set output.video=v.mp4 --set output.fps=2 --set output.frames=png)
 "$SEGCAST" render job.yaml -o v1 -q "${video[@]}" >/dev/null
 for encode in rank0 segments auto; do

@@ -1,12 +1,12 @@
-# Whatever is wrong, all ranks leave together, with one message and one exit code, in time.
+# After any error all ranks end together, soon, with one message and the same exit code.
 small_job good.yaml
 refuse() { # refuse CODE PATTERN ARGUMENT...
     local want=$1 pattern=$2 code=0
     shift 2
     timeout 60 mpirun -n 3 "$SEGCAST" "$@" >stdout.txt 2>stderr.txt || code=$?
     [ "$code" = "$want" ] || { cat stderr.txt >&2; fail "exit $code, expected $want: $*"; }
-    grep -qE -- "$pattern" stderr.txt || { cat stderr.txt >&2; fail "no \"$pattern\": $*"; }
-    [ "$(grep -c 'segcast: .*error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "not one error"; }
+    grep -qE -- "$pattern" stderr.txt || { cat stderr.txt >&2; fail "no line matches \"$pattern\": $*"; }
+    [ "$(grep -c 'segcast: .*error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "expected one error: $*"; }
 }
 sed 's/^render:/rendr:/; s/tissues/tissuse/' good.yaml >bad.yaml
 refuse 65 'did you mean "tissues"' render bad.yaml
@@ -22,9 +22,9 @@ refuse 64 'not within the animation' render good.yaml --frames 99
 refuse 64 'unknown option' render good.yaml --nonsense
 : >file
 refuse 73 'file' render good.yaml -o file/out
-# Writing fails in the middle of the run: a folder stands where a frame belongs.
+# Writing fails in the middle of the run, because a directory has the name of a frame's file.
 mkdir -p full/frames/000003.png/taken
 refuse 74 '000003.png: cannot be written' render good.yaml -o full --set output.frames=png
-[ -z "$(find full -name '.*.tmp.*')" ] || fail "left: $(find full)"
-jq -e '.state == "failed" and .done == 3' full/status.json >/dev/null || fail "status"
+[ -z "$(find full -name '.*.tmp.*')" ] || fail "temporary files are left: $(find full)"
+jq -e '.state == "failed" and .done == 3' full/status.json >/dev/null || fail "status.json: $(cat full/status.json)"
 timeout 60 mpirun -n 2 "$SEGCAST" check good.yaml >/dev/null 2>&1 || fail "check under mpirun"

@@ -1,2 +1,2 @@
-# Posting messages needs no memory that could fail to be had in the middle of a run.
+# Messages can be posted when no memory is left; see test_posts.c.
 timeout 60 mpirun -n 2 "$BUILD/tests/test_posts" || fail "exit $?"

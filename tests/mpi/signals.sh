@@ -1,5 +1,5 @@
-# Deadlines and signals, alone and under mpirun: finish what is in flight, exit 75; a second TERM
-# stops at once; whatever came, the job can be gone on with.
+# After a deadline or a signal, in one process and under mpirun, the frames that were begun are finished
+# and the exit code is 75; a second TERM ends the run at once. The next run goes on in any case.
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 5, video: film.mp4/; s/frames: 7/frames: 4000/' job.yaml
 name=sc_signal_$$ # to find the ranks by, under any launcher
@@ -9,24 +9,24 @@ wait_for_frames() {
         [ "$(cat out/manifest.jsonl 2>/dev/null | grep -c '"frame"')" -ge "$1" ] && return
         sleep 0.05
     done
-    fail "no frames"
+    fail "the manifest does not name $1 frames in time"
 }
 stopped() { # stopped CODE WHAT
     [ "$1" = 75 ] || { cat stderr.txt >&2; fail "$2: exit $1, expected 75"; }
-    jq -e '.state == "incomplete" and .done > 0 and .done < 4000' out/status.json >/dev/null || fail "$2: status"
-    [ "$(hashes out | wc -l)" = "$(jq .done out/status.json)" ] || fail "$2: manifest and status disagree"
+    jq -e '.state == "incomplete" and .done > 0 and .done < 4000' out/status.json >/dev/null || fail "$2: status.json: $(cat out/status.json)"
+    [ "$(hashes out | wc -l)" = "$(jq .done out/status.json)" ] || fail "$2: manifest and status.json disagree"
 }
 
-# the time limit, and Slurm's end of the allocation
+# Two deadlines: the time limit of the command line, and the end of a Slurm allocation.
 for ranks in 1 2; do
     rm -rf out
     code=0
     begin=$(date +%s%N)
     mpi $ranks "$SEGCAST" render job.yaml -o out --time-limit 0:06 >/dev/null 2>stderr.txt || code=$?
-    # of a job of minutes; the rest is room for a busy machine
+    # The limit is 6 s, the whole job would take minutes; the rest allows for a busy machine.
     [ $((($(date +%s%N) - begin) / 1000000000)) -lt 25 ] || fail "the time limit was passed"
     stopped $code "time limit"
-    grep -q 'the time is nearly up' stderr.txt || fail "no reason"
+    grep -q 'the time is nearly up' stderr.txt || fail "the log does not say why the run stopped"
 done
 expect 75 'no frame could be finished' "$SEGCAST" render job.yaml -o none --time-limit 0.001
 before=$(jq .done out/status.json)
@@ -34,9 +34,9 @@ code=0
 SLURM_JOB_END_TIME=$(($(date +%s) + 6)) "$SEGCAST" render job.yaml -o out --resume >/dev/null 2>stderr.txt || code=$?
 stopped $code "end of the allocation"
 grep -q "$before of 4000 frames are there, and verified" stderr.txt || { cat stderr.txt >&2; fail "the $before frames are not kept"; }
-[ "$(jq .done out/status.json)" -gt "$before" ] || fail "nothing was added"
+[ "$(jq .done out/status.json)" -gt "$before" ] || fail "the second run added no frame"
 
-# signals, to one process or to mpirun; also while ranks encode groups of their own
+# Signals to a single process and to all ranks, also while ranks encode GOPs.
 for signal in USR1 TERM; do
     rm -rf out
     "$SEGCAST" render job.yaml -o out >/dev/null 2>stderr.txt &
@@ -56,7 +56,7 @@ for signal in USR1 TERM; do
     stopped $code "USR1 to all ranks"
 done
 
-# a second TERM: at once
+# A second TERM ends the run at once.
 rm -rf out
 "$SEGCAST" render job.yaml -o out --set output.size=[3840,2160] >/dev/null 2>stderr.txt &
 pid=$!

@@ -1,5 +1,5 @@
-# Random processes are killed at random moments, again and again; each time the job is gone on with.
-# In the end it is as if nothing had been. SOAK_KILLS=50 for the long one (tools/soak).
+# Processes are killed at random moments, again and again, and each time the next run goes on. In the end
+# all files are those of an undisturbed run. SOAK_KILLS=50 makes it long (tools/soak).
 kills=${SOAK_KILLS:-6}
 RANDOM=${SOAK_SEED:-1}
 small_job job.yaml
@@ -25,7 +25,7 @@ while :; do
     if [ $killed -lt "$kills" ]; then
         delay_ms=$((RANDOM % (whole_ms / 2 + 500)))
         sleep "$((delay_ms / 1000)).$(printf %03d $((delay_ms % 1000)))"
-        # mpirun, or one of the ranks, or all of them
+        # Kill mpirun, or one of the ranks, or all of them.
         mapfile -t pids < <(pgrep -r R,S,D -x "$name" || true; echo $launcher)
         if [ $((RANDOM % 5)) = 0 ]; then
             kill -KILL "${pids[@]}" 2>/dev/null && killed=$((killed + 1))
@@ -41,7 +41,7 @@ while :; do
     done
     ! pgrep -r R,S,D -x "$name" >/dev/null || fail "a rank is left behind"
     grep -q 'are there, and verified' stderr.txt && kept=$((kept + 1))
-    ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "an error"; }
+    ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "a run logged an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
         rm -rf out # complete before its time: once more from the start
     elif [ $code = 0 ]; then
@@ -50,9 +50,9 @@ while :; do
     [ $runs -lt $((4 * kills + 20)) ] || fail "no progress in $runs runs"
 done
 echo "$killed kills, $runs runs, $kept of them with frames to keep"
-[ $kept -gt 0 ] || fail "no run kept anything"
-[ "$(hashes out)" = "$(hashes ref)" ] || fail "other frames"
-cmp out/film.mp4 ref/film.mp4 || fail "another video"
-diff -r out/frames ref/frames || fail "other PNG files"
+[ $kept -gt 0 ] || fail "no run kept frames of an earlier one"
+[ "$(hashes out)" = "$(hashes ref)" ] || fail "the frames differ from those of an undisturbed run"
+cmp out/film.mp4 ref/film.mp4 || fail "the video differs from that of an undisturbed run"
+diff -r out/frames ref/frames || fail "the PNG files differ from those of an undisturbed run"
 "$SEGCAST" verify out >/dev/null || fail "verify"
-[ -z "$(find out -name "*.part" -o -name segments -o -name ".*")" ] || fail "left: $(find out)"
+[ -z "$(find out -name "*.part" -o -name segments -o -name ".*")" ] || fail "files are left: $(find out)"

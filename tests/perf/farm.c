@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How much rank 0 bears, without a renderer.
- *   farm_load simulate WORKERS RATE FRAMES   rank 0's real code with simulated workers that
- * together finish RATE frames a second mpirun -n N farm_load ranks FRAMES       real ranks that
- * draw nothing, as fast as they can Frames have 320 x 180 pixels. Prints frames per second and the
- * share of one core that handing out and taking in needs. */
+/* How many frames a second rank 0 can hand out and collect, measured without a renderer.
+ *
+ *   farm_load simulate WORKERS RATE FRAMES
+ *       rank 0 with simulated worker ranks that together finish RATE frames a second
+ *   mpirun -n N farm_load ranks FRAMES
+ *       real ranks that draw nothing, as fast as they can
+ *
+ * Frames have 320 x 180 pixels. Prints frames per second, and the share of one core that the main
+ * thread of rank 0 needs. */
 #include "../../src/comm/comm_ops.h"
 #include "../../src/farm/internal.h"
 #include "events.h"
@@ -13,11 +17,11 @@
 
 enum { WIDTH_PX = 320, HEIGHT_PX = 180 };
 
-/* ---- simulated workers, as a process group ---- */
+/* ---- a communicator whose worker ranks are simulated ---- */
 
 typedef struct sim_comm {
     sc_comm base;
-    double draw_s; /* of a frame on a worker */
+    double draw_s; /* of a frame on a worker rank */
     events mail;
     uint8_t *pixels;
 } sim_comm;
@@ -28,7 +32,7 @@ static sc_status sim_agree(sc_comm *comm, sc_status mine)
     return mine;
 }
 
-/* A unit is drawn, comes back, and the worker asks for the next. */
+/* When the work unit is drawn, its result arrives, and the rank asks for the next. */
 static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes)
 {
     sim_comm *c = (sim_comm *)comm;
@@ -83,7 +87,7 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
     memcpy((char *)data + sizeof done, c->pixels, message->bytes - sizeof done);
 }
 
-/* Workers are far away: their pixels come as messages. */
+/* Worker ranks are on other nodes: their pixels arrive as messages. */
 static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
 {
     (void)comm;
@@ -167,7 +171,8 @@ static int simulate(int workers, double rate, int frames)
                   .pixels = calloc((size_t)WIDTH_PX * HEIGHT_PX, 3)};
     int code;
 
-    for (int rank = 1; rank <= workers; rank++) /* spread over the time of a frame */
+    for (int rank = 1; rank <= workers;
+         rank++) /* the first results are spread over the time of a frame */
         push_event(&c.mail,
                    (event){sc_wall_s() + l.draw_s * rank / workers, rank, SC_TAG_READY, {0}});
     code = run(&c.base, &l, frames);

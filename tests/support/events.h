@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What simulated ranks do next, earliest first: a binary heap. */
+/* The next events of simulated ranks, earliest first: a binary heap. */
 #ifndef SC_TEST_EVENTS_H
 #define SC_TEST_EVENTS_H
 
@@ -7,12 +7,12 @@
 
 typedef struct event {
     double time_s;
-    int rank, tag; /* tag: what it is, for the user */
+    int rank, tag; /* tag: what happens, a number of the simulation */
     sc_work_unit unit;
 } event;
 
 typedef struct events {
-    event *heap; /* has room for all */
+    event *heap; /* from the simulation, with room for all events at a time */
     int count;
 } events;
 

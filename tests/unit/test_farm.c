@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The hand-out alone, with simulated ranks; and the farm with one rank. */
+/* The hand-out by itself, with simulated ranks, and the farm with one rank. */
 #include "check.h"
 #include "events.h"
 
@@ -12,21 +12,21 @@ enum { UNITS = 500 };
 typedef struct simulation {
     sc_work work;
     sc_handout handout;
-    double (*cost_s)(int frame); /* of a whole frame, for a rank of speed 1 */
+    double (*cost_s)(int frame); /* of a whole frame on a rank of speed 1 */
     double (*speed)(int rank);
-    double latency_s; /* from the end of a unit to the beginning of the next */
+    double latency_s; /* from the end of a work unit to the beginning of the next */
     /* state */
     events events;
-    sc_work_unit *units;   /* [ranks] in work; kind none: waiting */
+    sc_work_unit *units;   /* [ranks]: present ones; SC_UNIT_NONE: the rank waits */
     int *rows_left;        /* [frames] */
     double *busy_s;        /* [ranks] */
-    double longest_unit_s; /* that was begun after the last frame was begun */
-    double handed_s;       /* when the last unit went out */
+    double longest_unit_s; /* of those that belong to frames split into bands */
+    double handed_s;       /* when the last work unit went out */
     double end_s, work_s, units_done;
     int *waiting, waiting_count;
 } simulation;
 
-/* Give a rank its next unit, if there is one. */
+/* Give a rank its next work unit. @return false if it has to wait. */
 static bool begin_unit(simulation *s, int rank, double now_s)
 {
     sc_work_unit *unit = &s->units[rank];
@@ -106,7 +106,7 @@ static double same_cost(int frame)
     return 0.4;
 }
 
-/* A sweep that empties the heart: from 1.2 s down to nearly nothing. */
+/* As of a clip plane that sweeps the whole heart away: from 1.2 s down to 0.004 s. */
 static double falling_cost(int frame)
 {
     return frame < 900 ? 1.2 * (1 - frame / 900.0) + 0.004 : 0.004;
@@ -127,7 +127,8 @@ static double same_speed(int rank)
 
 static double mixed_speed(int rank)
 {
-    return 0.33 + 0.67 * (rank % 5) / 4; /* the slowest has a third of the fastest's */
+    return 0.33 +
+           0.67 * (rank % 5) / 4; /* the slowest ranks draw at a third of the fastest's speed */
 }
 
 static double total_speed(const simulation *s)
@@ -148,9 +149,9 @@ static double total_cost_s(const simulation *s)
     return sum;
 }
 
-/* Every row goes out once, in the window; and from the moment when nothing is left to begin, all
- * ranks end within the time of one band. @p falling: but for a slow rank with one of the costly
- * frames before the fall, which may last longer than all that follows; then within 1 %. */
+/* Every row goes out once and within the window. After the last work unit has gone out, all ranks
+ * end within the time of one band. With @p falling costs 1 % of the ideal time is allowed on top: a
+ * slow rank may then still draw a costly frame when the cheap ones that followed are done. */
 static void check_balance(int ranks, int frames, double (*cost_s)(int), double (*speed)(int),
                           bool falling)
 {
@@ -174,7 +175,7 @@ static void check_balance(int ranks, int frames, double (*cost_s)(int), double (
     clear_simulation(&s);
 }
 
-static void ranks_end_within_a_bands_time(void **state)
+static void all_ranks_end_within_the_time_of_a_band(void **state)
 {
     static const int ranks[] = {2, 3, 7, 16, 64, 250};
 
@@ -184,13 +185,13 @@ static void ranks_end_within_a_bands_time(void **state)
         check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, false);
         check_balance(ranks[i], 12 * ranks[i], wild_cost, mixed_speed, false);
         if (ranks[i] > 100)
-            continue; /* of frames that cost so little, more would have to be held than fit */
+            continue; /* the window cannot hold as many of these cheap frames as are finished */
         check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, same_speed, true);
         check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, mixed_speed, true);
     }
 }
 
-static void the_hand_out_scales_to_65536_ranks(void **state)
+static void the_hand_out_keeps_65536_ranks_busy(void **state)
 {
     (void)state;
     for (int ranks = 1024; ranks <= 65536; ranks *= 8) {
@@ -204,13 +205,13 @@ static void the_hand_out_scales_to_65536_ranks(void **state)
                         .latency_s = 1e-4};
 
         simulate(&s);
-        /* At 65,536 the frames that fit into rank 0's memory are fewer than the ranks. */
+        /* With 65,536 ranks the window holds fewer frames than there are ranks. */
         assert_true(s.end_s < (ranks < 10000 ? 1.3 : 3.1) * total_cost_s(&s) / total_speed(&s));
         clear_simulation(&s);
     }
 }
 
-/* Frames of which rank 0 can hold only a few are shared by several ranks each. */
+/* When rank 0 can hold only a few frames, several ranks draw each of them. */
 static void large_frames_keep_many_ranks_busy(void **state)
 {
     simulation s = {.work = {.ranks = 300,
@@ -229,7 +230,7 @@ static void large_frames_keep_many_ranks_busy(void **state)
     clear_simulation(&s);
 }
 
-static void one_frame_is_for_all_ranks(void **state)
+static void a_single_frame_is_split_over_all_ranks(void **state)
 {
     const sc_work work = {.ranks = 2,
                           .frames = 1,
@@ -251,7 +252,7 @@ static void one_frame_is_for_all_ranks(void **state)
     assert_in_range(units, 12, 40);
 }
 
-static void partitions_are_what_they_say(void **state)
+static void partitions_split_the_frames_that_they_promise(void **state)
 {
     sc_work work = {.ranks = 4, .frames = 100, .width_px = 640, .height_px = 480};
     sc_handout h;
@@ -293,7 +294,7 @@ static void gops_go_out_first_and_leave_frames_for_the_end(void **state)
     assert_int_equal(sc_handout_gops(0, 8, true), 0);
 }
 
-/* What was begun is ended: also the rest of a frame of which bands are out. */
+/* After a stop a frame of which some bands are out is completed, and no other is begun. */
 static void a_stop_ends_the_hand_out_at_a_frame(void **state)
 {
     const sc_work work = {.ranks = 2,
@@ -342,7 +343,7 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     return SC_OK;
 }
 
-/* A group's payload: its first frame. */
+/* The payload of a GOP is the number of its first frame. */
 static sc_status draw_gop(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out)
 {
@@ -367,7 +368,7 @@ static sc_status accept_frame(void *user, const sc_frame_result *result, const s
     p->accepted[p->count++] = result->frame;
     p->stop = p->stop || p->count == p->stop_after;
     if (p->stop_after > 0)
-        sc_sleep_s(5e-3); /* time for the farm to see it */
+        sc_sleep_s(5e-3); /* so that the farm notices the stop */
     return p->count == p->fail_after ? SC_ERR_WRITE : SC_OK;
 }
 
@@ -431,13 +432,13 @@ static void bands_and_gops_are_all_accepted(void **state)
 
     (void)state;
     assert_ok(run(&p, frames, 6));
-    assert_int_equal(p.count, 6 + 4 + 2); /* the last group is shorter */
+    assert_int_equal(p.count, 6 + 4 + 2); /* the last GOP is shorter */
     for (int i = 0; i < p.count; i++)
         sum += p.accepted[i];
     assert_int_equal(sum, 3 + 4 + 7 + 9 + 30 + 31 + 100 + 101 + 102 + 103 + 104 + 105);
 }
 
-static void a_deadline_is_a_stop(void **state)
+static void a_deadline_that_has_passed_stops_the_farm(void **state)
 {
     int frames[100];
     probe p = {.stop_after = -1, .fail_after = -1, .deadline_s = sc_wall_s() - 1};
@@ -451,7 +452,7 @@ static void a_deadline_is_a_stop(void **state)
     assert_ok(run(&p, frames, 100));
 }
 
-static void a_stop_is_incomplete_and_an_error_is_itself(void **state)
+static void the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback(void **state)
 {
     int frames[UNITS];
     probe p = {.stop_after = 4, .fail_after = -1}, q = {.stop_after = -1, .fail_after = 4};
@@ -460,7 +461,7 @@ static void a_stop_is_incomplete_and_an_error_is_itself(void **state)
     for (int i = 0; i < UNITS; i++)
         frames[i] = i;
     assert_int_equal(run(&p, frames, UNITS), SC_ERR_INCOMPLETE);
-    assert_in_range(p.count, 4, 4 + 64 + 2); /* the window, and what was in work */
+    assert_in_range(p.count, 4, 4 + 64 + 2); /* the window, and what was being drawn */
     assert_int_equal(run(&q, frames, UNITS), SC_ERR_WRITE);
     assert_int_equal(q.count, 4);
 }
@@ -468,17 +469,17 @@ static void a_stop_is_incomplete_and_an_error_is_itself(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ranks_end_within_a_bands_time),
-        cmocka_unit_test(the_hand_out_scales_to_65536_ranks),
+        cmocka_unit_test(all_ranks_end_within_the_time_of_a_band),
+        cmocka_unit_test(the_hand_out_keeps_65536_ranks_busy),
         cmocka_unit_test(large_frames_keep_many_ranks_busy),
-        cmocka_unit_test(one_frame_is_for_all_ranks),
-        cmocka_unit_test(partitions_are_what_they_say),
+        cmocka_unit_test(a_single_frame_is_split_over_all_ranks),
+        cmocka_unit_test(partitions_split_the_frames_that_they_promise),
         cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
         cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
         cmocka_unit_test(one_rank_accepts_all_frames_in_order),
         cmocka_unit_test(bands_and_gops_are_all_accepted),
-        cmocka_unit_test(a_deadline_is_a_stop),
-        cmocka_unit_test(a_stop_is_incomplete_and_an_error_is_itself),
+        cmocka_unit_test(a_deadline_that_has_passed_stops_the_farm),
+        cmocka_unit_test(the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback),
     };
 
     return RUN(tests);
