@@ -23,6 +23,7 @@ typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS } sc_layout;
 typedef struct sc_output {
     char directory[SC_PATH_BYTES];
     char video[SC_PATH_BYTES]; /**< name in the directory, or "none" */
+    char title[256];           /**< of the film, in the video's metadata; empty: none */
     int size_px[2];
     int fps;
     int frames;      /**< sc_frames_kind */

@@ -17,6 +17,7 @@ typedef struct sc_video_settings {
     int fps;                 /**< frames per second, a whole number */
     int crf;                 /**< constant rate factor of the encoder, 0 (lossless) to 51 */
     const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; VP9 ignores it */
+    const char *title;       /**< of the film, in the metadata of the file; borrowed; NULL: none */
 } sc_video_settings;
 
 /* ---- segments: GOPs that are encoded independently ---- */
@@ -78,12 +79,14 @@ SC_MUST_USE sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *encoder, 
 void sc_encoder_drop(sc_encoder *encoder);
 
 /** Joins segments, in the order in which they are added, to a video file. The index comes first
- *  (MP4) and every frame has its exact time. The bytes depend on the segments alone. */
+ *  (MP4) and every frame has its exact time. The bytes depend on the segments and the
+ *  title alone. */
 typedef struct sc_muxer sc_muxer;
-/** Create the file under a temporary name beside @p path.
+/** Create the file under a temporary name beside @p path. @param title as in sc_video_settings.
  *  @return SC_ERR_USAGE for another extension, SC_ERR_CREATE. Caller owns: sc_muxer_close, also
  * after sc_muxer_finish. */
-SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out);
+SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title,
+                                    sc_muxer **out);
 /** Append a segment. @return SC_ERR_DATA if it is damaged or was made with another encoder or other
  *  settings than the first one, SC_ERR_WRITE. After an error the muxer can only be closed. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);

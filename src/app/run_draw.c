@@ -15,7 +15,8 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
                                .height_px = job->output.size_px[1],
                                .fps = job->output.fps,
                                .crf = job->output.crf,
-                               .preset = sc_job_preset(job)};
+                               .preset = sc_job_preset(job),
+                               .title = job->output.title};
 }
 
 bool sc_run_has_video(const sc_job *job)

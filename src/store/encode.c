@@ -131,7 +131,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
     sc_muxer *muxer = NULL;
     sc_status status;
 
-    SC_TRY(sc_muxer_open(ctx, path, &muxer));
+    SC_TRY(sc_muxer_open(ctx, path, store->job.settings.title, &muxer));
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
         char name[2 * SC_NAME_BYTES];
         sc_segment segment = {0};

@@ -17,7 +17,7 @@ struct sc_muxer {
     int64_t frames, packets; /* written so far; frames counts those of whole segments */
 };
 
-sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out)
+sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, sc_muxer **out)
 {
     const sc_container *container = sc_container_find(path);
     sc_muxer *m = NULL;
@@ -45,6 +45,10 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, sc_muxer **out)
     error = avio_open(&m->format->pb, m->temporary, AVIO_FLAG_WRITE);
     if (error < 0) {
         status = sc_av_fail(ctx, SC_ERR_CREATE, path, "cannot be created", error);
+        goto out;
+    }
+    if (title && title[0] && av_dict_set(&m->format->metadata, "title", title, 0) < 0) {
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
     *out = m;

@@ -57,3 +57,13 @@ grep -qE 'segcast: limited by (drawing|reading)' stderr.txt || fail "does not sa
 grep -q 'slowest frames' stderr.txt || fail "does not name the slowest frames"
 grep -q $'\r' stderr.txt && fail "a bar in a log"
 true
+
+# The title of a film stands in the metadata of each container.
+for video in t.mp4 t.mkv t.webm; do
+    "$SEGCAST" render job.yaml -o "titled-$video" -q --frames 0-6 --set output.video="$video" \
+        --set 'output.title="The heart, opened"' >/dev/null
+    grep -aq 'The heart, opened' "titled-$video/$video" || fail "$video has no title"
+done
+"$SEGCAST" orbit phantom:59x41x61 -o titled.mp4 --frames 3 --size 64x48 -q \
+    --set output.title=Turning >/dev/null
+grep -aq Turning titled.mp4 || fail "orbit: no title"

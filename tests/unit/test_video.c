@@ -66,7 +66,7 @@ static sc_status compare_frame(void *user, int k, double time_s, const sc_image 
 
 static void write_video(const char *path, int width, int height, int frames, bool complete)
 {
-    const sc_video_settings settings = {width, height, 24, 16, "fast"};
+    const sc_video_settings settings = {width, height, 24, 16, "fast", NULL};
     sc_video_writer *writer;
 
     assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
@@ -158,7 +158,7 @@ static bool exists(const char *path)
 
 static void an_unfinished_video_never_bears_the_final_name(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast"};
+    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL};
     decoded d = {0};
     sc_video_writer *writer;
     sc_image image = test_picture(64, 64, 0);
@@ -190,7 +190,7 @@ static void an_unfinished_video_never_bears_the_final_name(void **state)
  * encoder writes. */
 static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 {
-    const sc_video_settings settings = {192, 120, 24, 16, "fast"};
+    const sc_video_settings settings = {192, 120, 24, 16, "fast", NULL};
     const int gop_frames = sc_video_gop_frames(&settings);
     sc_segment segments[2];
     sc_segment_info info;
@@ -216,7 +216,7 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
         assert_int_equal(info.first_frame, g * gop_frames);
         assert_int_equal(info.frame_count, g ? FRAMES - gop_frames : gop_frames);
     }
-    assert_ok(sc_muxer_open(&quiet, "j.mp4", &muxer));
+    assert_ok(sc_muxer_open(&quiet, "j.mp4", NULL, &muxer));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[1]));
     assert_false(exists("j.mp4"));
@@ -237,7 +237,7 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 
 static void a_damaged_segment_is_refused(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast"};
+    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL};
     sc_image image = test_picture(64, 64, 3);
     sc_segment segment, shorter;
     sc_segment_info info;
@@ -258,7 +258,7 @@ static void a_damaged_segment_is_refused(void **state)
         assert_false(sc_segment_inspect(&shorter, &info));
     }
     ((char *)segment.data)[segment.bytes / 2] ^= 1;
-    assert_ok(sc_muxer_open(&quiet, "t.webm", &muxer));
+    assert_ok(sc_muxer_open(&quiet, "t.webm", NULL, &muxer));
     assert_int_equal(sc_muxer_add(&quiet, muxer, &segment), SC_ERR_DATA);
     sc_muxer_close(muxer);
     assert_false(exists("t.webm"));
