@@ -121,7 +121,7 @@ sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream)
             return status;
         fprintf(stream, ".SS segcast %s %s\n", c->name, c->argument);
         print_roff(stream, c->help);
-        fputs(c->details ? ".\n" : ".\n", stream);
+        fputs(".\n", stream);
         if (c->details)
             print_roff(stream, c->details);
         fputs("\n", stream);
