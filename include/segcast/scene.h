@@ -16,6 +16,11 @@ typedef struct sc_material {
     double specular; /**< strength of the highlight */
     int shininess;   /**< its exponent (Blinn-Phong): the larger, the smaller the highlight */
 } sc_material;
+/** The material of tissues for which no rule says otherwise. Macros, so that the documents of the
+ * job file can quote them. */
+#define SC_MATERIAL_DIFFUSE 1
+#define SC_MATERIAL_SPECULAR 0.14
+#define SC_MATERIAL_SHININESS 36
 
 /** What the user wants of all tissues whose name or number matches a pattern. What the rule leaves
  *  open (has_... is false) stays as it was. */
@@ -89,8 +94,6 @@ typedef struct sc_lighting {
     double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
     double depth_cue; /**< 0 to 1: how much the far end fades into the background */
 } sc_lighting;
-/** The light of a job that sets none of these keys. */
-sc_lighting sc_lighting_default(void);
 
 /* ---- camera ---- */
 

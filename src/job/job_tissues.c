@@ -49,6 +49,10 @@ static const sc_value_type type_opacity = {
 };
 
 #define RULE(member) offsetof(sc_tissue_rule, member)
+/* A number as text. */
+#define TEXT(macro) TEXT_OF(macro)
+#define TEXT_OF(number) #number
+
 #define HAS(member) .given = SC_GIVEN(sc_tissue_rule, has_##member)
 
 const sc_key sc_tissue_keys[] = {
@@ -65,12 +69,12 @@ const sc_key sc_tissue_keys[] = {
      HAS(visible), .without = "the label table's, else true"},
     {"diffuse", &sc_type_real, RULE(material.diffuse), NULL,
      .help = "share of its colour that light brings out", .low = 0, .high = 2, HAS(diffuse),
-     .without = "1"},
+     .without = TEXT(SC_MATERIAL_DIFFUSE)},
     {"specular", &sc_type_real, RULE(material.specular), NULL, .help = "strength of highlights",
-     .low = 0, .high = 2, HAS(specular), .without = "0.14"},
+     .low = 0, .high = 2, HAS(specular), .without = TEXT(SC_MATERIAL_SPECULAR)},
     {"shininess", &sc_type_int, RULE(material.shininess), NULL,
      .help = "exponent of highlights: the larger, the smaller they are", .low = 1, .high = 1000,
-     HAS(shininess), .without = "36"},
+     HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
 static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,

@@ -54,7 +54,9 @@ static sc_tissue tissue_of_table(const sc_label *label)
     sc_tissue tissue = {.visible = !label->hidden,
                         .opacity = label->opacity,
                         .opacity_auto = label->opacity < 0,
-                        .material = {.diffuse = 1, .specular = 0.14, .shininess = 36}};
+                        .material = {.diffuse = SC_MATERIAL_DIFFUSE,
+                                     .specular = SC_MATERIAL_SPECULAR,
+                                     .shininess = SC_MATERIAL_SHININESS}};
 
     color_of(label->rgb, tissue.rgb_linear);
     return tissue;

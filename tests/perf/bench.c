@@ -11,6 +11,7 @@
  *   size     1920x1080               threads  1
  *   samples  1 (rays per pixel at edges)
  *   frames   of a turn of 36         repeat   times */
+#include "segcast/job.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
@@ -160,6 +161,20 @@ static void draw(entry *e, int frame)
     sc_add_counters(&e->counters, &stats.counters);
 }
 
+/* The light of a job that says nothing of it. */
+static sc_lighting default_light(void)
+{
+    static const sc_setting volume = {"bench", "volume", "phantom", true};
+    const sc_job_sources sources = {.settings = &volume, .setting_count = 1};
+    sc_lighting light;
+    sc_job job;
+
+    must(sc_job_load(&ctx, &sources, &job));
+    light = job.light;
+    sc_job_clear(&job);
+    return light;
+}
+
 static void start(entry *e, prepared_set *p)
 {
     const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
@@ -182,7 +197,7 @@ static void start(entry *e, prepared_set *p)
         .caps = true,
         .tile_px = 32,
         .threads = atoi(e->value[THREADS]),
-        .light = sc_lighting_default(),
+        .light = default_light(),
     };
     const sc_vec3 *hull;
     size_t count;

@@ -43,7 +43,12 @@ static inline small_scene make_scene(sc_volume volume, double opacity)
                                   .step_voxels = 0.5,
                                   .caps = true,
                                   .everywhere = true,
-                                  .light = sc_lighting_default(),
+                                  .light = {.ambient = 0.28,
+                                            .key = 0.62,
+                                            .fill = 0.16,
+                                            .head = 0.22,
+                                            .occlusion = 0.8,
+                                            .edges = 0.5},
                                   .background = {255, 255, 255},
                                   .tile_px = 32,
                                   .threads = 1}};
