@@ -1,21 +1,112 @@
-# What the README shows is true: its job runs, its commands exist, its links lead somewhere, and
-# every key of a job is described.
-readme=$SOURCE/README.md
-awk '/^```yaml/ {on = 1; next} /^```/ {on = 0} on' "$readme" >heart.yaml
-grep -q '^volume: phantom' heart.yaml || fail "no job in the README"
-sed -i 's/^volume: phantom.*/volume: phantom:59x41x61/' heart.yaml
-"$SEGCAST" check heart.yaml >/dev/null || fail "the job of the README does not pass"
-"$SEGCAST" plan heart.yaml >/dev/null
-"$SEGCAST" still heart.yaml --frame 90 -o look.png -q >/dev/null
-"$SEGCAST" render heart.yaml --set animation.frames=3 -q >/dev/null
-[ -e heart-out/heart.mp4 ] || fail "no video"
-for command in $(grep -oE 'segcast (check|plan|still|render|orbit|info|phantom|views|prepare|join|study|report|verify)\b' "$readme" | cut -d' ' -f2 | sort -u); do
-    "$SEGCAST" "$command" --help >/dev/null || fail "segcast $command"
+# What README.md, CONTRIBUTING.md and docs/*.md say is true:
+# - every block ```sh runs and ends with exit code 0, in one directory per document, with the job
+#   files that the document shows. A comment <!-- not run: REASON --> on the line before a block
+#   leaves it out, <!-- needs: PROGRAM... --> leaves it out where a program is missing;
+# - every `segcast COMMAND --option` in text, tables and blocks that are left out exists;
+# - docs/usage.md lists the commands that `segcast --help` lists;
+# - links lead to files and headings that exist, and so do paths of the repository in `backquotes`
+#   (words in capitals, such as read_FORMAT.c, stand for a name that the reader chooses).
+documents=("$SOURCE/README.md" "$SOURCE/CONTRIBUTING.md" "$SOURCE/CHANGELOG.md" "$SOURCE"/docs/*.md)
+
+# Small pictures of a small volume. The command line goes before the environment, so a size that a
+# command gives itself stays.
+export SEGCAST_VOLUME=phantom:59x41x61 SEGCAST_OUTPUT_SIZE='[96, 72]' SEGCAST_ANIMATION_FRAMES=96
+export SEGCAST_OUTPUT_FPS=24
+mkdir bin
+cat >bin/segcast <<'SH'
+#!/usr/bin/env bash
+[ "$1" != phantom ] || set -- "$@" --size 59x41x61
+exec "$SEGCAST" "$@"
+SH
+chmod +x bin/segcast
+export PATH=$PWD/bin:$PATH
+
+# split DOCUMENT DIR: the blocks of a document as DIR/NN.run, .left (out) or job files by their name.
+split() {
+    awk -v dir="$2" -v name="$(basename "$1")" '
+        /^```/ && on {on = ""; close(file); mark = ""; next}
+        on {print >file; if (on == "yaml" && !named) {
+                named = 1
+                if ($0 ~ /^# [a-z0-9-]+\.yaml/) {
+                    close(file); old = file; file = $2; sub(/[^a-z]+$/, "", file); file = dir "/" file
+                    print >file; system("rm -f " old) } }
+            next}
+        /^```sh/ {
+            file = sprintf("%s/%02d.run", dir, ++count); on = "sh"
+            if (mark ~ /^<!-- not run: ..../) file = sprintf("%s/%02d.left", dir, count)
+            else if (mark ~ /^<!-- needs: /) {
+                needs = mark; gsub(/^<!-- needs: | -->$/, "", needs)
+                if (system("for p in " needs "; do command -v $p >/dev/null || exit 1; done"))
+                    file = sprintf("%s/%02d.left", dir, count) }
+            else if (mark != "") {print name ": unknown mark " mark >"/dev/stderr"; exit 1}
+            printf "" >file; next}
+        /^```yaml/ {on = "yaml"; named = 0; file = sprintf("%s/%02d.yaml.part", dir, ++count); next}
+        /^```/ {on = "text"; file = "/dev/null"; next}
+        /^<!-- (not run|needs):/ {mark = $0; next}
+        {if ($0 != "") mark = ""}
+        END {if (on) {print name ": a block is not closed" >"/dev/stderr"; exit 1}}' "$1"
+}
+
+# ---- blocks ----
+ran=0
+for document in "${documents[@]}"; do
+    work=$PWD/$(basename "$document" .md)
+    mkdir "$work"
+    split "$document" "$work" || fail "$document: its blocks cannot be read"
+    ln -s "$SOURCE/jobs" "$work/jobs"
+    for block in "$work"/*.run; do
+        [ -e "$block" ] || continue
+        (cd "$work" && bash -euo pipefail "$block") >"$block.out" 2>&1 || {
+            cat "$block.out" >&2
+            fail "$(basename "$document"): this block ends with an error: $(cat "$block")"
+        }
+        ran=$((ran + 1))
+    done
+    for job in "$work"/*.yaml; do
+        [ ! -e "$job" ] || "$SEGCAST" check "$job" >/dev/null || fail "$(basename "$document"): $(basename "$job") is refused"
+    done
 done
-grep -oE '\]\(([^)]+)\)' "$readme" | tr -d '()]' | while read -r link; do
-    [ -e "$SOURCE/$link" ] || fail "link to $link"
+[ "$ran" -ge 4 ] || fail "only $ran blocks were run"
+[ -e README/heart-out/heart.mp4 ] || fail "the job of the README made no video"
+
+# ---- commands and options, wherever they are named ----
+"$SEGCAST" --help | sed -nE 's/^ +segcast ([a-z]+) .*/\1/p' | sort -u >commands.txt
+[ "$(wc -l <commands.txt)" -ge 10 ] || fail "segcast --help lists only $(wc -l <commands.txt) commands"
+while read -r command; do
+    "$SEGCAST" "$command" --help >"help-$command.txt" || fail "segcast $command --help fails"
+done <commands.txt
+{ grep -ohE '`segcast [a-z][^`]*`' "${documents[@]}" | tr -d '`'
+    cat ./*/*.left ./*/*.run 2>/dev/null; } | grep -oE 'segcast [a-z]+[^|&;#]*' >named.txt
+while read -r _ command rest; do
+    [ "$command" != help ] || continue
+    [ -e "help-$command.txt" ] || fail "a document names segcast $command, which does not exist"
+    for option in $(grep -oE -- '--[a-z][a-z-]*' <<<"$rest"); do
+        [ "$option" = --help ] || grep -qE -- "$option\b" "help-$command.txt" ||
+            fail "a document names segcast $command $option, which does not exist"
+    done
+done <named.txt
+sed -nE '/<!-- commands -->/,/^$/s/^\| `segcast ([a-z]+).*/\1/p' "$SOURCE/docs/usage.md" | sort >listed.txt
+diff commands.txt listed.txt >&2 || fail "docs/usage.md and segcast --help list different commands (above)"
+
+# ---- links ----
+# headings FILE: the anchors of its headings, as GitHub makes them.
+headings() {
+    awk '/^```/ {on = !on} !on && /^#+ / {sub(/^#+ /, ""); print tolower($0)}' "$1" |
+        sed 's/[^a-z0-9 _-]//g; s/ /-/g'
+}
+for document in "${documents[@]}"; do
+    { grep -oE '\]\([^) ]+\)' "$document" || true; } | sed 's/^](//; s/)$//' | while read -r link; do
+        case $link in http://* | https://*) continue ;; esac
+        path=${link%%#*} target=$document
+        [ -z "$path" ] || target=$(dirname "$document")/$path
+        [ -e "$target" ] || fail "$(basename "$document"): the link to $link leads nowhere"
+        [ "$path" = "$link" ] || headings "$target" | grep -qxF -- "${link#*#}" ||
+            fail "$(basename "$document"): the link to $link names a heading that does not exist"
+    done
 done
-"$SEGCAST" render heart.yaml --frames 0 -q -o keys >/dev/null
-sed -nE 's/^ *"?([a-z_]+)"?:.*/\1/p' keys/job.yaml | sort -u | while read -r key; do
-    grep -qE "\`?\.?\b$key\b" "$readme" || fail "key $key is not described"
+for document in "${documents[@]}"; do
+    { grep -oE '`(cmake|docs|include|jobs|src|tests|tools)/[^` ]*`' "$document" || true; } | tr -d '`' | while read -r path; do
+        [[ $path =~ [A-Z]{3} ]] || compgen -G "$SOURCE/$path" >/dev/null ||
+            fail "$(basename "$document"): $path is named, but does not exist"
+    done
 done

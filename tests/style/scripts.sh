@@ -5,5 +5,5 @@ shellcheck jobs/slurm/*.sbatch jobs/pbs/*.pbs || fail "shellcheck"
 shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/common || fail "shellcheck"
 for script in jobs/slurm/*.sbatch jobs/pbs/*.pbs; do
     [ "$(wc -l <"$script")" -le 40 ] || fail "$script is not short"
-    grep -q "$(basename "$script")" README.md || fail "$script is not in the README"
+    grep -q "$(basename "$script")" docs/cluster.md || fail "$script is not in docs/cluster.md"
 done
