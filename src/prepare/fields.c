@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The fields that smooth surfaces are made of, at every place near an interface, from the label of
- * its own voxel and those around it:
+/* The fields from which smooth surfaces are drawn, at every vertex near an interface. The
+ * membership of a label is 1 at vertices that carry it and 0 elsewhere. Smoothed, it gives two
+ * things.
  *
- * - the weight: half of what the label's membership, smoothed by a flat-topped low-pass filter, has
- *   over that of any other label. Between two labels that is the membership less one half; where
- *   three meet, their surfaces end in a smooth line.
- *   A Gaussian of width s moves a curved surface inward; multiplying its spectrum by a part of the
- *   series of exp(c k^2) undoes that (DESIGN section 8 stops at second order; the third, at three
- *   quarters, and a little more than s^2 keep tubes of radius 1 as well, and make up for what the
- *   trilinear interpolation of the weights takes off);
- * - the gradient of the membership smoothed by a wider Gaussian, for light.
+ * The weight of a vertex is half of the difference between the smoothed membership of its own label
+ * and the largest one of any other label. Between two labels that is the membership less one half;
+ * where three meet, their surfaces end in a smooth line. The filter is a flat-topped low-pass: a
+ * Gaussian of width s moves a curved surface inward, and multiplying its spectrum by the first
+ * terms of the series of exp(c k^2), with c = s^2 / 2, undoes that. The first two orders do most of
+ * it. Here three quarters of the third are added, and c is a little larger: this keeps tubes of
+ * radius 1 as well, and makes up for the shrinking by the trilinear interpolation of the weights.
  *
- * A row of the window becomes 16 bits ("is it my label?"), for which tables hold the sums of the
- * four places of the brick along it. */
+ * The gradient, for light, is that of the membership smoothed by a wider Gaussian.
+ *
+ * To be fast, one label at a time is filtered for all vertices of a brick. Each row of the window
+ * around the brick becomes 16 bits that say which vertices carry the label. Tables hold, for every
+ * pattern of 16 bits, the weighted sums for the four vertices of the brick along the row. */
 #include "internal.h"
 
 #include <string.h>
@@ -21,50 +24,56 @@
 #endif
 
 enum {
-    RADIUS = 6,                     /* of both filters, in places */
-    WINDOW = SC_BRICK + 2 * RADIUS, /* all that the places of a brick look at: 16 */
+    RADIUS = 6,                     /* of both filters, in vertices */
+    WINDOW = SC_BRICK + 2 * RADIUS, /* edge of the block of vertices that a brick depends on: 16 */
     TAPS = 2 * RADIUS + 1,
     PATTERNS = 1 << WINDOW,
     ROWS = WINDOW * WINDOW,
-    WEIGHT_LEAST = 3 /* of SC_WEIGHT_MAX: a voxel always owns its centre */
+    WEIGHT_LEAST = 3 /* of SC_WEIGHT_MAX: never 0, so that a label owns all its voxels' centres */
 };
 
-#define WEIGHT_WIDTH 1.55 /* standard deviation of the filter for weights, in reference voxels */
-#define WEIGHT_EXCESS 1.283
-#define WEIGHT_THIRD 0.75
-#define WEIGHT_REACH 5.7 /* where that filter ends */
+/* The filter for weights. Lengths are in reference voxels: see steps_of. */
+#define WEIGHT_WIDTH 1.55   /* standard deviation of its Gaussian, s */
+#define WEIGHT_EXCESS 1.283 /* c as a multiple of s^2 / 2 */
+#define WEIGHT_THIRD 0.75   /* share of the third-order term */
+#define WEIGHT_REACH 5.7    /* the filter is 0 beyond this distance */
+/* Standard deviations of the filter for normals, and of that where tissue is thin. */
 #define NORMAL_WIDTH 2.35
-#define NARROW_WIDTH 1.5 /* of the normals' filter where tissue is thin */
-/* Strength of the gradient, as a share of that at a flat interface, below which tissue is thin:
- * from here on the narrow filter counts, and from there on it alone. */
+#define NARROW_WIDTH 1.5
+/* Tissue counts as thin where the gradient, as a share of that at a flat interface, is weaker than
+ * THIN_FROM. The narrow filter is blended in from there, and replaces the wide one at THIN_ALL. */
 #define THIN_FROM 0.45f
 #define THIN_ALL 0.30f
 
 typedef float quad __attribute__((vector_size(16)));
 
-/* A row of the weight's window: where it lies from the first and which table it takes. */
+/* A row of the window in which the filter for weights is not 0. */
 typedef struct weight_row {
-    int offset, table;
+    int offset;       /* from the first row of the window */
+    int table;        /* which table applies to it: rows at the same distance share one */
     const quad *sums; /* that table */
 } weight_row;
 
-/* A Gaussian and its derivative, scaled so that the gradient at a flat interface is 1. */
-typedef struct bell {
+/* A filter for normals: a Gaussian and its derivative, scaled so that the gradient at a flat
+ * interface has length 1. */
+typedef struct normal_filter {
     quad (*table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
     float value[3][TAPS], slope[3][TAPS]; /* along each axis */
-} bell;
+} normal_filter;
 
 typedef struct filters {
     const sc_preparation *p;
     weight_row rows[TAPS * TAPS];
     int row_count, table_count;
-    quad *weight_tables; /* [table_count][PATTERNS]: sums over the rows at one distance */
-    bell wide, narrow;   /* for normals */
-    double to_mm[3][3];  /* gradient by places -> RAS */
+    quad *weight_tables; /* [table_count][PATTERNS]; NULL where surfaces are crisp (smooth 0) */
+    normal_filter wide, narrow;
+    double to_mm[3][3]; /* gradient in grid coordinates -> RAS */
 } filters;
 
-/* How many reference voxels a step along each axis is: the smoothing is isotropic in millimetres
- * as far as the spacing allows. Along a coarse axis the filter still has to bridge a voxel. */
+/* The length of a voxel along each axis in reference voxels, which are cubes of the same volume.
+ * With it the smoothing is isotropic in millimetres. The lengths are limited, because along a
+ * coarse axis the filter must still reach the next voxels, and along a fine one little of it may
+ * lie outside the window. */
 static void steps_of(const sc_volume *v, double steps[3])
 {
     double spacing[3], reference;
@@ -76,8 +85,8 @@ static void steps_of(const sc_volume *v, double steps[3])
         steps[i] = fmin(fmax(spacing[i] / reference, 1 / 1.2), 1 / 0.7);
 }
 
-/* The filter for weights at a squared distance, not normalised. The Laplacians of a Gaussian are
- * Laguerre polynomials of u. */
+/* The filter for weights at a squared distance, not normalised. The orders of the series are powers
+ * of the Laplacian, and those of a Gaussian are Laguerre polynomials of u. */
 static double weight_filter(double square, double smooth)
 {
     const double s = WEIGHT_WIDTH * smooth, u = square / (s * s), k = WEIGHT_EXCESS / 2;
@@ -93,6 +102,7 @@ static double squared(double x)
     return x * x;
 }
 
+/* The table of the rows at a squared distance, added if it is new. */
 static int table_of(double *squares, int *count, double square)
 {
     for (int i = 0; i < *count; i++) {
@@ -103,8 +113,9 @@ static int table_of(double *squares, int *count, double square)
     return (*count)++;
 }
 
-/* Sums of taps for every pattern of a row: the place at x sees its bits from x on.
- * @param stride quads from one pattern's to the next. */
+/* Fill a table: for every pattern of a row and each of the four vertices x along it, the sum of the
+ * taps whose bits are set; the taps of vertex x begin at bit x.
+ * @param stride quads from the sums of a pattern to those of the next. */
 static void fill_table(quad *table, size_t stride, const float taps[TAPS])
 {
     table[0] = (quad){0, 0, 0, 0};
@@ -118,6 +129,7 @@ static void fill_table(quad *table, size_t stride, const float taps[TAPS])
     }
 }
 
+/* The rows and tables of the filter for weights. */
 static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
 {
     const double smooth = f->p->settings.smooth;
@@ -155,8 +167,10 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
     return SC_OK;
 }
 
-/* A Gaussian lowered so that it ends at zero, and its derivative. */
-static sc_status fill_bell(const sc_ctx *ctx, bell *b, const double steps[3], double width)
+/* The filter for normals of a given width: a Gaussian, lowered so that it ends at zero, and its
+ * derivative. */
+static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const double steps[3],
+                                    double width)
 {
     const double rim = exp(-squared((RADIUS + 1) / width) / 2);
     double value[3][TAPS], flat = 0;
@@ -201,10 +215,10 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
     steps_of(v, steps);
     if (f->p->settings.smooth > 0)
         SC_TRY(fill_weights(ctx, f, steps));
-    SC_TRY(fill_bell(ctx, &f->wide, steps, NORMAL_WIDTH));
-    SC_TRY(fill_bell(ctx, &f->narrow, steps, NARROW_WIDTH));
-    /* Gradients map by the transposed inverse; the reader has checked that it exists. Scaled so
-     * that a step along x is one. */
+    SC_TRY(fill_normal_filter(ctx, &f->wide, steps, NORMAL_WIDTH));
+    SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, NARROW_WIDTH));
+    /* Gradients map by the transposed inverse, which exists: the reader of the volume has checked.
+     * It is scaled so that a gradient of 1 per voxel along x keeps its length. */
     (void)sc_affine_invert(&v->to_ras_mm, &inverse);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
@@ -214,21 +228,23 @@ out:
     return status;
 }
 
-/* What the places of one brick look at, and what comes out. */
+/* The work on one brick. "The label at hand" is the one being filtered. */
 typedef struct brick_work {
     uint16_t ids[ROWS][WINDOW];
-    uint32_t bits[ROWS];             /* "is it my label?" */
-    quad value[ROWS], along_x[ROWS]; /* [z][y], four places along x */
-    quad flat[WINDOW][SC_BRICK], along_xy[WINDOW][SC_BRICK][2];
-    float gradient[SC_BRICK_VERTICES][3]; /* of the gathered label */
-    uint16_t labels[ROWS * WINDOW];       /* distinct ones */
-    float own[SC_BRICK_VERTICES],
-        other[SC_BRICK_VERTICES];      /* membership of a place's own label, largest of any other */
-    float taken[SC_BRICK_VERTICES][3]; /* outward gradient of a place's own label */
+    uint32_t bits[ROWS];                  /* which vertices of a row carry the label at hand */
+    quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
+    quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
+    quad along_xy[WINDOW][SC_BRICK][2];   /* likewise, the derivatives along x and y */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the label at hand */
+    uint16_t labels[ROWS * WINDOW];       /* the distinct labels of the window */
+    /* results */
+    float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
+    float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, outward */
 } brick_work;
 
-/* Rows of ids around a brick whose first place is @p low. */
-static void gather(const sc_volume *v, const int low[3], brick_work *w)
+/* Fetch the labels of the window around the brick whose lowest vertex is @p low. */
+static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
 {
     const int x0 = low[0] - 1 - RADIUS;
 
@@ -256,7 +272,7 @@ static void gather(const sc_volume *v, const int low[3], brick_work *w)
     }
 }
 
-/* Bits of the voxels of a row that hold @p id. */
+/* The vertices of a row that carry @p id, as bits. */
 #ifdef __SSE2__
 static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 {
@@ -279,15 +295,16 @@ static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 }
 #endif
 
+/* Make @p id the label at hand. */
 static void fill_bits(brick_work *w, uint16_t id)
 {
     for (int row = 0; row < ROWS; row++)
         w->bits[row] = row_bits(w->ids[row], id);
 }
 
-/* Gradients of the smoothed membership at all places of the brick: along x by the table, then
- * along y and z. */
-static void find_gradients(const bell *b, brick_work *w)
+/* The gradients of the label at hand at all vertices of the brick: filtered along x by the table,
+ * then along y and z tap by tap. */
+static void find_gradients(const normal_filter *b, brick_work *w)
 {
     for (int row = 0; row < ROWS; row++) {
         const quad *sums = b->table[w->bits[row]];
@@ -310,8 +327,8 @@ static void find_gradients(const bell *b, brick_work *w)
             w->along_xy[z][y][1] = along_y;
         }
     }
-    for (int place = 0; place < SC_BRICK_VERTICES; place += SC_BRICK) {
-        const int y = sc_bit_y(place), z = sc_bit_z(place);
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit += SC_BRICK) {
+        const int y = sc_bit_y(bit), z = sc_bit_z(bit);
         quad along[3] = {{0}, {0}, {0}};
 
         for (int i = 0; i < TAPS; i++) {
@@ -321,13 +338,13 @@ static void find_gradients(const bell *b, brick_work *w)
         }
         for (int x = 0; x < SC_BRICK; x++) {
             for (int axis = 0; axis < 3; axis++)
-                w->gradient[place + x][axis] = along[axis][x];
+                w->gradient[bit + x][axis] = along[axis][x];
         }
     }
 }
 
-/* Memberships of the gathered label at the sixteen places of a brick's layer z: four sums side by
- * side, none of which waits for another. */
+/* The smoothed memberships of the label at hand at the sixteen vertices of layer z of the brick.
+ * The four sums do not depend on each other, so that the processor adds to all of them at once. */
 static void memberships_of(const filters *f, const brick_work *w, int z, quad out[SC_BRICK])
 {
     const uint32_t *bits = w->bits + z * WINDOW;
@@ -343,28 +360,30 @@ static void memberships_of(const filters *f, const brick_work *w, int z, quad ou
     memcpy(out, sum, sizeof sum);
 }
 
+/* The label of a vertex of the brick. */
 static uint16_t id_of_bit(const brick_work *w, int bit)
 {
     return w
         ->ids[(sc_bit_z(bit) + RADIUS) * WINDOW + sc_bit_y(bit) + RADIUS][sc_bit_x(bit) + RADIUS];
 }
 
-/* The places in @p mask that hold @p id. */
-static uint64_t places_of(const brick_work *w, uint64_t mask, uint16_t id)
+/* The vertices of @p mask that carry @p id. */
+static uint64_t vertices_of(const brick_work *w, uint64_t mask, uint16_t id)
 {
-    uint64_t places = 0;
+    uint64_t vertices = 0;
 
     for (; mask; mask &= mask - 1) {
         const int bit = __builtin_ctzll(mask);
 
         if (id_of_bit(w, bit) == id)
-            places |= 1ull << bit;
+            vertices |= 1ull << bit;
     }
-    return places;
+    return vertices;
 }
 
-/* Take what the gathered label, which holds the places @p own, is at the places @p mask. */
-static void take_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
+/* Update own and other by the label at hand. @param mask vertices near an interface; whole layers
+ * without one are left out. @param own those that carry the label. */
+static void update_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
     for (int first = 0; first < SC_BRICK_VERTICES && f->weight_tables; first += SC_BRICK_LAYER) {
         quad memberships[SC_BRICK];
@@ -388,9 +407,9 @@ static float length_of(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Gradients of the gathered label at the places @p mask, outward of it: by the wide
- * filter, and by the narrow one where that is weak. */
-static void take_gradients(const filters *f, brick_work *w, uint64_t mask)
+/* Set the outward gradients of the vertices of @p mask from the label at hand: by the wide filter,
+ * and where tissue is thin, by a blend with the narrow one. */
+static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
 {
     uint64_t thin = 0;
 
@@ -399,8 +418,8 @@ static void take_gradients(const filters *f, brick_work *w, uint64_t mask)
         const int bit = __builtin_ctzll(left);
 
         for (int i = 0; i < 3; i++)
-            w->taken[bit][i] = -w->gradient[bit][i]; /* against the rise of the label */
-        if (length_of(w->taken[bit]) < THIN_FROM)
+            w->outward[bit][i] = -w->gradient[bit][i]; /* against the rise of the label */
+        if (length_of(w->outward[bit]) < THIN_FROM)
             thin |= 1ull << bit;
     }
     if (!thin)
@@ -408,39 +427,40 @@ static void take_gradients(const filters *f, brick_work *w, uint64_t mask)
     find_gradients(&f->narrow, w);
     for (; thin; thin &= thin - 1) {
         const int bit = __builtin_ctzll(thin);
-        float share = (THIN_FROM - length_of(w->taken[bit])) / (THIN_FROM - THIN_ALL);
+        float share = (THIN_FROM - length_of(w->outward[bit])) / (THIN_FROM - THIN_ALL);
 
         share = share < 1 ? share : 1;
         for (int i = 0; i < 3; i++)
-            w->taken[bit][i] += share * (-w->gradient[bit][i] - w->taken[bit][i]);
+            w->outward[bit][i] += share * (-w->gradient[bit][i] - w->outward[bit][i]);
     }
 }
 
+/* Reverse the gradients of the vertices of @p mask. */
 static void turn_gradients(brick_work *w, uint64_t mask)
 {
     for (; mask; mask &= mask - 1) {
         for (int i = 0; i < 3; i++)
-            w->taken[__builtin_ctzll(mask)][i] *= -1;
+            w->outward[__builtin_ctzll(mask)][i] *= -1;
     }
 }
 
-/* Distinct labels of the window; those of the places come first, and the first's bits are filled.
- */
+/* Find the distinct labels of the window. Those that vertices of @p mask carry come first, and the
+ * first one becomes the label at hand. @return how many there are. */
 static int find_labels(brick_work *w, uint64_t mask)
 {
-    int count = 0, of_places;
+    int count = 0, carried;
 
-    for (; mask; mask &= ~places_of(w, mask, w->labels[count - 1]))
+    for (; mask; mask &= ~vertices_of(w, mask, w->labels[count - 1]))
         w->labels[count++] = id_of_bit(w, __builtin_ctzll(mask));
-    of_places = count;
+    carried = count;
     for (int row = 0; row < ROWS; row++) {
         uint32_t known = w->bits[row] = row_bits(w->ids[row], w->labels[0]);
 
-        for (int i = 1; i < of_places; i++)
+        for (int i = 1; i < carried; i++)
             known |= row_bits(w->ids[row], w->labels[i]);
         for (uint32_t left = ~known & (PATTERNS - 1); left; left &= left - 1) {
             const uint16_t id = w->ids[row][__builtin_ctz(left)];
-            int i = of_places;
+            int i = carried;
 
             while (i < count && w->labels[i] != id)
                 i++;
@@ -451,23 +471,24 @@ static int find_labels(brick_work *w, uint64_t mask)
     return count;
 }
 
-/* Memberships and gradients at the places @p mask of a brick. */
-static void take_brick(const filters *f, brick_work *w, uint64_t mask)
+/* Memberships and gradients at the vertices of @p mask. If the window holds two labels, one label
+ * tells about both: their memberships add up to 1, and their gradients are opposite. */
+static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
 {
     const int count = find_labels(w, mask);
 
     memset(w->other, 0, sizeof w->other);
     for (int i = 0; i < count; i++) {
-        const uint64_t own = places_of(w, mask, w->labels[i]);
+        const uint64_t own = vertices_of(w, mask, w->labels[i]);
 
         if (i > 0)
             fill_bits(w, w->labels[i]);
-        take_memberships(f, w, mask, own);
+        update_memberships(f, w, mask, own);
         if (count == 2)
-            take_gradients(f, w, mask);
+            store_gradients(f, w, mask);
         else if (own)
-            take_gradients(f, w, own);
-        if (count == 2) { /* what the one gains, the other loses */
+            store_gradients(f, w, own);
+        if (count == 2) {
             turn_gradients(w, mask & ~own);
             for (uint64_t left = mask; left; left &= left - 1) {
                 const int bit = __builtin_ctzll(left);
@@ -482,9 +503,10 @@ static void take_brick(const filters *f, brick_work *w, uint64_t mask)
     }
 }
 
+/* The record of a vertex. A gradient of no length gets some direction and the least strength. */
 static uint32_t record_of(const filters *f, const brick_work *w, int bit)
 {
-    const float *g = w->taken[bit];
+    const float *g = w->outward[bit];
     const float margin = (w->own[bit] - w->other[bit]) * SC_WEIGHT_MAX + 0.5f;
     int weight = SC_WEIGHT_MAX;
     double n[3], length;
@@ -521,8 +543,8 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
         if (!f->p->near[brick])
             continue;
         sc_brick_low(f->p->bricks, brick, low);
-        gather(f->p->volume, low, &w);
-        take_brick(f, &w, f->p->near[brick]);
+        fetch_window(f->p->volume, low, &w);
+        filter_brick(f, &w, f->p->near[brick]);
         store_records(f, &w, brick);
     }
 }

@@ -1,24 +1,29 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Calmer gradients where a surface is flat at large: segmentations are often finer than what they
- * were drawn on, and show its steps as rings in the light. The directions of each label are summed
- * over bricks, the sums are spread over neighbouring bricks, and every place looks at the 27 around
- * it through a quadratic B-spline: a bell 4.6 places wide in all. Where the directions there agree,
- * the sum is as long as they are many, and their mean replaces the place's own; over a bend, a thin
- * tube or the two sides of a sheet it is shorter, and the place keeps what it has. */
+/* Smoother normals where a surface is flat at a larger scale. Segmentations often have finer voxels
+ * than the images they were drawn on, and the steps of those images show as rings in the light. The
+ * directions of each label are summed over each brick, the sums are spread over neighbouring
+ * bricks, and every vertex interpolates them from the 27 bricks around it by a quadratic B-spline;
+ * together that is a filter with a standard deviation of 4.6 vertices. Where the directions agree,
+ * their mean has nearly the length 1, and it replaces the direction of the vertex. Over a bend, a
+ * thin tube or the two sides of a sheet the mean is shorter, and the vertex keeps its own
+ * direction. */
 #include "internal.h"
 
 #include <string.h>
 
 enum {
-    ENTRIES = 4, /* labels of a brick; places of a fifth one keep what they have */
+    ENTRIES = 4, /* labels of a brick that are summed; vertices of a fifth one stay as they are */
     SPREADS = 2  /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
 };
 
-#define AGREE_LEAST 0.90f /* length of the mean from which on it counts */
-#define AGREE_ALL 0.965f  /* and from which on it replaces */
+/* The mean is blended in from the length AGREE_LEAST on, and from AGREE_ALL on it replaces the
+ * vertex's own direction. */
+#define AGREE_LEAST 0.90f
+#define AGREE_ALL 0.965f
 
 typedef float quad __attribute__((vector_size(16)));
 
+/* The sum of the directions of one label in a brick, and how many there are; 0: no entry. */
 typedef struct entry {
     float sum[3], count;
     uint32_t label;
@@ -26,11 +31,10 @@ typedef struct entry {
 
 typedef struct polish {
     const sc_preparation *p;
-    uint32_t *slot; /* [bricks]: where a brick's entries are; bricks without any share 0 */
+    uint32_t *slot; /* [bricks]: where a brick's entries are; all bricks without any share slot 0 */
     size_t slot_count;
-    entry *entries, *spread; /* [slots][ENTRIES] */
-    float weights[SC_BRICK_VERTICES]
-                 [27]; /* of the 27 bricks around, by the place in the middle one */
+    entry *entries, *spread;              /* [slots][ENTRIES] */
+    float weights[SC_BRICK_VERTICES][27]; /* B-spline: of the 27 bricks around a vertex */
 } polish;
 
 /* The unit direction of a record's gradient. */
@@ -39,7 +43,7 @@ static void direction_of(uint32_t record, float out[3])
     sc_record_normal(record & SC_RECORD_DIRECTION_BITS, out);
 }
 
-/* The labels of a brick's places near an interface. */
+/* The labels of a brick's vertices near an interface; the others are not written. */
 static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_BRICK_VERTICES])
 {
     int low[3];
@@ -54,7 +58,7 @@ static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_
     }
 }
 
-/* The block's entry for a label; NULL if it has none and no room. */
+/* The entry of a brick for a label, made if need be; NULL if there is no room for another. */
 static entry *entry_of(entry *entries, uint32_t label)
 {
     for (int i = 0; i < ENTRIES; i++) {
@@ -66,6 +70,7 @@ static entry *entry_of(entry *entries, uint32_t label)
     return NULL;
 }
 
+/* Sum the directions of a brick's vertices into its entries. */
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
     size_t index = w->p->near_start[brick];
@@ -96,7 +101,7 @@ static void sum_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Entries of the 27 bricks around a brick; those outside have none. */
+/* The entries of the 27 bricks around a brick, itself included; slot 0 for bricks outside. */
 static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
 {
     const sc_preparation *p = w->p;
@@ -151,7 +156,7 @@ static void spread_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Sums of one label in the 27 bricks around; their number last. */
+/* The sums of one label in the 27 bricks around, each followed by the number of directions. */
 static void gather_label(const entry *const around[27], uint32_t label, quad out[27])
 {
     for (int n = 0; n < 27; n++) {
@@ -162,7 +167,7 @@ static void gather_label(const entry *const around[27], uint32_t label, quad out
     }
 }
 
-/* The mean direction around a place. @return how much of the place's own it replaces. */
+/* The mean direction around a vertex. @return the share in which it replaces the vertex's own. */
 static float mean_direction(const polish *w, int bit, const quad sums[27], float out[3])
 {
     quad total = {0};
@@ -180,23 +185,23 @@ static float mean_direction(const polish *w, int bit, const quad sums[27], float
     return agree * agree * (3 - 2 * agree);
 }
 
-static void polish_place(const polish *w, int bit, size_t index, const quad sums[27])
+static void polish_vertex(const polish *w, int bit, size_t index, const quad sums[27])
 {
     const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
     const uint32_t old = sc_record_read(w->p->records, index);
     float own[3], mean[3] = {0, 0, 0};
     const double share = smooth * (double)mean_direction(w, bit, sums, mean);
     sc_vec3 mixed;
-    uint32_t calmer;
+    uint32_t smoothed;
 
     if (!(share > 0))
         return;
     direction_of(old, own);
     mixed = (sc_vec3){own[0] + share * (mean[0] - own[0]), own[1] + share * (mean[1] - own[1]),
                       own[2] + share * (mean[2] - own[2])};
-    calmer = (sc_record_pack(0, mixed, 1) & SC_RECORD_DIRECTION_BITS) |
-             (old & ~(uint32_t)SC_RECORD_DIRECTION_BITS);
-    sc_record_write(w->p->records, index, calmer);
+    smoothed = (sc_record_pack(0, mixed, 1) & SC_RECORD_DIRECTION_BITS) |
+               (old & ~(uint32_t)SC_RECORD_DIRECTION_BITS);
+    sc_record_write(w->p->records, index, smoothed);
 }
 
 static void polish_brick(const polish *w, size_t brick)
@@ -218,8 +223,8 @@ static void polish_brick(const polish *w, size_t brick)
             if (labels[bit] != label)
                 continue;
             left &= ~(1ull << bit);
-            polish_place(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
-                         sums);
+            polish_vertex(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
+                          sums);
         }
     }
 }
@@ -255,7 +260,7 @@ out:
     return status;
 }
 
-/* The quadratic B-spline along each axis. */
+/* Fill the weights of the quadratic B-spline. */
 static void fill_weights(polish *w)
 {
     float along[SC_BRICK][3];

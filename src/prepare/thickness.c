@@ -1,25 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Mean local thickness per label, from an exact Euclidean distance transform of all labels at once:
- * rows first, then lower envelopes of parabolas along y and z (Felzenszwalb and Huttenlocher 2012,
- * "Distance transforms of sampled functions"), cut wherever the label changes.
+/* Mean local thickness per label, from a Euclidean distance transform of all labels at once: along
+ * rows first, then by lower envelopes of parabolas along y and z (Felzenszwalb and Huttenlocher
+ * 2012, "Distance transforms of sampled functions"). Lines are cut wherever the label changes, so
+ * that every voxel gets the distance to the nearest voxel of another label.
  *
- * Distances are kept in 16 bits as 1/128 of the smallest spacing: 1/4 of the memory of a float
- * squared, exact enough (1/256 voxel) for a mean, and right up to 512 voxels of depth. */
+ * Distances are kept in 16 bits, in units of 1/128 of the smallest spacing. Rounding them to 1/256
+ * voxel does not matter in a mean, and depths of up to 512 voxels fit. */
 #include "internal.h"
 
-enum { UNITS_PER_VOXEL = 128, UNITS_MAX = 65535, COLUMNS = 32 };
+enum {
+    UNITS_PER_VOXEL = 128,
+    UNITS_MAX = UINT16_MAX,
+    COLUMNS = 32 /* lines that are processed side by side: they share cache lines */
+};
 
 typedef struct transform {
     const sc_preparation *p;
     uint16_t *distance;    /* [voxels], in units */
     double step_units[3];  /* one voxel along each axis */
-    float flank_units[27]; /* rise towards each neighbour that makes a flank */
+    float flank_units[27]; /* see is_medial: by neighbour */
     int axis;              /* of the pass in work: 1 or 2 */
     float *half_inverse;   /* [longest axis + 2]: 1 / (2 i) */
     char *scratch;         /* [threads][scratch_bytes] */
-    size_t scratch_bytes;
-    double smallest_mm; /* the smallest spacing */
-    uint64_t *sums;     /* [threads][label_count][2]: of distance squared and cubed */
+    size_t scratch_bytes;  /* of one workspace */
+    double smallest_mm;    /* the smallest spacing */
+    uint64_t *sums;        /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 double sc_thickness_mm(int code)
@@ -27,12 +32,13 @@ double sc_thickness_mm(int code)
     return SC_THICKNESS_LEAST_MM * exp2((double)code / SC_THICKNESS_STEPS);
 }
 
+/* Round to units; what does not fit becomes the largest value. */
 static uint16_t to_units(double value)
 {
     return value < UNITS_MAX ? (uint16_t)(value + 0.5) : UNITS_MAX;
 }
 
-/* Along x: voxels to the nearer end of the run of equal labels. */
+/* First pass, along x: the distance to the nearer end of the run of equal labels. */
 static void rows_pass(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -56,14 +62,14 @@ static void rows_pass(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Room of one thread: COLUMNS lines side by side, gathered so that each is contiguous, and the
- * envelope of the run in work. n is the length of a line. */
+/* Memory of one thread: COLUMNS lines, copied so that each is contiguous, and the envelope of the
+ * run in work. */
 typedef struct workspace {
-    int n;
+    int n;                    /* length of a line */
     uint16_t *ids, *distance; /* [COLUMNS][n] */
     float *f;                 /* [n + 2]: f[0] and f[run + 1] stand for the voxels beyond the run */
     float *bound;             /* [n + 3]: where each parabola of the envelope begins */
-    int *vertex;              /* [n + 2] */
+    int *root;                /* [n + 2]: where the parabolas of the envelope have their vertices */
 } workspace;
 
 static size_t workspace_bytes(int n)
@@ -71,30 +77,32 @@ static size_t workspace_bytes(int n)
     return (size_t)n * COLUMNS * 2 * sizeof(uint16_t) + ((size_t)n + 3) * 3 * sizeof(float);
 }
 
-static workspace place_workspace(char *block, int n)
+/* Lay out the workspace in a block of workspace_bytes. */
+static workspace lay_out_workspace(char *block, int n)
 {
     workspace w = {.n = n, .ids = (uint16_t *)(void *)block};
 
     w.distance = w.ids + (size_t)n * COLUMNS;
     w.f = (float *)(void *)(w.distance + (size_t)n * COLUMNS);
     w.bound = w.f + n + 3;
-    w.vertex = (int *)(void *)(w.bound + n + 3);
+    w.root = (int *)(void *)(w.bound + n + 3);
     return w;
 }
 
-/* Lower envelope of the parabolas rooted at f[0..count-1], @p step2 being the squared voxel size.
- * The first and the last are zero, so that nothing beyond them matters. */
+/* Build the lower envelope of the parabolas f[q] + step^2 (x - q)^2, q being 0 to count - 1.
+ * The first and the last f are zero, so that voxels beyond them cannot matter.
+ * @param inverse_step2 one over the squared length of a voxel. */
 static void build_envelope(const transform *t, const workspace *w, int count, float inverse_step2)
 {
     int top = 0;
 
-    w->vertex[0] = 0;
+    w->root[0] = 0;
     w->bound[0] = -1;
     for (int q = 1; q < count; q++) {
         float cross;
 
         for (;;) {
-            const int r = w->vertex[top];
+            const int r = w->root[top];
 
             cross = ((w->f[q] - w->f[r]) * inverse_step2 + (float)((q - r) * (q + r))) *
                     t->half_inverse[q - r];
@@ -102,13 +110,13 @@ static void build_envelope(const transform *t, const workspace *w, int count, fl
                 break;
             top--;
         }
-        w->vertex[++top] = q;
+        w->root[++top] = q;
         w->bound[top] = cross;
     }
     w->bound[top + 1] = (float)count;
 }
 
-/* One gathered line, run by run, in place. */
+/* The transform of one line, in place, a run of equal labels at a time. */
 static void line_pass(const transform *t, const workspace *w, const uint16_t *ids,
                       uint16_t *distance)
 {
@@ -129,14 +137,14 @@ static void line_pass(const transform *t, const workspace *w, const uint16_t *id
 
             while (w->bound[at + 1] < (float)q)
                 at++;
-            away = q - w->vertex[at];
+            away = q - w->root[at];
             distance[begin + q - 1] =
-                to_units(sqrtf(w->f[w->vertex[at]] + step2 * (float)(away * away)));
+                to_units(sqrtf(w->f[w->root[at]] + step2 * (float)(away * away)));
         }
     }
 }
 
-/* Lines along axis 1 or 2, COLUMNS neighbours in x at a time: they share cache lines. */
+/* Second and third pass: lines along y or z, COLUMNS neighbours in x at a time. */
 static void lines_pass(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -145,7 +153,7 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     const size_t blocks = (nx + COLUMNS - 1) / COLUMNS;
     const size_t stride = t->axis == 1 ? nx : plane;
     const workspace w =
-        place_workspace(t->scratch + (size_t)thread * t->scratch_bytes, v->size[t->axis]);
+        lay_out_workspace(t->scratch + (size_t)thread * t->scratch_bytes, v->size[t->axis]);
     const size_t n = (size_t)w.n;
 
     for (size_t item = begin; item < end; item++) {
@@ -174,11 +182,13 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* On the medial surface the depth rises slowly or not at all; on a flank some neighbour is deeper
- * by nearly the step to it. */
+/* A voxel lies on the flank of its tissue if the depth rises towards some neighbour by more than
+ * this share of the distance to it. All other voxels are medial: there the depth hardly rises any
+ * more. */
 #define FLANK_SLOPE 0.4
 
-/* The 26 neighbours, those across faces first: they settle most voxels. */
+/* The 26 neighbours in the order in which they are tried. Those across faces come first, because
+ * they decide for most voxels. */
 static const uint8_t neighbours[26] = {4,  10, 12, 14, 16, 22, 1, 3, 5, 7,  9,  11, 15,
                                        17, 19, 21, 23, 25, 0,  2, 6, 8, 18, 20, 24, 26};
 
@@ -202,6 +212,7 @@ static bool is_medial(const transform *t, int x, int y, int z, size_t index)
     return true;
 }
 
+/* Rows [begin, end): sum the squared and cubed depths of the medial voxels by label. */
 static void sum_medial(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -223,7 +234,8 @@ static void sum_medial(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* The neighbour of the same label that lies deepest, if deeper than the voxel itself. */
+/* Step to the deepest neighbour of the same label. @return false if none is deeper than the voxel.
+ */
 static bool climb(const transform *t, int at[3])
 {
     const sc_volume *v = t->p->volume;
@@ -260,9 +272,10 @@ static uint8_t thickness_code(double mm)
     return code < 0 ? 0 : code > 255 ? 255 : (uint8_t)code;
 }
 
-/* The thickness at a place of the boundary: twice the depth that the steepest way inward leads to,
- * less the half voxel on either side that belongs to the next tissue. */
-static void take_local(void *user, const sc_boundary_voxel *voxel)
+/* Store the local thickness at a boundary voxel: twice the depth at which the steepest ascent ends,
+ * less half a voxel on either side, because depth is measured to the centre of the next tissue's
+ * voxel. */
+static void store_local(void *user, const sc_boundary_voxel *voxel)
 {
     const transform *t = user;
     const sc_volume *v = t->p->volume;
@@ -282,7 +295,7 @@ static void local_bricks(void *user, size_t begin, size_t end, int thread)
     const transform *t = user;
 
     (void)thread;
-    sc_each_boundary(t->p, begin, end, take_local, user);
+    sc_each_boundary(t->p, begin, end, store_local, user);
 }
 
 static void run_passes(transform *t)
@@ -301,10 +314,11 @@ static void run_passes(transform *t)
         sc_parallel_for(t->p->settings.threads, t->p->brick_count, 1024, local_bricks, t);
 }
 
-/* Twice the mean depth, each medial voxel weighted by the square of its depth: of a tube, that is
- * the tissue it stands for; and the small depths that rough surfaces leave hardly count.
- * Depth is measured to the next tissue's voxel centre, half a voxel beyond the surface. */
-static void take_sums(const transform *t)
+/* Store the thickness of each label: twice the mean depth of the medial voxels, each weighted by
+ * the square of its depth. In a tube that square is proportional to the tissue around the medial
+ * voxel, and the small depths that rough surfaces cause hardly count. Depth is measured to the
+ * centre of the next tissue's voxel, which is half a voxel beyond the surface. */
+static void store_thickness(const transform *t)
 {
     const int labels = t->p->volume->label_count;
 
@@ -362,7 +376,7 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     t.sums = sums;
     run_passes(&t);
-    take_sums(&t);
+    store_thickness(&t);
 out:
     sc_free(distance);
     sc_free(scratch);

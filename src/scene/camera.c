@@ -10,7 +10,7 @@ sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
 
     camera.forward = sc_vec3_unit(sc_vec3_sub(target_mm, position_mm));
     right = sc_vec3_cross(camera.forward, up);
-    if (sc_vec3_length(right) < 1e-9) /* looking along up: any upright will do */
+    if (sc_vec3_length(right) < 1e-9) /* up is parallel to the view: any perpendicular will do */
         right = sc_vec3_perpendicular(camera.forward);
     camera.right = sc_vec3_unit(right);
     camera.up = sc_vec3_cross(camera.right, camera.forward);

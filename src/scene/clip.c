@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Clipping of one ray (paper, section 2.2): 1 the plane's equation, 2 the parallel case, 3 the
- * crossing, 4 which end of the ray moves there. The paper's formula for t lacks the minus. */
+/* Clipping of one ray by planes (paper, section 2.2). The paper's formula for the distance t of the
+ * crossing lacks the minus sign. */
 #include "segcast/scene.h"
 
-/* Intersect *kept with the side of a plane that has sign (normal . p + offset) >= 0. */
+/* Cut *kept down to the side of a plane on which sign (normal . p + offset) >= 0. A ray parallel to
+ * the plane is kept or removed whole. @return whether anything is left. */
 static bool clip_by_plane(const sc_plane *plane, int index, double sign, sc_vec3 origin,
                           sc_vec3 direction, sc_interval *kept)
 {
@@ -23,6 +24,7 @@ static bool clip_by_plane(const sc_plane *plane, int index, double sign, sc_vec3
     return kept->begin_mm < kept->end_mm;
 }
 
+/* SC_CLIP_KEEP. @return how many parts are kept. */
 static int keep_all(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                     sc_interval whole, sc_interval out[2])
 {
@@ -34,7 +36,7 @@ static int keep_all(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_v
     return 1;
 }
 
-/* The plane through which the ray leaves the removed part, where its kept side begins. */
+/* The plane through which the ray leaves the removed part, which ends at @p end_mm. */
 static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                          double end_mm)
 {
@@ -56,6 +58,7 @@ static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin,
     return best;
 }
 
+/* SC_CLIP_CUT. @return how many parts are kept. */
 static int cut_away(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                     sc_interval whole, sc_interval out[2])
 {
@@ -64,7 +67,7 @@ static int cut_away(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_v
 
     for (int i = 0; i < SC_PLANES_MAX; i++) {
         if (which >> i & 1 && !clip_by_plane(&planes[i], i, -1, origin, direction, &removed)) {
-            out[0] = whole; /* the ray passes beside what is removed */
+            out[0] = whole; /* the ray does not meet what is removed */
             return 1;
         }
     }

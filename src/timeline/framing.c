@@ -2,7 +2,7 @@
 #include "framing.h"
 
 enum { SLICES = 48, ANGLES = 96 };
-#define MARGIN 1.06
+#define MARGIN 1.06 /* the picture shows this multiple of what must be in it */
 
 void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *low, double *high)
 {
@@ -26,6 +26,7 @@ sc_vec3 sc_orbit_reference(sc_vec3 axis)
     return sc_vec3_unit(out);
 }
 
+/* The middle of the points' extent along the axis and across it. */
 static sc_vec3 middle(const sc_vec3 *points, size_t count, sc_vec3 axis)
 {
     const sc_vec3 side = sc_orbit_reference(axis);
@@ -41,10 +42,10 @@ static sc_vec3 middle(const sc_vec3 *points, size_t count, sc_vec3 axis)
     return out;
 }
 
-/* What the points sweep out when turned about the axis through @p target: the largest radius in
- * each of SLICES slices between the lowest and the highest point. */
+/* The body that the points sweep out when turned about the axis through the target. */
 typedef struct swept {
-    double low, high, radius[SLICES];
+    double low, high;      /* its extent along the axis, from the target */
+    double radius[SLICES]; /* the largest radius in each of as many slices of that extent */
 } swept;
 
 static swept sweep_points(const sc_vec3 *points, size_t count, sc_vec3 axis, sc_vec3 target)
@@ -66,8 +67,9 @@ static swept sweep_points(const sc_vec3 *points, size_t count, sc_vec3 axis, sc_
     return s;
 }
 
-/* Smallest distance (perspective) or half height (orthographic) at which every point of the swept
- * body is in the picture; the body is round, so one direction of view stands for all. */
+/* The smallest distance (perspective) or half height (orthographic) at which every point of the
+ * swept body is in the picture. The body is round, so that one direction of view stands for all.
+ * @param tangent of half the vertical field of view. */
 static double needed(const swept *s, const sc_orbit *orbit, double aspect, double tangent)
 {
     const double elevation = orbit->elevation_deg * M_PI / 180;
@@ -105,7 +107,7 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double
 
     *half_height = tangent;
     if (orbit->fixed) {
-        if (orthographic) /* the height that the field of view has at the target */
+        if (orthographic) /* the half height of the field of view at the target */
             *half_height =
                 tangent * sc_vec3_length(sc_vec3_sub(orbit->target_mm, orbit->position_mm));
         return;
@@ -116,7 +118,7 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double
     need = needed(&s, orbit, aspect, tangent);
     if (orthographic) {
         *half_height = orbit->has_distance ? tangent * orbit->distance_mm : need;
-        orbit->distance_mm = 2 * (need + s.high - s.low) + 1; /* outside: rays only */
+        orbit->distance_mm = 2 * (need + s.high - s.low) + 1; /* anywhere outside of the body */
     } else if (!orbit->has_distance) {
         orbit->distance_mm = need;
     }

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
+/* Anatomical words and the directions that they stand for. */
 static const char *const words[] = {"right",    "left",  "anterior", "posterior", "superior",
                                     "inferior", "front", "back",     "head",      "feet"};
 static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},
@@ -41,7 +42,8 @@ double sc_ease_value(sc_ease ease, double u)
     return u;
 }
 
-/* How far a ramp over [begin, end] of the animation has come in frame k. */
+/* The share of its way, 0 to 1, that a ramp over the part [begin, end] of the animation has covered
+ * in frame k. */
 static double progress(double begin, double end, sc_ease ease, int k, int frames)
 {
     const double at = frames > 1 ? (double)k / (frames - 1) : 0;
@@ -50,6 +52,7 @@ static double progress(double begin, double end, sc_ease ease, int k, int frames
     return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
 }
 
+/* A plane position in mm. @param low and @param high the extent of the visible tissues. */
 static double position_mm(const sc_plane_position *position, double low, double high)
 {
     return position->percent ? low + position->value / 100 * (high - low) : position->value;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What must hold of any picture: it shows the anatomy, not the file. */
+/* Properties that every picture must have, whatever the volume: mainly that it depends on the
+ * anatomy, not on how the anatomy is stored. */
 #include "check.h"
 
 #include "scenes.h"
@@ -29,9 +30,10 @@ static void expect_alike(const sc_image *a, const sc_image *b, double rms)
                  d.differing_px);
 }
 
-/* The same tissue in the same place, stored along other axes: axis i of the copy runs along axis
- * order[i] of the original, backwards where flip says so. */
-static sc_volume restored(const sc_volume *v, const int order[3], int flip)
+/* A copy of a volume stored along other axes, in which every voxel keeps its position in RAS: axis
+ * i of the copy runs along axis order[i] of the original, backwards where bit i of @p flip is set.
+ */
+static sc_volume stored_along(const sc_volume *v, const int order[3], int flip)
 {
     sc_volume out = *v;
     const size_t stride[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
@@ -67,18 +69,18 @@ static sc_volume restored(const sc_volume *v, const int order[3], int flip)
     return out;
 }
 
-static void all_48_orientations_of_a_file_give_one_picture(void **state)
+static void all_48_orders_of_the_axes_give_the_same_picture(void **state)
 {
     static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                      {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
     sc_volume original = small_phantom();
-    sc_image first = front_picture(restored(&original, orders[0], 0));
+    sc_image first = front_picture(stored_along(&original, orders[0], 0));
 
     (void)state;
     for (int i = 1; i < 48; i++) {
-        sc_image other = front_picture(restored(&original, orders[i / 8], i % 8));
+        sc_image other = front_picture(stored_along(&original, orders[i / 8], i % 8));
 
-        expect_alike(&first, &other, 0.6); /* rounding moves a sample across a voxel's face */
+        expect_alike(&first, &other, 0.6); /* rounding may move a sample into the next voxel */
         sc_image_clear(&other);
     }
     sc_image_clear(&first);
@@ -92,7 +94,7 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     sc_image_difference d;
 
     (void)state;
-    mirrored = restored(&original, (const int[]){0, 1, 2}, 0);
+    mirrored = stored_along(&original, (const int[]){0, 1, 2}, 0);
     mirrored.to_ras_mm.m[0][0] *= -1;
     mirrored.to_ras_mm.m[0][3] *= -1;
     b = front_picture(mirrored);
@@ -103,15 +105,15 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     sc_image_clear(&b);
 }
 
-/* Other numbers for the same tissues, colours moving along: nothing changes but, on smooth
- * surfaces, who owns a point for which two labels have the same vote. */
+/* The same tissues under other numbers, their colours following: the picture stays the same. Only
+ * on smooth surfaces the owner of a point may change where two labels have the same vote. */
 static void relabelling_volume_and_table_together_changes_nothing(void **state)
 {
     sc_volume original = small_phantom(), renamed;
     sc_image a, b;
 
     (void)state;
-    renamed = restored(&original, (const int[]){0, 1, 2}, 0);
+    renamed = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int id = 1; id < renamed.label_count; id++) { /* the order of ids is reversed */
         renamed.labels[renamed.label_count - id] = original.labels[id];
         renamed.labels[renamed.label_count - id].value = 1000 - 3 * id;
@@ -136,9 +138,10 @@ static double difference_rms(const sc_image *a, const sc_image *b)
     return d.rms;
 }
 
-/* Spacing counts: slices twice as thick show the same heart, better than one that is twice as
- * coarse everywhere does; and far better than the thick slices would if taken for cubes. */
-static void thick_slices_show_the_same_heart(void **state)
+/* The spacing is taken into account: slices of twice the thickness look more like the fine volume
+ * than a volume does whose voxels are twice as large along all axes, and much more than the thick
+ * slices do if their voxels are taken for cubes. */
+static void thick_slices_look_like_the_fine_volume(void **state)
 {
     static const int sizes[3][3] = {{120, 84, 124}, {120, 84, 62}, {60, 42, 62}};
     sc_phantom *phantom;
@@ -173,8 +176,8 @@ static size_t covered(const sc_image *image)
     return count;
 }
 
-/* A plane that moves through the heart only ever takes away. */
-static void a_sweep_uncovers_monotonically(void **state)
+/* A clip plane that moves through the heart removes more with every frame. */
+static void a_sweep_removes_more_with_every_frame(void **state)
 {
     small_scene s = make_scene(small_phantom(), 1);
     sc_animation a = {0};
@@ -204,7 +207,7 @@ static void a_sweep_uncovers_monotonically(void **state)
     free_scene(&s);
 }
 
-/* A quarter turn of the camera equals a quarter turn of the patient. */
+/* A quarter turn of the camera gives the same picture as a quarter turn of the patient. */
 static void a_quarter_turn_equals_permuted_axes(void **state)
 {
     sc_volume original = small_phantom(), turned;
@@ -216,7 +219,7 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
     sc_image first, second;
 
     (void)state;
-    turned = restored(&original, (const int[]){0, 1, 2}, 0);
+    turned = stored_along(&original, (const int[]){0, 1, 2}, 0);
     for (int i = 0; i < 4; i++) { /* the patient turns by -90 degrees about z: (x, y) -> (y, -x) */
         turned.to_ras_mm.m[0][i] = original.to_ras_mm.m[1][i];
         turned.to_ras_mm.m[1][i] = -original.to_ras_mm.m[0][i];
@@ -244,11 +247,11 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_48_orientations_of_a_file_give_one_picture),
+        cmocka_unit_test(all_48_orders_of_the_axes_give_the_same_picture),
         cmocka_unit_test(mirrored_anatomy_gives_another_picture),
         cmocka_unit_test(relabelling_volume_and_table_together_changes_nothing),
-        cmocka_unit_test(thick_slices_show_the_same_heart),
-        cmocka_unit_test(a_sweep_uncovers_monotonically),
+        cmocka_unit_test(thick_slices_look_like_the_fine_volume),
+        cmocka_unit_test(a_sweep_removes_more_with_every_frame),
         cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
     };
 

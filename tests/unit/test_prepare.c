@@ -24,6 +24,7 @@ static uint32_t id_at(const sc_prepared *v, int x, int y, int z)
     return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i] : ((const uint16_t *)v->ids)[i];
 }
 
+/* The bit of a voxel, by a formula of its own: this is the layout that prepared files have. */
 static bool bit_at(const sc_prepared *v, int x, int y, int z)
 {
     const int qx = x + 1, qy = y + 1, qz = z + 1;
@@ -32,8 +33,9 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
     return v->near[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
 }
 
-/* The paper's rule, by hand, for both label widths and an awkward size. */
-static void boundary_is_the_rule_of_the_paper(void **state)
+/* The boundary agrees with the paper's rule, applied voxel by voxel, for both label widths and a
+ * size that is no multiple of anything. */
+static void the_boundary_follows_the_rule_of_the_paper(void **state)
 {
     const int size[3] = {23, 9, 11};
 
@@ -76,7 +78,7 @@ static int ellipsoid(double x, double y, double z)
     return x * x + y * y + z * z < 1;
 }
 
-static void normals_of_an_ellipsoid(void **state)
+static void normals_of_an_ellipsoid_are_right_to_about_a_degree(void **state)
 {
     const int size[3] = {81, 73, 77};
 
@@ -116,7 +118,8 @@ static void normals_of_an_ellipsoid(void **state)
     }
 }
 
-/* Directions to a degree, weights exactly, lengths to a factor of the square root of two. */
+/* Records keep directions to a degree, weights exactly, and lengths to a factor of the square root
+ * of 2. */
 static void records_keep_weight_direction_and_length(void **state)
 {
     uint64_t seed = 3;
@@ -150,7 +153,7 @@ static int slab_and_rod(double x, double y, double z)
 }
 
 /* A slab 9 voxels thick and a rod of radius 11, in voxels of 1 x 1 x 0.5 mm. */
-static void thickness_and_surface_of_a_slab_and_a_rod(void **state)
+static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -169,7 +172,7 @@ static void thickness_and_surface_of_a_slab_and_a_rod(void **state)
     sc_volume_clear(&volume);
 }
 
-static void surface_of_a_ball(void **state)
+static void the_surface_of_an_ellipsoid_is_right(void **state)
 {
     const int size[3] = {81, 73, 77};
     sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
@@ -207,7 +210,7 @@ static void the_result_does_not_depend_on_threads(void **state)
     sc_volume_clear(&volume);
 }
 
-static void masks_hold_what_can_be_seen_and_hulls_its_corners(void **state)
+static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **state)
 {
     const int size[3] = {81, 73, 77};
     const uint8_t nothing[2] = {0, 0}, shell[2] = {0, SC_SHOW_BOUNDARY};
@@ -257,9 +260,9 @@ static int slab_on_block(double x, double y, double z)
     return z < 20 ? 0 : z < 29 ? 1 : 2;
 }
 
-/* The thickness at a place is that of the tissue there, not of the next one: a slab of 9 voxels of
- * half a millimetre on a thick block. */
-static void local_thickness_of_a_slab(void **state)
+/* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
+ * voxels of half a millimetre on a thick block. */
+static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
 {
     const int size[3] = {60, 60, 200};
     const double spacing[3] = {1, 1, 0.5};
@@ -287,15 +290,15 @@ static void local_thickness_of_a_slab(void **state)
     sc_volume_clear(&volume);
 }
 
-/* A plane with ripples, as of a segmentation drawn on coarser voxels: the light does not show
- * them. */
+/* A plane with ripples, as in a segmentation that was drawn on coarser voxels. */
 static int rippled(double x, double y, double z)
 {
     (void)y;
     return z < 20 + 0.8 * sin(x * 0.55);
 }
 
-/* How far the normals of the rippled plane lean along x, rms, and over how many. */
+/* RMS of the sine by which the normals of the rippled plane lean along x. @param count of how many.
+ */
 static double lean_of_normals(const sc_prepared *v, size_t *count)
 {
     double squares = 0;
@@ -319,7 +322,7 @@ static double lean_of_normals(const sc_prepared *v, size_t *count)
     return sqrt(squares / (double)*count);
 }
 
-static void ripples_of_a_flat_surface_are_calmed(void **state)
+static void ripples_of_a_flat_surface_leave_its_normals(void **state)
 {
     const int size[3] = {64, 48, 40};
     sc_volume volume = shape_volume(size, cube, 1, 2, rippled);
@@ -327,8 +330,8 @@ static void ripples_of_a_flat_surface_are_calmed(void **state)
     size_t count = 0;
 
     (void)state;
-    for (int calm = 0; calm < 2; calm++) {
-        const sc_prepare_settings settings = {.smooth = calm, .threads = 1};
+    for (int smooth = 0; smooth < 2; smooth++) {
+        const sc_prepare_settings settings = {.smooth = smooth, .threads = 1};
         sc_preparation *p;
         sc_prepared v;
         void *block;
@@ -337,7 +340,7 @@ static void ripples_of_a_flat_surface_are_calmed(void **state)
         assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
         sc_preparation_pack(p, block);
         assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &v));
-        lean[calm] = lean_of_normals(&v, &count);
+        lean[smooth] = lean_of_normals(&v, &count);
         sc_preparation_free(p);
         sc_free(block);
     }
@@ -346,7 +349,7 @@ static void ripples_of_a_flat_surface_are_calmed(void **state)
     sc_volume_clear(&volume);
 }
 
-static void one_voxel_and_one_slice(void **state)
+static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
 {
     static const int sizes[][3] = {{1, 1, 1}, {9, 7, 1}, {1, 300, 2}};
 
@@ -364,16 +367,16 @@ static void one_voxel_and_one_slice(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(boundary_is_the_rule_of_the_paper),
-        cmocka_unit_test(normals_of_an_ellipsoid),
+        cmocka_unit_test(the_boundary_follows_the_rule_of_the_paper),
+        cmocka_unit_test(normals_of_an_ellipsoid_are_right_to_about_a_degree),
         cmocka_unit_test(records_keep_weight_direction_and_length),
-        cmocka_unit_test(thickness_and_surface_of_a_slab_and_a_rod),
-        cmocka_unit_test(surface_of_a_ball),
+        cmocka_unit_test(a_slab_and_a_rod_have_their_thickness_and_surface),
+        cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
         cmocka_unit_test(the_result_does_not_depend_on_threads),
-        cmocka_unit_test(masks_hold_what_can_be_seen_and_hulls_its_corners),
-        cmocka_unit_test(local_thickness_of_a_slab),
-        cmocka_unit_test(ripples_of_a_flat_surface_are_calmed),
-        cmocka_unit_test(one_voxel_and_one_slice),
+        cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
+        cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
+        cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
+        cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
     };
 
     return RUN(tests);

@@ -24,8 +24,9 @@ static bool interval_holds(const sc_interval *kept, int count, double t)
     return false;
 }
 
-/* Rays at random and along planes, against the definition at points along them. */
-static void clipping_agrees_with_the_half_spaces(void **state)
+/* Random rays, some of them parallel to the planes, are clipped and compared with the half-spaces
+ * at points along them. */
+static void clipped_rays_agree_with_the_half_spaces(void **state)
 {
     uint64_t seed = 17;
 
@@ -60,7 +61,7 @@ static void clipping_agrees_with_the_half_spaces(void **state)
                     interval_holds(kept, parts, t),
                     point_is_kept(planes, count, mode, sc_vec3_along(origin, t, direction)));
         }
-        for (int i = 0; i < parts; i++) { /* a begin made by a plane lies on that plane */
+        for (int i = 0; i < parts; i++) { /* a part that begins at a plane begins on it */
             const sc_plane *plane = &planes[kept[i].begin_plane < 0 ? 0 : kept[i].begin_plane];
             const sc_vec3 at = sc_vec3_along(origin, kept[i].begin_mm, direction);
 
@@ -107,7 +108,7 @@ static prepared_copy striped(sc_volume *volume)
     return prepare_copy(volume, 1);
 }
 
-static void rules_by_name_glob_and_number_later_ones_winning(void **state)
+static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **state)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
@@ -134,7 +135,7 @@ static void rules_by_name_glob_and_number_later_ones_winning(void **state)
     sc_volume_clear(&volume);
 }
 
-static void an_unknown_tissue_is_named_with_its_nearest(void **state)
+static void a_rule_that_matches_nothing_is_refused_with_the_nearest_name(void **state)
 {
     sc_volume volume;
     prepared_copy p = striped(&volume);
@@ -179,8 +180,9 @@ static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
     sc_volume_clear(&volume);
 }
 
-/* Unseen is what is hidden, or has no opacity at all; the thickness is needed for what is seen. */
-static void unseen_labels_are_found(void **state)
+/* Hidden are labels that are invisible or have no opacity. The thickness is needed only if the
+ * opacity of another label follows it. */
+static void hidden_labels_are_found(void **state)
 {
     const sc_label labels[6] = {{.value = 0, .opacity = -1},
                                 {.value = 1, .name = "auto", .opacity = -1},
@@ -207,11 +209,11 @@ static void unseen_labels_are_found(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(unseen_labels_are_found),
-        cmocka_unit_test(clipping_agrees_with_the_half_spaces),
+        cmocka_unit_test(hidden_labels_are_found),
+        cmocka_unit_test(clipped_rays_agree_with_the_half_spaces),
         cmocka_unit_test(one_plane_cuts_the_same_in_both_modes),
-        cmocka_unit_test(rules_by_name_glob_and_number_later_ones_winning),
-        cmocka_unit_test(an_unknown_tissue_is_named_with_its_nearest),
+        cmocka_unit_test(rules_match_by_name_glob_and_number_and_the_last_one_wins),
+        cmocka_unit_test(a_rule_that_matches_nothing_is_refused_with_the_nearest_name),
         cmocka_unit_test(thicker_tissues_are_more_opaque),
         cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };

@@ -21,7 +21,7 @@ static sc_animation animation(int frames)
                                      .zoom = {1, 1, 0, 1, 0}}};
 }
 
-static void an_orbit_begins_in_front_and_closes_without_a_doubled_frame(void **state)
+static void an_orbit_begins_in_front_and_closes_without_repeating_a_frame(void **state)
 {
     enum { FRAMES = 12 };
     const sc_animation a = animation(FRAMES);
@@ -45,9 +45,10 @@ static void an_orbit_begins_in_front_and_closes_without_a_doubled_frame(void **s
     away = sc_vec3_sub(sc_timeline_scene(&t, 0).camera.position_mm, t.animation.camera.target_mm);
     assert_true(away.y > 0);
     assert_near(away.x, 0, 1e-9);
-    assert_near(sc_timeline_scene(&t, 0).camera.right.x, -1, 1e-9); /* left is on the right */
+    /* seen from the front, the patient's left is on the right */
+    assert_near(sc_timeline_scene(&t, 0).camera.right.x, -1, 1e-9);
     away = sc_vec3_sub(sc_timeline_scene(&t, 3).camera.position_mm, t.animation.camera.target_mm);
-    assert_true(away.x < 0); /* then from the left */
+    assert_true(away.x < 0); /* after a quarter turn, seen from the left */
 }
 
 static void expect_in_view(const sc_camera *c, double aspect, const sc_vec3 *points, double *fill)
@@ -63,8 +64,8 @@ static void expect_in_view(const sc_camera *c, double aspect, const sc_vec3 *poi
     }
 }
 
-/* Nothing leaves the picture in any frame, and the picture is well filled. */
-static void framing_holds_everything_in_all_projections(void **state)
+/* No corner leaves the picture in any frame, and some come near its edge. */
+static void framing_keeps_all_corners_in_the_picture(void **state)
 {
     sc_vec3 corners[CORNERS];
 
@@ -102,7 +103,8 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
     a.sweeps[0] = (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, SC_EASE_SMOOTH};
     a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, SC_EASE_LINEAR};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-    assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25, 1e-9); /* front face, y = 25 */
+    assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25,
+                1e-9); /* the anterior face of the box, y = 25 */
     assert_near(sc_timeline_scene(&t, 49).planes[0].offset_mm, 25 - 36, 1e-9);
     assert_near(sc_timeline_scene(&t, 0).planes[1].offset_mm, 5, 1e-9);
     assert_near(sc_timeline_scene(&t, 49).planes[1].offset_mm, -5, 1e-9);
@@ -113,7 +115,7 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
     assert_near(sc_timeline_scene(&t, 40).planes[0].offset_mm, 25 - 36, 1e-9);
 }
 
-static void easing_keeps_its_ends(void **state)
+static void easing_begins_at_0_and_ends_at_1(void **state)
 {
     (void)state;
     for (int e = SC_EASE_LINEAR; e <= SC_EASE_OUT; e++) {
@@ -141,7 +143,7 @@ static void zoom_scales_the_picture(void **state)
     assert_near(sc_timeline_scene(&t, 5).camera.half_height, first / 1.5, 1e-12);
 }
 
-static void nothing_to_see_still_has_a_camera(void **state)
+static void without_visible_points_there_is_still_a_camera(void **state)
 {
     const sc_animation a = animation(3);
     sc_timeline t;
@@ -155,12 +157,12 @@ static void nothing_to_see_still_has_a_camera(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_a_doubled_frame),
-        cmocka_unit_test(framing_holds_everything_in_all_projections),
+        cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_repeating_a_frame),
+        cmocka_unit_test(framing_keeps_all_corners_in_the_picture),
         cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
-        cmocka_unit_test(easing_keeps_its_ends),
+        cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
         cmocka_unit_test(zoom_scales_the_picture),
-        cmocka_unit_test(nothing_to_see_still_has_a_camera),
+        cmocka_unit_test(without_visible_points_there_is_still_a_camera),
     };
 
     return RUN(tests);
