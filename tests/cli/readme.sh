@@ -47,6 +47,8 @@ split() {
         END {if (on) {print name ": a block is not closed" >"/dev/stderr"; exit 1}}' "$1"
 }
 
+[ "$(wc -l <"$SOURCE/README.md")" -le 120 ] || fail "README.md has more than 120 lines: it is for a first look"
+
 # ---- blocks ----
 ran=0
 for document in "${documents[@]}"; do
