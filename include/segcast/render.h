@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 5: one frame, from tiles that threads take in turn. The pixels do not depend on the
- *  number of threads, on the size of tiles, or on the skip method. */
+ *  Draws frames: a frame is divided into tiles, which threads claim one after the other. The pixels
+ * do not depend on the number of threads, on the size of tiles, on the skip method, or on the
+ * variant of the kernels. */
 #ifndef SEGCAST_RENDER_H
 #define SEGCAST_RENDER_H
 
@@ -10,65 +11,74 @@
 
 enum { SC_SAMPLES_MAX = 8 };
 
+/** What all frames of a renderer share. */
 typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
-    const char *cpu; /**< instruction set of the kernels, one of sc_cpu_names; NULL: the best that
-                          this processor has */
-    int samples;     /**< rays per pixel, 1 to SC_SAMPLES_MAX */
-    bool everywhere; /**< take them in every pixel; else one, and those where neighbouring pixels
-                          see something else */
-    double step_voxels; /**< between samples, in voxel lengths (the smallest spacing) */
-    bool caps;
+    const char *cpu; /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
+                          processor can run */
+    int samples;     /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX */
+    bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
+                          a neighbour do, all others one */
+    double step_voxels; /**< distance between samples, in voxel lengths (the smallest spacing);
+                             voxel surface only */
+    bool caps;          /**< cut faces are drawn solid */
     double cap_outline; /**< width of lines between tissues on cut faces, in voxels; 0: none */
     sc_lighting light;
-    bool local_thickness; /**< automatic opacity follows the thickness at each place */
-    uint8_t background[3];
-    int tile_px;
+    bool
+        local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
+    uint8_t background[3]; /**< sRGB */
+    int tile_px;           /**< edge of a tile */
     int threads;
 } sc_render_settings;
 
+/** Draws frames of one volume with one set of tissues and settings. */
 typedef struct sc_renderer sc_renderer;
 
-/** What a frame took. */
+/** The work and the time that a frame took. */
 typedef struct sc_render_stats {
     sc_march_counters counters;
     double wall_s, cpu_s; /**< cpu: of all threads that drew */
 } sc_render_stats;
 
-/** @p volume and @p tissues (by dense id) stay borrowed until sc_renderer_free.
- *  @return SC_ERR_MEMORY; SC_ERR_USAGE if the processor has not what settings->cpu names. */
+/** @param volume stays borrowed until sc_renderer_free. @param tissues by dense id; copied.
+ *  @return SC_ERR_MEMORY; SC_ERR_DATA if the volume's geometry is singular; SC_ERR_USAGE if this
+ *  processor cannot run the variant settings->cpu. @p out is written only on success. */
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
                                       sc_renderer **out);
 void sc_renderer_free(sc_renderer *renderer);
-/** Corners of what is visible, for framing. Borrowed from the renderer. */
+/** Points in mm among which are all corners of the convex hull of what is visible; for framing.
+ * They stay owned by the renderer. */
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);
+/** The kernel that the renderer uses. */
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
 
-/** A part of a picture. */
+/** A rectangle of a picture, from its upper left corner. */
 typedef struct sc_viewport {
     int x_px, y_px, width_px, height_px;
 } sc_viewport;
-/** Rows [first, end) of a picture, from the top. Its pixels do not depend on what else is drawn. */
+/** Rows [first, end) of a picture, from the top. */
 typedef struct sc_rows {
     int first, end;
 } sc_rows;
-/** Draw a scene into a part of @p image, which holds it; of that only @p rows of the image, or all
- *  if NULL. Threads: as sc_render_frame. */
+/** Draw a scene into @p viewport, a rectangle within @p image. @param rows of the image, outside of
+ *  which nothing is drawn; NULL: all rows. A pixel does not depend on which others are drawn.
+ * Threads: as sc_render_frame. */
 void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats);
-/** Draw a frame, or rows of it, into @p image, which has the size of the settings. Threads: one
- *  frame at a time per renderer. */
+/** Draw a frame, or @p rows of it (NULL: all), into @p image, which has the size of the settings.
+ *  Threads: a renderer draws one frame at a time, on the threads of its settings. */
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
 
-/** From when to when a thread drew, by sc_wall_s; both 0 if it did not. */
+/** When a thread began and ended to draw, by sc_wall_s(); both 0 if it did not draw. */
 typedef struct sc_render_span {
     double begin_s, end_s;
 } sc_render_span;
-/** What the threads did since the last call, to @p out: [threads of the settings]. */
+/** When each thread drew since the last call of this function. @param out [threads of the
+ * settings]. */
 void sc_renderer_spans(sc_renderer *renderer, sc_render_span *out);
 
 #endif

@@ -28,7 +28,8 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     SC_TRY(sc_image_save_png(app->ctx, &image, path));
     sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
             stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
-            (unsigned long long)stats.counters.samples, sc_renderer_kernel(session.renderer)->name);
+            (unsigned long long)stats.counters.cell_visits,
+            sc_renderer_kernel(session.renderer)->name);
     printf("%s\n", path);
 out:
     sc_image_clear(&image);

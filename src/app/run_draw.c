@@ -44,7 +44,7 @@ static sc_status draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image
     result->render_wall_s = stats.wall_s;
     result->render_cpu_s = stats.cpu_s;
     result->rays = stats.counters.rays;
-    result->samples = stats.counters.samples;
+    result->samples = stats.counters.cell_visits;
     result->contributions = stats.counters.contributions;
     trace_threads(run, frame);
     return status;

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: a cell of the smooth surface model, the room between the centres of 2x2x2
- * places, and what a straight line meets in it.
+/* Private to kernel: a cell of the smooth surface model, the cube between 2x2x2 neighbouring grid
+ * vertices, and the crossings that a straight line makes in it.
  *
  * At a point, each label's vote is the trilinear sum of the weights of the corners that carry it,
  * and the largest vote owns the point; of equal votes the lower id wins. Along a line the
  * difference of two votes is a cubic. Its Bernstein coefficients come from the corners of the box
- * that the line spans, so that a cell without a change of sign is known at once, and what changes
- * twice within a cell (a thin sheet) is found from the extrema between.
+ * that the line spans. If their signs do not change, neither does the owner; two changes within a
+ * cell (a thin sheet) are separated by the extrema of the cubic.
  *
- * On a face shared by two cells both compute the same bits: interpolation by 0 and 1 is exact, and
- * labels that are not on the face have no vote there. So no ray slips through between cells. */
+ * On a face shared by two cells both compute the same bits, because interpolation by 0 and 1 is
+ * exact and labels that are not on the face have no vote there. So no ray slips through between
+ * cells. */
 #ifndef SC_KERNEL_CELL_H
 #define SC_KERNEL_CELL_H
 
@@ -18,21 +19,21 @@
 enum { SC_CORNERS = 8 }; /* corner x + 2 y + 4 z */
 
 typedef struct sc_cell {
-    int q[3]; /* lowest place */
+    int q[3]; /* the lowest vertex, which names the cell */
     uint32_t labels[SC_CORNERS], records[SC_CORNERS];
     float weights[SC_CORNERS];
-    uint32_t kinds[SC_CORNERS]; /* distinct labels, rising */
-    int kind_count;
+    uint32_t distinct[SC_CORNERS]; /* the different labels, in rising order */
+    int distinct_count;
 } sc_cell;
 
-/* A change of owner. */
+/* A point where the owner changes. */
 typedef struct sc_crossing {
     uint32_t left, entered;
-    float u; /* share of the way through the cell */
+    float u; /* how far along the way through the cell: 0 to 1 */
 } sc_crossing;
 enum { SC_CROSSINGS_MAX = 24 };
 
-/* Labels of the corners of the cell at c->q. @return whether they differ. */
+/* Fill in the labels at the corners of the cell c->q. @return whether they differ. */
 static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
 {
     const int x = c->q[0], y = c->q[1], z = c->q[2];
@@ -57,32 +58,33 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
     return differ != 0;
 }
 
-/* Weights and kinds, from labels and records. */
+/* Fill in the weights and the distinct labels, from the labels and the vertex records. */
 static inline void sc_cell_sort(sc_cell *c)
 {
-    c->kind_count = 0;
+    c->distinct_count = 0;
     for (int i = 0; i < SC_CORNERS; i++) {
         const uint32_t label = c->labels[i];
         int at = 0;
 
         c->weights[i] = (float)sc_record_weight(c->records[i]);
-        while (at < c->kind_count && c->kinds[at] < label)
+        while (at < c->distinct_count && c->distinct[at] < label)
             at++;
-        if (at < c->kind_count && c->kinds[at] == label)
+        if (at < c->distinct_count && c->distinct[at] == label)
             continue;
-        for (int k = c->kind_count++; k > at; k--)
-            c->kinds[k] = c->kinds[k - 1];
-        c->kinds[at] = label;
+        for (int k = c->distinct_count++; k > at; k--)
+            c->distinct[k] = c->distinct[k - 1];
+        c->distinct[at] = label;
     }
 }
 
-/* Records, weights and kinds of a cell with differing labels. */
+/* Fill in records, weights and distinct labels of a cell whose labels differ. */
 static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
 {
     for (int i = 0; i < SC_CORNERS; i += 2) {
         const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
         const size_t low = sc_record_index(v, c->q[0], y, z);
-        /* Both corners are near an interface: within a brick their records are neighbours. */
+        /* All corners of such a cell have records, so that those of neighbours along x in the same
+         * brick stand side by side. */
         const bool one_brick = (c->q[0] & SC_BRICK_MASK) < SC_BRICK_MASK;
         const size_t high = one_brick ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
 
@@ -92,7 +94,7 @@ static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
     sc_cell_sort(c);
 }
 
-/* The vote of label @p i less that of @p j at the corners. */
+/* At each corner: the vote of label @p i minus that of label @p j. */
 static inline void sc_cell_difference(const sc_cell *c, uint32_t i, uint32_t j,
                                       float out[SC_CORNERS])
 {
@@ -113,8 +115,9 @@ static inline float sc_trilinear(const float s[SC_CORNERS], const float a[3])
     return sc_lerp(y0, y1, a[2]);
 }
 
-/* Bernstein coefficients of a trilinear function along the line from @p a to @p b: the function is
- * linear in each coordinate, so its polar form takes each from one end or the other. */
+/* Bernstein coefficients of a trilinear function along the line from @p a to @p b. Because the
+ * function is linear in each coordinate, its polar form (blossom) takes each coordinate from one
+ * end or the other. */
 static inline void sc_bernstein(const float s[SC_CORNERS], const float a[3], const float b[3],
                                 float out[4])
 {
@@ -147,9 +150,10 @@ static inline float sc_cubic(const float b[4], float u)
     return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
 }
 
-/* The root between @p low and @p high, where the cubic has different signs: false position with
- * the Illinois rule (Dowell and Jarratt 1971), which does not stall at one end, and kept off the
- * ends: on a face where neither of two labels stands, their difference is zero without a change. */
+/* The root between @p low and @p high, where the cubic has different signs: false position with the
+ * Illinois rule (Dowell and Jarratt 1971), which does not stall at one end. Guesses are kept away
+ * from the ends, because on a face that holds neither of the two labels their difference is zero
+ * although the owner does not change. */
 static inline float sc_root_between(const float b[4], float low, float high, float at_low,
                                     float at_high)
 {
@@ -163,7 +167,7 @@ static inline float sc_root_between(const float b[4], float low, float high, flo
         u = low + (high - low) * (at_low / (at_low - at_high));
         u = u < low + margin ? low + margin : u > high - margin ? high - margin : u;
         f = sc_cubic(b, u);
-        if (f > -0.002f && f < 0.002f) /* of weights up to SC_WEIGHT_MAX */
+        if (f > -0.002f && f < 0.002f) /* small against weights of up to SC_WEIGHT_MAX */
             break;
         if ((f < 0) == (at_low < 0)) {
             low = u;
@@ -180,7 +184,7 @@ static inline float sc_root_between(const float b[4], float low, float high, flo
     return u;
 }
 
-/* Where the slope of the cubic vanishes, rising; @return how many lie within (0, 1). */
+/* The points of (0, 1) where the slope of the cubic vanishes, in rising order. @return how many. */
 static inline int sc_extrema(const float b[4], float out[2])
 {
     const float d0 = b[1] - b[0], d1 = b[2] - b[1], d2 = b[3] - b[2];
@@ -206,8 +210,8 @@ static inline int sc_extrema(const float b[4], float out[2])
     return count;
 }
 
-/* Changes of sign of the cubic within [0, 1], rising. Their number is even exactly if the signs of
- * the first and the last coefficient agree. */
+/* The points of [0, 1] where the cubic changes sign, in rising order. Their number is even if and
+ * only if the first and the last coefficient have the same sign. */
 static inline int sc_sign_changes(const float b[4], float out[3])
 {
     const int variations =
@@ -231,32 +235,34 @@ static inline int sc_sign_changes(const float b[4], float out[3])
     return count;
 }
 
-/* The owner of the point @p a of the cell, each coordinate in [0, 1]. */
+/* The owner of the point @p a of the cell; each coordinate is in [0, 1]. */
 static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
 {
-    uint32_t best = c->kinds[0];
+    uint32_t best = c->distinct[0];
 
-    for (int k = 1; k < c->kind_count; k++) {
+    for (int k = 1; k < c->distinct_count; k++) {
         float difference[SC_CORNERS];
 
-        sc_cell_difference(c, best, c->kinds[k], difference);
+        sc_cell_difference(c, best, c->distinct[k], difference);
         if (sc_trilinear(difference, a) < 0)
-            best = c->kinds[k];
+            best = c->distinct[k];
     }
     return best;
 }
 
-/* The first change from @p owner to another label after @p u; the label, or @p owner if none. */
+/* Find the first point after @p u where another label takes over from @p owner.
+ * @return that label, or @p owner if there is none. */
 static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const float b[3],
                                      uint32_t owner, float *u)
 {
     uint32_t next = owner;
     float first = 2;
 
-    for (int k = 0; k < c->kind_count; k++) {
+    for (int k = 0; k < c->distinct_count; k++) {
         float difference[SC_CORNERS], coefficients[4], changes[3];
-        const uint32_t other = c->kinds[k];
-        /* One order of the two for both directions, so that a change is the same point. */
+        const uint32_t other = c->distinct[k];
+        /* Always the lower label minus the higher, so that rays in both directions find the same
+         * point. */
         const uint32_t low = owner < other ? owner : other, high = owner < other ? other : owner;
         bool low_owns;
         int count;
@@ -280,7 +286,7 @@ static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const f
     return next;
 }
 
-/* All changes of owner on the way from @p a to @p b. @return how many. */
+/* All crossings on the way from @p a to @p b, in their order. @return how many. */
 static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],
                                     sc_crossing out[SC_CROSSINGS_MAX])
 {
@@ -288,16 +294,16 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     float u = -1;
     int count = 0;
 
-    if (c->kind_count == 2) {
+    if (c->distinct_count == 2) {
         float difference[SC_CORNERS], coefficients[4], changes[3];
         int side;
 
-        sc_cell_difference(c, c->kinds[0], c->kinds[1], difference);
+        sc_cell_difference(c, c->distinct[0], c->distinct[1], difference);
         sc_bernstein(difference, a, b, coefficients);
         count = sc_sign_changes(coefficients, changes);
         side = coefficients[0] < 0;
         for (int i = 0; i < count; i++, side ^= 1)
-            out[i] = (sc_crossing){c->kinds[side], c->kinds[side ^ 1], changes[i]};
+            out[i] = (sc_crossing){c->distinct[side], c->distinct[side ^ 1], changes[i]};
         return count;
     }
     owner = sc_cell_owner(c, a);
@@ -310,12 +316,13 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
         out[count++] = (sc_crossing){owner, next, u};
         owner = next;
     }
-    if (owner != last) /* rounding within the last bits: the next cell goes on with this owner */
+    if (owner != last) /* rounding hid the last change; the next cell will start from this owner */
         out[count++] = (sc_crossing){owner, last, 1};
     return count;
 }
 
-/* Sums of the gradients of the corners of two labels, by their share of the point @p a. */
+/* For each of two labels, the sum of the gradients at its corners, weighted trilinearly for the
+ * point @p a. @param weights is the sum of those weights. */
 static inline void sc_cell_gradients(const sc_cell *c, uint32_t first, uint32_t second,
                                      const float a[3], float sums[2][3], float weights[2])
 {
@@ -339,10 +346,11 @@ static inline float sc_length3(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Direction from the first label to the second at the point @p a, in RAS, not unit. Of two labels
- * alone, what the one gains the other loses: one field, interpolated over all corners. Where a
- * third is near, their gradients are not opposite, and each label's is the mean over its own
- * corners, so that it does not matter which of them it holds. In between, between. */
+/* Direction from the first label to the second at the point @p a, in RAS, not of unit length. Where
+ * there are only two labels, their gradients are opposite: they form one field, which is
+ * interpolated over all corners. Near a third label they are not opposite, and each label's
+ * gradient is the mean over its own corners, so that it does not matter which corners those are.
+ * Between the two cases (cosine of the angle from 0.82 to 0.95) they are blended linearly. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
                                   const float a[3], float n[3])
 {
@@ -352,7 +360,7 @@ static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t sec
     for (int k = 0; k < 3; k++)
         apart -= sums[0][k] * sums[1][k];
     lengths = sc_length3(sums[0]) * sc_length3(sums[1]);
-    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f); /* cosine from 0.82 to 0.95 */
+    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f);
     one = one < 0 ? 0 : one > 1 ? 1 : one;
     for (int side = 0; side < 2; side++)
         weights[side] = one + (1 - one) / (weights[side] + 1e-9f);

@@ -38,10 +38,13 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
 
 enum { LANES = MARCH_LANES };
 
+/* One float, one int or one unsigned int for each SIMD lane. Functions that begin with f_, i_ and
+ * m_ work on floats, ints and masks. */
 typedef float vf __attribute__((vector_size(4 * MARCH_LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * MARCH_LANES)));
 typedef uint32_t vu __attribute__((vector_size(4 * MARCH_LANES)));
 
+/* The same number in all lanes. */
 static inline vf f_set(float x)
 {
     return x - (vf){0};
@@ -83,7 +86,7 @@ static inline vf f_of(vi x)
     return __builtin_convertvector(x, vf);
 }
 
-/* Towards zero; what does not fit gives anything. */
+/* Rounded towards zero. The result is unspecified for what an int cannot hold. */
 static inline vi i_of(vf x)
 {
 #if defined MARCH_CPU_AVX512
@@ -101,7 +104,7 @@ static inline vi i_of(vf x)
 #endif
 }
 
-/* ---- masks ---- */
+/* ---- masks: one truth value for each lane ---- */
 
 #if defined MARCH_CPU_AVX512
 typedef __mmask16 vm;
@@ -121,8 +124,8 @@ static inline vm m_or(vm a, vm b)
     return (vm)(a | b);
 }
 
-/* a without b */
-static inline vm m_less(vm a, vm b)
+/* The lanes of a that are not in b. */
+static inline vm m_without(vm a, vm b)
 {
     return (vm)(a & ~b);
 }
@@ -152,6 +155,7 @@ static inline vm i_below(vi a, vi b)
     return _mm512_cmplt_epi32_mask((__m512i)a, (__m512i)b);
 }
 
+/* @p yes in the lanes of @p m, @p no in the others. */
 static inline vf f_pick(vm m, vf yes, vf no)
 {
     return (vf)_mm512_mask_blend_ps(m, (__m512)no, (__m512)yes);
@@ -162,7 +166,7 @@ static inline vi i_pick(vm m, vi yes, vi no)
     return (vi)_mm512_mask_blend_epi32(m, (__m512i)no, (__m512i)yes);
 }
 
-/* One bit per lane. */
+/* As a number: bit i for lane i. */
 static inline uint32_t m_bits(vm m)
 {
     return m;
@@ -190,7 +194,7 @@ static inline vm m_or(vm a, vm b)
     return a | b;
 }
 
-static inline vm m_less(vm a, vm b)
+static inline vm m_without(vm a, vm b)
 {
     return a & ~b;
 }
@@ -220,6 +224,7 @@ static inline vm i_below(vi a, vi b)
     return a < b;
 }
 
+/* @p yes in the lanes of @p m, @p no in the others. */
 static inline vi i_pick(vm m, vi yes, vi no)
 {
 #if defined MARCH_CPU_AVX2
@@ -271,7 +276,7 @@ static inline unsigned m_count(vm m)
     return (unsigned)__builtin_popcount(m_bits(m));
 }
 
-/* ---- what follows from those ---- */
+/* ---- the rest, built on these ---- */
 
 static inline vf f_sqrt(vf x)
 {
@@ -288,7 +293,8 @@ static inline vf f_sqrt(vf x)
 #endif
 }
 
-/* The four bytes at base + offset of the lanes in @p m, 0 in the others. */
+/* For each lane of @p m the four bytes at base + offset; 0 for the other lanes, which read nothing.
+ */
 static inline vi i_gather(const void *base, vi offset_bytes, vm m)
 {
 #if defined MARCH_CPU_AVX512
@@ -335,17 +341,18 @@ static inline vf f_clamp01(vf x)
     return f_pick(f_below(x, f_set(0)), f_set(0), f_pick(f_below(f_set(1), x), f_set(1), x));
 }
 
-static inline vf f_size(vf x)
+static inline vf f_abs(vf x)
 {
     return f_pick(f_below(x, f_set(0)), -x, x);
 }
 
-static inline vf f_above0(vf x)
+/* The greater of x and 0. */
+static inline vf f_max0(vf x)
 {
     return f_pick(f_below(f_set(0), x), x, f_set(0));
 }
 
-/* Bits set. */
+/* How many bits are set. */
 static inline vi i_count_bits(vi x)
 {
     vu v = (vu)x;

@@ -27,7 +27,7 @@ static inline vi v_half_mask(const uint64_t *masks, vi brick, vi z, vm on)
 /* Where a bit of a half mask is set. */
 static inline vm v_bit_set(vi half_mask, vi half_bit, vm on)
 {
-    return m_less(on, i_equal((vi)((vu)half_mask >> (vu)half_bit) & 1, i_set(0)));
+    return m_without(on, i_equal((vi)((vu)half_mask >> (vu)half_bit) & 1, i_set(0)));
 }
 
 /* Index of the brick that holds a vertex, in an array without a frame. */

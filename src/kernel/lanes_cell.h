@@ -1,19 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: cell.h for MARCH_LANES cells side by side. Cells of two labels that are
- * crossed at most once, nearly all there are, are handled in lanes; the others one by one, by
- * cell.h. */
+/* Private to kernel: cell.h for one cell per SIMD lane. Cells of two labels that are crossed at
+ * most once, which nearly all cells are, are handled side by side; the others one by one, by
+ * cell.h. A function does the same operations in the same order as its namesake there (v_x for sc_x
+ * or sc_cell_x), so that every lane gets the same bits. In all of them @p on are the lanes in use.
+ */
 #ifndef SC_KERNEL_LANES_CELL_H
 #define SC_KERNEL_LANES_CELL_H
 
 #include "cell.h"
 #include "lanes_brick.h"
 
+/* Cells and their vertex records, with the indices of these. */
 typedef struct v_cell {
     vi q[3];
     vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
 } v_cell;
 
-/* Labels of both ends of a row of the cell, along x. Rows outside of the volume are background. */
+/* Labels of the two corners of a cell at x and x + 1 in row (y, z), read at once. Vertices outside
+ * of the volume are background. */
 static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi y, vi z, vm on,
                                 vi out[2])
 {
@@ -21,7 +25,7 @@ static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi 
     const vm inside = m_and(m_and(m_and(i_below(i_set(0), y), i_below(y, i_set(v->size[1] + 1))),
                                   m_and(i_below(i_set(0), z), i_below(z, i_set(v->size[2] + 1)))),
                             on);
-    /* What is left of the volume is read from its first voxel, and shifted into its place. */
+    /* Left of the volume, where x is 0, the first voxel of the row is the label of x + 1. */
     const vm low_in = m_and(inside, i_below(i_set(0), x));
     const vm high_in = m_and(inside, i_below(x, i_set(row)));
     const vi first = i_pick(i_below(i_set(0), x), x - 1, i_set(0));
@@ -41,7 +45,7 @@ static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *
                      &c->labels[i]);
 }
 
-/* Index of the records of places near an interface. */
+/* Indices of the records of vertices near an interface. */
 static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
 {
     const vi brick = v_brick_index(v->bricks, x, y, z);
@@ -50,7 +54,7 @@ static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
     return v_packed_index(v->near, v->near_start, brick, v_half_bit(x, y, z), z, on, &half);
 }
 
-/* Records of cells with differing labels. */
+/* Fill in the vertex records of cells whose labels differ. */
 static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
 {
     const vm across = m_and(on, i_equal(c->q[0] & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
@@ -68,8 +72,8 @@ static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
         c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
 }
 
-/* One of the cells, for cell.h. */
-static inline void v_cell_lane(const v_cell *c, int lane, sc_cell *out)
+/* Copy the cell of one lane, for the functions of cell.h. */
+static inline void v_cell_get_lane(const v_cell *c, int lane, sc_cell *out)
 {
     for (int i = 0; i < 3; i++)
         out->q[i] = c->q[i][lane];
@@ -80,8 +84,8 @@ static inline void v_cell_lane(const v_cell *c, int lane, sc_cell *out)
     sc_cell_sort(out);
 }
 
-/* The least and the greatest label. */
-static inline void v_cell_kinds(const v_cell *c, vi *low, vi *high)
+/* The lowest and the highest label of each cell. */
+static inline void v_label_range(const v_cell *c, vi *low, vi *high)
 {
     *low = *high = c->labels[0];
     for (int i = 1; i < SC_CORNERS; i++) {
@@ -121,7 +125,7 @@ static inline vf v_cubic(const vf b[4], vf u)
     return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
 }
 
-/* Changes of sign of the coefficients: 0 to 3. */
+/* How often the sign changes from one coefficient to the next: 0 to 3. */
 static inline vi v_variations(const vf b[4])
 {
     vi count = {0};
@@ -129,12 +133,12 @@ static inline vi v_variations(const vf b[4])
     for (int i = 0; i < 3; i++) {
         const vm a = f_below(b[i], f_set(0)), c = f_below(b[i + 1], f_set(0));
 
-        count = i_pick(m_or(m_less(a, c), m_less(c, a)), count + 1, count);
+        count = i_pick(m_or(m_without(a, c), m_without(c, a)), count + 1, count);
     }
     return count;
 }
 
-/* sc_root_between 0 and 1. */
+/* See sc_root_between(), here always between 0 and 1. */
 static inline vf v_root(const vf b[4], vm on)
 {
     vf low = {0}, high = f_set(1), at_low = b[0], at_high = b[3], u = {0};
@@ -151,10 +155,10 @@ static inline vf v_root(const vf b[4], vm on)
                           f_pick(f_below(high - margin, guess), high - margin, guess)),
                    u);
         f = v_cubic(b, u);
-        on = m_less(on, m_and(f_below(f_set(-0.002f), f), f_below(f, f_set(0.002f))));
+        on = m_without(on, m_and(f_below(f_set(-0.002f), f), f_below(f, f_set(0.002f))));
         a = f_below(at_low, f_set(0));
-        to_high = m_or(m_less(f_below(f, f_set(0)), a), m_less(a, f_below(f, f_set(0))));
-        to_low = m_less(on, to_high);
+        to_high = m_or(m_without(f_below(f, f_set(0)), a), m_without(a, f_below(f, f_set(0))));
+        to_low = m_without(on, to_high);
         to_high = m_and(on, to_high);
         at_high = f_pick(m_and(to_low, i_below(side, i_set(0))), at_high * 0.5f, at_high);
         at_low = f_pick(m_and(to_high, i_below(i_set(0), side)), at_low * 0.5f, at_low);
@@ -177,7 +181,7 @@ static inline void v_record_octant(vi record, vf out[3])
 {
     const vf x = f_of(v_signed_field(record, SC_RECORD_X_SHIFT, SC_RECORD_OCTANT_BITS));
     const vf y = f_of(v_signed_field(record, SC_RECORD_Y_SHIFT, SC_RECORD_OCTANT_BITS));
-    const vf z = SC_RECORD_OCTANT_ONE - f_size(x) - f_size(y);
+    const vf z = SC_RECORD_OCTANT_ONE - f_abs(x) - f_abs(y);
     const vf fold = f_pick(f_below(z, f_set(0)), -z, f_set(0));
 
     out[0] = f_pick(f_below(x, f_set(0)), x + fold, x - fold);
@@ -196,7 +200,7 @@ static inline void v_record_normal(vi record, vf out[3])
         out[i] *= inverse;
 }
 
-/* Share of a corner in the point @p a. */
+/* Trilinear weight of a corner at the point @p a. */
 static inline vf v_corner_share(int corner, const vf a[3])
 {
     return (corner & 1 ? a[0] : 1 - a[0]) * (corner & 2 ? a[1] : 1 - a[1]) *

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: shade.h for MARCH_LANES rays side by side: the same operations in the same
- * order, so that every lane gets the same bits. What a function does is said there. */
+/* Private to kernel: shade.h for one ray per SIMD lane. Each function v_x does the same operations
+ * in the same order as sc_x of shade.h, where it is described, so that every lane gets the same
+ * bits. In all of them @p on are the lanes in use. */
 #ifndef SC_KERNEL_LANES_SHADE_H
 #define SC_KERNEL_LANES_SHADE_H
 
@@ -9,24 +10,27 @@
 
 #include <stddef.h>
 
-/* Light that has come along the rays. */
+/* See sc_radiance. */
 typedef struct v_radiance {
     vf rgb[3], transmittance, depth_mm, normal[3];
     vi label, signature;
 } v_radiance;
 
-/* Points to be lit. What does not depend on the tissue is found once. */
+/* Points to be lit, and those parts of the light that do not depend on the tissue: a crossing
+ * lights two tissues at the same point. */
 typedef struct v_spot {
-    vf place[3], normal[3], eye[3], depth_mm;
-    vf key, fill, head, open, lit, shine;
+    vf point[3], normal[3], eye[3], depth_mm; /* see sc_spot */
+    vf key, fill, head;                       /* cosines between the normal and the lights */
+    vf open, lit; /* how much of the light from all around, and of the key light, arrives */
+    vf shine;     /* cosine of the highlight */
 } v_spot;
 
-static inline v_radiance v_darkness(void)
+static inline v_radiance v_no_light(void)
 {
     return (v_radiance){.transmittance = f_set(1), .depth_mm = f_set(HUGE_VALF)};
 }
 
-static inline sc_radiance v_radiance_of_lane(const v_radiance *light, int lane)
+static inline sc_radiance v_radiance_get_lane(const v_radiance *light, int lane)
 {
     sc_radiance out = {.transmittance = light->transmittance[lane],
                        .depth_mm = light->depth_mm[lane],
@@ -52,19 +56,50 @@ static inline void v_radiance_set_lane(v_radiance *light, int lane, const sc_rad
     }
 }
 
-/* What is known of tissues: the four bytes at @p offset of the sc_march_tissue of each label. */
-static inline vi v_tissue(const sc_march *m, vi label, size_t offset, vm on)
+/* The four bytes at @p offset of the sc_march_tissue of each label. */
+static inline vi v_tissue_word(const sc_march *m, vi label, size_t offset, vm on)
 {
     return i_gather(m->tissues, label * (int32_t)sizeof(sc_march_tissue) + (int32_t)offset, on);
 }
 
-static inline vf v_tissue_f(const sc_march *m, vi label, size_t offset, vm on)
+static inline vf v_tissue_floats(const sc_march *m, vi label, size_t offset, vm on)
 {
-    return (vf)v_tissue(m, label, offset, on);
+    return (vf)v_tissue_word(m, label, offset, on);
 }
 
-/* A member of the rays, at @p offset; 0 where there is no ray. */
-static inline vf v_of_rays(const sc_ray *rays, size_t offset, vm on)
+/* show, clip_set and by_thickness of the tissues, read as one word. */
+static inline vi v_tissue_bytes(const sc_march *m, vi label, vm on)
+{
+    return v_tissue_word(m, label, offsetof(sc_march_tissue, show), on);
+}
+_Static_assert(offsetof(sc_march_tissue, clip_set) == offsetof(sc_march_tissue, show) + 1 &&
+                   offsetof(sc_march_tissue, by_thickness) == offsetof(sc_march_tissue, show) + 2 &&
+                   sizeof(bool) == 1 &&
+                   offsetof(sc_march_tissue, show) + 4 <= sizeof(sc_march_tissue),
+               "v_tissue_bytes reads these three members, and no more than the structure");
+_Static_assert(sizeof(sc_march_tissue) * 65536 < INT32_MAX,
+               "offsets of tissues with labels of 16 bits fit 31 bits");
+
+/* Lanes of @p on whose tissue shows @p kind, one of SC_SHOW_*. */
+static inline vm v_shows(vi tissue_bytes, int kind, vm on)
+{
+    return m_without(on, i_equal(tissue_bytes & kind, i_set(0)));
+}
+
+/* Lanes of @p on whose tissue belongs to one of the clip sets @p kept (bits). */
+static inline vm v_in_kept_set(vi tissue_bytes, vi kept, vm on)
+{
+    return m_without(on, i_equal(kept >> (tissue_bytes >> 8 & 255) & 1, i_set(0)));
+}
+
+/* Lanes of @p on whose tissue has an opacity that follows its thickness. */
+static inline vm v_by_thickness(vi tissue_bytes, vm on)
+{
+    return m_without(on, i_equal(tissue_bytes >> 16 & 255, i_set(0)));
+}
+
+/* The float at @p offset in the sc_ray of each lane; 0 in lanes without a ray. */
+static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
 {
     vi at;
 
@@ -73,7 +108,6 @@ static inline vf v_of_rays(const sc_ray *rays, size_t offset, vm on)
     return f_gather(rays, at + (int32_t)offset, on);
 }
 
-/* See sc_clip_to_box(). */
 static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf inverse[3],
                                  float shift, vf *near, vf *far)
 {
@@ -116,13 +150,13 @@ static inline vf v_power(vf x, vi n)
     return result;
 }
 
-static inline vf v_share_kept(const sc_march *m, const vf place[3], float width_mm)
+static inline vf v_share_kept(const sc_march *m, const vf point[3], float width_mm)
 {
     vf kept = f_set(1), removed = f_set(1);
 
     for (int i = 0; i < m->plane_count; i++) {
-        const float *p = m->plane_places[i];
-        const vf mm = p[0] * place[0] + p[1] * place[1] + p[2] * place[2] + p[3];
+        const float *p = m->plane_equations[i];
+        const vf mm = p[0] * point[0] + p[1] * point[1] + p[2] * point[2] + p[3];
         const vf share = f_clamp01(0.5f + 0.5f * mm / width_mm);
 
         kept *= share;
@@ -131,7 +165,9 @@ static inline vf v_share_kept(const sc_march *m, const vf place[3], float width_
     return m->cut_away && m->plane_count ? 1 - removed : kept;
 }
 
-static inline vf v_filled(const sc_march *m, const vf place[3], int which, vm on)
+_Static_assert(sizeof(((sc_occlusion *)0)->filled[0]) == 2,
+               "v_filled reads pairs of bytes: narrow in the lower, wide in the upper");
+static inline vf v_filled(const sc_march *m, const vf point[3], int which, vm on)
 {
     const sc_occlusion *o = m->occlusion;
     const int row = o->size[0], layer = row * o->size[1];
@@ -139,7 +175,7 @@ static inline vf v_filled(const sc_march *m, const vf place[3], int which, vm on
     vi base = {0};
 
     for (int i = 0; i < 3; i++) {
-        const vf at = place[i] * (1.0f / SC_BRICK) + o->brick_offset;
+        const vf at = point[i] * (1.0f / SC_BRICK) + o->brick_offset;
         const vi low = i_of(at);
 
         on = m_and(on, m_and(f_at_most(f_set(0), at), f_below(at, f_set((float)(o->size[i] - 1)))));
@@ -157,14 +193,14 @@ static inline vf v_filled(const sc_march *m, const vf place[3], int which, vm on
     return f_pick(on, sum * (1.0f / 255), f_set(0));
 }
 
-static inline void v_move(const sc_march *m, const vf place[3], const vf direction[3], vf mm,
+static inline void v_move(const sc_march *m, const vf point[3], const vf direction[3], vf mm,
                           vf out[3])
 {
     for (int i = 0; i < 3; i++) {
-        const float *row = m->place_per_mm[i];
+        const float *row = m->grid_per_mm[i];
 
         out[i] =
-            place[i] + mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
+            point[i] + mm * (row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2]);
     }
 }
 
@@ -178,7 +214,7 @@ static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
         const float width_mm = (float)(which ? o->wide_mm : o->narrow_mm);
         vf above[3], filled;
 
-        v_move(m, spot->place, spot->normal, f_set(width_mm), above);
+        v_move(m, spot->point, spot->normal, f_set(width_mm), above);
         filled = v_filled(m, above, which, on);
         if (m->plane_count)
             filled *= v_share_kept(m, above, 1.5f * width_mm);
@@ -191,18 +227,18 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
 {
     const sc_occlusion *o = m->occlusion;
     const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
-    vf through = f_set(1), place[3], key[3];
+    vf through = f_set(1), point[3], key[3];
 
     for (int i = 0; i < 3; i++)
         key[i] = f_set(m->light.key_direction[i]);
-    v_move(m, spot->place, spot->normal, f_set(0.8f * (float)o->narrow_mm), place);
+    v_move(m, spot->point, spot->normal, f_set(0.8f * (float)o->narrow_mm), point);
     for (int k = 0; k < 96; k++) {
         vf at[3], filled, after;
 
         on = m_and(on, f_below(f_set(0.02f), through));
         if (!m_any(on))
             break;
-        v_move(m, place, key, f_set(start_mm + (float)k * step_mm), at);
+        v_move(m, point, key, f_set(start_mm + (float)k * step_mm), at);
         filled = v_filled(m, at, 0, on);
         after = through * (1 - 0.6f * f_clamp01((filled - 0.1f) * 2) *
                                    v_share_kept(m, at, (float)o->narrow_mm));
@@ -211,7 +247,7 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
     return through;
 }
 
-/* All but the tissue: the first half of sc_light. */
+/* The first half of sc_light: all that does not depend on the tissue. */
 static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
 {
     const sc_march_light *l = &m->light;
@@ -225,18 +261,18 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
         direction[i] = f_set(l->key_direction[i]);
         h[i] = direction[i] + spot->eye[i];
     }
-    spot->key = f_above0(f_dot(spot->normal, direction));
+    spot->key = f_max0(f_dot(spot->normal, direction));
     for (int i = 0; i < 3; i++)
         direction[i] = f_set(l->fill_direction[i]);
-    spot->fill = f_above0(f_dot(spot->normal, direction));
-    spot->head = f_above0(f_dot(spot->normal, spot->eye));
+    spot->fill = f_max0(f_dot(spot->normal, direction));
+    spot->head = f_max0(f_dot(spot->normal, spot->eye));
     if (m->occlusion && l->occlusion > 0)
         spot->open = 1 - l->occlusion * (1 - v_openness(m, spot, on));
     if (m->occlusion && l->shadow > 0)
         spot->lit = v_unshadowed(m, spot, m_and(on, f_below(f_set(0), spot->key)));
     length = f_length(h);
     spot->shine = f_pick(m_and(f_below(f_set(0), length), f_below(f_set(0), spot->key)),
-                         f_above0(f_dot(spot->normal, h) / length), f_set(0));
+                         f_max0(f_dot(spot->normal, h) / length), f_set(0));
 }
 
 static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[3])
@@ -248,24 +284,24 @@ static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[
         rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
 }
 
-/* The second half of sc_light. */
+/* The second half of sc_light: the colour of a tissue in that light. */
 static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm on, vf out[3])
 {
     const sc_march_light *l = &m->light;
     vf diffuse, shine, around;
 
     for (int i = 0; i < 3; i++)
-        out[i] =
-            v_tissue_f(m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+        out[i] = v_tissue_floats(m, label,
+                                 offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
     if (l->flat)
         return;
-    diffuse = v_tissue_f(m, label, offsetof(sc_march_tissue, diffuse), on);
-    shine =
-        v_tissue_f(m, label, offsetof(sc_march_tissue, specular), on) *
-        f_pick(f_below(f_set(0), spot->shine),
-               v_power(spot->shine, v_tissue(m, label, offsetof(sc_march_tissue, shininess), on)),
-               f_set(0)) *
-        spot->lit * spot->open;
+    diffuse = v_tissue_floats(m, label, offsetof(sc_march_tissue, diffuse), on);
+    shine = v_tissue_floats(m, label, offsetof(sc_march_tissue, specular), on) *
+            f_pick(f_below(f_set(0), spot->shine),
+                   v_power(spot->shine,
+                           v_tissue_word(m, label, offsetof(sc_march_tissue, shininess), on)),
+                   f_set(0)) *
+            spot->lit * spot->open;
     around = (l->ambient + l->fill * spot->fill + l->head * spot->head) * spot->open;
     for (int i = 0; i < 3; i++)
         out[i] = out[i] * diffuse *
@@ -292,11 +328,12 @@ static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
 }
 
-static inline void v_note(v_radiance *light, vi label, vf alpha, const v_spot *spot, vm on)
+static inline void v_remember_surface(v_radiance *light, vi label, vf alpha, const v_spot *spot,
+                                      vm on)
 {
     vm first;
 
-    on = m_less(on, f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)));
+    on = m_without(on, f_below(light->transmittance * alpha, f_set(SC_SIGNIFICANT)));
     light->signature = i_pick(on, (vi)((vu)light->signature * 31u) + label + 1, light->signature);
     first = m_and(on, i_equal(light->label, i_set(0)));
     light->label = i_pick(first, label, light->label);

@@ -1,39 +1,46 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Template: the voxel surface model, MARCH_LANES rays side by side, leaping over empty bricks.
- * Compiled once per instruction set and label width (MARCH_LABEL) under the name MARCH_NAME.
+/* Template: the voxel surface model, one ray per SIMD lane, with steps across empty bricks.
+ * Compiled once per variant and label width (MARCH_LABEL) under the name MARCH_NAME.
  *
- * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A leap goes
- * to a sample whose forerunner still lies in empty bricks: positions along a ray never turn back,
- * so that whatever is skipped lies there too. */
+ * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A brick
+ * step goes to a sample whose predecessor still lies in the empty bricks: coordinates along a ray
+ * never turn back, so that all samples in between lie there, too. */
 #include "lanes_cell.h"
 #include "lanes_shade.h"
 #include "variants.h"
 #include "voxel_ray.h"
 
+/* LANES rays that are marched side by side. */
 typedef struct packet {
     const sc_march *m;
     const sc_ray *rays;
     v_radiance light;
-    vf origin[3], direction[3], inverse[3], eye[3], base_mm;
-    vm forward[3];
-    vi k, last;             /* the sample at hand, and the end of the part */
-    vi kept;                /* clip groups kept between here and there, as bits */
-    vi nearest, farthest;   /* the first sample within the box of the march, the first beyond */
-    int ended[LANES];       /* where the last part ended */
-    vm alive, walks, found; /* on the way to a marked sample; at one */
+    vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
+    vm forward[3];        /* the coordinate grows along the ray, or does not change */
+    vi k, last;           /* the present sample, and the end of the part of the ray */
+    vi kept;              /* the clip sets kept from k to last, as bits */
+    vi nearest, farthest; /* the first sample within the box of the march, the first one beyond */
+    int last_end[LANES];  /* where the part before ended */
+    vm alive;             /* rays that are not finished */
+    vm walking;           /* on the way to a marked sample */
+    vm found;             /* at a marked sample */
     sc_march_counters counters;
 } packet;
 
-/* Packets that take turns: while one waits for memory, the other computes. */
-enum { PACKETS = 2, ENOUGH = LANES / 2 };
+enum {
+    PACKETS = 2,             /* packets that a loop works on in turn */
+    ENOUGH_LANES = LANES / 2 /* so many at marked samples are worth adding these */
+};
 
+/* Distance of sample @p k from the origin, in mm. */
 static inline vf v_distance(const packet *p, vi k)
 {
     return (f_of(k) + 0.5f) * p->m->step_mm;
 }
 
-/* The place of a sample, in bricks of the frame where shifted by SC_BRICK. */
-static inline void v_place(const packet *p, vi k, vi out[3])
+/* The grid vertex nearest to a sample, moved by one brick: the index of its brick then counts the
+ * frame of empty bricks around the masks. */
+static inline void v_vertex(const packet *p, vi k, vi out[3])
 {
     const vf t = v_distance(p, k);
 
@@ -41,8 +48,9 @@ static inline void v_place(const packet *p, vi k, vi out[3])
         out[i] = i_of(p->origin[i] + p->direction[i] * t) + SC_BRICK;
 }
 
-/* A sample beyond which the empty bricks around place @p at end: as far as is safe. */
-static vi leap(const packet *p, const vi at[3], vi far, vm on)
+/* A sample beyond the empty bricks around the vertex @p at (of v_vertex), which are all bricks less
+ * than @p far away: as far ahead as is safe, and at least the next one. */
+static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
 {
     vf t = f_set(1e30f);
     vi k;
@@ -62,7 +70,7 @@ static vi leap(const packet *p, const vi at[3], vi far, vm on)
         vm out = m_none();
         vi before[3];
 
-        v_place(p, k - 1, before);
+        v_vertex(p, k - 1, before);
         for (int i = 0; i < 3; i++) {
             const vi apart = (before[i] >> SC_BRICK_SHIFT) - (at[i] >> SC_BRICK_SHIFT);
 
@@ -75,44 +83,45 @@ static vi leap(const packet *p, const vi at[3], vi far, vm on)
     return i_pick(i_below(p->k + 1, k), k, p->k + 1);
 }
 
-/* A step of the lanes that walk, unless they are at a marked sample or at the end of their part. */
+/* One step of the lanes that are walking. Those that are at a marked sample, or at the end of their
+ * part, stop walking instead. */
 static inline void step(packet *p)
 {
     const sc_march *m = p->m;
-    const vm seek = m_and(p->walks, i_below(p->k, p->last));
+    const vm seek = m_and(p->walking, i_below(p->k, p->last));
     vi at[3], brick, far, half, next;
     vm here, marked;
 
-    v_place(p, p->k, at);
+    v_vertex(p, p->k, at);
     brick = (at[2] >> SC_BRICK_SHIFT) * m->visible_layer +
             (at[1] >> SC_BRICK_SHIFT) * m->visible_row + (at[0] >> SC_BRICK_SHIFT);
     far = i_gather(m->distances, brick, seek) & 255;
     half = v_half_mask(m->visible, brick, at[2], seek);
     here = m_and(seek, i_equal(far, i_set(0)));
     marked = v_bit_set(half, v_half_bit(at[0], at[1], at[2]), here);
-    p->counters.samples += m_count(here);
-    p->counters.leaps += m_count(m_less(seek, here));
+    p->counters.cell_visits += m_count(here);
+    p->counters.brick_steps += m_count(m_without(seek, here));
     p->found = m_or(p->found, marked);
-    p->walks = m_less(seek, marked);
+    p->walking = m_without(seek, marked);
     next = p->k + 1;
-    if (m_any(m_less(p->walks, here)))
-        next = i_pick(here, next, leap(p, at, far, m_less(p->walks, here)));
-    p->k = i_pick(p->walks, next, p->k);
+    if (m_any(m_without(p->walking, here)))
+        next = i_pick(here, next, step_over_bricks(p, at, far, m_without(p->walking, here)));
+    p->k = i_pick(p->walking, next, p->k);
 }
 
 static inline bool walk_on(const packet *p)
 {
-    return m_any(p->walks) && m_count(p->found) < ENOUGH;
+    return m_any(p->walking) && m_count(p->found) < ENOUGH_LANES;
 }
 
-/* Go on until enough lanes are at a sample to be looked at, or all others at the end of their part.
- * @return lanes that walk on. */
+/* Walk until enough lanes are at marked samples, or no lane is walking. Two packets take turns:
+ * while one waits for memory, the processor works on the other. */
 static void find_samples(packet p[PACKETS])
 {
     bool first, second;
 
     for (int k = 0; k < PACKETS; k++) {
-        p[k].walks = m_and(p[k].alive, f_at_most(f_set(SC_OPAQUE), p[k].light.transmittance));
+        p[k].walking = m_and(p[k].alive, f_at_most(f_set(SC_OPAQUE), p[k].light.transmittance));
         p[k].found = m_none();
     }
     first = walk_on(&p[0]);
@@ -127,7 +136,7 @@ static void find_samples(packet p[PACKETS])
     }
 }
 
-/* Labels of voxels within the volume. */
+/* Labels of voxels, which must lie within the volume. */
 static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
 {
     const vi index = (at[2] * v->size[1] + at[1]) * v->size[0] + at[0];
@@ -136,7 +145,8 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
            ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
 }
 
-/* Which of the voxels are boundary voxels, and the indices of their records. */
+/* Lanes of @p on whose voxels are boundary voxels. @param record the index of their vertex records.
+ */
 static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi *record)
 {
     const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
@@ -148,34 +158,33 @@ static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi 
     return v_bit_set(half, bit, on);
 }
 
-/* See take_boundary() of one ray. */
+/* See add_boundary() of march_voxel_tmpl.c. */
 static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
 {
-    const vf plain = v_tissue_f(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
+    const vf plain = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
     vm measured;
     vi code;
 
     if (!m->volume->thickness)
         return plain;
-    measured = m_less(
-        on, i_equal(v_tissue(m, label, offsetof(sc_march_tissue, show), on) >> 16 & 255, i_set(0)));
+    measured = v_by_thickness(v_tissue_bytes(m, label, on), on);
     code = i_gather(m->volume->thickness, record, measured) & 255;
     return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured), plain);
 }
 
-static void take_interior(packet *p, vi label, vm on)
+static void add_interior(packet *p, vi label, vm on)
 {
     vf rgb[3];
 
     for (int i = 0; i < 3; i++)
-        rgb[i] =
-            v_tissue_f(p->m, label, offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
-    v_blend(&p->light, rgb, v_tissue_f(p->m, label, offsetof(sc_march_tissue, interior_alpha), on),
-            on);
+        rgb[i] = v_tissue_floats(p->m, label,
+                                 offsetof(sc_march_tissue, rgb) + (size_t)i * sizeof(float), on);
+    v_blend(&p->light, rgb,
+            v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
 }
 
-/* See take_boundary() of one ray. */
-static void v_take_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
+/* See add_boundary() of march_voxel_tmpl.c. */
+static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
 {
     v_spot spot;
     vf rgb[3], alpha, length;
@@ -185,23 +194,23 @@ static void v_take_boundary(packet *p, vi label, const vf at[3], vi record, vm o
     for (int i = 0; i < 3; i++) {
         spot.eye[i] = p->eye[i];
         spot.normal[i] /= length;
-        spot.place[i] = at[i] - 0.5f;
+        spot.point[i] = at[i] - 0.5f;
     }
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
     alpha = v_boundary_alpha(p->m, label, record, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);
-    v_note(&p->light, label, alpha, &spot, on);
+    v_remember_surface(&p->light, label, alpha, &spot, on);
     v_blend(&p->light, rgb, alpha, on);
 }
 
-/* The samples at hand, which are marked. */
-static void take_samples(packet *p, vm on)
+/* Add the present samples of the lanes of @p on, which are marked. */
+static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
     vf at[3];
-    vi voxel[3], label, group, record;
+    vi voxel[3], label, record;
     vm boundary;
 
     for (int i = 0; i < 3; i++) {
@@ -209,28 +218,27 @@ static void take_samples(packet *p, vm on)
         voxel[i] = i_of(at[i]) - 1;
     }
     label = v_label_at(p->m->volume, voxel, on);
-    group = v_tissue(p->m, label, offsetof(sc_march_tissue, show), on) >> 8 & 255;
-    on = m_less(on, i_equal(p->kept >> group & 1, i_set(0)));
+    on = v_in_kept_set(v_tissue_bytes(p->m, label, on), p->kept, on);
     p->counters.contributions += m_count(on);
     boundary = v_find_records(p->m->volume, voxel, on, &record);
-    if (m_any(m_less(on, boundary)))
-        take_interior(p, label, m_less(on, boundary));
+    if (m_any(m_without(on, boundary)))
+        add_interior(p, label, m_without(on, boundary));
     if (m_any(boundary))
-        v_take_boundary(p, label, at, record, boundary);
+        v_add_boundary(p, label, at, record, boundary);
 }
 
-/* The clip groups that are kept from sample @p k on to the next event. */
-static int32_t groups_kept(const sc_ray *ray, int k)
+/* The clip sets that are kept from sample @p k on to the next event, as bits. */
+static int32_t clip_sets_kept(const sc_ray *ray, int k)
 {
-    int32_t groups = 0;
+    int32_t sets = 0;
 
-    for (int g = 0; g < ray->groups; g++)
-        groups |= kept(ray, g, k) ? 1 << g : 0;
-    return groups;
+    for (int g = 0; g < ray->clip_sets; g++)
+        sets |= kept(ray, g, k) ? 1 << g : 0;
+    return sets;
 }
 
-/* The next part of the rays of @p on, cut faces at its begin included. Lanes that have none left
- * die. */
+/* Begin the next part of the rays of @p on, with the cut faces at its beginning. Rays that have
+ * none left are finished. */
 static void begin_parts(packet *p, vm on)
 {
     uint32_t begun = 0;
@@ -241,24 +249,24 @@ static void begin_parts(packet *p, vm on)
         int k, last;
 
         if (p->light.transmittance[lane] < SC_OPAQUE ||
-            !next_part(c.ray, p->ended[lane], &k, &last))
+            !next_part(c.ray, p->last_end[lane], &k, &last))
             continue;
         begun |= 1u << lane;
         if (p->m->caps && p->m->plane_count) {
-            c.light = v_radiance_of_lane(&p->light, lane);
-            take_caps_before(&c, k);
+            c.light = v_radiance_get_lane(&p->light, lane);
+            add_caps_before(&c, k);
             v_radiance_set_lane(&p->light, lane, &c.light);
             p->counters.contributions += c.contributions;
         }
         last = next_event(c.ray, k, last);
-        p->ended[lane] = last;
+        p->last_end[lane] = last;
         p->k[lane] = k > p->nearest[lane] ? k : p->nearest[lane];
         p->last[lane] = p->m->only_caps            ? p->k[lane]
                         : last < p->farthest[lane] ? last
                                                    : p->farthest[lane];
-        p->kept[lane] = groups_kept(c.ray, k);
+        p->kept[lane] = clip_sets_kept(c.ray, k);
     }
-    p->alive = m_or(m_less(p->alive, on), m_of_bits(begun));
+    p->alive = m_or(m_without(p->alive, on), m_of_bits(begun));
 }
 
 static void start_packet(packet *p, const sc_ray *rays, int count)
@@ -267,18 +275,18 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     vf near, far;
 
     p->rays = rays;
-    p->light = v_darkness();
+    p->light = v_no_light();
     p->alive = m_none();
     if (!count)
         return;
     for (int i = 0; i < 3; i++) {
         const size_t at = sizeof(float) * (size_t)i;
 
-        p->origin[i] = v_of_rays(p->rays, offsetof(sc_ray, origin) + at, all);
-        p->direction[i] = v_of_rays(p->rays, offsetof(sc_ray, direction) + at, all);
-        p->eye[i] = v_of_rays(p->rays, offsetof(sc_ray, toward_eye) + at, all);
+        p->origin[i] = v_ray_floats(p->rays, offsetof(sc_ray, origin) + at, all);
+        p->direction[i] = v_ray_floats(p->rays, offsetof(sc_ray, direction) + at, all);
+        p->eye[i] = v_ray_floats(p->rays, offsetof(sc_ray, toward_eye) + at, all);
     }
-    p->base_mm = v_of_rays(p->rays, offsetof(sc_ray, base_mm), all);
+    p->base_mm = v_ray_floats(p->rays, offsetof(sc_ray, base_mm), all);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
         const vm still = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
@@ -290,28 +298,29 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->nearest = i_ceil(near / p->m->step_mm - 0.5f);
     p->farthest = i_pick(f_below(near, far), i_ceil(far / p->m->step_mm - 0.5f), p->nearest);
     for (int lane = 0; lane < LANES; lane++)
-        p->ended[lane] = INT32_MIN;
+        p->last_end[lane] = INT32_MIN;
     p->k = p->last = p->kept = i_set(0);
     begin_parts(p, all);
 }
 
-/* The samples found, and on to the next part at the end of one. */
-static void take(packet *p)
+/* Add the samples found, and begin the next part in lanes that are at the end of one. */
+static void add_found(packet *p)
 {
     vm over;
 
     if (m_any(p->found)) {
-        take_samples(p, p->found);
+        add_samples(p, p->found);
         p->k = i_pick(p->found, p->k + 1, p->k);
     }
-    over = m_less(m_less(p->alive, p->found), p->walks);
+    over = m_without(m_without(p->alive, p->found), p->walking);
     if (m_any(over))
         begin_parts(p, over);
 }
 
-static int least(size_t a, int b)
+/* Lanes that a packet uses when @p left rays are left. */
+static int lanes_used(size_t left)
 {
-    return a < (size_t)b ? (int)a : b;
+    return left < LANES ? (int)left : LANES;
 }
 
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
@@ -324,19 +333,19 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
         p[k].counters = (sc_march_counters){0};
     }
     for (size_t i = 0; i < count; i += PACKETS * LANES) {
-        const int lanes[PACKETS] = {least(count - i, LANES),
-                                    count - i > LANES ? least(count - i - LANES, LANES) : 0};
+        const int lanes[PACKETS] = {lanes_used(count - i),
+                                    count - i > LANES ? lanes_used(count - i - LANES) : 0};
 
         start_packet(&p[0], rays + i, lanes[0]);
         start_packet(&p[1], rays + i + LANES, lanes[1]);
         while (m_any(p[0].alive) || m_any(p[1].alive)) {
             find_samples(p);
-            take(&p[0]);
-            take(&p[1]);
+            add_found(&p[0]);
+            add_found(&p[1]);
         }
         for (int k = 0; k < PACKETS; k++) {
             for (int lane = 0; lane < lanes[k]; lane++)
-                out[i + (size_t)(k * LANES + lane)] = v_radiance_of_lane(&p[k].light, lane);
+                out[i + (size_t)(k * LANES + lane)] = v_radiance_get_lane(&p[k].light, lane);
         }
     }
     counters->rays += count;

@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the smooth surface model, one ray at a time, in plain C: the specification. Compiled
- * once per skip method (MARCH_SKIPS) and label width (MARCH_LABEL) under the name MARCH_NAME.
+ * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) and label width
+ * (MARCH_LABEL) under the name MARCH_NAME.
  *
  * A ray steps from cell to cell by whole numbers; the distances at which it crosses the planes
- * between them are computed from those numbers, never summed up, so that a leap over an empty
- * brick arrives in the very cell, at the very distance, that single steps would have led to. */
+ * between them are computed from those numbers, never summed up, so that a step across an empty
+ * brick ends in the very cell, and at the very distance, that single steps would have led to. */
 #include "smooth_ray.h"
 #include "variants.h"
 
-/* Opacity by the local thickness of the tissue at the corners that carry it. */
-static float alpha_here(const cursor *c, uint32_t label, const float at[3])
+/* Opacity of a surface of @p label at the point @p at of the cell: where it follows the thickness,
+ * interpolated between the corners that carry the label. */
+static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[3])
 {
     const sc_march *m = c->m;
     float sum = 0, weights = 0;
@@ -30,29 +32,30 @@ static float alpha_here(const cursor *c, uint32_t label, const float at[3])
     return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
 }
 
-/* One side of a crossing. */
-static void take_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
+/* Add one side of a crossing: the surface of the label left, or of the label entered. */
+static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
-    const float alpha =
-        sc_edge_alpha(&c->m->light, alpha_here(c, label, at), sc_dot3(spot->normal, spot->eye));
+    const float alpha = sc_edge_alpha(&c->m->light, alpha_by_thickness(c, label, at),
+                                      sc_dot3(spot->normal, spot->eye));
     float rgb[3];
 
     sc_light(c->m, tissue, spot, rgb);
-    sc_note(&c->light, label, alpha, spot->depth_mm, spot->normal);
+    sc_remember_surface(&c->light, label, alpha, spot->depth_mm, spot->normal);
     sc_blend(&c->light, rgb, alpha);
     c->contributions++;
 }
 
+/* Is the label shown there and not cut away? */
 static bool contributes(const cursor *c, uint32_t label, uint32_t active)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
 
-    return tissue->show & SC_SHOW_BOUNDARY && active >> tissue->clip_group & 1;
+    return tissue->show & SC_SHOW_BOUNDARY && active >> tissue->clip_set & 1;
 }
 
-static void take_crossing(cursor *c, const sc_crossing *x, const float a[3], const float b[3],
-                          float t, uint32_t active)
+static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], const float b[3],
+                         float t, uint32_t active)
 {
     const bool left = contributes(c, x->left, active), entered = contributes(c, x->entered, active);
     sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
@@ -67,16 +70,16 @@ static void take_crossing(cursor *c, const sc_crossing *x, const float a[3], con
     for (int i = 0; i < 3; i++)
         spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
     sc_face_eye(c->ray->toward_eye, spot.normal);
-    place_at(c, t, spot.place);
+    point_at(c, t, spot.point);
     if (left)
-        take_surface(c, x->left, at, &spot);
+        add_surface(c, x->left, at, &spot);
     if (entered && c->light.transmittance >= SC_OPAQUE)
-        take_surface(c, x->entered, at, &spot);
+        add_surface(c, x->entered, at, &spot);
 }
 
-/* The part of the ray in the present cell up to @p t1, where it leaves through @p axis (-1: the
- * part ends within the cell). The labels are known to differ. */
-static void take_cell(cursor *c, float t1, int axis, uint32_t active)
+/* Add the crossings in the present cell, whose labels differ, up to distance @p t1, at which the
+ * ray leaves it through @p axis, or ends within it (@p axis -1). */
+static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
 {
     sc_crossing crossings[SC_CROSSINGS_MAX];
     float a[3], b[3];
@@ -87,11 +90,11 @@ static void take_cell(cursor *c, float t1, int axis, uint32_t active)
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
     for (int i = 0; i < count && c->light.transmittance >= SC_OPAQUE; i++)
-        take_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
+        add_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
 }
 
 #if MARCH_SKIPS
-/* The mask of the brick of the present cell; there is a frame of empty ones. */
+/* The mask of the present cell's brick, which may be one of the frame of empty bricks. */
 static inline uint64_t brick_mask(const cursor *c)
 {
     const int *q = c->cell.q;
@@ -100,7 +103,7 @@ static inline uint64_t brick_mask(const cursor *c)
                                          sc_brick_of(q[1]), sc_brick_of(q[2]))];
 }
 
-/* Leap out of the present brick. */
+/* Step out of the present brick. */
 static inline void leave_brick(cursor *c)
 {
     float best = 0;
@@ -117,11 +120,11 @@ static inline void leave_brick(cursor *c)
         }
     }
     c->cell.q[axis] = c->step[axis] > 0 ? plane : plane - 1;
-    locate(c, best, axis);
+    locate_cell(c, best, axis);
 }
 #endif
 
-/* Does the present cell need a close look? Its labels are read then. */
+/* Can the present cell contribute? If so, its labels have been read. */
 static inline bool is_marked(cursor *c)
 {
     const int *q = c->cell.q;
@@ -141,17 +144,17 @@ static inline bool is_marked(cursor *c)
 #endif
 }
 
-/* From @p begin to @p end, cell by cell. @p active: the clip groups that are kept, as bits. */
+/* March from @p begin to @p end, cell by cell. @p active: the clip sets that are kept, as bits. */
 static void walk(cursor *c, float begin, float end, uint32_t active)
 {
     if (!(begin < end))
         return;
-    locate(c, begin, -1);
+    locate_cell(c, begin, -1);
     while (c->t < end && c->light.transmittance >= SC_OPAQUE) {
         float t[3];
         int axis;
 
-        c->samples++;
+        c->cell_visits++;
 #if MARCH_SKIPS
         if (!brick_mask(c)) {
             leave_brick(c);
@@ -163,9 +166,9 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
         axis = t[0] <= t[1] ? (t[0] <= t[2] ? 0 : 2) : (t[1] <= t[2] ? 1 : 2);
         if (is_marked(c)) {
             if (t[axis] < end)
-                take_cell(c, t[axis], axis, active);
+                add_cell_crossings(c, t[axis], axis, active);
             else
-                take_cell(c, end, -1, active);
+                add_cell_crossings(c, end, -1, active);
         }
         c->t = t[axis];
         c->axis = axis;
@@ -180,9 +183,10 @@ static void march_ray(cursor *c)
 
     start_walk(c);
     sc_clip_to_box(c->m, c->ray->origin, c->inverse, 0, &near, &far);
-    while (c->light.transmittance >= SC_OPAQUE && next_span(c->ray, end, &begin, &end, &active)) {
+    while (c->light.transmittance >= SC_OPAQUE &&
+           next_stretch(c->ray, end, &begin, &end, &active)) {
         if (c->m->caps)
-            take_caps(c, begin);
+            add_caps(c, begin);
         if (!c->m->only_caps)
             walk(c, begin > near ? begin : near, end < far ? end : far, active);
     }
@@ -197,7 +201,7 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
 
         march_ray(&c);
         out[i] = c.light;
-        counters->samples += c.samples;
+        counters->cell_visits += c.cell_visits;
         counters->contributions += c.contributions;
     }
     counters->rays += count;

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Template: the voxel surface model, one ray at a time, in plain C: the specification. Compiled
- * once per skip method (MARCH_SKIPS) and label width (MARCH_LABEL) under the name MARCH_NAME.
+ * once per skip method (MARCH_SKIPS: 0 for SC_SKIP_NONE, 1 for SC_SKIP_INTERIOR) and label width
+ * (MARCH_LABEL) under the name MARCH_NAME.
  *
- * Without skipping, a sample is classified from the labels around it, using nothing that
- * preprocessing has found; with it, one bit of the visible masks decides. Both must agree. */
+ * Without skipping, a sample is classified from the labels around it, and nothing that
+ * preprocessing has found is used; with skipping, one bit of the visible masks decides. Both must
+ * agree. */
 #include "variants.h"
 #include "voxel_ray.h"
 
 #if !MARCH_SKIPS
-/* The paper's rule: does the 3x3x3 neighbourhood hold another label? */
+/* The paper's rule (section 2.3): does the 3x3x3 neighbourhood hold another label? */
 static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL label)
 {
     for (int dz = -1; dz <= 1; dz++) {
@@ -24,12 +26,13 @@ static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL l
 }
 #endif
 
-/* What the voxel can contribute: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0; its label. */
+/* @return what the voxel contributes: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0 (nothing). @param
+ * label its label, unless 0 is returned. */
 static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *label)
 {
     const sc_prepared *v = m->volume;
 #if MARCH_SKIPS
-    /* is_marked has found it visible */
+    /* is_marked() has found that the voxel is visible. */
     *label = label_at(v, x, y, z);
     return sc_is_near(v, x + 1, y + 1, z + 1) ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR;
 #else
@@ -46,7 +49,8 @@ static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *
 }
 
 #if MARCH_SKIPS
-/* One bit of the masks, whose frame of empty bricks makes tests of the bounds needless. */
+/* Is the voxel of sample @p k visible? The frame of empty bricks around the masks makes bounds
+ * checks unnecessary. */
 static inline bool is_marked(const cursor *c, int k)
 {
     const sc_march *m = c->m;
@@ -61,7 +65,7 @@ static inline bool is_marked(const cursor *c, int k)
 }
 #endif
 
-/* From sample @p k on, the first before @p last that has to be looked at closely. */
+/* The first sample from @p k on that has to be classified, or @p last. */
 static inline int find_sample(cursor *c, int k, int last)
 {
 #if MARCH_SKIPS
@@ -69,7 +73,7 @@ static inline int find_sample(cursor *c, int k, int last)
 
     while (k < last && !is_marked(c, k))
         k++;
-    c->samples += (uint64_t)(k - begin);
+    c->cell_visits += (uint64_t)(k - begin);
 #else
     (void)c;
     (void)last;
@@ -77,10 +81,10 @@ static inline int find_sample(cursor *c, int k, int last)
     return k;
 }
 
-/* One sample of a boundary voxel: its own normal, which preprocessing has found (paper, section
- * 2.3), and its own opacity. */
-static void take_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t record,
-                          const float p[3])
+/* Add one sample of a boundary voxel, with the voxel's own normal, which preprocessing has found
+ * (paper, section 2.3), and its own opacity. */
+static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t record,
+                         const float p[3])
 {
     const sc_march *m = c->m;
     const uint32_t label = (uint32_t)(tissue - m->tissues);
@@ -95,15 +99,15 @@ static void take_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_
     length = sqrtf(sc_dot3(spot.normal, spot.normal));
     for (int i = 0; i < 3; i++) {
         spot.normal[i] /= length;
-        spot.place[i] = p[i] - 0.5f;
+        spot.point[i] = p[i] - 0.5f;
     }
     sc_face_eye(c->ray->toward_eye, spot.normal);
     sc_light(m, tissue, &spot, rgb);
-    sc_note(&c->light, label, alpha, spot.depth_mm, spot.normal);
+    sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, alpha);
 }
 
-static void take_sample(cursor *c, int k)
+static void add_sample(cursor *c, int k)
 {
     const sc_march *m = c->m;
     const sc_march_tissue *tissue;
@@ -115,18 +119,18 @@ static void take_sample(cursor *c, int k)
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
-    c->samples++;
+    c->cell_visits++;
     kind = classify(m, x, y, z, &label);
     if (!kind)
         return;
     tissue = &m->tissues[label];
-    if (!kept(c->ray, tissue->clip_group, k))
+    if (!kept(c->ray, tissue->clip_set, k))
         return;
     c->contributions++;
     if (kind == SC_SHOW_INTERIOR)
         sc_blend(&c->light, tissue->rgb, tissue->interior_alpha);
     else
-        take_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
+        add_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
 }
 
 static void march_ray(cursor *c, bool caps)
@@ -138,14 +142,14 @@ static void march_ray(cursor *c, bool caps)
         int at = k > nearest ? k : nearest, end;
 
         if (caps)
-            take_caps_before(c, k);
+            add_caps_before(c, k);
         last = next_event(c->ray, k, last);
         end = last < farthest ? last : farthest;
         k = last;
         if (c->m->only_caps)
             continue;
         while (c->light.transmittance >= SC_OPAQUE && (at = find_sample(c, at, end)) < end)
-            take_sample(c, at++);
+            add_sample(c, at++);
     }
 }
 
@@ -158,7 +162,7 @@ void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radi
 
         march_ray(&c, march->caps);
         out[i] = c.light;
-        counters->samples += c.samples;
+        counters->cell_visits += c.cell_visits;
         counters->contributions += c.contributions;
     }
     counters->rays += count;

@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: light, shared by all march templates. Plain arithmetic and sqrt only, so that
- * every compiler and processor gives the same bits. */
+/* Private to kernel: lighting and compositing, shared by all march templates. Only + - * / and sqrt
+ * are used, which IEEE defines to the last bit, so that every compiler and processor gives the same
+ * results. */
 #ifndef SC_KERNEL_SHADE_H
 #define SC_KERNEL_SHADE_H
 
 #include "segcast/kernel.h"
 
-/* Light behind this share is less than a quarter of the smallest step of 8 bits. */
+/* A ray ends when its transmittance falls below this: what is still behind would change a pixel by
+ * less than a quarter of a level of 8 bits. */
 #define SC_OPAQUE (1.0f / 1024)
-/* A surface that takes less of the light than this does not count in a ray's signature. */
+/* A surface that takes less than this share of the light does not enter a ray's signature. */
 #define SC_SIGNIFICANT (1.0f / 32)
 
-/* A point of a surface to be lit. */
+/* A point on a surface that is to be lit. */
 typedef struct sc_spot {
-    float place[3];   /* in places (voxel + 1) */
+    float point[3];   /* in grid coordinates */
     float normal[3];  /* unit, RAS, towards the eye */
     const float *eye; /* unit, RAS, towards the eye */
     float depth_mm;   /* from the eye */
@@ -29,8 +31,9 @@ static inline float sc_clamp01(float x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* The stretch of a ray within the box of the march, whose places lie @p shift higher than the ray's
- * own; inverse: of the direction, 1e30 where that is none. */
+/* The distances in mm at which a ray enters and leaves the box of the march. @p shift: what the
+ * coordinates of the ray's origin are higher than grid coordinates. @p inverse: 1 / direction, and
+ * 1e30 where the ray runs parallel to the faces. */
 static inline void sc_clip_to_box(const sc_march *m, const float origin[3], const float inverse[3],
                                   float shift, float *near, float *far)
 {
@@ -46,8 +49,9 @@ static inline void sc_clip_to_box(const sc_march *m, const float origin[3], cons
     }
 }
 
-/* Turn a normal towards the eye. A slightly averted one on a silhouette is laid flat instead of
- * turned over, which would make it flash. */
+/* Turn a normal towards the eye. One that points away only slightly, as on a silhouette, is made
+ * perpendicular to the line of sight instead of being reversed, which would make the pixel flash.
+ */
 static inline void sc_face_eye(const float eye[3], float n[3])
 {
     const float toward = sc_dot3(n, eye);
@@ -80,14 +84,14 @@ static inline float sc_power(float x, int n)
     return result;
 }
 
-/* Share of a blur of the given width around a place that the clip planes have left, roughly. */
-static inline float sc_share_kept(const sc_march *m, const float place[3], float width_mm)
+/* Roughly the share of a blur of the given width around a point that the clip planes have left. */
+static inline float sc_share_kept(const sc_march *m, const float point[3], float width_mm)
 {
     float kept = 1, removed = 1;
 
     for (int i = 0; i < m->plane_count; i++) {
-        const float *p = m->plane_places[i];
-        const float mm = p[0] * place[0] + p[1] * place[1] + p[2] * place[2] + p[3];
+        const float *p = m->plane_equations[i];
+        const float mm = p[0] * point[0] + p[1] * point[1] + p[2] * point[2] + p[3];
         const float share = sc_clamp01(0.5f + 0.5f * mm / width_mm);
 
         kept *= share;
@@ -96,8 +100,9 @@ static inline float sc_share_kept(const sc_march *m, const float place[3], float
     return m->cut_away && m->plane_count ? 1 - removed : kept;
 }
 
-/* How much is filled around a place, 0 to 1; @p which: 0 narrow, 1 wide. */
-static inline float sc_filled(const sc_march *m, const float place[3], int which)
+/* How much of the surroundings of a point is filled with tissue, 0 to 1, interpolated between the
+ * bricks of the occlusion volume. @p which: 0: by the narrow blur, 1: by the wide one. */
+static inline float sc_filled(const sc_march *m, const float point[3], int which)
 {
     const sc_occlusion *o = m->occlusion;
     const size_t row = (size_t)o->size[0], layer = row * (size_t)o->size[1];
@@ -106,7 +111,7 @@ static inline float sc_filled(const sc_march *m, const float place[3], int which
     int low[3];
 
     for (int i = 0; i < 3; i++) {
-        at[i] = place[i] * (1.0f / SC_BRICK) + o->brick_offset;
+        at[i] = point[i] * (1.0f / SC_BRICK) + o->brick_offset;
         if (!(at[i] >= 0 && at[i] < (float)(o->size[i] - 1)))
             return 0;
         low[i] = (int)at[i];
@@ -125,16 +130,16 @@ static inline float sc_filled(const sc_march *m, const float place[3], int which
     return sum * (1.0f / 255);
 }
 
-/* A place moved by @p mm along a direction in RAS. */
-static inline void sc_move(const sc_march *m, const float place[3], const float direction[3],
+/* The point, in grid coordinates, that lies @p mm from @p point in a direction in RAS. */
+static inline void sc_move(const sc_march *m, const float point[3], const float direction[3],
                            float mm, float out[3])
 {
     for (int i = 0; i < 3; i++)
-        out[i] = place[i] + mm * sc_dot3(m->place_per_mm[i], direction);
+        out[i] = point[i] + mm * sc_dot3(m->grid_per_mm[i], direction);
 }
 
-/* Light that reaches a spot from all around, 0 to 1: what is filled just above it, seen through
- * two blurs, less what a flat surface has there itself. */
+/* How much of the light from all around reaches a spot, 0 to 1: 1 less what is filled just above it
+ * by either blur, beyond what the blur of a flat surface itself leaves there (the share flat). */
 static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 {
     static const float flat = 0.2f;
@@ -145,25 +150,26 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
         const float width_mm = (float)(which ? o->wide_mm : o->narrow_mm);
         float above[3], filled;
 
-        sc_move(m, spot->place, spot->normal, width_mm, above);
+        sc_move(m, spot->point, spot->normal, width_mm, above);
         filled = sc_filled(m, above, which) * sc_share_kept(m, above, 1.5f * width_mm);
         open *= 1 - sc_clamp01((filled - flat) * (1 / (1 - flat)));
     }
     return open;
 }
 
-/* Light that reaches a spot from the key light: what the narrow blur lets through on the way. */
+/* How much of the key light reaches a spot, 0 to 1: the narrow blur is sampled along the way to the
+ * light, and what is filled there absorbs. */
 static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
     const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
-    float through = 1, place[3];
+    float through = 1, point[3];
 
-    sc_move(m, spot->place, spot->normal, 0.8f * (float)o->narrow_mm, place);
+    sc_move(m, spot->point, spot->normal, 0.8f * (float)o->narrow_mm, point);
     for (int k = 0; k < 96 && through > 0.02f; k++) {
         float at[3], filled;
 
-        sc_move(m, place, m->light.key_direction, start_mm + (float)k * step_mm, at);
+        sc_move(m, point, m->light.key_direction, start_mm + (float)k * step_mm, at);
         filled = sc_filled(m, at, 0);
         if (filled > 0.1f)
             through *= 1 - 0.6f * sc_clamp01((filled - 0.1f) * 2) *
@@ -172,7 +178,7 @@ static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
     return through;
 }
 
-/* Mix in the background with distance. */
+/* Fade into the background with distance. */
 static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, float rgb[3])
 {
     const float far = (depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
@@ -221,7 +227,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         sc_depth_cue(l, spot->depth_mm, out);
 }
 
-/* A cut face keeps its tissue's colour, a little darker where it is seen from the side. */
+/* Colour of a cut face: its tissue's, a little darker where the face is seen from the side. */
 static inline void sc_light_cut(const sc_march *m, const float eye[3], const float n[3],
                                 float depth_mm, const float rgb[3], float out[3])
 {
@@ -234,8 +240,8 @@ static inline void sc_light_cut(const sc_march *m, const float eye[3], const flo
         sc_depth_cue(&m->light, depth_mm, out);
 }
 
-/* Opacity of a surface seen at an angle: a thin shell is crossed the longer the more it is seen
- * from the side. Nothing stays nothing and opaque stays opaque. */
+/* Opacity of a surface seen at an angle: the flatter a ray meets a thin shell, the longer its way
+ * through it. Opacities 0 and 1 stay as they are. @p toward: cosine between normal and eye. */
 static inline float sc_edge_alpha(const sc_march_light *light, float alpha, float toward)
 {
     const float side = 1 - (toward > 0 ? toward : -toward);
@@ -244,7 +250,7 @@ static inline float sc_edge_alpha(const sc_march_light *light, float alpha, floa
     return 1 - (1 - alpha) * (1 - light->edges * grows * side * side * side);
 }
 
-/* Put a surface behind what a ray has met so far. */
+/* Composite a surface behind what the ray has met so far (the over operator, front to back). */
 static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
 {
     const float share = light->transmittance * alpha;
@@ -254,9 +260,10 @@ static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
     light->transmittance *= 1 - alpha;
 }
 
-/* Remember what was met. @p n: unit, towards the eye. Call before sc_blend. */
-static inline void sc_note(sc_radiance *light, uint32_t label, float alpha, float depth_mm,
-                           const float n[3])
+/* Note a surface in the ray's signature, and the first one with its depth and normal as well. @p n:
+ * unit, towards the eye. To be called before sc_blend, which lowers the transmittance. */
+static inline void sc_remember_surface(sc_radiance *light, uint32_t label, float alpha,
+                                       float depth_mm, const float n[3])
 {
     if (light->transmittance * alpha < SC_SIGNIFICANT)
         return;

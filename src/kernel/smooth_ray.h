@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: a ray on its own through the smooth surface model: its walk from cell to cell,
- * its kept stretches, and the cut faces at their begins. Shared by the templates that march one ray
- * at a time and by those that march many. MARCH_LABEL is the type of the labels. */
+/* Private to kernel: one ray through the smooth surface model: its walk from cell to cell, the
+ * stretches of it that the clip planes leave, and the cut faces at which these begin. Used by the
+ * template that marches one ray at a time and, for cut faces, by the one that marches many.
+ * MARCH_LABEL is the type of the labels. */
 #ifndef SC_KERNEL_SMOOTH_RAY_H
 #define SC_KERNEL_SMOOTH_RAY_H
 
@@ -14,23 +15,24 @@ typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
     sc_radiance light;
-    uint64_t samples, contributions;
+    uint64_t cell_visits, contributions;
     /* the walk */
     sc_cell cell;
-    float direction[3]; /* the ray's, but 0 for what is so small that it never leaves a cell */
-    float inverse[3];   /* mm per place */
+    float direction[3]; /* the ray's; 0 where it is too small ever to leave a cell */
+    float inverse[3];   /* 1 / direction: mm from one grid plane to the next */
     int step[3];
-    float t;  /* where the ray has entered the cell */
-    int axis; /* the plane it came through; -1: none */
+    float t;  /* distance in mm at which the ray has entered the cell */
+    int axis; /* axis of the grid plane through which it came in; -1: it began here */
 } cursor;
 
-/* Distance at which the ray meets the plane at a whole place. */
+/* Distance in mm at which the ray meets a grid plane: those of its points whose coordinate along
+ * @p axis is @p plane. */
 static inline float plane_mm(const cursor *c, int axis, int plane)
 {
     return ((float)plane - c->ray->origin[axis]) * c->inverse[axis];
 }
 
-/* Where the ray leaves the cell along one axis. */
+/* Distance at which the ray leaves the cell along one axis. */
 static inline float exit_mm(const cursor *c, int axis)
 {
     return plane_mm(c, axis, c->cell.q[axis] + (c->step[axis] > 0));
@@ -40,7 +42,7 @@ static inline void start_walk(cursor *c)
 {
     for (int i = 0; i < 3; i++) {
         const float d = c->ray->direction[i];
-        const bool still = d > -1e-20f && d < 1e-20f; /* never leaves along this axis */
+        const bool still = d > -1e-20f && d < 1e-20f; /* parallel to these grid planes */
 
         c->direction[i] = still ? 0 : d;
         c->inverse[i] = still ? 1e30f : 1 / d;
@@ -48,9 +50,11 @@ static inline void start_walk(cursor *c)
     }
 }
 
-/* Find the cell in which single steps would be after the plane (t, axis): planes are crossed in
- * the order of their distances, those at the same distance in the order of their axes. */
-static inline void locate(cursor *c, float t, int axis)
+/* Set the cell that single steps would have reached after crossing the grid plane of @p axis at
+ * distance @p t. Planes are crossed in the order of their distances, and those at the same distance
+ * in the order of their axes. The position gives a first guess of the cell; the loops correct what
+ * rounding made of it. */
+static inline void locate_cell(cursor *c, float t, int axis)
 {
     c->t = t;
     c->axis = axis;
@@ -70,7 +74,9 @@ static inline void locate(cursor *c, float t, int axis)
     }
 }
 
-/* Position within the cell at distance @p t; @p axis: the coordinate that is known exactly. */
+/* Position within the cell at distance @p t, each coordinate in [0, 1]. Along @p axis the ray is
+ * exactly on a face of the cell: the one it leaves through if @p leaving, else the one it entered.
+ */
 static inline void local_at(const cursor *c, float t, int axis, bool leaving, float out[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -81,25 +87,26 @@ static inline void local_at(const cursor *c, float t, int axis, bool leaving, fl
     }
 }
 
-static inline void place_at(const cursor *c, float t, float out[3])
+static inline void point_at(const cursor *c, float t, float out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = c->ray->origin[i] + c->direction[i] * t;
 }
 
-/* How dark the line between two tissues is at the point @p a of a cut face: 1 on it, 0 beyond its
- * width. The distance to the border is the difference of the votes by its slope in the plane. */
+/* How dark the outline between two tissues is at the point @p a of a cut face: 1 on the outline, 0
+ * beyond its width. The distance to the border is the difference of the two votes divided by the
+ * slope of that difference within the plane with normal @p n. */
 static inline float outline_at(const cursor *c, uint32_t owner, const float a[3], const float n[3])
 {
     const sc_cell *cell = &c->cell;
     float nearest = 1e9f;
 
-    for (int k = 0; k < cell->kind_count; k++) {
+    for (int k = 0; k < cell->distinct_count; k++) {
         float s[SC_CORNERS], slope[3], across = 0, square = 0, ends[2][3], distance;
 
-        if (cell->kinds[k] == owner)
+        if (cell->distinct[k] == owner)
             continue;
-        sc_cell_difference(cell, owner, cell->kinds[k], s);
+        sc_cell_difference(cell, owner, cell->distinct[k], s);
         for (int i = 0; i < 3; i++) {
             for (int e = 0; e < 2; e++) {
                 for (int j = 0; j < 3; j++)
@@ -117,59 +124,61 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
     return sc_clamp01(1.5f - nearest / c->m->cap_outline);
 }
 
-/* Unit normal of a clip plane in the space of places. */
-static inline void plane_in_places(const sc_march *m, int plane, float out[3])
+/* Unit normal of a clip plane in grid coordinates. */
+static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
 {
-    const float *p = m->plane_places[plane];
+    const float *p = m->plane_equations[plane];
     const float length = sqrtf(sc_dot3(p, p));
 
     for (int i = 0; i < 3; i++)
         out[i] = p[i] / length;
 }
 
-/* The cut face at distance @p t: solid where a visible tissue of the group is cut. */
-static inline void take_cap(cursor *c, int group, int plane, float t)
+/* Add the cut face at distance @p t: it is solid where a visible tissue of the clip set is cut. */
+static inline void add_cap(cursor *c, int clip_set, int plane, float t)
 {
     const sc_march *m = c->m;
     const float depth_mm = c->ray->base_mm + t;
-    float a[3], n[3], in_places[3], rgb[3], line = 0;
+    float a[3], n[3], in_grid[3], rgb[3], line = 0;
     uint32_t owner;
 
-    locate(c, t, -1);
+    locate_cell(c, t, -1);
     local_at(c, t, -1, false, a);
     if (sc_cell_labels(m->volume, LABEL_BYTES, &c->cell)) {
         sc_cell_fill(m->volume, &c->cell);
         owner = sc_cell_owner(&c->cell, a);
         if (m->cap_outline > 0) {
-            plane_in_places(m, plane, in_places);
-            line = outline_at(c, owner, a, in_places);
+            plane_in_grid(m, plane, in_grid);
+            line = outline_at(c, owner, a, in_grid);
         }
     } else {
         owner = c->cell.labels[0];
     }
-    if (!m->tissues[owner].show || m->tissues[owner].clip_group != group)
+    if (!m->tissues[owner].show || m->tissues[owner].clip_set != clip_set)
         return;
     for (int i = 0; i < 3; i++)
         n[i] = -m->plane_normals[plane][i];
     sc_light_cut(m, c->ray->toward_eye, n, depth_mm, m->tissues[owner].rgb, rgb);
     for (int i = 0; i < 3; i++)
         rgb[i] *= 1 - 0.75f * line;
-    sc_note(&c->light, owner, 1, depth_mm, n);
+    sc_remember_surface(&c->light, owner, 1, depth_mm, n);
     sc_blend(&c->light, rgb, 1);
     c->contributions++;
 }
 
-/* The next stretch of the ray from @p t on with the same groups kept. */
-static inline bool next_span(const sc_ray *ray, float t, float *begin, float *end, uint32_t *active)
+/* The next stretch of the ray after @p t on which the same clip sets are kept.
+ * @param active those clip sets, as bits. @return false if there is none. */
+static inline bool next_stretch(const sc_ray *ray, float t, float *begin, float *end,
+                                uint32_t *active)
 {
-    if (ray->groups == 1 && ray->part_count[0] == 1) { /* no plane: nearly always */
+    if (ray->clip_sets == 1 && ray->part_count[0] == 1) { /* the usual case: no clip planes */
         *begin = ray->parts[0][0].begin_mm > t ? ray->parts[0][0].begin_mm : t;
         *end = ray->parts[0][0].end_mm;
         *active = 1;
         return *begin < *end;
     }
     *begin = HUGE_VALF;
-    for (int g = 0; g < ray->groups; g++) {
+    for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             const float from = ray->parts[g][i].begin_mm > t ? ray->parts[g][i].begin_mm : t;
 
@@ -179,7 +188,7 @@ static inline bool next_span(const sc_ray *ray, float t, float *begin, float *en
     }
     *end = HUGE_VALF;
     *active = 0;
-    for (int g = 0; g < ray->groups; g++) {
+    for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             const float from = ray->parts[g][i].begin_mm, to = ray->parts[g][i].end_mm;
             const bool kept = from <= *begin && *begin < to;
@@ -194,15 +203,16 @@ static inline bool next_span(const sc_ray *ray, float t, float *begin, float *en
     return *begin < HUGE_VALF;
 }
 
-static inline void take_caps(cursor *c, float begin)
+/* Add the cut faces of all parts that begin at distance @p begin. */
+static inline void add_caps(cursor *c, float begin)
 {
     const sc_ray *ray = c->ray;
 
-    for (int g = 0; g < ray->groups; g++) {
+    for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             if (ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].begin_mm == begin &&
                 c->light.transmittance >= SC_OPAQUE)
-                take_cap(c, g, ray->parts[g][i].cap_plane, begin);
+                add_cap(c, g, ray->parts[g][i].cap_plane, begin);
         }
     }
 }

@@ -13,7 +13,7 @@
         KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
 #define WIDE_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
 
-/* Of two kernels that do the same, the faster one stands first. */
+/* Of two kernels that do the same, the faster one at_marked first. */
 static const sc_kernel kernels[] = {
     /* clang-format off */
     KERNELS(none, NONE, c)
@@ -41,8 +41,8 @@ const sc_kernel *sc_kernel_all(size_t *count)
     return kernels;
 }
 
-/* Wide kernels reach for bytes by 32-bit offsets. */
-static bool fits(const sc_prepared *v)
+/* The wide kernels read memory at offsets of 31 bits: can these reach all of the volume? */
+static bool within_reach(const sc_prepared *v)
 {
     const uint64_t voxels = (uint64_t)v->size[0] * (uint64_t)v->size[1] * (uint64_t)v->size[2];
 
@@ -55,7 +55,7 @@ const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepa
 {
     const bool any = skip != SC_SKIP_LEAP || !cpu || strcmp(cpu, "auto") == 0;
 
-    if (skip == SC_SKIP_LEAP && !fits(volume))
+    if (skip == SC_SKIP_LEAP && !within_reach(volume))
         return NULL;
     for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
         const sc_kernel *k = &kernels[i];

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to kernel: a ray on its own through the voxel surface model: where its samples lie, its
- * kept parts, and the cut faces at their begins. Shared by the templates that march one ray at a
- * time and by those that march many. MARCH_LABEL is the type of the labels. */
+/* Private to kernel: one ray through the voxel surface model: where its samples lie, the parts of
+ * it that the clip planes leave, and the cut faces at which these begin. Used by the template that
+ * marches one ray at a time and, for cut faces, by the one that marches many. MARCH_LABEL is the
+ * type of the labels. */
 #ifndef SC_KERNEL_VOXEL_RAY_H
 #define SC_KERNEL_VOXEL_RAY_H
 
@@ -11,7 +12,7 @@ typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
     sc_radiance light;
-    uint64_t samples, contributions;
+    uint64_t cell_visits, contributions;
 } cursor;
 
 static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
@@ -30,14 +31,14 @@ static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
     return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
 }
 
-/* Position at a distance along the ray, in places plus 1/2. */
+/* Position at a distance along the ray, in grid coordinates plus 1/2. */
 static inline void position(const sc_ray *ray, float t, float p[3])
 {
     for (int i = 0; i < 3; i++)
         p[i] = ray->origin[i] + ray->direction[i] * t;
 }
 
-/* The first sample within the box of the march, and the first beyond. */
+/* The first sample within the box of the march, and the first one beyond it. */
 static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *first, int *last)
 {
     float inverse[3], near, far;
@@ -52,40 +53,42 @@ static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *fir
     *last = near < far ? (int)ceilf(far / m->step_mm - 0.5f) : 0;
 }
 
-/* The cut face at the begin of a part: solid where a visible tissue of the group is cut. */
-static inline void take_cap(cursor *c, int group, int part)
+/* Add the cut face at which a part begins: it is solid where a visible tissue of the clip set is
+ * cut. */
+static inline void add_cap(cursor *c, int clip_set, int part)
 {
     const sc_march *m = c->m;
-    const int plane = c->ray->parts[group][part].cap_plane;
+    const int plane = c->ray->parts[clip_set][part].cap_plane;
     const sc_march_tissue *tissue;
     float p[3], n[3], rgb[3];
     int x, y, z;
 
-    position(c->ray, c->ray->parts[group][part].begin_mm, p);
+    position(c->ray, c->ray->parts[clip_set][part].begin_mm, p);
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
     if (!in_volume(m->volume, x, y, z))
         return;
     tissue = &m->tissues[label_at(m->volume, x, y, z)];
-    if (!tissue->show || tissue->clip_group != group)
+    if (!tissue->show || tissue->clip_set != clip_set)
         return;
     for (int i = 0; i < 3; i++)
         n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->parts[group][part].begin_mm,
+    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->parts[clip_set][part].begin_mm,
                  tissue->rgb, rgb);
     c->contributions++;
-    sc_note(&c->light, label_at(m->volume, x, y, z), 1,
-            c->ray->base_mm + c->ray->parts[group][part].begin_mm, n);
+    sc_remember_surface(&c->light, label_at(m->volume, x, y, z), 1,
+                        c->ray->base_mm + c->ray->parts[clip_set][part].begin_mm, n);
     sc_blend(&c->light, rgb, 1);
 }
 
-/* The next part, over all groups, whose first sample is at or after @p k; false if none is. */
+/* @param first the first sample from @p k on that any clip set keeps. @param last the end of that
+ * part. @return false if there is none. */
 static inline bool next_part(const sc_ray *ray, int k, int *first, int *last)
 {
     *first = INT32_MAX;
     *last = 0;
-    for (int g = 0; g < ray->groups; g++) {
+    for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             const int begin = ray->parts[g][i].first > k ? ray->parts[g][i].first : k;
 
@@ -100,24 +103,24 @@ static inline bool next_part(const sc_ray *ray, int k, int *first, int *last)
     return *first != INT32_MAX;
 }
 
-/* Cut faces that lie between sample k - 1 and sample k, front to back. */
-static inline void take_caps_before(cursor *c, int k)
+/* Add the cut faces that lie between samples k - 1 and k, front to back. */
+static inline void add_caps_before(cursor *c, int k)
 {
     const sc_ray *ray = c->ray;
 
     for (int i = 0; i < 2; i++) {
-        for (int g = 0; g < ray->groups; g++) {
+        for (int g = 0; g < ray->clip_sets; g++) {
             if (i < ray->part_count[g] && ray->parts[g][i].cap_plane >= 0 &&
                 ray->parts[g][i].first == k)
-                take_cap(c, g, i);
+                add_cap(c, g, i);
         }
     }
 }
 
-/* The first sample after @p k, or @p last, at which a part begins or ends. */
+/* The first sample after @p k at which a part begins or ends, but at most @p last. */
 static inline int next_event(const sc_ray *ray, int k, int last)
 {
-    for (int g = 0; g < ray->groups; g++) {
+    for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             if (ray->parts[g][i].first > k && ray->parts[g][i].first < last)
                 last = ray->parts[g][i].first;
@@ -128,10 +131,11 @@ static inline int next_event(const sc_ray *ray, int k, int last)
     return last;
 }
 
-static inline bool kept(const sc_ray *ray, int group, int k)
+/* Do the planes of the clip set leave sample @p k? */
+static inline bool kept(const sc_ray *ray, int clip_set, int k)
 {
-    for (int i = 0; i < ray->part_count[group]; i++) {
-        if (k >= ray->parts[group][i].first && k < ray->parts[group][i].last)
+    for (int i = 0; i < ray->part_count[clip_set]; i++) {
+        if (k >= ray->parts[clip_set][i].first && k < ray->parts[clip_set][i].last)
             return true;
     }
     return false;

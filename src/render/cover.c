@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which parts of a picture can show anything: blocks of the volume with something visible in them
- * are thrown onto a coarse grid of the screen, generously. Pixels outside need no rays. */
+/* Which parts of a picture can show anything: all blocks of the volume that hold something visible
+ * are projected onto a coarse map of the screen, with a margin. Pixels outside of it need no rays.
+ */
 #include "internal.h"
 
 #include <string.h>
 
 enum { BLOCK = 2 /* bricks along each edge */ };
 
-/* Is anything visible in a block? */
+/* Is anything visible in the block whose lowest brick is (x, y, z)? */
 static bool is_occupied(const sc_renderer *r, int x, int y, int z)
 {
     const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
@@ -23,7 +24,7 @@ static bool is_occupied(const sc_renderer *r, int x, int y, int z)
     return any != 0;
 }
 
-/* The block whose lowest brick this is, if something is visible in it. */
+/* Add the block whose lowest brick is (x, y, z), if something is visible in it. */
 static void add_block(sc_renderer *r, int x, int y, int z)
 {
     const double half = BLOCK * 0.5;
@@ -31,7 +32,7 @@ static void add_block(sc_renderer *r, int x, int y, int z)
     if (!is_occupied(r, x, y, z))
         return;
     r->blocks[r->block_count++] =
-        (sc_block){(float)((x + half) * SC_BRICK - 1), /* place - 1 */
+        (sc_block){(float)((x + half) * SC_BRICK - 1), /* vertex - 1 */
                    (float)((y + half) * SC_BRICK - 1), (float)((z + half) * SC_BRICK - 1)};
 }
 
@@ -55,8 +56,8 @@ sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
     return SC_OK;
 }
 
-/* One axis of the camera, in voxels: position = dot(axis, voxel) + offset, and how far a block
- * reaches to either side of its middle along it. */
+/* One axis of the camera as a function of the voxel: position in mm = dot(axis, voxel) + offset.
+ * And how far a block reaches along it to either side of its middle. */
 typedef struct screen_axis {
     double x, y, z, offset, reach;
 } screen_axis;
@@ -64,7 +65,7 @@ typedef struct screen_axis {
 static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 direction)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
-    const double half = BLOCK * SC_BRICK * 0.5 + 1; /* and a voxel to be safe */
+    const double half = BLOCK * SC_BRICK * 0.5 + 1; /* a voxel more for safety */
     screen_axis a = {sc_vec3_dot(direction, sc_affine_column(to_mm, 0)),
                      sc_vec3_dot(direction, sc_affine_column(to_mm, 1)),
                      sc_vec3_dot(direction, sc_affine_column(to_mm, 2)), 0, 0};
@@ -80,10 +81,11 @@ static inline double along(const screen_axis *a, const sc_block *b)
     return a->x * (double)b->x + a->y * (double)b->y + a->z * (double)b->z + a->offset;
 }
 
-/* The cells between two positions, which are divided by the least or the greatest depth, whichever
- * reaches farther. @p px: edge of a cell. */
-static inline void cells_between(const double ends[2], const double factors[2], double middle,
-                                 double px, int count, int out[2])
+/* The squares between two positions along one axis of the screen. Each position is projected with
+ * the factor of the block's near or far side, whichever makes the interval larger.
+ * @param px edge of a square. @param out first and last square. */
+static inline void squares_between(const double ends[2], const double factors[2], double middle,
+                                   double px, int count, int out[2])
 {
     const double from = middle + ends[0] * factors[ends[0] < 0 ? 0 : 1];
     const double to = middle + ends[1] * factors[ends[1] > 0 ? 0 : 1];
@@ -93,22 +95,22 @@ static inline void cells_between(const double ends[2], const double factors[2], 
     out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
 }
 
-static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *cells, uint8_t value)
+static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *squares, uint8_t value)
 {
     const int side =
         viewport->width_px > viewport->height_px ? viewport->width_px : viewport->height_px;
-    sc_cover cover = {.cells = cells, .shift = SC_COVER_SHIFT};
+    sc_cover cover = {.squares = squares, .shift = SC_COVER_SHIFT};
 
     while ((side >> cover.shift) + 3 > SC_COVER_SIDE)
         cover.shift++;
     cover.columns = (viewport->width_px >> cover.shift) + 3;
     cover.rows = (viewport->height_px >> cover.shift) + 3;
-    memset(cells, value, (size_t)cover.columns * (size_t)cover.rows);
+    memset(squares, value, (size_t)cover.columns * (size_t)cover.rows);
     return cover;
 }
 
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
-                   const sc_viewport *viewport, uint8_t *cells)
+                   const sc_viewport *viewport, uint8_t *squares)
 {
     const sc_camera *c = &scene->camera;
     const screen_axis right = make_axis(r, c, c->right),
@@ -116,31 +118,32 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                       deep = make_axis(r, c, c->forward);
     const double scale = viewport->height_px / (2 * c->half_height);
 
-    *cover = empty_cover(viewport, cells, r->covers_all);
+    *cover = empty_cover(viewport, squares, r->covers_all);
     for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
         const double x = along(&right, &r->blocks[i]), y = along(&down, &r->blocks[i]);
         const double z = along(&deep, &r->blocks[i]);
         const double across[2] = {x - right.reach, x + right.reach};
         const double downward[2] = {y - down.reach, y + down.reach};
-        double factors[2] = {scale, scale}; /* of the near side, of the far side */
+        double factors[2] = {
+            scale, scale}; /* from mm to pixels, at the near and the far side of the block */
         int columns[2], rows[2];
 
         if (c->projection == SC_PERSPECTIVE) {
             if (z + deep.reach < 0)
                 continue;
-            if (z - deep.reach < 1e-3 * deep.reach) { /* the eye is in it, nearly */
-                *cover = empty_cover(viewport, cells, 1);
+            if (z - deep.reach < 1e-3 * deep.reach) { /* the eye is in the block, or nearly so */
+                *cover = empty_cover(viewport, squares, 1);
                 return;
             }
             factors[0] = scale / (z - deep.reach);
             factors[1] = scale / (z + deep.reach);
         }
-        cells_between(across, factors, viewport->width_px / 2.0, 1 << cover->shift, cover->columns,
-                      columns);
-        cells_between(downward, factors, viewport->height_px / 2.0, 1 << cover->shift, cover->rows,
-                      rows);
+        squares_between(across, factors, viewport->width_px / 2.0, 1 << cover->shift,
+                        cover->columns, columns);
+        squares_between(downward, factors, viewport->height_px / 2.0, 1 << cover->shift,
+                        cover->rows, rows);
         for (int row = rows[0]; row <= rows[1] && columns[0] <= columns[1]; row++)
-            memset(cells + row * cover->columns + columns[0], 1,
+            memset(squares + row * cover->columns + columns[0], 1,
                    (size_t)columns[1] + 1 - (size_t)columns[0]);
     }
 }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One frame from tiles. A tile is first seen by one ray through the middle of every pixel, of its
- * own and of a frame one pixel wide; where neighbours see something else, more rays follow. What a
- * pixel gets depends on it and its neighbours alone, not on the tiles. */
+/* Draws one frame, tile by tile. First one ray goes through the middle of every pixel of the tile
+ * and of a border one pixel wide. Pixels that differ from a neighbour then get more rays. The
+ * colour of a pixel depends on it and its four neighbours alone, not on the division into tiles. */
 #include "internal.h"
 
 #include <string.h>
 
-enum { BATCH = 256 };
+enum { BATCH = 256 /* rays that are marched together */ };
 
-/* A frame in work. */
+/* The frame being drawn. */
 typedef struct frame {
     sc_renderer *renderer;
     const sc_scene *scene;
@@ -16,12 +16,12 @@ typedef struct frame {
     sc_image *image;
     sc_lens lens;
     sc_cover cover;
-    sc_glimpse nothing; /* of a pixel without a ray */
+    sc_pixel_state nothing; /* what a pixel without a ray has seen */
     int tiles_x;
-    int row0, row1; /* of the viewport, to be drawn */
+    int row0, row1; /* rows [row0, row1) of the viewport are to be drawn */
 } frame;
 
-/* Rays waiting to be marched together, and where what they bring is to go. */
+/* Rays waiting to be marched together, and for each the index of its pixel in tile.pixels. */
 typedef struct batch {
     sc_ray rays[BATCH];
     sc_radiance light[BATCH];
@@ -29,31 +29,32 @@ typedef struct batch {
     size_t count;
 } batch;
 
-/* A thread's work on one tile. */
+/* A tile, and what a thread needs to draw it. */
 typedef struct tile {
     const frame *f;
     int x0, y0, x1, y1;
-    sc_glimpse *glimpses; /* [y1 - y0 + 2][stride] */
+    sc_pixel_state *pixels; /* [y1 - y0 + 2][stride] */
     int stride;
     sc_march_counters counters;
     batch rays;
 } tile;
 
-/* Places of the rays in a pixel, in parts of it: no two in one row or column (rooks that do not
- * attack each other), so that edges near the axes get as many steps as there are rays. */
-static const uint8_t rooks[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {{0},
-                                                              {0, 1},
-                                                              {1, 2, 0},
-                                                              {1, 3, 0, 2},
-                                                              {2, 4, 1, 3, 0},
-                                                              {3, 0, 4, 1, 5, 2},
-                                                              {3, 6, 2, 5, 1, 4, 0},
-                                                              {3, 6, 1, 4, 7, 2, 5, 0}};
+/* Positions of the n rays in a pixel, on an n x n grid: ray i is in column i and in this row. No
+ * two are in one row or column (N-rooks sampling), so that edges that are nearly horizontal or
+ * vertical get n shades. */
+static const uint8_t subpixel_rows[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {{0},
+                                                                      {0, 1},
+                                                                      {1, 2, 0},
+                                                                      {1, 3, 0, 2},
+                                                                      {2, 4, 1, 3, 0},
+                                                                      {3, 0, 4, 1, 5, 2},
+                                                                      {3, 6, 2, 5, 1, 4, 0},
+                                                                      {3, 6, 1, 4, 7, 2, 5, 0}};
 
-static void sample_place(int samples, int i, double out[2])
+static void sample_position(int samples, int i, double out[2])
 {
     out[0] = (i + 0.5) / samples;
-    out[1] = (rooks[samples - 1][i] + 0.5) / samples;
+    out[1] = (subpixel_rows[samples - 1][i] + 0.5) / samples;
 }
 
 static void march_batch(tile *t)
@@ -63,15 +64,15 @@ static void march_batch(tile *t)
     r->kernel->march(&r->march, t->rays.rays, t->rays.count, t->rays.light, &t->counters);
 }
 
-/* First sight: one ray through every pixel. */
-static void flush_glimpses(tile *t)
+/* March the rays queued by queue_first_ray, and store what each pixel has seen. */
+static void flush_first_rays(tile *t)
 {
     const float *background = t->f->renderer->background;
 
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
-        sc_glimpse *g = &t->glimpses[t->rays.target[i]];
+        sc_pixel_state *g = &t->pixels[t->rays.target[i]];
 
         for (int c = 0; c < 3; c++) {
             g->rgb[c] = light->rgb[c] + light->transmittance * background[c];
@@ -85,24 +86,26 @@ static void flush_glimpses(tile *t)
     t->rays.count = 0;
 }
 
-static void take_glimpse(tile *t, int x, int y)
+/* Queue the ray through the middle of a pixel, unless nothing can be seen there. */
+static void queue_first_ray(tile *t, int x, int y)
 {
     const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
 
-    t->glimpses[at] = t->f->nothing;
+    t->pixels[at] = t->f->nothing;
     if (!sc_is_covered(&t->f->cover, x, y))
         return;
     if (t->rays.count == BATCH)
-        flush_glimpses(t);
+        flush_first_rays(t);
     if (sc_make_ray(&t->f->lens, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
         t->rays.target[t->rays.count++] = at;
 }
 
-/* Pixels by squares of four by four, and those by squares of two by two: what is marched side by
- * side goes through the same part of the volume. */
-static void take_glimpses(tile *t)
+/* One ray through every pixel, in squares of 4 x 4 pixels and in these in squares of 2 x 2, so that
+ * rays that are marched side by side go through the same part of the volume. */
+static void cast_first_rays(tile *t)
 {
-    const int apron = t->f->renderer->settings.samples > 1; /* neighbours are looked at, too */
+    const int apron =
+        t->f->renderer->settings.samples > 1; /* neighbours are needed for comparison */
     const int x1 = t->x1 + apron, y1 = t->y1 + apron;
 
     for (int y = t->y0 - apron; y < y1; y += 4) {
@@ -111,15 +114,15 @@ static void take_glimpses(tile *t)
                 const int px = x + (i & 1) + (i >> 1 & 2), py = y + (i >> 1 & 1) + (i >> 2 & 2);
 
                 if (px < x1 && py < y1)
-                    take_glimpse(t, px, py);
+                    queue_first_ray(t, px, py);
             }
         }
     }
-    flush_glimpses(t);
+    flush_first_rays(t);
 }
 
-/* A difference of 0.055 is about 14 levels of 255. */
-static bool looks_different(const float a[3], const float b[3])
+/* A difference of 0.055 is about 14 of 255 levels. */
+static bool colours_differ(const float a[3], const float b[3])
 {
     for (int i = 0; i < 3; i++) {
         const float d = a[i] - b[i];
@@ -130,21 +133,22 @@ static bool looks_different(const float a[3], const float b[3])
     return false;
 }
 
-static bool differ(const sc_glimpse *a, const sc_glimpse *b)
+static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
 {
     const float cosine =
         a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
 
     return a->label != b->label || a->signature != b->signature || (a->label && cosine < 0.85f) ||
-           looks_different(a->tone, b->tone);
+           colours_differ(a->tone, b->tone);
 }
 
-static bool on_edge(const tile *t, const sc_glimpse *g)
+static bool differs_from_neighbours(const tile *t, const sc_pixel_state *g)
 {
     return differ(g, g - 1) || differ(g, g + 1) || differ(g, g - t->stride) ||
            differ(g, g + t->stride);
 }
 
+/* March the rays queued by sample_pixel, and add up what each pixel gets. */
 static void flush_samples(tile *t)
 {
     const float *background = t->f->renderer->background;
@@ -152,27 +156,27 @@ static void flush_samples(tile *t)
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
-        float *sum = t->glimpses[t->rays.target[i]].rgb;
+        float *sum = t->pixels[t->rays.target[i]].rgb;
 
-        /* Counted over the background at first: what the ray brings, and what it hides. */
+        /* What the ray adds to the background: its light, less the background that it hides. */
         for (int c = 0; c < 3; c++)
             sum[c] += light->rgb[c] + (light->transmittance - 1) * background[c];
     }
     t->rays.count = 0;
 }
 
-/* All rays of one pixel. */
+/* Queue all rays of one pixel. */
 static void sample_pixel(tile *t, int x, int y, uint32_t target)
 {
     const int samples = t->f->renderer->settings.samples;
 
-    memset(t->glimpses[target].rgb, 0, sizeof t->glimpses[target].rgb);
+    memset(t->pixels[target].rgb, 0, sizeof t->pixels[target].rgb);
     if (!sc_is_covered(&t->f->cover, x, y))
         return;
     for (int i = 0; i < samples; i++) {
         double at[2];
 
-        sample_place(samples, i, at);
+        sample_position(samples, i, at);
         if (t->rays.count == BATCH)
             flush_samples(t);
         if (sc_make_ray(&t->f->lens, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
@@ -180,22 +184,22 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
     }
 }
 
-/* More rays where neighbours see something else, or everywhere. */
+/* Give more rays to pixels that differ from a neighbour, or to all. */
 static void refine(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
 
     for (int y = t->y0; y < t->y1; y++) {
-        sc_glimpse *row = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
+        sc_pixel_state *row = t->pixels + (y - t->y0 + 1) * t->stride + 1;
 
         for (int x = 0; x < t->x1 - t->x0; x++)
-            row[x].sampled = s->everywhere || on_edge(t, &row[x]);
+            row[x].sampled = s->everywhere || differs_from_neighbours(t, &row[x]);
     }
     for (int y = t->y0; y < t->y1; y++) {
         const int row = (y - t->y0 + 1) * t->stride + 1;
 
         for (int x = 0; x < t->x1 - t->x0; x++) {
-            if (t->glimpses[row + x].sampled)
+            if (t->pixels[row + x].sampled)
                 sample_pixel(t, t->x0 + x, y, (uint32_t)(row + x));
         }
     }
@@ -208,7 +212,7 @@ static void store_row(const tile *t, int y)
     const sc_viewport *viewport = t->f->viewport;
     const sc_image *image = t->f->image;
     const size_t row = (size_t)(viewport->y_px + y) * (size_t)image->width_px;
-    const sc_glimpse *g = t->glimpses + (y - t->y0 + 1) * t->stride + 1;
+    const sc_pixel_state *g = t->pixels + (y - t->y0 + 1) * t->stride + 1;
     uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
 
     for (int x = t->x0; x < t->x1; x++, g++, pixel += 3) {
@@ -225,14 +229,14 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* Can nothing be seen in the tile? */
+/* Is nothing visible in the tile? */
 static bool is_empty(const tile *t)
 {
     const sc_cover *cover = &t->f->cover;
 
     for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
         for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
-            if (cover->cells[(row + 1) * cover->columns + column + 1])
+            if (cover->squares[(row + 1) * cover->columns + column + 1])
                 return false;
         }
     }
@@ -262,7 +266,7 @@ static void draw_tile(tile *t)
         return;
     }
     if (!s->everywhere)
-        take_glimpses(t);
+        cast_first_rays(t);
     if (s->everywhere || s->samples > 1)
         refine(t);
     for (int y = t->y0; y < t->y1; y++)
@@ -282,12 +286,12 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     sc_render_span *span = &f->renderer->spans[thread];
     const int side = s->tile_px + 2;
     sc_render_stats *stats = &f->renderer->stats[thread];
-    tile t; /* large, and most of it need not be cleared */
+    tile t; /* not initialised as a whole, because it is large */
 
     if (span->begin_s == 0)
         span->begin_s = sc_wall_s();
     t.f = f;
-    t.glimpses = f->renderer->glimpses + (size_t)thread * (size_t)side * (size_t)side;
+    t.pixels = f->renderer->pixels + (size_t)thread * (size_t)side * (size_t)side;
     t.stride = side;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
@@ -311,7 +315,7 @@ static void to_floats(sc_vec3 v, float out[3])
 }
 
 /* The key light stands above the viewer's left shoulder, the fill light low on the right. */
-static void place_lamps(sc_renderer *r, const sc_camera *c)
+static void set_light_directions(sc_renderer *r, const sc_camera *c)
 {
     const sc_vec3 back = sc_vec3_scale(c->forward, -1);
 
@@ -321,8 +325,8 @@ static void place_lamps(sc_renderer *r, const sc_camera *c)
               r->march.light.fill_direction);
 }
 
-/* Fading with distance runs through the depth of what is visible. */
-static void place_depth_cue(sc_renderer *r, const sc_camera *c)
+/* Depth cueing begins and ends with what is visible. */
+static void set_depth_cue(sc_renderer *r, const sc_camera *c)
 {
     const sc_box3 *box = &r->hull_box;
     const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(box->low, box->high), 0.5);
@@ -337,10 +341,10 @@ static void place_depth_cue(sc_renderer *r, const sc_camera *c)
     r->march.light.cue_far_mm = (float)(depth + radius);
 }
 
-static void place_planes(sc_renderer *r, const sc_scene *scene)
+static void set_planes(sc_renderer *r, const sc_scene *scene)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
-    const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* place 0 */
+    const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* grid vertex 0 */
 
     r->march.plane_count = scene->plane_count;
     r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
@@ -351,9 +355,10 @@ static void place_planes(sc_renderer *r, const sc_scene *scene)
 
         to_floats(plane->normal, r->march.plane_normals[i]);
         for (int axis = 0; axis < 3; axis++)
-            r->march.plane_places[i][axis] =
+            r->march.plane_equations[i][axis] =
                 (float)sc_vec3_dot(plane->normal, sc_affine_column(to_mm, axis));
-        r->march.plane_places[i][3] = (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
+        r->march.plane_equations[i][3] =
+            (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
     }
 }
 
@@ -378,12 +383,13 @@ static int within(int value, int high)
     return value < 0 ? 0 : least(value, high);
 }
 
-/* Bands of a frame come one after the other: what it covers is found once. */
+/* Make the map of pixels that can show anything, or keep the last one: a rank may draw several
+ * bands of one frame, one after the other. */
 static void cover_view(frame *f)
 {
     sc_renderer *r = f->renderer;
 
-    /* Equal bytes are equal scenes; should padding differ, the cover is only found once more.
+    /* Equal bytes are equal scenes; should only padding differ, the map is made once more in vain.
      * NOLINTNEXTLINE(bugprone-suspicious-memory-comparison) */
     if (memcmp(&r->last_scene, f->scene, sizeof r->last_scene) != 0 ||
         memcmp(&r->last_viewport, f->viewport, sizeof r->last_viewport) != 0) {
@@ -415,9 +421,9 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     if (row0 >= row1)
         return;
 
-    place_lamps(r, &scene->camera);
-    place_depth_cue(r, &scene->camera);
-    place_planes(r, scene);
+    set_light_directions(r, &scene->camera);
+    set_depth_cue(r, &scene->camera);
+    set_planes(r, scene);
     for (int c = 0; c < 3; c++) {
         f.nothing.rgb[c] = r->background[c];
         f.nothing.tone[c] = sqrtf(r->background[c]);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Makes rays from pixels: from the camera's geometry and the clip planes, in double precision. */
 #include "internal.h"
 
 void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
                   const sc_viewport *viewport)
 {
     const sc_camera *c = &scene->camera;
-    /* Samples of the voxel surface lie on a grid that begins at the eye. The smooth one has no
-     * grid; its rays begin where they enter the sphere around the volume, from where a float tells
-     * 1/20,000 of a voxel. That place must not depend on the skip method, nor on what is visible.
-     */
+    /* Samples of the voxel surface lie at steps from the eye. Rays through the smooth surface begin
+     * where they enter the sphere around the volume: from there a float resolves 1/20,000 of a
+     * voxel. The beginning must depend neither on the skip method nor on what is visible. */
     const bool from_eye = r->settings.surface == SC_SURFACE_VOXEL;
 
     *lens = (sc_lens){
@@ -25,8 +25,9 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
     };
 }
 
-/* Kept parts of the ray per clip group. Distances in mm from the eye come in, from the ray's
- * origin go out. @return false if nothing is kept. */
+/* Fill in the parts of the ray that each clip set keeps between @p begin and @p end, in mm from the
+ * eye.
+ * @param base distance of the ray's origin from the eye. @return false if nothing is kept. */
 static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, double begin,
                        double end, double base, sc_ray *ray)
 {
@@ -34,7 +35,7 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
     const double step = lens->renderer->march.step_mm;
     bool any = false;
 
-    ray->groups = (uint8_t)scene->clip_set_count;
+    ray->clip_sets = (uint8_t)scene->clip_set_count;
     for (int g = 0; g < scene->clip_set_count; g++) {
         sc_interval kept[2];
 
@@ -42,7 +43,7 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
             ray->part_count[g] =
                 (uint8_t)sc_clip_ray(scene->planes, scene->clip_sets[g], scene->clip_mode, eye,
                                      direction, begin, end, kept);
-        } else { /* no plane cuts this group */
+        } else { /* no plane cuts these tissues */
             ray->part_count[g] = begin < end;
             kept[0] = (sc_interval){begin, end, -1};
         }
@@ -70,7 +71,7 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     sc_vec3 eye = c->position_mm, direction = c->forward, origin = lens->eye, along = lens->forward;
     double middle, begin, base;
 
-    /* in mm and in voxels at once */
+    /* The same steps in mm (eye, direction) and in voxels (origin, along). */
     if (c->projection == SC_ORTHOGRAPHIC) {
         eye = sc_vec3_along(sc_vec3_along(eye, across, c->right), upward, c->up);
         origin = sc_vec3_along(sc_vec3_along(origin, across, lens->right), upward, lens->up);
@@ -82,7 +83,8 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
         along = sc_vec3_scale(
             sc_vec3_along(sc_vec3_along(along, across, lens->right), upward, lens->up), shorten);
     }
-    /* From where it enters the sphere around the volume to where it leaves it, or farther. */
+    /* The ray lies within the sphere around the volume between these distances, or in less of it.
+     */
     middle = sc_vec3_dot(sc_vec3_sub(lens->renderer->middle_mm, eye), direction);
     if (middle + lens->renderer->radius_mm <= 0)
         return false;

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Creation of a renderer: everything that does not change from frame to frame. */
 #include "internal.h"
 
 #include <string.h>
 
+/* The smallest spacing. */
 static double voxel_length_mm(const sc_prepared *volume)
 {
     double least = HUGE_VAL;
@@ -12,14 +14,15 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-/* Opacity is per crossing of a smooth surface, and per voxel length in the voxel model. */
+/* Alpha of one crossing or sample. Opacity is given per crossing of a smooth surface, but per voxel
+ * length for the voxel surface, which takes samples step_voxels apart. */
 static float alpha_of(const sc_render_settings *s, double opacity)
 {
     return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
                                            : (float)(1 - pow(1 - opacity, s->step_voxels));
 }
 
-/* What takes part: the smooth surface has no interior. */
+/* How a tissue takes part in the picture (SC_SHOW_*). The smooth surface has no interior. */
 static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
 {
     const bool interior = tissue->interior_opacity > 0 && s->surface == SC_SURFACE_VOXEL;
@@ -44,7 +47,7 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         to->specular = (float)tissues[id].material.specular;
         to->shininess = tissues[id].material.shininess;
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
-        to->clip_group = tissues[id].clip_set;
+        to->clip_set = tissues[id].clip_set;
         to->by_thickness = s->local_thickness && tissues[id].opacity_auto;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
     }
@@ -63,9 +66,10 @@ static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
     }
 }
 
-/* The voxels a ray must cross: the plain method looks at the whole volume, the accelerated one at
- * the box of what is visible; each a voxel wider than the last cell that matters, so that no box
- * ends within one. */
+/* The box that rays are marched within: for SC_SKIP_NONE the whole volume, else the bounding box of
+ * what is visible. It is a voxel wider than the last cell that matters, so that it ends within none
+ * of these.
+ */
 static void fill_boxes(sc_renderer *r)
 {
     const sc_prepared *v = r->volume;
@@ -107,7 +111,7 @@ static void fill_march(sc_renderer *r)
         .volume = v,
         .visible = r->visible,
         .distances = r->distances,
-        /* a place is a voxel plus one */
+        /* grid coordinates are those of voxels plus one */
         .box_low = {(float)r->box.low.x + 1, (float)r->box.low.y + 1, (float)r->box.low.z + 1},
         .box_high = {(float)r->box.high.x + 1, (float)r->box.high.y + 1, (float)r->box.high.z + 1},
         .cell_start = r->cells.start,
@@ -132,13 +136,15 @@ static void fill_march(sc_renderer *r)
     memcpy(r->march.light.cue_rgb, r->background, sizeof r->background);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
-            r->march.place_per_mm[i][j] = (float)r->to_voxel.m[i][j];
+            r->march.grid_per_mm[i][j] = (float)r->to_voxel.m[i][j];
     }
 }
 
-/* A ray that meets nothing visible has nothing to show: what is visible ends somewhere, and where
- * it ends is marked. That fails for tissues of which the masks do not hold the boundary, for a cut
- * face may show nothing else of them; and the plain method is to know nothing of masks. */
+/* Decide whether the map of pixels that can show anything may be used. It holds all pixels behind
+ * which the masks mark something: a boundary, if boundaries are shown, for every visible tissue
+ * ends somewhere. It must not be used for tissues that show only their interior, because a cut face
+ * may show a part of them that is not marked; nor for SC_SKIP_NONE, which uses nothing that
+ * preprocessing has found. */
 static void decide_cover(sc_renderer *r)
 {
     r->covers_all = r->settings.skip == SC_SKIP_NONE;
@@ -159,7 +165,8 @@ static void measure_hull(sc_renderer *r)
     r->hull_box = (sc_box3){low, high};
 }
 
-/* Masks for the march, and the hull, which is that of the voxels in either model. */
+/* The masks for the march, what is derived from them, and the hull, which is that of the visible
+ * voxels for either surface. */
 static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
 {
     const int threads = r->settings.threads;
@@ -193,15 +200,15 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     r->stats = block;
     SC_TRY(sc_zalloc(ctx, threads, sizeof *r->spans, &block));
     r->spans = block;
-    SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->glimpses, &block));
-    r->glimpses = block;
+    SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->pixels, &block));
+    r->pixels = block;
     SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
     r->cover = block;
 out:
     return status;
 }
 
-/* A volume too large for leaps is marched without them. */
+/* A volume that is too large for the wide kernels is marched by those of SC_SKIP_INTERIOR. */
 static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_render_settings *s = &r->settings;
@@ -273,7 +280,7 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->hull);
     sc_free(r->stats);
     sc_free(r->spans);
-    sc_free(r->glimpses);
+    sc_free(r->pixels);
     sc_free(r);
 }
 

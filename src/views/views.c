@@ -205,7 +205,7 @@ static void annotate(const drawing *d, int which, sc_viewport p)
 static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
 {
     sum->counters.rays += each->counters.rays;
-    sum->counters.samples += each->counters.samples;
+    sum->counters.cell_visits += each->counters.cell_visits;
     sum->counters.contributions += each->counters.contributions;
     sum->wall_s += each->wall_s;
     sum->cpu_s += each->cpu_s;

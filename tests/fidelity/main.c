@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How far drawn surfaces are from the true ones. See tools/fidelity. */
+/* Measures how far drawn surfaces are from the true ones. */
 #include "fidelity.h"
 
 #include <getopt.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Our own surfaces against the truth: by rays of the very kernels that draw pictures, and by the
- * owner of sampled points. */
+/* Compares segcast's own surfaces with the known ones, by rays of the kernels that draw pictures
+ * and by the labels that own sampled points. */
 #include "fidelity.h"
 
 #include <stdlib.h>
@@ -71,7 +71,7 @@ void errors_finish(errors *e, fidelity *out)
     *e = (errors){0};
 }
 
-/* Everything that rays need. */
+/* A prepared shape, and everything else that rays need. */
 typedef struct stage {
     const shape *s;
     sc_prepared volume;
@@ -82,7 +82,7 @@ typedef struct stage {
     sc_vec3 middle_mm;
 } stage;
 
-/* A ray that passes beside the volume has no part. */
+/* Make a ray; one that misses the volume has no parts. */
 static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ray)
 {
     const double shift = st->kernel->surface == SC_SURFACE_VOXEL ? 1.5 : 1;
@@ -96,7 +96,7 @@ static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ra
     *ray = (sc_ray){.origin = {(float)(o.x + shift), (float)(o.y + shift), (float)(o.z + shift)},
                     .direction = {(float)d.x, (float)d.y, (float)d.z},
                     .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
-                    .groups = 1,
+                    .clip_sets = 1,
                     .part_count = {meets}};
     ray->parts[0][0].begin_mm = (float)begin;
     ray->parts[0][0].end_mm = (float)end;
@@ -113,10 +113,11 @@ static sc_vec3 random_direction(uint64_t *seed)
     return (sc_vec3){across * cos(angle), across * sin(angle), z};
 }
 
-/* Where voxels cannot tell the phantom's surface: on faces within 8 degrees of a plane of the grid,
- * whose steps are wider than any filter (a flat face may lie anywhere within a voxel), with an edge
- * within two voxels, or a third tissue within three. */
-static bool cannot_be_told(const stage *st, int label, sc_vec3 hit, sc_vec3 normal)
+/* Is the phantom's surface at this point one that its voxels do not determine? So are faces within
+ * 8 degrees of a plane of the grid (a flat face may lie anywhere within a voxel, and its steps are
+ * wider than any filter), and points with an edge within two voxels or a third tissue within three.
+ */
+static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 normal)
 {
     const double mm = st->s->voxel_mm;
     const sc_vec3 side = sc_vec3_perpendicular(normal);
@@ -146,8 +147,8 @@ static bool cannot_be_told(const stage *st, int label, sc_vec3 hit, sc_vec3 norm
     return false;
 }
 
-static void take_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
-                     errors *e)
+static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
+                    errors *e)
 {
     sc_vec3 hit, normal;
     const sc_vec3 n = {(double)light->normal[0], (double)light->normal[1],
@@ -158,13 +159,13 @@ static void take_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_r
         return;
     hit = sc_vec3_along(eye, (double)light->depth_mm, direction);
     distance = shape_distance(st->s, (int)light->label, hit, &normal);
-    if (st->s->phantom && cannot_be_told(st, (int)light->label, hit, normal))
+    if (st->s->phantom && is_undetermined(st, (int)light->label, hit, normal))
         return;
     cosine = fmin(1, fmax(-1, sc_vec3_dot(n, normal)));
     errors_add(e, distance, acos(cosine) * 180 / M_PI);
 }
 
-/* Lines in all directions through a ball around the shape. */
+/* Errors of positions and normals, by rays in random directions through a ball around the shape. */
 static void measure_hits(const stage *st, fidelity *out)
 {
     static sc_ray rays[BATCH];
@@ -187,12 +188,12 @@ static void measure_hits(const stage *st, fidelity *out)
         }
         st->kernel->march(&st->march, rays, BATCH, light, &counters);
         for (int i = 0; i < BATCH; i++)
-            take_hit(st, eyes[i], directions[i], &light[i], &e);
+            add_hit(st, eyes[i], directions[i], &light[i], &e);
     }
     errors_finish(&e, out);
 }
 
-/* Does the line meet the shape? By steps as long as the distance. */
+/* Does the line meet the shape? Found by sphere tracing: each step is as long as the distance. */
 static bool line_meets(const stage *st, sc_vec3 eye, sc_vec3 direction)
 {
     double t = 0;
@@ -208,7 +209,8 @@ static bool line_meets(const stage *st, sc_vec3 eye, sc_vec3 direction)
     return false;
 }
 
-/* The area by which outlines differ, by their length: parallel rays from three sides. */
+/* Mean distance between the drawn and the true outline: the area by which they differ, divided by
+ * the outline's length; with parallel rays from three sides. */
 static void measure_silhouette(const stage *st, fidelity *out)
 {
     const double px_mm = 2 * st->reach_mm / SILHOUETTE_PX;
@@ -242,19 +244,20 @@ static void measure_silhouette(const stage *st, fidelity *out)
             }
         }
     }
-    /* A line's steps between pixels are 4/pi as long as the line, over all directions. */
+    /* On average over all directions, the pixel edges along a line are 4/pi times as long as the
+     * line. */
     out->silhouette = differing / (edges * M_PI / 4) * px_mm / st->s->voxel_mm;
 }
 
 static int owner_at(const stage *st, sc_vec3 mm)
 {
     const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
-    const float place[3] = {(float)(p.x + 1), (float)(p.y + 1), (float)(p.z + 1)};
+    const float point[3] = {(float)(p.x + 1), (float)(p.y + 1), (float)(p.z + 1)};
     const sc_prepared *v = &st->volume;
     const int x = (int)floor(p.x + 0.5), y = (int)floor(p.y + 0.5), z = (int)floor(p.z + 0.5);
 
     if (st->kernel->surface == SC_SURFACE_SMOOTH)
-        return (int)sc_kernel_owner(v, place);
+        return (int)sc_kernel_owner(v, point);
     if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
         return 0;
     return (
@@ -262,7 +265,8 @@ static int owner_at(const stage *st, sc_vec3 mm)
             v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x];
 }
 
-/* Jittered samples: four in each voxel near the surface, one in every eighth elsewhere. */
+/* Share of points with a wrong owner, and of the volume kept, by jittered points: for the owners
+ * one in every block of voxels, for the volume NEAR_SAMPLES in each voxel near the surface. */
 static void measure_owners(const stage *st, fidelity *out)
 {
     uint64_t seed = 17;
@@ -334,8 +338,8 @@ static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
         .light = {.flat = true}};
 }
 
-static sc_status run(const sc_ctx *ctx, const shape *s, sc_surface surface, int threads,
-                     const void *block, size_t bytes, fidelity *out)
+static sc_status measure_prepared(const sc_ctx *ctx, const shape *s, sc_surface surface,
+                                  int threads, const void *block, size_t bytes, fidelity *out)
 {
     stage st = {.s = s};
     static sc_march_tissue tissues[256];
@@ -381,7 +385,7 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, sc_surface surface, 
     bytes = sc_preparation_bytes(preparation);
     SC_TRY(sc_alloc(ctx, bytes, 1, &block));
     sc_preparation_pack(preparation, block);
-    status = run(ctx, s, surface, threads, block, bytes, out);
+    status = measure_prepared(ctx, s, surface, threads, block, bytes, out);
 out:
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);

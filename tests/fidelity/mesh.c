@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Triangle meshes of other programs: PLY (ascii, binary little-endian) and binary STL. */
+/* Reads triangle meshes of other programs, PLY (ASCII, binary little-endian) and binary STL, and
+ * measures them. */
 #include "fidelity.h"
 
 #include <stdlib.h>
@@ -38,7 +39,7 @@ static sc_status add_triangle(const sc_ctx *ctx, mesh *m, uint32_t a, uint32_t b
     return SC_OK;
 }
 
-/* Where the reader stands in a PLY file, and how its numbers are written. */
+/* A PLY file being read: the position in it, and how its numbers are written. */
 typedef struct ply {
     const char *at, *end;
     bool ascii;
@@ -233,7 +234,8 @@ out:
     return status;
 }
 
-/* Vertex normals from the triangles around, by area; the volume by the divergence theorem. */
+/* Vertex normals are the mean of the triangles around, weighted by area. @return the enclosed
+ * volume, by the divergence theorem. */
 static double finish_mesh(mesh *m, double *areas)
 {
     double volume = 0, sum = 0;

@@ -34,7 +34,8 @@ const shape *shape_find(const char *name)
     return NULL;
 }
 
-/* Tilted about all axes and off the grid, so that no symmetry flatters. */
+/* Shapes are tilted about all axes and off the grid, so that no symmetry makes errors look small.
+ */
 static sc_vec3 tilt(sc_vec3 v, double sign)
 {
     const sc_vec3 axis = sc_vec3_unit((sc_vec3){0.43, -0.61, 0.37});
@@ -108,7 +109,8 @@ int shape_owner(const shape *s, sc_vec3 p, double *border)
         *border = fabs(distance);
         return distance < 0;
     }
-    /* The phantom's distance takes long: look half a voxel away in 26 directions instead. */
+    /* The phantom's distance is slow to compute: compare owners half a voxel away in 26 directions.
+     */
     owner = sc_phantom_owner(s->phantom, p);
     *border = HUGE_VAL;
     for (int n = 0; n < 27 && *border > 0.5; n++) {

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How long frames take: one volume, prepared once, drawn in every combination of the lists given.
- * CPU seconds are those of the whole process, the least of several repetitions; all variants of a
- * combination take turns, so that they meet the same weather.
+/* Measures how long frames take: one volume, prepared once, is drawn with every combination of the
+ * values given. CPU seconds are those of the whole process, the least of several repetitions. In
+ * each repetition all combinations are drawn in turn, so that a disturbance of the machine meets
+ * them all.
  *
  * usage: bench VOLUME [KEY=VALUE,VALUE...]...
  *   scene    peers (colours, opacities, light and camera of the programs it is compared with),
  *            heart, or paper: heart without light
  *   surface  smooth, voxel           layers   opaque, all
- *   skip     leap, interior, none    cpu      auto, avx512, avx2, sse4, c
+ *   skip     leap, interior, none    cpu      auto, or a variant: see segcast render --help
  *   size     1920x1080               threads  1
  *   samples  1 (rays per pixel at edges)
  *   frames   of a turn of 36         repeat   times */
@@ -46,7 +47,7 @@ typedef struct prepared_set {
     bool opaque;
 } prepared_set;
 
-/* One combination. */
+/* One combination of values, and what was measured of it. */
 typedef struct entry {
     const char *value[KEYS];
     sc_renderer *renderer;
@@ -73,8 +74,9 @@ static double process_cpu_s(void)
            1e-6 * (double)(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
 }
 
-/* Colours and opacities of ../shared/peers: of one layer (smooth) or, as there for volumes, of one
- * voxel length of two. */
+/* The colours and opacities of the programs that segcast is compared with: of one crossing
+ * (smooth), or as they have them for volumes, which draw a boundary two voxel lengths thick
+ * (voxel). */
 static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
 {
     static const float rgb[13][3] = {{0},
@@ -113,7 +115,8 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
         p->tissues[id] = peers_tissue((uint32_t)p->view.labels[id].value, p->opaque, voxel);
 }
 
-/* As a job would prepare it: hidden tissues are background, thickness only where it is needed. */
+/* Prepare a volume as a job would: hidden tissues are background, and thickness is measured only
+ * where opacity follows it. */
 static void prepare(const char *path, bool peers, bool opaque, prepared_set *out)
 {
     sc_prepare_settings settings = {.smooth = 1, .threads = atoi(lists[THREADS].values[0])};
@@ -204,7 +207,7 @@ static void start(entry *e, prepared_set *p)
 
     if (sscanf(e->value[SIZE], "%dx%d", &s.width_px, &s.height_px) != 2)
         exit(64);
-    if (peers) /* what they do: 0.2 from everywhere, 0.8 from the eye */
+    if (peers) /* the light of those programs: 0.2 from everywhere, 0.8 from the eye */
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
     if (strcmp(e->value[SCENE], "paper") == 0)
         s.light.flat = true;
@@ -244,8 +247,9 @@ static void report(const entry *e, const prepared_set *p)
     printf("kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "
            "rays=%.0f leaps_per_ray=%.2f looks_per_ray=%.2f layers_per_ray=%.3f\n",
            sc_renderer_kernel(e->renderer)->name, sc_renderer_kernel(e->renderer)->cpu, e->cpu_s,
-           e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays, (double)c->leaps / frames / rays,
-           (double)c->samples / frames / rays, (double)c->contributions / frames / rays);
+           e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays,
+           (double)c->brick_steps / frames / rays, (double)c->cell_visits / frames / rays,
+           (double)c->contributions / frames / rays);
     fflush(stdout);
 }
 
@@ -256,7 +260,7 @@ static void split(list *l)
         l->values[l->count++] = at;
 }
 
-/* The combination with a number, counted through all lists but the number of layers. */
+/* Combination number @p n of the values of all lists except the layers, which are given. */
 static void combine(int n, const char *layers, entry *e)
 {
     *e = (entry){0};
@@ -270,7 +274,7 @@ static void combine(int n, const char *layers, entry *e)
     }
 }
 
-static void run(const char *path, const char *layers)
+static void bench_layers(const char *path, const char *layers)
 {
     static entry entries[128];
     prepared_set *p = calloc(1, sizeof *p);
@@ -298,7 +302,7 @@ static void run(const char *path, const char *layers)
     free(p);
 }
 
-static bool take_argument(const char *argument)
+static bool parse_argument(const char *argument)
 {
     for (int key = 0; key < KEYS; key++) {
         const size_t length = strlen(lists[key].key);
@@ -314,8 +318,11 @@ static bool take_argument(const char *argument)
 int main(int argc, char **argv)
 {
     for (int i = 2; i < argc; i++) {
-        if (!take_argument(argv[i])) {
-            fprintf(stderr, "bench: what is \"%s\"?\n", argv[i]);
+        if (!parse_argument(argv[i])) {
+            fprintf(
+                stderr,
+                "bench: \"%s\" is not KEY=VALUE,... with a known key; see the head of bench.c\n",
+                argv[i]);
             return 64;
         }
     }
@@ -326,6 +333,6 @@ int main(int argc, char **argv)
     for (int key = 0; key < KEYS; key++)
         split(&lists[key]);
     for (int i = 0; i < lists[LAYERS].count; i++)
-        run(argv[1], lists[LAYERS].values[i]);
+        bench_layers(argv[1], lists[LAYERS].values[i]);
     return 0;
 }

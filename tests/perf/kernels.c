@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Every kernel that this processor can run against the plain march, ray by ray and bit by bit, on
- * rays made to go wrong; then how long each takes.
+/* Compares every kernel that this processor can run with the plain march, ray by ray and bit by
+ * bit, on rays that are likely to expose errors, and prints how long each takes.
  *
- * usage: kernels [RAYS]     for every surface and label width; 10000000 is what a release is run on
+ * usage: kernels [RAYS]     RAYS for every surface and label width; releases are tested with
+ * 10000000
  */
 #include "check.h"
 
@@ -14,11 +15,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { LABELS = 7, BATCH = 509 /* no multiple of any number of lanes */ };
+enum { LABELS = 7, BATCH = 509 /* not a multiple of any number of SIMD lanes */ };
 
 static const int size[3] = {61, 45, 53};
 
-/* Everything a kernel needs. */
+/* A prepared volume, and everything else that a kernel needs. */
 typedef struct stage {
     sc_volume volume;
     prepared_copy prepared;
@@ -67,7 +68,7 @@ static stage make_stage(sc_surface surface, int label_bytes)
                                           .specular = 0.2f,
                                           .shininess = 1 + 3 * id,
                                           .show = show[id],
-                                          .clip_group = id == 5};
+                                          .clip_set = id == 5};
     }
     if (surface == SC_SURFACE_SMOOTH) {
         assert_ok(sc_visible_cells(&quiet, v, show, 2, &s.masks));
@@ -113,7 +114,7 @@ static double pick(uint64_t *seed, const double *values, int count)
     return values[(random_bits(seed) >> 33) % (uint64_t)count];
 }
 
-/* A component of a direction that is zero, nearly zero, or hardly there. */
+/* A component of a direction that is zero, denormal or very small. */
 static double least_component(uint64_t *seed)
 {
     static const double values[] = {0, -0.0, 1e-45, -1e-38, 1e-30, 1e-20, -1.1e-20, 1e-12, -1e-7};
@@ -121,8 +122,8 @@ static double least_component(uint64_t *seed)
     return pick(seed, values, SC_COUNT_OF(values));
 }
 
-/* Where a ray comes from and goes, in places; kinds that are met by chance take turns with those
- * that are not. */
+/* Origin and direction of a ray, in grid coordinates. @p kind: 1 to 4: special directions that
+ * random ones never have; else random. */
 static void aim(uint64_t *seed, int kind, double from[3], double along[3])
 {
     static const double small[] = {-3, -2, -1, 0, 1, 2, 3};
@@ -153,7 +154,7 @@ static void aim(uint64_t *seed, int kind, double from[3], double along[3])
         along[2] = -1;
 }
 
-/* The stretch within the volume and a voxel around it, from the origin on. */
+/* The stretch of the ray within the volume and a voxel around it, from its origin on. */
 static bool within(const double from[3], const double along[3], double *begin, double *end)
 {
     const sc_box3 box = {{-1.5, -1.5, -1.5}, {size[0] + 2.5, size[1] + 2.5, size[2] + 2.5}};
@@ -178,7 +179,7 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
     const int kind = (int)((random_bits(seed) >> 33) % 6);
     const double shift = surface == SC_SURFACE_VOXEL ? 0.5 : 0;
     double from[3], along[3], begin, end, length;
-    sc_ray ray = {.groups = 1, .part_count = {1, 1}};
+    sc_ray ray = {.clip_sets = 1, .part_count = {1, 1}};
 
     do {
         aim(seed, kind, from, along);
@@ -196,17 +197,17 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
     }
     set_part(&ray.parts[0][0], begin, end, step);
     switch ((random_bits(seed) >> 33) % 8) {
-    case 0: /* nothing at all */
+    case 0: /* an empty part */
         set_part(&ray.parts[0][0], begin, begin, step);
         break;
-    case 1: /* the groups are kept on different stretches, one of them on two */
-        ray.groups = 2;
+    case 1: /* two clip sets with different parts, one of them with two */
+        ray.clip_sets = 2;
         ray.part_count[1] = 2;
         set_part(&ray.parts[0][0], begin, begin + 0.6 * (end - begin), step);
         set_part(&ray.parts[1][0], begin, begin + 0.3 * (end - begin), step);
         set_part(&ray.parts[1][1], begin + 0.5 * (end - begin), end, step);
         break;
-    case 2: /* from within */
+    case 2: /* a part that begins within the volume */
         set_part(&ray.parts[0][0], begin + 0.43 * (end - begin), end, step);
         break;
     default:
@@ -220,8 +221,8 @@ static void expect_equal(const sc_kernel *kernel, const sc_ray *ray, const sc_ra
 {
     if (memcmp(expected, found, sizeof *found) == 0)
         return;
-    fail_msg("%s/%s: a ray from (%a, %a, %a) along (%a, %a, %a), %a to %a, brings (%a, %a, %a) "
-             "at %a with %a left, expected (%a, %a, %a) at %a with %a left",
+    fail_msg("%s/%s: the ray from (%a, %a, %a) along (%a, %a, %a), %a to %a mm, has colour "
+             "(%a, %a, %a), depth %a, transmittance %a; expected (%a, %a, %a), %a, %a",
              kernel->name, kernel->cpu, ray->origin[0], ray->origin[1], ray->origin[2],
              ray->direction[0], ray->direction[1], ray->direction[2], ray->parts[0][0].begin_mm,
              ray->parts[0][0].end_mm, found->rgb[0], found->rgb[1], found->rgb[2], found->depth_mm,
@@ -284,7 +285,7 @@ static void compare(sc_surface surface, int label_bytes, long rays)
 
 static long ray_count = 100000;
 
-static void every_kernel_brings_what_the_plain_march_brings(void **state)
+static void every_kernel_gives_the_bits_of_the_plain_march(void **state)
 {
     (void)state;
     for (int bytes = 1; bytes <= 2; bytes++) {
@@ -296,7 +297,7 @@ static void every_kernel_brings_what_the_plain_march_brings(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_kernel_brings_what_the_plain_march_brings),
+        cmocka_unit_test(every_kernel_gives_the_bits_of_the_plain_march),
     };
 
     if (argc > 1)

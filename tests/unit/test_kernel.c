@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The accelerated march against the plain one, which knows nothing of preprocessing: same bits. */
+/* The accelerated kernels must give the same bits as the plain march, which uses nothing that
+ * preprocessing has found. */
 #include "check.h"
 
 #include "scenes.h"
@@ -32,7 +33,8 @@ static bool is_blank(const sc_image *image)
     return true;
 }
 
-/* A camera anywhere, also inside the volume, also along an axis and in a plane of the grid. */
+/* A camera at a random position, sometimes inside the volume, sometimes looking along an axis or
+ * within a plane of the grid. */
 static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
 {
     const sc_vec3 axes[3] = {{60, 0, 0}, {0, -60, 0}, {0, 0, 60}};
@@ -60,9 +62,10 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     return scene;
 }
 
-/* Leaps, by every kernel that this processor can run. Their counts agree too. */
-static void expect_leaps_to_agree(small_scene *s, const sc_scene *scene, sc_image *expected,
-                                  const sc_march_counters *work)
+/* Draw with SC_SKIP_LEAP and every variant that this processor can run: same picture, same counts.
+ */
+static void expect_all_variants_to_agree(small_scene *s, const sc_scene *scene, sc_image *expected,
+                                         const sc_march_counters *work)
 {
     sc_march_counters first = {0};
 
@@ -78,7 +81,7 @@ static void expect_leaps_to_agree(small_scene *s, const sc_scene *scene, sc_imag
         expect_same(expected, &image);
         sc_image_clear(&image);
         assert_int_equal(stats.counters.contributions, work->contributions);
-        assert_true(stats.counters.samples + stats.counters.leaps <= work->samples);
+        assert_true(stats.counters.cell_visits + stats.counters.brick_steps <= work->cell_visits);
         if (first.rays)
             assert_memory_equal(&stats.counters, &first, sizeof first);
         first = stats.counters;
@@ -86,7 +89,7 @@ static void expect_leaps_to_agree(small_scene *s, const sc_scene *scene, sc_imag
     s->settings.cpu = NULL;
 }
 
-static void all_methods_give_the_same_bits_everywhere(void **state)
+static void all_skip_methods_and_variants_give_the_same_bits(void **state)
 {
     const int size[3] = {37, 26, 31};
     const double spacing[3] = {1, 1.3, 0.8};
@@ -120,8 +123,8 @@ static void all_methods_give_the_same_bits_everywhere(void **state)
         b = draw_view(&s, &scene, &fast);
         expect_same(&a, &b);
         assert_int_equal(plain.counters.contributions, fast.counters.contributions);
-        assert_true(fast.counters.samples <= plain.counters.samples);
-        expect_leaps_to_agree(&s, &scene, &a, &fast.counters);
+        assert_true(fast.counters.cell_visits <= plain.counters.cell_visits);
+        expect_all_variants_to_agree(&s, &scene, &a, &fast.counters);
         blank += is_blank(&a);
         sc_image_clear(&a);
         sc_image_clear(&b);
@@ -130,7 +133,7 @@ static void all_methods_give_the_same_bits_everywhere(void **state)
     assert_true(blank < 40);
 }
 
-static void threads_tiles_and_batches_change_nothing(void **state)
+static void threads_and_tiles_do_not_change_the_picture(void **state)
 {
     (void)state;
     for (int way = 0; way < 4; way++) {
@@ -159,10 +162,11 @@ static void threads_tiles_and_batches_change_nothing(void **state)
     }
 }
 
-/* Counters depend on the work alone: a change of theirs is a change of the method. */
-static void the_work_of_a_frame_is_known(void **state)
+/* The counters depend on the scene alone, so that a change of them is a change of the method. */
+static void the_counted_work_of_known_frames_does_not_change(void **state)
 {
-    /* rays, samples or cells, leaps, contributions; more or less by the last bit of a cosine */
+    /* rays, cell visits, brick steps, contributions; the last bit of a cosine may change them a
+     * little */
     static const uint64_t known[7][4] = {{3984, 18122, 11913, 1547}, {4192, 15919, 12496, 1518},
                                          {8939, 55768, 27618, 5049}, {10435, 234863, 47382, 44095},
                                          {3984, 122644, 0, 1547},    {4192, 33608, 0, 1518},
@@ -182,16 +186,20 @@ static void the_work_of_a_frame_is_known(void **state)
         s.settings.samples = way % 4 < 2 ? 1 : 4;
         image = draw_view(&s, &scene, &stats);
         found[0] = stats.counters.rays;
-        found[1] = stats.counters.samples;
-        found[2] = stats.counters.leaps;
+        found[1] = stats.counters.cell_visits;
+        found[2] = stats.counters.brick_steps;
         found[3] = stats.counters.contributions;
         for (int i = 0; i < 4; i++) {
             const uint64_t slack = known[way][i] / 200;
 
             if (found[i] < known[way][i] - slack || found[i] > known[way][i] + slack)
-                fail_msg("way %d counts %llu, %llu, %llu, %llu", way, (unsigned long long)found[0],
-                         (unsigned long long)found[1], (unsigned long long)found[2],
-                         (unsigned long long)found[3]);
+                fail_msg("way %d: found %llu rays, %llu cell visits, %llu brick steps, %llu "
+                         "contributions; "
+                         "expected %llu, %llu, %llu, %llu",
+                         way, (unsigned long long)found[0], (unsigned long long)found[1],
+                         (unsigned long long)found[2], (unsigned long long)found[3],
+                         (unsigned long long)known[way][0], (unsigned long long)known[way][1],
+                         (unsigned long long)known[way][2], (unsigned long long)known[way][3]);
         }
         sc_image_clear(&image);
         free_scene(&s);
@@ -208,7 +216,8 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
     return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
 }
 
-/* A ball cut in half shows a flat disc of one colour; without caps, its far wall. */
+/* A ball cut in half shows a flat disc of one colour, and without caps the inside of its far wall.
+ */
 static void cut_faces_are_solid(void **state)
 {
     const int size[3] = {41, 41, 41};
@@ -235,7 +244,7 @@ static void cut_faces_are_solid(void **state)
     free_scene(&s);
 }
 
-/* One ray through a small scene, opaque or not. */
+/* March one ray through a small scene whose tissues all have the opacity @p alpha. */
 static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alpha, sc_vec3 from,
                          sc_vec3 direction, float length, uint64_t *contributions)
 {
@@ -257,7 +266,7 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
         .origin = {(float)from.x + 1, (float)from.y + 1, (float)from.z + 1},
         .direction = {(float)direction.x, (float)direction.y, (float)direction.z},
         .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
-        .groups = 1,
+        .clip_sets = 1,
         .part_count = {1},
         .parts = {{{.end_mm = length, .cap_plane = -1}}}};
 
@@ -275,8 +284,9 @@ static int wall(double x, double y, double z)
     return fabs(0.3 * y + 0.95 * z - 16.1) < 0.56 || (y == 9 && z == 9);
 }
 
-/* Every change of owner along a ray is found, also where a sheet one voxel thick is entered and
- * left within one cell: counted against the owners at points close together. */
+/* Every crossing along a ray is found, also where a sheet one voxel thick is entered and left
+ * within one cell. Expected are the changes between the owners of points close together on the ray.
+ */
 static void no_crossing_is_missed(void **state)
 {
     const int size[3] = {31, 27, 29};
@@ -304,8 +314,8 @@ static void no_crossing_is_missed(void **state)
 
             for (int k = 0; k <= 4000; k++) {
                 const sc_vec3 p = sc_vec3_along(from, length * k / 4000, d);
-                const float place[3] = {(float)p.x + 1, (float)p.y + 1, (float)p.z + 1};
-                const uint32_t owner = sc_kernel_owner(&s.prepared.view, place);
+                const float point[3] = {(float)p.x + 1, (float)p.y + 1, (float)p.z + 1};
+                const uint32_t owner = sc_kernel_owner(&s.prepared.view, point);
 
                 if (k && owner != last) {
                     sampled += (owner != 0) + (last != 0);
@@ -315,7 +325,8 @@ static void no_crossing_is_missed(void **state)
                 last = owner;
             }
             (void)trace(&s, cells, 1e-6f, from, d, (float)length, &contributions);
-            assert_true(contributions >= sampled); /* samples miss what is thinner than they are */
+            assert_true(contributions >=
+                        sampled); /* the points miss what is thinner than their distance */
             found += contributions;
             expected += sampled;
         }
@@ -326,13 +337,13 @@ static void no_crossing_is_missed(void **state)
     assert_in_range(found, expected, expected + expected / 500);
 }
 
-/* A vessel one voxel thick, and the corner between voxels that touch by an edge only. */
+/* A vessel one voxel thick, whose voxels sometimes touch by an edge only. */
 static int thread_of_voxels(double x, double y, double z)
 {
     return x == floor(13 + 6 * sin(z / 5)) && y == floor(12 + 5 * cos(z / 4));
 }
 
-static void no_labelled_voxel_is_lost_at_any_strength(void **state)
+static void every_voxel_keeps_its_label_at_any_strength_of_smoothing(void **state)
 {
     const int size[3] = {31, 27, 29};
     const double spacing[3] = {1, 1, 2.5};
@@ -352,10 +363,10 @@ static void no_labelled_voxel_is_lost_at_any_strength(void **state)
         sc_preparation_pack(p, block);
         assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &view));
         for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
-            const float place[3] = {(float)(i % size[0] + 1), (float)(i / size[0] % size[1] + 1),
+            const float point[3] = {(float)(i % size[0] + 1), (float)(i / size[0] % size[1] + 1),
                                     (float)(i / size[0] / size[1] + 1)};
 
-            assert_int_equal(sc_kernel_owner(&view, place), ((uint8_t *)volume.ids)[i]);
+            assert_int_equal(sc_kernel_owner(&view, point), ((uint8_t *)volume.ids)[i]);
         }
         sc_preparation_free(p);
         sc_free(block);
@@ -363,8 +374,8 @@ static void no_labelled_voxel_is_lost_at_any_strength(void **state)
     }
 }
 
-/* The middle of an opaque ball is lit from the viewer's upper left, and no cube shows: neighbouring
- * pixels differ by little. */
+/* An opaque ball is lit from the viewer's upper left, and no voxels show: neighbouring pixels
+ * differ little. */
 static void shading_is_smooth(void **state)
 {
     const int size[3] = {41, 41, 41};
@@ -387,7 +398,7 @@ static void shading_is_smooth(void **state)
     free_scene(&s);
 }
 
-static void every_kernel_is_listed_and_found(void **state)
+static void every_listed_kernel_is_found(void **state)
 {
     size_t count;
     const sc_kernel *all = sc_kernel_all(&count);
@@ -405,7 +416,7 @@ static void every_kernel_is_listed_and_found(void **state)
     }
 }
 
-static void a_volume_too_large_for_leaps_is_marched_without(void **state)
+static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(void **state)
 {
     const sc_prepared large = {.size = {2000, 2000, 2000}, .label_bytes = 1};
     const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .near_count = 1u << 30};
@@ -419,15 +430,15 @@ static void a_volume_too_large_for_leaps_is_marched_without(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_methods_give_the_same_bits_everywhere),
-        cmocka_unit_test(threads_tiles_and_batches_change_nothing),
-        cmocka_unit_test(the_work_of_a_frame_is_known),
+        cmocka_unit_test(all_skip_methods_and_variants_give_the_same_bits),
+        cmocka_unit_test(threads_and_tiles_do_not_change_the_picture),
+        cmocka_unit_test(the_counted_work_of_known_frames_does_not_change),
         cmocka_unit_test(no_crossing_is_missed),
-        cmocka_unit_test(no_labelled_voxel_is_lost_at_any_strength),
+        cmocka_unit_test(every_voxel_keeps_its_label_at_any_strength_of_smoothing),
         cmocka_unit_test(cut_faces_are_solid),
         cmocka_unit_test(shading_is_smooth),
-        cmocka_unit_test(every_kernel_is_listed_and_found),
-        cmocka_unit_test(a_volume_too_large_for_leaps_is_marched_without),
+        cmocka_unit_test(every_listed_kernel_is_found),
+        cmocka_unit_test(a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others),
     };
 
     return RUN(tests);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What light, edges and rays per pixel do to a picture. */
+/* The effect of light, of opaque edges and of more rays per pixel on a picture. */
 #include "check.h"
 
 #include "scenes.h"
@@ -55,7 +55,7 @@ static void holes_are_darker_than_open_surfaces(void **state)
     with = draw_view(&s, &scene, NULL);
     s.settings.light.occlusion = 0;
     without = draw_view(&s, &scene, NULL);
-    /* the open plate and the bottom of the hole */
+    /* a point of the open plate, then the bottom of the hole */
     assert_true(brightness(&with, 20, 10) > brightness(&without, 20, 10) - 30);
     assert_true(brightness(&with, 40, 40) < brightness(&without, 40, 40) - 60);
     sc_image_clear(&with);
@@ -129,7 +129,7 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
     return s;
 }
 
-/* A glass ball is densest at its rim, and the more so with stronger edges. */
+/* A translucent ball is most opaque at its rim, and the stronger the edges, the more so. */
 static void translucent_edges_stand_out(void **state)
 {
     sc_scene scene;
@@ -164,8 +164,9 @@ static void flat_light_shows_plain_colours(void **state)
     free_scene(&s);
 }
 
-/* Rays on edges alone come close to rays everywhere, for a fraction of them. */
-static void adaptive_antialiasing_is_nearly_full(void **state)
+/* More rays on edges alone give nearly the same picture as more rays everywhere, for a third of
+ * them. */
+static void more_rays_on_edges_alone_are_nearly_as_good_as_everywhere(void **state)
 {
     small_scene s = make_scene(small_phantom(), 1);
     const sc_scene scene = front_view(&s);
@@ -197,7 +198,7 @@ static int halves(double x, double y, double z)
     return ball(x, y, z) ? 1 + (z > 20.2) : 0;
 }
 
-/* A line between two tissues on a cut face, as wide as asked for, and none elsewhere. */
+/* On a cut face there is a line between two tissues, as wide as set, and no other line. */
 static void cut_faces_have_outlines_where_tissues_meet(void **state)
 {
     const int size[3] = {41, 41, 41};
@@ -228,7 +229,8 @@ static void cut_faces_have_outlines_where_tissues_meet(void **state)
     free_scene(&s);
 }
 
-/* Inside a tissue its walls are seen from within; nothing is solid there. */
+/* A camera inside an opaque tissue sees its walls from within: without a clip plane there is no cut
+ * face. */
 static void a_camera_inside_a_tissue_sees_its_walls(void **state)
 {
     sc_scene scene;
@@ -255,7 +257,7 @@ int main(void)
         cmocka_unit_test(distance_fades_into_the_background),
         cmocka_unit_test(translucent_edges_stand_out),
         cmocka_unit_test(flat_light_shows_plain_colours),
-        cmocka_unit_test(adaptive_antialiasing_is_nearly_full),
+        cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
     };
