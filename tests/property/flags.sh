@@ -4,11 +4,13 @@
 release=$SOURCE/build/release/segcast
 case $BUILD in */release) skip "this is the release build, with which others are compared" ;; esac
 [ -x "$release" ] || skip "there is no release build in $SOURCE/build/release"
+read -ra cpus < <("$release" keys render.cpu --json | jq -r '.[0].values | gsub(" or|,"; "")')
+[ "${cpus[0]}" = auto ] || fail "found no variants in the values of render.cpu"
 small_job job.yaml
 for surface in smooth voxel; do
-    for kernel in none:auto leap:c leap:sse4 leap:avx2 leap:avx512; do
-        settings=(--set render.surface=$surface --set render.skip=${kernel%:*} --set render.cpu=${kernel#*:} --set animation.frames=3)
-        name=$surface-${kernel/:/-}
+    for kernel in none-auto "${cpus[@]/#/leap-}"; do
+        settings=(--set render.surface=$surface --set "render.skip=${kernel%-*}" --set "render.cpu=${kernel#*-}" --set animation.frames=3)
+        name=$surface-$kernel
         "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # not on this processor
         "$SEGCAST" render job.yaml -o "$name" -q "${settings[@]}" >/dev/null
         [ "$(hashes "$name" | wc -l)" = 3 ] || fail "$name: expected 3 frames, found $(hashes "$name" | wc -l)"
