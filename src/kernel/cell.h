@@ -33,6 +33,18 @@ typedef struct sc_crossing {
 } sc_crossing;
 enum { SC_CROSSINGS_MAX = 24 };
 
+/* The search for a root ends after so many steps, or where the difference of the votes (of weights
+ * up to SC_WEIGHT_MAX) is as small as this. Guesses stay this share of the interval away from its
+ * ends. */
+#define SC_ROOT_STEPS_MAX 16
+#define SC_ROOT_TOLERANCE 0.002f
+#define SC_ROOT_MARGIN 0.02f
+/* The gradients of two labels are taken as one field, partly from SC_OPPOSITE_FROM and fully from
+ * SC_OPPOSITE_FROM + SC_OPPOSITE_RANGE: cosines of the angle between one gradient and the opposite
+ * of the other. See sc_cell_normal. */
+#define SC_OPPOSITE_FROM 0.82f
+#define SC_OPPOSITE_RANGE 0.13f
+
 /* Fill in the labels at the corners of the cell c->q. @return whether they differ. */
 static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
 {
@@ -160,14 +172,14 @@ static inline float sc_root_between(const float b[4], float low, float high, flo
     float u = low;
     int side = 0;
 
-    for (int i = 0; i < 16; i++) {
-        const float margin = 0.02f * (high - low);
+    for (int i = 0; i < SC_ROOT_STEPS_MAX; i++) {
+        const float margin = SC_ROOT_MARGIN * (high - low);
         float f;
 
         u = low + (high - low) * (at_low / (at_low - at_high));
         u = u < low + margin ? low + margin : u > high - margin ? high - margin : u;
         f = sc_cubic(b, u);
-        if (f > -0.002f && f < 0.002f) /* small against weights of up to SC_WEIGHT_MAX */
+        if (f > -SC_ROOT_TOLERANCE && f < SC_ROOT_TOLERANCE)
             break;
         if ((f < 0) == (at_low < 0)) {
             low = u;
@@ -350,7 +362,7 @@ static inline float sc_length3(const float v[3])
  * there are only two labels, their gradients are opposite: they form one field, which is
  * interpolated over all corners. Near a third label they are not opposite, and each label's
  * gradient is the mean over its own corners, so that it does not matter which corners those are.
- * Between the two cases (cosine of the angle from 0.82 to 0.95) they are blended linearly. */
+ * Between the two cases they are blended linearly. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
                                   const float a[3], float n[3])
 {
@@ -360,7 +372,7 @@ static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t sec
     for (int k = 0; k < 3; k++)
         apart -= sums[0][k] * sums[1][k];
     lengths = sc_length3(sums[0]) * sc_length3(sums[1]);
-    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f);
+    one = (apart - SC_OPPOSITE_FROM * lengths) / (SC_OPPOSITE_RANGE * lengths + 1e-12f);
     one = one < 0 ? 0 : one > 1 ? 1 : one;
     for (int side = 0; side < 2; side++)
         weights[side] = one + (1 - one) / (weights[side] + 1e-9f);

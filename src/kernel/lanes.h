@@ -55,32 +55,6 @@ static inline vi i_set(int32_t x)
     return x - (vi){0};
 }
 
-static inline vf f_load(const float *from)
-{
-    vf out;
-
-    memcpy(&out, from, sizeof out);
-    return out;
-}
-
-static inline vi i_load(const int32_t *from)
-{
-    vi out;
-
-    memcpy(&out, from, sizeof out);
-    return out;
-}
-
-static inline void f_store(vf x, float *to)
-{
-    memcpy(to, &x, sizeof x);
-}
-
-static inline void i_store(vi x, int32_t *to)
-{
-    memcpy(to, &x, sizeof x);
-}
-
 static inline vf f_of(vi x)
 {
     return __builtin_convertvector(x, vf);

@@ -144,8 +144,8 @@ static inline vf v_root(const vf b[4], vm on)
     vf low = {0}, high = f_set(1), at_low = b[0], at_high = b[3], u = {0};
     vi side = {0};
 
-    for (int i = 0; i < 16 && m_any(on); i++) {
-        const vf margin = 0.02f * (high - low);
+    for (int i = 0; i < SC_ROOT_STEPS_MAX && m_any(on); i++) {
+        const vf margin = SC_ROOT_MARGIN * (high - low);
         const vf guess = low + (high - low) * (at_low / (at_low - at_high));
         vf f;
         vm to_low, to_high, a;
@@ -155,7 +155,8 @@ static inline vf v_root(const vf b[4], vm on)
                           f_pick(f_below(high - margin, guess), high - margin, guess)),
                    u);
         f = v_cubic(b, u);
-        on = m_without(on, m_and(f_below(f_set(-0.002f), f), f_below(f, f_set(0.002f))));
+        on = m_without(
+            on, m_and(f_below(f_set(-SC_ROOT_TOLERANCE), f), f_below(f, f_set(SC_ROOT_TOLERANCE))));
         a = f_below(at_low, f_set(0));
         to_high = m_or(m_without(f_below(f, f_set(0)), a), m_without(a, f_below(f, f_set(0))));
         to_low = m_without(on, to_high);
@@ -226,7 +227,7 @@ static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf 
     for (int k = 0; k < 3; k++)
         apart -= sums[0][k] * sums[1][k];
     lengths = f_length(sums[0]) * f_length(sums[1]);
-    one = (apart - 0.82f * lengths) / (0.13f * lengths + 1e-12f);
+    one = (apart - SC_OPPOSITE_FROM * lengths) / (SC_OPPOSITE_RANGE * lengths + 1e-12f);
     one = f_clamp01(one);
     for (int s = 0; s < 2; s++)
         weights[s] = one + (1 - one) / (weights[s] + 1e-9f);

@@ -99,6 +99,13 @@ static inline vm v_by_thickness(vi tissue_bytes, vm on)
 }
 
 /* The float at @p offset in the sc_ray of each lane; 0 in lanes without a ray. */
+_Static_assert(sizeof(((sc_ray *)0)->origin) == 3 * sizeof(float) &&
+                   sizeof(((sc_ray *)0)->direction) == 3 * sizeof(float) &&
+                   sizeof(((sc_ray *)0)->toward_eye) == 3 * sizeof(float) &&
+                   sizeof(((sc_ray *)0)->base_mm) == sizeof(float) &&
+                   sizeof(((sc_ray_part *)0)->begin_mm) == sizeof(float) &&
+                   sizeof(((sc_ray_part *)0)->end_mm) == sizeof(float),
+               "v_ray_floats reads these members as floats");
 static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
 {
     vi at;
@@ -127,7 +134,7 @@ static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf
 static inline void v_face_eye(const vf eye[3], vf n[3])
 {
     const vf toward = f_dot(n, eye);
-    const vm over = f_below(toward, f_set(-0.35f)), averted = f_below(toward, f_set(0));
+    const vm over = f_below(toward, f_set(-SC_AVERTED_MAX)), averted = f_below(toward, f_set(0));
     vf flat[3], length;
 
     if (!m_any(averted))
@@ -206,7 +213,6 @@ static inline void v_move(const sc_march *m, const vf point[3], const vf directi
 
 static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
 {
-    const float flat = 0.2f;
     const sc_occlusion *o = m->occlusion;
     vf open = f_set(1);
 
@@ -217,8 +223,8 @@ static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
         v_move(m, spot->point, spot->normal, f_set(width_mm), above);
         filled = v_filled(m, above, which, on);
         if (m->plane_count)
-            filled *= v_share_kept(m, above, 1.5f * width_mm);
-        open *= 1 - f_clamp01((filled - flat) * (1 / (1 - flat)));
+            filled *= v_share_kept(m, above, SC_OCCLUSION_CLIP_WIDTHS * width_mm);
+        open *= 1 - f_clamp01((filled - SC_FLAT_FILLED) * (1 / (1 - SC_FLAT_FILLED)));
     }
     return open;
 }
@@ -226,23 +232,25 @@ static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
 static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
 {
     const sc_occlusion *o = m->occlusion;
-    const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
+    const float step_mm = (float)o->mm_per_step,
+                start_mm = SC_SHADOW_START_WIDTHS * (float)o->narrow_mm;
     vf through = f_set(1), point[3], key[3];
 
     for (int i = 0; i < 3; i++)
         key[i] = f_set(m->light.key_direction[i]);
-    v_move(m, spot->point, spot->normal, f_set(0.8f * (float)o->narrow_mm), point);
-    for (int k = 0; k < 96; k++) {
+    v_move(m, spot->point, spot->normal, f_set(SC_SHADOW_LIFT_WIDTHS * (float)o->narrow_mm), point);
+    for (int k = 0; k < SC_SHADOW_STEPS_MAX; k++) {
         vf at[3], filled, after;
 
-        on = m_and(on, f_below(f_set(0.02f), through));
+        on = m_and(on, f_below(f_set(SC_SHADOW_DARK), through));
         if (!m_any(on))
             break;
         v_move(m, point, key, f_set(start_mm + (float)k * step_mm), at);
         filled = v_filled(m, at, 0, on);
-        after = through * (1 - 0.6f * f_clamp01((filled - 0.1f) * 2) *
+        after = through * (1 - SC_SHADOW_STEP_MAX *
+                                   f_clamp01((filled - SC_SHADOW_FILLED_MIN) * SC_SHADOW_GAIN) *
                                    v_share_kept(m, at, (float)o->narrow_mm));
-        through = f_pick(m_and(on, f_below(f_set(0.1f), filled)), after, through);
+        through = f_pick(m_and(on, f_below(f_set(SC_SHADOW_FILLED_MIN), filled)), after, through);
     }
     return through;
 }

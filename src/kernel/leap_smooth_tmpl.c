@@ -73,7 +73,7 @@ static inline vf v_exit_mm(const packet *p, int i)
     return v_plane_mm(p, i, i_pick(p->forward[i], p->q[i] + 1, p->q[i]));
 }
 
-/* The nearest of three planes; of equal ones the lowest axis. */
+/* The nearest of three planes, one of each axis; of equally near ones that of the lowest axis. */
 static inline void nearest_plane(const vf mm[3], vf *t, vi *axis)
 {
     const vm one = f_below(mm[1], mm[0]);
@@ -284,6 +284,8 @@ static vm find_crossings(packet *p)
     listed = v_cell_differences(p, on, difference);
     v_bernstein(difference, p->a, p->b, coefficients);
     variations = v_variations(coefficients);
+    /* If the signs of two labels' coefficients change once, there is exactly one crossing, which
+     * v_root will find. Cells with more changes, or more labels, need a list. */
     listed = m_or(listed, m_and(on, i_below(i_set(1), variations)));
     once = m_without(m_and(on, i_equal(variations, i_set(1))), listed);
     for (int i = 0; i < 4; i++)
@@ -291,10 +293,10 @@ static vm find_crossings(packet *p)
     found = m_bits(once);
     x->listed &= ~m_bits(on);
     if (m_any(listed)) {
-        const uint32_t long_ones = list_cells(p, listed);
+        const uint32_t nonempty = list_cells(p, listed);
 
-        x->listed |= long_ones;
-        found |= long_ones;
+        x->listed |= nonempty;
+        found |= nonempty;
     }
     return m_of_bits(found);
 }
@@ -403,6 +405,7 @@ static void add_crossings(packet *p, const crossings *x, vm on)
 /* Find the cells in which the stretches of the lanes of @p on begin. */
 static void find_first_cells(packet *p, vm on)
 {
+    /* 2^-20 is eight times the relative rounding error of a float. */
     for (int i = 0; i < 3; i++)
         p->rounding[i] = (f_abs(p->origin[i]) + f_abs(p->direction[i]) * p->end) * 0x1p-20f;
     v_locate_cells(p, on);
@@ -457,9 +460,9 @@ static void init_packet(packet *p, const sc_march *march)
 }
 
 /* Begin all rays at once if each has a single stretch, which is nearly always so without clip
- * planes.
- * @return whether no ray will have another stretch. */
-static bool begin_only_stretch(packet *p, int count, vm all)
+ * planes. @return whether that was all; if false, begin_stretches() has to begin them, because they
+ * have several stretches, or may have cut faces. */
+static bool begin_at_once(packet *p, int count, vm all)
 {
     for (int lane = 0; lane < count; lane++) {
         if (p->rays[lane].clip_sets != 1 || p->rays[lane].part_count[0] != 1)
@@ -498,9 +501,9 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         const vf d = p->direction[i];
         const vm back = f_below(d, f_set(0));
 
-        p->parallel[i] = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
+        p->parallel[i] = m_and(f_below(f_set(-SC_PARALLEL), d), f_below(d, f_set(SC_PARALLEL)));
         p->direction[i] = f_pick(p->parallel[i], f_set(0), d);
-        p->inverse[i] = f_pick(p->parallel[i], f_set(1e30f), 1 / d);
+        p->inverse[i] = f_pick(p->parallel[i], f_set(SC_NEVER_MM), 1 / d);
         p->forward[i] = m_without(f_equal(d, d), m_without(back, p->parallel[i]));
         p->q[i] = p->cell.q[i] = i_set(0);
     }
@@ -508,7 +511,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->t = p->end = f_set(0);
     p->active = i_set(0);
     p->axis = i_set(-1);
-    p->one_stretch = begin_only_stretch(p, count, all);
+    p->one_stretch = begin_at_once(p, count, all);
     if (p->one_stretch)
         return;
     for (int lane = 0; lane < LANES; lane++)

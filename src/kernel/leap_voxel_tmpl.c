@@ -52,7 +52,7 @@ static inline void v_vertex(const packet *p, vi k, vi out[3])
  * than @p far away: as far ahead as is safe, and at least the next one. */
 static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
 {
-    vf t = f_set(1e30f);
+    vf t = f_set(SC_NEVER_MM);
     vi k;
     vm open;
 
@@ -65,6 +65,8 @@ static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
     }
     t = t * (1 / p->m->step_mm) + 0.5f;
     k = i_pick(f_below(t, f_of(p->last)), i_of(t), p->last);
+    /* Rounding may have led too far: go back while the sample before lies outside of the empty
+     * bricks. */
     open = m_and(on, i_below(p->k + 1, k));
     while (m_any(open)) {
         vm out = m_none();
@@ -289,10 +291,10 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->base_mm = v_ray_floats(p->rays, offsetof(sc_ray, base_mm), all);
     for (int i = 0; i < 3; i++) {
         const vf d = p->direction[i];
-        const vm still = m_and(f_below(f_set(-1e-20f), d), f_below(d, f_set(1e-20f)));
+        const vm parallel = m_and(f_below(f_set(-SC_PARALLEL), d), f_below(d, f_set(SC_PARALLEL)));
 
-        p->inverse[i] = f_pick(still, f_set(1e30f), 1 / d);
-        p->forward[i] = m_or(still, f_below(f_set(0), d));
+        p->inverse[i] = f_pick(parallel, f_set(SC_NEVER_MM), 1 / d);
+        p->forward[i] = m_or(parallel, f_below(f_set(0), d));
     }
     v_clip_to_box(p->m, p->origin, p->inverse, 0.5f, &near, &far);
     p->nearest = i_ceil(near / p->m->step_mm - 0.5f);

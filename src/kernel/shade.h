@@ -13,6 +13,34 @@
 /* A surface that takes less than this share of the light does not enter a ray's signature. */
 #define SC_SIGNIFICANT (1.0f / 32)
 
+/* A component of a ray's direction smaller than this never leads across a grid plane; the distance
+ * of such planes is then SC_NEVER_MM times the distance in the grid. */
+#define SC_PARALLEL 1e-20f
+#define SC_NEVER_MM 1e30f
+
+/* The numbers below were chosen by eye. */
+
+/* Normals that point away from the eye by more than this (a cosine) are reversed; see sc_face_eye.
+ */
+#define SC_AVERTED_MAX 0.35f
+/* Ambient occlusion: what the blurs of a flat surface fill one blur's width above it, and the width
+ * of the soft edge of clip planes there, in widths of the blur. */
+#define SC_FLAT_FILLED 0.2f
+#define SC_OCCLUSION_CLIP_WIDTHS 1.5f
+/* Shadows. How far the way to the light begins from the surface, along the normal and then towards
+ * the light, in widths of the narrow blur; the most steps, and the light below which it is all
+ * absorbed; how much must be filled to absorb at all, how fast that grows, and the most that a step
+ * absorbs. */
+#define SC_SHADOW_LIFT_WIDTHS 0.8f
+#define SC_SHADOW_START_WIDTHS 1.6f
+#define SC_SHADOW_STEPS_MAX 96
+#define SC_SHADOW_DARK 0.02f
+#define SC_SHADOW_FILLED_MIN 0.1f
+#define SC_SHADOW_GAIN 2
+#define SC_SHADOW_STEP_MAX 0.6f
+/* Brightness of a cut face that is seen exactly from the side; from the front it is 1. */
+#define SC_CUT_SIDE_LIGHT 0.68f
+
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
     float point[3];   /* in grid coordinates */
@@ -59,7 +87,7 @@ static inline void sc_face_eye(const float eye[3], float n[3])
 
     if (toward >= 0)
         return;
-    if (toward < -0.35f) {
+    if (toward < -SC_AVERTED_MAX) {
         for (int i = 0; i < 3; i++)
             n[i] = -n[i];
         return;
@@ -142,7 +170,6 @@ static inline void sc_move(const sc_march *m, const float point[3], const float 
  * by either blur, beyond what the blur of a flat surface itself leaves there (the share flat). */
 static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 {
-    static const float flat = 0.2f;
     const sc_occlusion *o = m->occlusion;
     float open = 1;
 
@@ -151,8 +178,9 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
         float above[3], filled;
 
         sc_move(m, spot->point, spot->normal, width_mm, above);
-        filled = sc_filled(m, above, which) * sc_share_kept(m, above, 1.5f * width_mm);
-        open *= 1 - sc_clamp01((filled - flat) * (1 / (1 - flat)));
+        filled = sc_filled(m, above, which) *
+                 sc_share_kept(m, above, SC_OCCLUSION_CLIP_WIDTHS * width_mm);
+        open *= 1 - sc_clamp01((filled - SC_FLAT_FILLED) * (1 / (1 - SC_FLAT_FILLED)));
     }
     return open;
 }
@@ -162,17 +190,19 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
-    const float step_mm = (float)o->mm_per_step, start_mm = 1.6f * (float)o->narrow_mm;
+    const float step_mm = (float)o->mm_per_step,
+                start_mm = SC_SHADOW_START_WIDTHS * (float)o->narrow_mm;
     float through = 1, point[3];
 
-    sc_move(m, spot->point, spot->normal, 0.8f * (float)o->narrow_mm, point);
-    for (int k = 0; k < 96 && through > 0.02f; k++) {
+    sc_move(m, spot->point, spot->normal, SC_SHADOW_LIFT_WIDTHS * (float)o->narrow_mm, point);
+    for (int k = 0; k < SC_SHADOW_STEPS_MAX && through > SC_SHADOW_DARK; k++) {
         float at[3], filled;
 
         sc_move(m, point, m->light.key_direction, start_mm + (float)k * step_mm, at);
         filled = sc_filled(m, at, 0);
-        if (filled > 0.1f)
-            through *= 1 - 0.6f * sc_clamp01((filled - 0.1f) * 2) *
+        if (filled > SC_SHADOW_FILLED_MIN)
+            through *= 1 - SC_SHADOW_STEP_MAX *
+                               sc_clamp01((filled - SC_SHADOW_FILLED_MIN) * SC_SHADOW_GAIN) *
                                sc_share_kept(m, at, (float)o->narrow_mm);
     }
     return through;
@@ -232,7 +262,8 @@ static inline void sc_light_cut(const sc_march *m, const float eye[3], const flo
                                 float depth_mm, const float rgb[3], float out[3])
 {
     const float head = sc_dot3(n, eye);
-    const float diffuse = m->light.flat ? 1 : 0.68f + 0.32f * (head > 0 ? head : -head);
+    const float diffuse =
+        m->light.flat ? 1 : SC_CUT_SIDE_LIGHT + (1 - SC_CUT_SIDE_LIGHT) * (head > 0 ? head : -head);
 
     for (int i = 0; i < 3; i++)
         out[i] = rgb[i] * diffuse;

@@ -10,6 +10,8 @@
 #include "shade.h"
 
 enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
+/* How much of the light an outline on a cut face takes. */
+#define OUTLINE_DARK 0.75f
 
 typedef struct cursor {
     const sc_march *m;
@@ -42,11 +44,11 @@ static inline void start_walk(cursor *c)
 {
     for (int i = 0; i < 3; i++) {
         const float d = c->ray->direction[i];
-        const bool still = d > -1e-20f && d < 1e-20f; /* parallel to these grid planes */
+        const bool parallel = d > -SC_PARALLEL && d < SC_PARALLEL; /* to the grid planes */
 
-        c->direction[i] = still ? 0 : d;
-        c->inverse[i] = still ? 1e30f : 1 / d;
-        c->step[i] = d < 0 && !still ? -1 : 1;
+        c->direction[i] = parallel ? 0 : d;
+        c->inverse[i] = parallel ? SC_NEVER_MM : 1 / d;
+        c->step[i] = d < 0 && !parallel ? -1 : 1;
     }
 }
 
@@ -65,7 +67,7 @@ static inline void locate_cell(cursor *c, float t, int axis)
         if (i == axis)
             continue;
         *q = (int)floorf(c->ray->origin[i] + c->direction[i] * t);
-        if (c->inverse[i] == 1e30f)
+        if (c->inverse[i] == SC_NEVER_MM)
             continue;
         while ((mm = exit_mm(c, i)) < t || (mm == t && i < axis))
             *q += c->step[i];
@@ -160,7 +162,7 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
         n[i] = -m->plane_normals[plane][i];
     sc_light_cut(m, c->ray->toward_eye, n, depth_mm, m->tissues[owner].rgb, rgb);
     for (int i = 0; i < 3; i++)
-        rgb[i] *= 1 - 0.75f * line;
+        rgb[i] *= 1 - OUTLINE_DARK * line;
     sc_remember_surface(&c->light, owner, 1, depth_mm, n);
     sc_blend(&c->light, rgb, 1);
     c->contributions++;

@@ -46,7 +46,7 @@ static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *fir
     for (int i = 0; i < 3; i++) {
         const float d = ray->direction[i];
 
-        inverse[i] = d > -1e-20f && d < 1e-20f ? 1e30f : 1 / d;
+        inverse[i] = d > -SC_PARALLEL && d < SC_PARALLEL ? SC_NEVER_MM : 1 / d;
     }
     sc_clip_to_box(m, ray->origin, inverse, 0.5f, &near, &far);
     *first = near < far ? (int)ceilf(near / m->step_mm - 0.5f) : 0;

@@ -121,13 +121,17 @@ static void cast_first_rays(tile *t)
     flush_first_rays(t);
 }
 
-/* A difference of 0.055 is about 14 of 255 levels. */
+/* Pixels differ if a colour does by this (of sc_pixel_state.tone: about 14 of 255 levels), or if
+ * the cosine between their normals is less than this. */
+#define TONE_DIFFERENCE 0.055f
+#define NORMAL_COSINE 0.85f
+
 static bool colours_differ(const float a[3], const float b[3])
 {
     for (int i = 0; i < 3; i++) {
         const float d = a[i] - b[i];
 
-        if (d > 0.055f || d < -0.055f)
+        if (d > TONE_DIFFERENCE || d < -TONE_DIFFERENCE)
             return true;
     }
     return false;
@@ -138,8 +142,8 @@ static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
     const float cosine =
         a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
 
-    return a->label != b->label || a->signature != b->signature || (a->label && cosine < 0.85f) ||
-           colours_differ(a->tone, b->tone);
+    return a->label != b->label || a->signature != b->signature ||
+           (a->label && cosine < NORMAL_COSINE) || colours_differ(a->tone, b->tone);
 }
 
 static bool differs_from_neighbours(const tile *t, const sc_pixel_state *g)
