@@ -6,10 +6,10 @@ case $BUILD in */release) skip "this is the release build, with which others are
 [ -x "$release" ] || skip "there is no release build in $SOURCE/build/release"
 read -ra cpus < <("$release" keys render.cpu --json | jq -r '.[0].values | gsub(" or|,"; "")')
 [ "${cpus[0]}" = auto ] || fail "found no variants in the values of render.cpu"
-small_job job.yaml
+small_job job.yaml # drawn larger below: a change in the last bit of a float rarely reaches a level of 8 bits
 for surface in smooth voxel; do
     for kernel in none-auto "${cpus[@]/#/leap-}"; do
-        settings=(--set render.surface=$surface --set "render.skip=${kernel%-*}" --set "render.cpu=${kernel#*-}" --set animation.frames=3)
+        settings=(--set render.surface=$surface --set "render.skip=${kernel%-*}" --set "render.cpu=${kernel#*-}" --set animation.frames=3 --set output.size=[400,300])
         name=$surface-$kernel
         "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # not on this processor
         "$SEGCAST" render job.yaml -o "$name" -q "${settings[@]}" >/dev/null
