@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""A mesh of label 1 of a NRRD volume as 3D Slicer makes it, for tools/fidelity: discrete flying
-edges, windowed sinc smoothing. usage: fidelity-mesh.py IN.nrrd OUT.ply ITERATIONS PASS_BAND"""
+"""Make a mesh of label 1 of a NRRD volume as 3D Slicer does, by discrete flying edges and windowed sinc
+smoothing, for tools/fidelity. Usage: fidelity-mesh.py IN.nrrd OUT.ply ITERATIONS PASS_BAND"""
 import sys
 
-# By module: "all" brings in readers that want MPI.
+# Single modules, because vtkmodules.all also loads readers that need MPI.
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkWindowedSincPolyDataFilter
 from vtkmodules.vtkFiltersGeneral import vtkDiscreteFlyingEdges3D

@@ -13,12 +13,12 @@ typedef struct sc_vec3 {
     double x, y, z;
 } sc_vec3;
 
-/** Affine map p -> M p + t; row-major 3x4. */
+/** Affine map p -> M p + t: m[row][column], M in columns 0 to 2, t in column 3. */
 typedef struct sc_affine {
     double m[3][4];
 } sc_affine;
 
-/** Axis-aligned box; empty when a low exceeds a high. */
+/** Axis-aligned box; empty if a component of low exceeds that of high. */
 typedef struct sc_box3 {
     sc_vec3 low, high;
 } sc_box3;
@@ -38,7 +38,7 @@ static inline sc_vec3 sc_vec3_scale(sc_vec3 a, double s)
     return (sc_vec3){a.x * s, a.y * s, a.z * s};
 }
 
-/** a + s b */
+/** @return a + s b, a point on a line. */
 static inline sc_vec3 sc_vec3_along(sc_vec3 a, double s, sc_vec3 b)
 {
     return (sc_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
@@ -59,7 +59,7 @@ static inline double sc_vec3_length(sc_vec3 a)
     return sqrt(sc_vec3_dot(a, a));
 }
 
-/** Unit vector along @p a; the zero vector stays zero. */
+/** @return the unit vector along @p a; the zero vector stays zero. */
 static inline sc_vec3 sc_vec3_unit(sc_vec3 a)
 {
     const double length = sc_vec3_length(a);
@@ -67,22 +67,29 @@ static inline sc_vec3 sc_vec3_unit(sc_vec3 a)
     return length > 0 ? sc_vec3_scale(a, 1 / length) : a;
 }
 
-/** Some unit vector perpendicular to the unit vector @p a. */
+/** @return a unit vector perpendicular to the unit vector @p a, always the same one for @p a. */
 sc_vec3 sc_vec3_perpendicular(sc_vec3 a);
-/** @p v turned by @p angle_rad about the unit vector @p axis, right-handed (Rodrigues). */
+/** @return @p v rotated by @p angle_rad about the unit vector @p axis, right-handed (Rodrigues'
+ *  formula). */
 sc_vec3 sc_vec3_rotate(sc_vec3 v, sc_vec3 axis, double angle_rad);
 
+/** @return M p + t. */
 sc_vec3 sc_affine_point(const sc_affine *a, sc_vec3 p);
-/** The linear part only. */
+/** @return M v: vectors, unlike points, are not translated. */
 sc_vec3 sc_affine_vector(const sc_affine *a, sc_vec3 v);
-/** Column @p axis of the linear part: what one step along that axis adds. */
+/** @return column @p axis: for 0 to 2 what a step of 1 along that axis adds, for 3 the translation.
+ */
 sc_vec3 sc_affine_column(const sc_affine *a, int axis);
+/** @return the determinant of M. */
 double sc_affine_determinant(const sc_affine *a);
-/** @return false, @p out untouched, if singular or not finite. */
+/** Invert a map. @return false, with @p out untouched, if it is not finite or singular: the volume
+ * of the parallelepiped of its columns is at most 1e-9 of the product of their lengths. */
 bool sc_affine_invert(const sc_affine *a, sc_affine *out);
 
-/** The interval of the line origin + t direction inside @p box, intersected with [*begin, *end].
- *  A zero component of the direction keeps or drops the line whole. @return false if empty. */
+/** Clip the line origin + t direction to @p box: shorten the interval [*begin, *end] of t to the
+ * part inside. A line parallel to a face is inside if it lies between that face and the opposite
+ * one, or in one of them. @return false if nothing is left; *begin and *end are unspecified then.
+ */
 bool sc_box3_clip_line(const sc_box3 *box, sc_vec3 origin, sc_vec3 direction, double *begin,
                        double *end);
 

@@ -7,47 +7,55 @@
 
 #include "segcast/base.h"
 
-/** Opaque sRGB picture; pixels are [height_px][width_px][3], top row first, tightly packed. */
+/** Opaque 8-bit sRGB picture. Pixels are [height_px][width_px][3], top row first, without padding.
+ */
 typedef struct sc_image {
     int width_px, height_px;
     uint8_t *rgb;
 } sc_image;
 
-/** @return SC_ERR_MEMORY. Caller owns: sc_image_clear. Pixels are not initialised. */
+/** Allocate the pixels, not initialised. @return SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out);
+/** Free the pixels; the image is empty then. An empty image is allowed. */
 void sc_image_clear(sc_image *image);
+/** @return the size of the pixels in bytes. */
 size_t sc_image_bytes(const sc_image *image);
 
-/** Hash of size and pixels (XXH3, 64 bits): equal for equal pictures on every machine. */
+/** @return a 64-bit hash (XXH3) of size and pixels, the same on every machine. */
 uint64_t sc_image_hash(const sc_image *image);
 
-/** How two pictures of one size differ. */
+/** How two pictures of the same size differ. */
 typedef struct sc_image_difference {
-    int largest;         /**< of all channels, in levels of 8 bits */
-    double rms;          /**< over all channels, in levels */
+    int largest;         /**< largest difference of a channel, in levels of 8 bits */
+    double rms;          /**< root mean square over all channels, in levels */
     size_t differing_px; /**< pixels with any difference */
 } sc_image_difference;
-/** @return false if the sizes differ, @p out untouched. */
+/** Compare two pictures. @return false, with @p out untouched, if their sizes differ. */
 bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out);
 
-/** Write a PNG to an open stream. @return SC_ERR_WRITE. */
+/** Write a PNG to an open stream, which stays open. @param name of the file, for messages.
+ *  @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
                                          const char *name);
-/** Write a PNG that appears under @p path only when complete. */
+/** Write a PNG file that appears under @p path only when it is complete.
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path);
-/** Read a PNG as 8-bit RGB. @return SC_ERR_MISSING or SC_ERR_DATA. Caller owns the pixels. */
+/** Read a PNG file of any kind as 8-bit RGB. @return SC_ERR_MISSING if it cannot be opened,
+ *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
 
-/** Linear light in [0, 1] of an sRGB level (IEC 61966-2-1). */
+/** @return the linear light in [0, 1] of the sRGB value @p srgb in [0, 1] (IEC 61966-2-1). */
 double sc_srgb_to_linear(double srgb);
-/** Table that turns linear light into sRGB levels by comparison alone, so that no library's pow
- *  can move a pixel. Fill once, share between threads. */
+/** Table that converts linear light to the nearest sRGB level by comparisons alone: the pow() of
+ * the C library differs between machines, which would change pixels. Fill it once; threads may
+ * share it. */
 typedef struct sc_srgb_table {
-    float threshold[256]; /**< level i + 1 begins at this linear value; the last is never reached */
-    uint8_t start[4097];  /**< lowest level for linear values in [i, i + 1) / 4096: parts so small
-                               that no more than one level begins in each */
+    float threshold[256]; /**< [i]: linear value at which level i + 1 begins; [255] is above 1 */
+    uint8_t start[4097];  /**< [i]: level of the linear value i / 4096; at most one level begins
+                               between i / 4096 and (i + 1) / 4096 */
 } sc_srgb_table;
 void sc_srgb_table_init(sc_srgb_table *table);
+/** @return the sRGB level of @p linear, clamped to [0, 1]; a NaN counts as 0. */
 static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
 {
     const float within = linear > 0 ? (linear < 1 ? linear : 1) : 0;

@@ -9,18 +9,21 @@
 #include "segcast/overlay.h"
 #include "segcast/render.h"
 
-/** Where the slices go through and what they show. */
+/** What the slices show. Positions are patient coordinates (RAS) in millimetres. */
 typedef struct sc_views {
-    sc_vec3 point_mm;
-    sc_vec3 low_mm, high_mm; /**< box that the slices show, RAS */
-    bool oriented;           /**< false: no letters, since nobody knows where left is */
-    uint8_t background[3];
+    sc_vec3 point_mm;        /**< the point that all three slices go through */
+    sc_vec3 low_mm, high_mm; /**< the box that fits into every slice */
+    bool oriented;         /**< false: it is unknown which side is left, so no letters are drawn */
+    uint8_t background[3]; /**< sRGB, by which the colours of text and lines are chosen */
 } sc_views;
 
-/** Width by height of the panel with the picture in space, of a picture of the given size. */
+/** @return width divided by height of the panel that holds the picture in space, in a picture of
+ * the given size. */
 double sc_views_aspect(int width_px, int height_px);
-/** Draw all four panels into @p image; only @p rows of it are right, or all if NULL. @p scene is
- *  that of the picture in space. @return SC_ERR_MEMORY. Threads: one at a time per renderer. */
+/** Draw all four panels into @p image. @param scene of the picture in space.
+ *  @param rows the rows of @p image that are needed, or NULL for all; other rows are unspecified.
+ *  @param stats receives the sum over the panels.
+ *  Threads: one call at a time per renderer. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
                                     const sc_scene *scene, const sc_rows *rows, sc_image *image,
                                     sc_render_stats *stats);

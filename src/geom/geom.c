@@ -70,7 +70,7 @@ bool sc_affine_invert(const sc_affine *a, sc_affine *out)
     return true;
 }
 
-/* One slab [low, high] of the box. */
+/* Clip a line to slab[0] <= coordinate <= slab[1], along one axis. */
 static bool clip_slab(const double slab[2], double origin, double direction, double *begin,
                       double *end)
 {

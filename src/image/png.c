@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The only user of libpng, through its simplified interface for reading. */
+/* PNG files; the only user of libpng. */
 #include "segcast/image.h"
 
 #include <errno.h>
@@ -7,16 +7,17 @@
 #include <setjmp.h>
 #include <string.h>
 
-typedef struct png_job {
+/* What the callbacks of libpng need for messages. */
+typedef struct png_target {
     const sc_ctx *ctx;
     const char *name;
-} png_job;
+} png_target;
 
 static void on_error(png_structp png, png_const_charp message)
 {
-    const png_job *job = png_get_error_ptr(png);
+    const png_target *target = png_get_error_ptr(png);
 
-    sc_fail(job->ctx, SC_ERR_WRITE, "%s: cannot be written: %s%s%s", job->name, message,
+    sc_fail(target->ctx, SC_ERR_WRITE, "%s: cannot be written: %s%s%s", target->name, message,
             errno ? ": " : "", errno ? strerror(errno) : "");
     png_longjmp(png, 1);
 }
@@ -45,8 +46,8 @@ static void write_pixels(png_structp png, png_infop info, const sc_image *image,
 sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
                              const char *name)
 {
-    png_job job = {.ctx = ctx, .name = name};
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+    png_target target = {.ctx = ctx, .name = name};
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &target, on_error, on_warning);
     png_infop info = png ? png_create_info_struct(png) : NULL;
 
     if (!info) {

@@ -3,6 +3,9 @@
 
 #include <cairo.h>
 
+/* Height of capital letters as a share of the font's ascent, for DejaVu Sans about. */
+#define CAPITAL_HEIGHT 0.76
+
 struct sc_overlay {
     sc_image *image;
     cairo_surface_t *surface;
@@ -71,7 +74,7 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
     cairo_text_extents(overlay->cairo, text, &extents);
     cairo_font_extents(overlay->cairo, &font);
     x -= extents.x_bearing + extents.width * (anchor_x + 1) / 2;
-    y += font.ascent * 0.76 * (1 - anchor_y) / 2; /* capitals are 0.76 of the ascent, about */
+    y += font.ascent * CAPITAL_HEIGHT * (1 - anchor_y) / 2;
     cairo_move_to(overlay->cairo, x, y);
     cairo_text_path(overlay->cairo, text);
     cairo_set_line_join(overlay->cairo, CAIRO_LINE_JOIN_ROUND);
@@ -96,7 +99,7 @@ void sc_overlay_finish(sc_overlay *overlay)
         uint8_t *to = image->rgb + (size_t)y * (size_t)image->width_px * 3;
 
         for (int x = 0; x < image->width_px; x++, to += 3) {
-            const uint32_t left = 255 - (from[x] >> 24); /* premultiplied */
+            const uint32_t left = 255 - (from[x] >> 24); /* the pixels of cairo are premultiplied */
 
             for (int c = 0; c < 3 && from[x]; c++)
                 to[c] = (uint8_t)((from[x] >> (16 - 8 * c) & 255) + (to[c] * left + 127) / 255);

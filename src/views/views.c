@@ -3,23 +3,24 @@
 
 #include <stdio.h>
 
-enum { TRANSVERSE, CORONAL, SAGITTAL, PANELS };
+enum { TRANSVERSE, CORONAL, SAGITTAL, SLICES, SPACE = SLICES }; /* the panels */
 
-/* How a slice is looked at: along forward, with up upwards. */
+/* From where a slice is seen, in patient coordinates (RAS). */
 static const struct view {
     const char *name;
     sc_vec3 forward, up, right;
-    const char letters[4][2]; /* left, right, top, bottom */
-    uint8_t rgb[3];           /* of its frame, and of its line in the other slices */
-} kinds[PANELS] = {
+    const char letters[4][2]; /* at the left, right, upper and lower edge */
+    uint8_t rgb[3];           /* of its frame and title, and of its line in the other slices */
+} slice_views[SLICES] = {
     {"transverse", {0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {"R", "L", "A", "P"}, {208, 64, 52}},
     {"coronal", {0, -1, 0}, {0, 0, 1}, {-1, 0, 0}, {"R", "L", "S", "I"}, {52, 150, 62}},
     {"sagittal", {1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {"A", "P", "S", "I"}, {44, 104, 206}},
 };
 
-#define MARGIN 0.10 /* of a panel, around what a slice shows */
+#define MARGIN 0.10 /* of the width and height of a panel, on each side of the box */
 
-/* Quarters of the picture: transverse, coronal; sagittal, and the picture in space. */
+/* The panels are the quarters of the picture: above transverse and coronal, below sagittal and the
+ * picture in space. */
 static sc_viewport panel(int width_px, int height_px, int which)
 {
     const int half_width = width_px / 2, half_height = height_px / 2;
@@ -31,11 +32,12 @@ static sc_viewport panel(int width_px, int height_px, int which)
 
 double sc_views_aspect(int width_px, int height_px)
 {
-    const sc_viewport space = panel(width_px, height_px, PANELS);
+    const sc_viewport space = panel(width_px, height_px, SPACE);
 
     return (double)space.width_px / space.height_px;
 }
 
+/* Size of the box along an axis. */
 static double extent(const sc_views *v, sc_vec3 direction)
 {
     const sc_vec3 size = sc_vec3_sub(v->high_mm, v->low_mm);
@@ -43,17 +45,17 @@ static double extent(const sc_views *v, sc_vec3 direction)
     return fabs(direction.x) * size.x + fabs(direction.y) * size.y + fabs(direction.z) * size.z;
 }
 
-/* One scale for all slices, so that one bar serves them: mm per pixel. */
+/* Millimetres per pixel, the same in all slices, such that the box fits into each of them. */
 static double common_scale(const sc_views *v, int width_px, int height_px)
 {
     double mm_per_px = 1e-6;
 
-    for (int i = 0; i < PANELS; i++) {
+    for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
         const double room = 1 - 2 * MARGIN;
 
-        mm_per_px = fmax(mm_per_px, extent(v, kinds[i].right) / (room * p.width_px));
-        mm_per_px = fmax(mm_per_px, extent(v, kinds[i].up) / (room * p.height_px));
+        mm_per_px = fmax(mm_per_px, extent(v, slice_views[i].right) / (room * p.width_px));
+        mm_per_px = fmax(mm_per_px, extent(v, slice_views[i].up) / (room * p.height_px));
     }
     return mm_per_px;
 }
@@ -63,7 +65,7 @@ static sc_vec3 middle_of(const sc_views *v)
     return sc_vec3_scale(sc_vec3_add(v->low_mm, v->high_mm), 0.5);
 }
 
-/* A plane through the point, seen straight on. */
+/* The scene of a slice: a clip plane through the point, seen along its normal. */
 static sc_scene slice_scene(const sc_views *v, const struct view *kind, double half_height_mm,
                             int clip_sets)
 {
@@ -80,14 +82,15 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     return scene;
 }
 
-/* Ink that can be read on the background, and the other one for halos. */
-static void choose_inks(const sc_views *v, uint8_t ink[3], uint8_t paper[3])
+/* Choose dark text with a light halo for a light background, and the reverse for a dark one. */
+static void choose_colors(const sc_views *v, uint8_t text[3], uint8_t halo[3])
 {
+    /* luma of about 110 of 255 */
     const bool light = 2 * v->background[0] + 5 * v->background[1] + v->background[2] > 8 * 110;
 
     for (int i = 0; i < 3; i++) {
-        ink[i] = light ? 24 : 235;
-        paper[i] = light ? 255 : 0;
+        text[i] = light ? 24 : 235;
+        halo[i] = light ? 255 : 0;
     }
 }
 
@@ -95,17 +98,17 @@ typedef struct drawing {
     const sc_views *v;
     sc_overlay *overlay;
     double mm_per_px, text_px;
-    uint8_t ink[3], paper[3];
+    uint8_t text_rgb[3], halo_rgb[3];
 } drawing;
 
-/* Letters of the given size, in ink or in a view's own colour. */
+/* Letters of @p size times the size of text, in colour @p rgb, or that of text if NULL. */
 static sc_letters letters_of(const drawing *d, double size, const uint8_t *rgb)
 {
     sc_letters out = {.size_px = size * d->text_px};
 
     for (int i = 0; i < 3; i++) {
-        out.rgb[i] = rgb ? rgb[i] : d->ink[i];
-        out.halo[i] = d->paper[i];
+        out.rgb[i] = rgb ? rgb[i] : d->text_rgb[i];
+        out.halo[i] = d->halo_rgb[i];
     }
     return out;
 }
@@ -124,30 +127,30 @@ static void draw_letters(const drawing *d, const struct view *kind, sc_viewport 
     sc_overlay_text(d->overlay, x, bottom, 0, 1, &letters, kind->letters[3]);
 }
 
-/* Where the other two slices cross this one. */
+/* Lines where the other two slices cross this one. */
 static void draw_lines(const drawing *d, int which, sc_viewport p)
 {
-    const struct view *kind = &kinds[which];
+    const struct view *kind = &slice_views[which];
     const sc_vec3 off = sc_vec3_sub(d->v->point_mm, middle_of(d->v));
     const double x = p.x_px + p.width_px / 2.0 + sc_vec3_dot(off, kind->right) / d->mm_per_px;
     const double y = p.y_px + p.height_px / 2.0 - sc_vec3_dot(off, kind->up) / d->mm_per_px;
     const double line_px = fmax(1, d->text_px / 14);
 
-    for (int other = 0; other < PANELS; other++) {
-        const bool upright = fabs(sc_vec3_dot(kinds[other].forward, kind->right)) > 0.5;
+    for (int other = 0; other < SLICES; other++) {
+        const bool upright = fabs(sc_vec3_dot(slice_views[other].forward, kind->right)) > 0.5;
 
         if (other == which)
             continue;
         if (upright)
             sc_overlay_line(d->overlay, x, p.y_px, x, p.y_px + p.height_px, line_px,
-                            kinds[other].rgb, 0.8);
+                            slice_views[other].rgb, 0.8);
         else
             sc_overlay_line(d->overlay, p.x_px, y, p.x_px + p.width_px, y, line_px,
-                            kinds[other].rgb, 0.8);
+                            slice_views[other].rgb, 0.8);
     }
 }
 
-/* The longest of 1, 2, 5, 10, ... times a power of ten that is not longer than @p room_mm. */
+/* The longest length of 1, 2 or 5 times a power of ten that is at most @p room_mm. */
 static double round_length(double room_mm)
 {
     const double decade = pow(10, floor(log10(room_mm)));
@@ -155,7 +158,7 @@ static double round_length(double room_mm)
     return room_mm >= 5 * decade ? 5 * decade : room_mm >= 2 * decade ? 2 * decade : decade;
 }
 
-/* A fifth of the panel at most. */
+/* A scale bar of a round length, at most a fifth of the panel wide. */
 static void draw_scale_bar(const drawing *d, sc_viewport p)
 {
     const double length_mm = round_length(0.2 * p.width_px * d->mm_per_px);
@@ -164,24 +167,25 @@ static void draw_scale_bar(const drawing *d, sc_viewport p)
     const sc_letters letters = letters_of(d, 0.8, NULL);
     char text[32];
 
-    sc_overlay_line(d->overlay, x - 1, y, x + length_px + 1, y, thick + 2, d->paper, 0.85);
-    sc_overlay_line(d->overlay, x, y, x + length_px, y, thick, d->ink, 1);
+    sc_overlay_line(d->overlay, x - 1, y, x + length_px + 1, y, thick + 2, d->halo_rgb, 0.85);
+    sc_overlay_line(d->overlay, x, y, x + length_px, y, thick, d->text_rgb, 1);
     snprintf(text, sizeof text, "%g mm", length_mm);
     sc_overlay_text(d->overlay, x + length_px / 2, y - thick - 0.2 * d->text_px, 0, 1, &letters,
                     text);
 }
 
-/* The name and the coordinate of the slice: towards the head, the front, the right is positive. */
+/* The name and the coordinate of the slice. RAS coordinates grow towards the patient's right, front
+ * (anterior) and head (superior). */
 static void draw_title(const drawing *d, int which, sc_viewport p)
 {
-    static const char *const ends[PANELS][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
+    static const char *const ends[SLICES][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
     const sc_vec3 at = d->v->point_mm;
-    const sc_letters letters = letters_of(d, 0.8, kinds[which].rgb);
+    const sc_letters letters = letters_of(d, 0.8, slice_views[which].rgb);
     const double mm = which == TRANSVERSE ? at.z : which == CORONAL ? at.y : at.x;
     char text[64];
 
     if (d->v->oriented)
-        snprintf(text, sizeof text, "%s %.1f mm %s", kinds[which].name, fabs(mm),
+        snprintf(text, sizeof text, "%s %.1f mm %s", slice_views[which].name, fabs(mm),
                  ends[which][mm >= 0]);
     else
         snprintf(text, sizeof text, "%c = %.1f mm", "zyx"[which], mm);
@@ -195,11 +199,11 @@ static void annotate(const drawing *d, int which, sc_viewport p)
 
     draw_lines(d, which, p);
     if (d->v->oriented)
-        draw_letters(d, &kinds[which], p);
+        draw_letters(d, &slice_views[which], p);
     draw_scale_bar(d, p);
     draw_title(d, which, p);
     sc_overlay_frame(d->overlay, p.x_px + line_px / 2, p.y_px + line_px / 2, p.width_px - line_px,
-                     p.height_px - line_px, line_px, kinds[which].rgb);
+                     p.height_px - line_px, line_px, slice_views[which].rgb);
 }
 
 static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
@@ -217,17 +221,17 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
 {
     const int width_px = image->width_px, height_px = image->height_px;
     drawing d = {.v = views, .mm_per_px = common_scale(views, width_px, height_px)};
-    const sc_viewport space = panel(width_px, height_px, PANELS);
+    const sc_viewport space = panel(width_px, height_px, SPACE);
     sc_render_stats sum = {0}, each;
     sc_status status;
 
     d.text_px = fmax(9, height_px / 42.0);
-    choose_inks(views, d.ink, d.paper);
+    choose_colors(views, d.text_rgb, d.halo_rgb);
     sc_render_view(renderer, scene, &space, rows, image, &sum);
-    for (int i = 0; i < PANELS; i++) {
+    for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
-        const sc_scene slice =
-            slice_scene(views, &kinds[i], d.mm_per_px * p.height_px / 2, scene->clip_set_count);
+        const sc_scene slice = slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2,
+                                           scene->clip_set_count);
 
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         add_stats(&sum, &each);
@@ -235,7 +239,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     status = sc_overlay_begin(ctx, image, &d.overlay);
     if (status != SC_OK)
         return status;
-    for (int i = 0; i < PANELS; i++)
+    for (int i = 0; i < SLICES; i++)
         annotate(&d, i, panel(width_px, height_px, i));
     sc_overlay_finish(d.overlay);
     *stats = sum;

@@ -2,12 +2,12 @@
 # the same one: there PMIx fails because of the socket that the killed step has left.)
 HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
-a_job 12
+make_job 12
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "frames" has_frames 12
+wait_for 60 "12 frames" has_frames 12
 "$SLURM_CLUSTER" kill-node n2
 on_head scontrol update nodename=n2 state=down reason=killed
-wait_for 180 "the job" has_ended
+wait_for 180 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 grep -q 'are there, and verified' job.log || fail "no frame was kept"
 same_as_ref

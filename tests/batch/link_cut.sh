@@ -1,11 +1,11 @@
 # The network is cut for some seconds: the run goes on afterwards, and all files are right.
 . "$SOURCE/tests/support/cluster.sh"
-a_job 8
+make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "frames" has_frames 10
+wait_for 60 "10 frames" has_frames 10
 "$SLURM_CLUSTER" cut n2
 sleep 3
 "$SLURM_CLUSTER" mend n2
-wait_for 180 "the job" has_ended
+wait_for 180 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 same_as_ref

@@ -1,10 +1,10 @@
 # After scancel a run outside Slurm goes on with the same directory.
 . "$SOURCE/tests/support/cluster.sh"
-a_job 8
+make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "frames" has_frames 12
+wait_for 60 "12 frames" has_frames 12
 on_head scancel "$id"
-wait_for 60 "the job" has_ended
+wait_for 60 "the end of the job" has_ended
 [ "$(state)" = CANCELLED ] || fail "state $(state)"
 [ ! -e out/film.mp4 ] || fail "the job was over before scancel"
 "$SEGCAST" render job.yaml -o out --resume >/dev/null 2>again.txt || { cat again.txt >&2; fail "--resume failed"; }

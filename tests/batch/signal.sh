@@ -1,11 +1,11 @@
 # USR1 to the batch script, as --signal=B:USR1@N sends it: srun passes it on, all ranks stop in order, the
 # job requeues itself, and the next run completes it.
 . "$SOURCE/tests/support/cluster.sh"
-a_job 8
+make_job 8
 submit "${SMALL[@]}" --time=10 -o job.log "$SOURCE/jobs/slurm/requeue.sbatch" job.yaml -o out
-wait_for 60 "frames" has_frames 10
+wait_for 60 "10 frames" has_frames 10
 on_head scancel -b -s USR1 "$id"
-wait_for 180 "the job" has_ended
+wait_for 180 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }
 grep -q 'stopped on request' job.log || { cat job.log >&2; fail "did not stop in order"; }
 grep -q 'are there, and verified' job.log || fail "the next run kept no frame"

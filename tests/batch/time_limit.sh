@@ -1,7 +1,7 @@
 # The time limit ends during the run: it stops in order, the job requeues itself, and the next run
 # completes it.
 . "$SOURCE/tests/support/cluster.sh"
-a_job 25
+make_job 25
 cat >late.sbatch <<S
 #!/bin/bash
 trap : USR1   # it may come a minute early, and does
@@ -10,7 +10,7 @@ export PATH=$PATH
 exec bash $SOURCE/jobs/slurm/requeue.sbatch job.yaml -o out
 S
 submit "${SMALL[@]}" --requeue --open-mode=append --time=1 --signal=B:USR1@5 -o requeue.log late.sbatch
-wait_for 300 "the job" has_ended
+wait_for 300 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat requeue.log >&2; fail "state $(state)"; }
 [ "$(grep -c 'stopped because the time is nearly up' requeue.log)" -ge 1 ] || fail "the time limit did not end during the run"
 grep -q 'are there, and verified' requeue.log || fail "the run after the requeue kept no frame"

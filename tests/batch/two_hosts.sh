@@ -1,8 +1,8 @@
 # A run on two hosts, by sbatch with jobs/slurm/many-nodes.sbatch.
 . "$SOURCE/tests/support/cluster.sh"
-a_job 4
+make_job 4
 submit "${SMALL[@]}" "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 90 "the job" has_ended
+wait_for 90 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat ./*.log >&2; fail "state $(state)"; }
 jq -e '.ranks == 2 and .nodes == 2' out/stats.json >/dev/null || fail "not two nodes"
 grep -qE ' 0  n1 .* 1 ' ./*.log && grep -qE ' 1  n2 ' ./*.log || fail "no table of ranks and hosts"

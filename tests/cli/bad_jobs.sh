@@ -1,15 +1,15 @@
-# A job that cannot run says why, once, with the documented exit code, and leaves no output.
+# A job that cannot run is refused with one message and the documented exit code, and nothing is written.
 small_job good.yaml
-"$SEGCAST" check good.yaml | grep -q 'ok: 7 frames of 96 x 72' || fail "check"
-"$SEGCAST" plan good.yaml | grep -q 'core hours' || fail "plan"
+"$SEGCAST" check good.yaml | grep -q 'ok: 7 frames of 96 x 72' || fail "segcast check refuses a good job"
+"$SEGCAST" plan good.yaml | grep -q 'core hours' || fail "segcast plan prints no core hours"
 
-refuse() { # refuse CODE PATTERN SED_SCRIPT
+refuse() { # refuse CODE PATTERN SED_SCRIPT: the job, changed by the sed script, is refused
     sed "$3" good.yaml >bad.yaml
     for command in render check; do
         expect "$1" "$2" "$SEGCAST" "$command" bad.yaml
         one_error
     done
-    [ ! -e out ] || fail "output in spite of an error: $2"
+    [ ! -e out ] || fail "a refused job wrote out/: $2"
 }
 refuse 65 'bad.yaml:2: unknown key "outptu"; did you mean "output"' 's/^output/outptu/'
 refuse 65 'bad.yaml:4: tissue "aorat" matches no label.*did you mean "aorta"' 's/"\*"/"aorat"/'
@@ -30,8 +30,8 @@ if [ "$(id -u)" != 0 ]; then
     expect 73 'Permission denied' "$SEGCAST" render good.yaml -o locked/out; one_error
 fi
 
-# Nothing visible and nothing left by the planes are worth a warning or a white frame, no error.
+# A job in which nothing is visible, or whose clip planes remove everything, draws background.
 expect 0 'no tissue is visible' "$SEGCAST" still good.yaml --set 'tissues.*.visible=false' -o w.png
 expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.sweep.to=200% \
     --set animation.clip.0.except=[] -o x.png
-"$IMAGE_DIFFERENCE" w.png x.png || fail "a clip that removes everything leaves something"
+"$IMAGE_DIFFERENCE" w.png x.png || fail "clip planes that remove everything leave something visible"

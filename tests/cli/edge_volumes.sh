@@ -1,5 +1,6 @@
-# Volumes and jobs at the edge of what makes sense: each draws, says what is odd, and ends well.
-nrrd() { # nrrd NAME SIZES COUNT BYTE: a volume of one label throughout
+# Volumes of one voxel's thickness, of background only, and the like: segcast draws them, warns where
+# that helps, and exits with 0.
+nrrd() { # nrrd NAME SIZES COUNT BYTE: write NAME.nrrd, whose COUNT voxels all hold BYTE
     {
         printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: %s\nspace: right-anterior-superior\n' "$2"
         printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n'
@@ -19,7 +20,7 @@ for name in flat rod point; do
             printf 'animation: {camera: {orbit: {start: 30, elevation: 40}}}\n' >>job.yaml
             "$SEGCAST" still job.yaml -o "$name.png" >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
             "$SEGCAST" still job.yaml -o plain.png --set render.skip=none -q >/dev/null
-            "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods differ"
+            "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods give different pictures"
             "$SEGCAST" still job.yaml -o blank.png -q --set 'tissues."*".opacity=0' >/dev/null
             "$IMAGE_DIFFERENCE" "$name.png" blank.png 0 0 2>/dev/null >&2 && fail "$name $surface: nothing is drawn"
         done
@@ -27,30 +28,30 @@ for name in flat rod point; do
     "$SEGCAST" views "$name.nrrd" -o views.png --size 200x160 -q >/dev/null || fail "views of $name"
 done
 
-"$SEGCAST" views nothing.nrrd -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "background only"
-grep -q 'holds background only' log.txt || fail "background only is not said: $(cat log.txt)"
+"$SEGCAST" views nothing.nrrd -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "views of a volume of background only: $(cat log.txt)"
+grep -q 'holds background only' log.txt || fail "no warning that a volume holds background only: $(cat log.txt)"
 
 printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{plane: {normal: superior, at: 50 mm}}]\n' >gone.yaml
-"$SEGCAST" render gone.yaml -o gone >/dev/null 2>log.txt || fail "a clip that removes everything: $(cat log.txt)"
-grep -q 'removes everything in 3 frames' log.txt || fail "no warning: $(cat log.txt)"
-grep -c '"frame"' gone/manifest.jsonl | grep -qx 3 || fail "frames are missing"
+"$SEGCAST" render gone.yaml -o gone >/dev/null 2>log.txt || fail "clip planes that remove everything: $(cat log.txt)"
+grep -q 'removes everything in 3 frames' log.txt || fail "no warning that clip planes remove everything: $(cat log.txt)"
+grep -c '"frame"' gone/manifest.jsonl | grep -qx 3 || fail "the manifest does not name 3 frames"
 
 printf 'volume: flat.nrrd\ntissues: {"*": {interior_opacity: 0.1}}\n' >inside.yaml
 "$SEGCAST" still inside.yaml -o x.png --set output.size=[32,32] >/dev/null 2>log.txt
-grep -q 'interior_opacity is not used' log.txt || fail "no word of interior_opacity: $(cat log.txt)"
+grep -q 'interior_opacity is not used' log.txt || fail "no warning that interior_opacity is not used: $(cat log.txt)"
 
-# Slices go through the point that is asked for; and info measures what a table hides, too.
+# Slices go through the point that is asked for, and info measures hidden tissues, too.
 "$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
 "$SEGCAST" views heart.nrrd -o middle.png --size 200x160 -q >/dev/null
 "$SEGCAST" views heart.nrrd -o aside.png --size 200x160 --point 10,-20,30 -q >/dev/null
 "$SEGCAST" views heart.nrrd -o other.png --size 200x160 --point -10,20,0 -q >/dev/null
 for picture in middle other; do
-    "$IMAGE_DIFFERENCE" $picture.png aside.png 0 0 2>/dev/null >&2 && fail "the point does not matter"
+    "$IMAGE_DIFFERENCE" $picture.png aside.png 0 0 2>/dev/null >&2 && fail "--point does not change the picture"
 done
 printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
 "$SEGCAST" info heart.nrrd --labels hidden.txt --labels-format itksnap --json 2>/dev/null |
     jq -e '.labels[] | select(.value == 8) | (.visible | not) and .voxels > 0 and .thickness_mm > 0
-        and .surface_mm2 > 0' >/dev/null || fail "info of a hidden tissue"
+        and .surface_mm2 > 0' >/dev/null || fail "info does not measure a hidden tissue"
 
-"$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "half a point is taken"
-grep -q 'expected for example' log.txt || fail "half a point: $(cat log.txt)"
+"$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "a point of two coordinates was accepted"
+grep -q 'expected \[R, A, S\] in millimetres' log.txt || fail "a point of two coordinates: unexpected message: $(cat log.txt)"

@@ -1,16 +1,16 @@
-# What a finished job leaves, against the contract.
+# The files of a finished job are those that the documentation promises.
 small_job job.yaml
 "$SEGCAST" render job.yaml -o out -q --set output.video=film.mp4 --set output.frames=png >said.txt
-[ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output: $(cat said.txt)"
+[ "$(cat said.txt)" = out/film.mp4 ] || fail "standard output is not the path of the video: $(cat said.txt)"
 [ "$(ls out | tr '\n' ' ')" = "film.mp4 frames frames.csv job.yaml manifest.jsonl stats.json status.json trace.json " ] ||
-    fail "files: $(ls -a out)"
+    fail "unexpected files in the output directory: $(ls -a out)"
 [ -z "$(find out -name '.*.tmp.*')" ] || fail "temporary files are left"
-"$VIDEO_PROBE" out/film.mp4 | grep -q '7 frames of 96 x 72, last at 0.2000 s' || fail "video"
-[ "$(ls out/frames | wc -l)" = 7 ] && [ -e out/frames/000006.png ] || fail "frames"
-jq -e '.state == "complete" and .done == 7 and .total == 7' out/status.json >/dev/null || fail status
+"$VIDEO_PROBE" out/film.mp4 | grep -q '7 frames of 96 x 72, last at 0.2000 s' || fail "the video does not hold 7 frames of 96 x 72"
+[ "$(ls out/frames | wc -l)" = 7 ] && [ -e out/frames/000006.png ] || fail "out/frames does not hold 7 PNG files"
+jq -e '.state == "complete" and .done == 7 and .total == 7' out/status.json >/dev/null || fail "status.json: $(cat out/status.json)"
 head -1 out/manifest.jsonl | jq -e '.frames == 7 and (.job_hash | length) == 16 and
-    (.volume_hash | length) == 16 and .size == [96,72] and .version' >/dev/null || fail "manifest head"
-[ "$(hashes out | wc -l)" = 7 ] || fail "manifest lines"
+    (.volume_hash | length) == 16 and .size == [96,72] and .version' >/dev/null || fail "first line of the manifest: $(head -1 out/manifest.jsonl)"
+[ "$(hashes out | wc -l)" = 7 ] || fail "the manifest does not name 7 frames"
 jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nodes == 1 and
     .wall_s > 0 and .cpu_s > 0 and (.imbalance >= 0) and
     (.phases | keys) == ["encode","gather","idle","prepare","read","render","share","write"] and
@@ -20,42 +20,42 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
       .render_cpu_s > 0 and (.hash | length) == 16) and
     .memory.volume_bytes == 59*41*61 and .memory.prepared_bytes > .memory.volume_bytes and
     (.memory.peak_rss_bytes | length) == 1 and .speed.frames_per_s > 0' out/stats.json >/dev/null ||
-    fail "stats.json"
+    fail "stats.json lacks values, or they are wrong: $(cat out/stats.json)"
 jq -e '[.traceEvents[] | select(.ph == "X")] |
     ([.[] | select(.name | startswith("draw")) | .args.frame] | unique) == [0,1,2,3,4,5,6] and
     ([.[].name | split(" ")[0]] | unique) == ["draw","encode","finish","prepare","read","share"] and
-    ([.[] | .dur >= 0 and .ts >= 0 and .pid == 0] | all)' out/trace.json >/dev/null || fail "trace.json"
-[ "$(wc -l <out/frames.csv)" = 8 ] || fail "frames.csv"
+    ([.[] | .dur >= 0 and .ts >= 0 and .pid == 0] | all)' out/trace.json >/dev/null || fail "trace.json lacks events, or they are wrong"
+[ "$(wc -l <out/frames.csv)" = 8 ] || fail "frames.csv does not have 8 lines"
 
-# The resolved job makes the same pictures, and so does any slice of it.
+# The resolved job gives the same pictures as the job, and so do a slice and a still of it.
 "$SEGCAST" render out/job.yaml -o again -q >/dev/null
-[ "$(hashes out)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
+[ "$(hashes out)" = "$(hashes again)" ] || fail "the resolved job gives other pictures"
 [ "$(job_hash out)" = "$(job_hash again)" ] ||
-    fail "the resolved job is another job"
+    fail "the resolved job has another hash"
 "$SEGCAST" render job.yaml -o slice --frames 1-5:2 -q >/dev/null
-[ "$(hashes slice)" = "$(hashes out | sed -n '2p;4p;6p')" ] || fail "a slice makes other pictures"
+[ "$(hashes slice)" = "$(hashes out | sed -n '2p;4p;6p')" ] || fail "a slice gives other pictures"
 "$SEGCAST" still job.yaml --frame 4 -o still.png -q >/dev/null
-"$IMAGE_DIFFERENCE" still.png out/frames/000004.png || fail "still differs from the frame"
+"$IMAGE_DIFFERENCE" still.png out/frames/000004.png || fail "a still differs from the frame of the same number"
 
-# Paths of a job file are relative to it, and the resolved job finds them from anywhere.
+# Paths in a job file are relative to the file; those in the resolved job work from any directory.
 mkdir -p sub/dir
 "$SEGCAST" phantom --size 59x41x61 -o sub/p.nrrd -q >/dev/null
 sed 's|^volume.*|volume: ../p.nrrd|' job.yaml >sub/dir/job.yaml
 "$SEGCAST" render sub/dir/job.yaml --frames 0 -q >/dev/null
 [ -e sub/dir/out/manifest.0.jsonl ] || fail "the output directory is not relative to the job"
 "$SEGCAST" render sub/dir/out/job.yaml --frames 0 -o elsewhere -q >/dev/null
-[ "$(hashes elsewhere)" = "$(hashes out | head -1)" ] || fail "a volume from a file makes other pictures"
+[ "$(hashes elsewhere)" = "$(hashes out | head -1)" ] || fail "a volume from a file gives other pictures"
 
-# A picture of another job is another job; where it is written does not matter.
+# The hash of the job depends on what changes the pictures, and not on where they are written.
 "$SEGCAST" render job.yaml -o other -q --set render.step=0.7 --frames 0 >/dev/null
 [ "$(job_hash other)" != "$(job_hash out)" ] ||
-    fail "job hash ignores the step"
+    fail "render.step does not change the hash of the job"
 
-# Progress in a log is plain lines, and the last line of a run sums it up.
+# If standard error is not a terminal, progress is printed as plain lines; a summary ends the run.
 expect 0 'drawing [0-9.]+ CPU s/frame' "$SEGCAST" render job.yaml -o log
-grep -qE 'segcast: limited by (drawing|reading)' stderr.txt || fail "does not say what limited the run"
-grep -q 'slowest frames' stderr.txt || fail "does not name the slowest frames"
-grep -q $'\r' stderr.txt && fail "a bar in a log"
+grep -qE 'segcast: limited by (drawing|reading)' stderr.txt || fail "the summary does not say what limited the speed of the run"
+grep -q 'slowest frames' stderr.txt || fail "the summary does not name the slowest frames"
+grep -q $'\r' stderr.txt && fail "a progress bar was written to a file"
 true
 
 # The title of a film stands in the metadata of each container.

@@ -1,13 +1,13 @@
-# A prepared file gives the pictures that the volume gives; what does not fit is prepared anew or
-# named; what is damaged is refused.
+# A prepared file gives the same pictures as the volume. Where the job hides other tissues or needs other
+# settings, it is prepared again or refused with the reason. A damaged file is refused.
 "$SEGCAST" phantom --size 79x55x81 -o heart.nrrd -q >/dev/null
 "$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
-job() { # job VOLUME [TISSUES]
+job() { # job VOLUME [TISSUES]: print a job
     printf 'volume: %s\noutput: {size: [160, 120]}\nanimation: {frames: 4}\n' "$1"
     [ $# -lt 2 ] || printf 'tissues: %s\n' "$2"
 }
-same() { # same A B WHAT
-    "$IMAGE_DIFFERENCE" "$1" "$2" 0 0 || fail "$3: pictures differ"
+same() { # same A B WHAT: two pictures are equal
+    "$IMAGE_DIFFERENCE" "$1" "$2" 0 0 || fail "$3: the pictures differ"
 }
 hidden='{"epicardial fat": {visible: false}, "*myocardium*": {opacity: 0.4}}'
 
@@ -21,28 +21,28 @@ for kind in "" -hidden; do
         fail "mapped$kind.yaml: $(cat log.txt)"
     same "plain$kind.png" "mapped$kind.png" "mapped$kind"
 done
-grep -q "heart.segc: was prepared with tissues that the job hides" log.txt || fail "nothing said: $(cat log.txt)"
+grep -q "heart.segc: was prepared with tissues that the job hides" log.txt || fail "no message that the job hides tissues of the prepared file: $(cat log.txt)"
 
-# made for the job, it fits
+# A file that was prepared for a job needs no warning.
 "$SEGCAST" prepare plain-hidden.yaml -o hidden.segc -q >/dev/null
 job hidden.segc "$hidden" >fits.yaml
 "$SEGCAST" still fits.yaml --frame 1 -o fits.png >/dev/null 2>log.txt
 same plain-hidden.png fits.png fits
-! grep -q warning log.txt || fail "warns: $(cat log.txt)"
-# but what it has not, it cannot show
+! grep -q warning log.txt || fail "an unexpected warning: $(cat log.txt)"
+# A tissue that was hidden when the file was prepared cannot be shown.
 job hidden.segc >lacks.yaml
-refused() { # refused CODE WORDS COMMAND...
-    local code=$1 words=$2 got=0
+refused() { # refused CODE PATTERN ARGUMENT...: segcast exits with CODE and a message like PATTERN
+    local code=$1 pattern=$2 got=0
     shift 2
     "$SEGCAST" "$@" >/dev/null 2>log.txt || got=$?
-    [ "$got" = "$code" ] || fail "$*: exit $got, expected $code: $(cat log.txt)"
-    grep -q "$words" log.txt || fail "$*: says $(cat log.txt), expected $words"
+    [ "$got" = "$code" ] || fail "$*: exit code $got, expected $code: $(cat log.txt)"
+    grep -q "$pattern" log.txt || fail "$*: expected a message like \"$pattern\", found: $(cat log.txt)"
 }
 refused 65 'was prepared without "epicardial fat"' check lacks.yaml
 refused 64 'is a prepared file already' prepare mapped.yaml -o again.segc
 refused 64 'unknown option' prepare heart.nrrd --frame 3
 
-# other settings
+# With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
     "$SEGCAST" still plain.yaml --set $setting -o a.png -q >/dev/null
     "$SEGCAST" still mapped.yaml --set $setting -o b.png -q >/dev/null 2>&1
@@ -50,9 +50,9 @@ for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
 done
 "$SEGCAST" info heart.nrrd --json | grep -v '"file"' >a.json
 "$SEGCAST" info heart.segc --json | grep -v '"file"' >b.json
-cmp a.json b.json || fail "info differs: $(diff a.json b.json)"
+cmp a.json b.json || fail "info of the prepared file differs: $(diff a.json b.json)"
 
-# damage
+# Any damage is found by the hashes in the file.
 size=$(wc -c <heart.segc)
 for at in 9 13 30 60 100 "$((size / 2))" "$((size - 2000))"; do
     cp heart.segc bad.segc
@@ -60,9 +60,9 @@ for at in 9 13 30 60 100 "$((size / 2))" "$((size - 2000))"; do
     job bad.segc >bad.yaml
     got=0
     "$SEGCAST" check bad.yaml >/dev/null 2>log.txt || got=$?
-    # the last section ends in a gap that nothing is kept in
+    # behind the last section there are unused bytes, in which a change is no damage
     if cmp -s heart.segc bad.segc; then continue; fi
-    [ "$got" = 65 ] && grep -q "bad.segc: " log.txt || fail "byte $at: exit $got, $(cat log.txt)"
+    [ "$got" = 65 ] && grep -q "bad.segc: " log.txt || fail "byte $at was changed: exit code $got, expected 65: $(cat log.txt)"
 done
 for bytes in 8 100 300 "$((size / 3))" "$((size - 1))"; do
     head -c "$bytes" heart.segc >bad.segc

@@ -1,35 +1,36 @@
-# --resume proves what is there, redoes what is torn, and ends with the same bytes; a directory of
-# another job is refused.
+# --resume verifies what is there and draws the rest and what is damaged; the outputs then have the same
+# bytes as those of an undisturbed run, ref/. A directory of another job is refused.
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [96, 72], fps: 4, frames: png, video: film.mp4/; s/frames: 7/frames: 18/' job.yaml
 "$SEGCAST" render job.yaml -o ref -q >/dev/null
-same_as_ref() { # same_as_ref WHAT
-    [ "$(hashes out)" = "$(hashes ref)" ] || fail "$1: other frames"
-    cmp out/film.mp4 ref/film.mp4 || fail "$1: another video"
-    diff -r out/frames ref/frames || fail "$1: other PNG files"
-    "$SEGCAST" verify out >/dev/null || fail "$1: verify"
-    [ ! -e out/segments ] || fail "$1: segments are left"
+same_as_ref() { # same_as_ref WHAT: out holds the same bytes as ref
+    [ "$(hashes out)" = "$(hashes ref)" ] || fail "$1: the hashes of the frames differ"
+    cmp out/film.mp4 ref/film.mp4 || fail "$1: the video differs"
+    diff -r out/frames ref/frames || fail "$1: the PNG files differ"
+    "$SEGCAST" verify out >/dev/null || fail "$1: segcast verify found an error"
+    [ ! -e out/segments ] || fail "$1: out/segments was not removed"
 }
 
-# In an empty directory it simply starts; on a finished job it does nothing.
+# With --resume, a run begins in an empty directory, and does nothing if the job is finished.
 "$SEGCAST" render job.yaml -o out --resume -q >/dev/null
 same_as_ref "an empty directory"
 before=$(stat -c '%n %i %Y' out/* out/frames/*)
 expect 0 'nothing to do' "$SEGCAST" render job.yaml -o out --resume
-[ "$(cat stdout.txt)" = out/film.mp4 ] || fail "does not say where the video is"
-[ "$before" = "$(stat -c '%n %i %Y' out/* out/frames/*)" ] || fail "a finished job was written to"
+[ "$(cat stdout.txt)" = out/film.mp4 ] || fail "standard output is not the path of the video"
+[ "$before" = "$(stat -c '%n %i %Y' out/* out/frames/*)" ] || fail "the files of a finished job were changed"
 
-# Without it, a directory that holds a run is refused, before anything is read; --overwrite begins anew.
+# Without --resume a directory that holds a run is refused before the volume is read; --overwrite removes
+# the run and begins anew.
 expect 73 'already holds a run; use --resume' "$SEGCAST" render job.yaml -o out --set volume=none.nrrd; one_error
 echo mine >out/frames/notes.txt
 "$SEGCAST" render job.yaml -o out --overwrite --set animation.frames=5 -q >/dev/null
 [ "$(ls out/frames | tr '\n' ' ')" = "000000.png 000001.png 000002.png 000003.png 000004.png notes.txt " ] ||
-    fail "--overwrite left $(ls out/frames), or removed what is not ours"
+    fail "--overwrite left other files than expected: $(ls out/frames)"
 expect 64 'cannot be used with --resume' "$SEGCAST" render job.yaml --resume --overwrite; one_error
 
-# Another job, volume, size, length: refused, each with its reason; nothing is touched.
+# A directory of another job, volume, size or number of frames is refused, with the reason.
 rm -rf out
-"$SEGCAST" render job.yaml -o out -q --time-limit 0.001 >/dev/null && fail "was in time" || [ $? = 75 ]
+"$SEGCAST" render job.yaml -o out -q --time-limit 0.001 >/dev/null && fail "a run with a limit of 0.001 s drew all frames" || [ $? = 75 ]
 expect 73 'an animation of 18 frames instead of 9' "$SEGCAST" render job.yaml -o out --resume --set animation.frames=9; one_error
 expect 73 'frames of .* pixels instead of' "$SEGCAST" render job.yaml -o out --resume --set output.size=[96,96]; one_error
 expect 73 'another volume' "$SEGCAST" render job.yaml -o out --resume --set volume=phantom:61x41x59; one_error
@@ -38,8 +39,8 @@ expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set output.
 sed -i '1s/"version":"/"version":"0.0-/' out/manifest.jsonl
 expect 73 'another version' "$SEGCAST" render job.yaml -o out --resume; one_error
 
-# begun DIR: a job that stopped in the middle; the signal comes when some frames are there.
-begun() {
+# stop_in_the_middle DIR SIGNAL: begin the job anew in DIR and send the signal when some frames are there.
+stop_in_the_middle() {
     rm -rf "$1"
     "$SEGCAST" render job.yaml -o "$1" -q --set animation.frames=18 >/dev/null &
     local pid=$!
@@ -51,15 +52,15 @@ begun() {
     wait $pid 2>/dev/null || true
 }
 for signal in USR1 TERM KILL; do
-    begun out $signal
+    stop_in_the_middle out $signal
     "$SEGCAST" render job.yaml -o out --resume -q >/dev/null
     same_as_ref "after $signal"
 done
 
-# The statistics of a job that was gone on with are of all its runs that ended in order.
-stopped_run() { # one that stopped in order when some frames were there
+# The statistics of a resumed job cover all its runs that ended in order.
+stopped_run() { # a run that ended in order, by a signal, when some frames were there
     for _ in $(seq 20); do
-        begun out TERM
+        stop_in_the_middle out TERM
         jq -e '.state == "incomplete" and .done > 0' out/status.json >/dev/null 2>&1 && return
     done
     fail "no run stopped in the middle"
@@ -85,8 +86,9 @@ for how in cut another_job; do
         fail "statistics after stats.json was $how"
 done
 
-# What is torn is noticed and made again: each kind of file, cut, changed, or gone.
-tear() { # tear HOW FILE...
+# Damage is noticed, and what is damaged is made again: each kind of file, truncated, changed, emptied,
+# removed, or replaced by a file of other frames.
+damage() { # damage HOW FILE...
     local how=$1 file
     shift
     for file in "$@"; do
@@ -96,7 +98,7 @@ tear() { # tear HOW FILE...
         change) printf '\x55' | dd of="$file" bs=1 seek=$(($(stat -c %s "$file") / 2)) conv=notrunc status=none ;;
         empty) : >"$file" ;;
         gone) rm "$file" ;;
-        another) case $file in # a sound one in its place
+        another) case $file in # an undamaged file of other frames
             *.png) cp out/frames/000003.png "$file" ;;
             *.seg) cp out/segments/000001.seg "$file" ;;
             esac ;;
@@ -105,20 +107,20 @@ tear() { # tear HOW FILE...
 }
 for how in cut change empty gone another; do
     for what in 'segments/000000.seg' 'segments/*.part' 'frames/000002.png' manifest.jsonl; do
-        begun out TERM
+        stop_in_the_middle out TERM
         # shellcheck disable=SC2086
-        for _ in $(seq 20); do # now and then it stops where a group ends, and leaves no part
+        for _ in $(seq 20); do # if it stopped where a GOP ends, there is no partial GOP
             [ -n "$(ls out/$what 2>/dev/null)" ] && break
-            begun out TERM
+            stop_in_the_middle out TERM
         done
         # shellcheck disable=SC2086
-        tear $how out/$what
-        "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt || { cat stderr.txt >&2; fail "$how $what: exit $?"; }
+        damage $how out/$what
+        "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt || { cat stderr.txt >&2; fail "$how $what: exit code $?"; }
         same_as_ref "$how $what"
     done
 done
 
-# Segments of another job whose manifest is gone are not taken for ours.
+# Segments of another job, whose manifest was removed, are not used.
 for _ in $(seq 20); do
     rm -rf out
     "$SEGCAST" render job.yaml -o out -q --set output.crf=40 >/dev/null &
@@ -126,19 +128,19 @@ for _ in $(seq 20); do
     for _ in $(seq 2000); do [ -e out/segments/000001.seg ] && break; sleep 0.005; done
     kill -KILL $pid 2>/dev/null || true
     wait $pid 2>/dev/null || true
-    [ -e out/segments/000001.seg ] && break # else it was too quick
+    [ -e out/segments/000001.seg ] && break # otherwise the run was finished before the signal
 done
 rm out/manifest.jsonl
 "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt
-grep -q 'belongs to another job; its frames are drawn again' stderr.txt || fail "segments of another job"
+grep -q 'belongs to another job; its frames are drawn again' stderr.txt || fail "no warning about segments of another job"
 same_as_ref "segments of another job"
 
-# Of a finished job, too; and verify finds it first.
+# Damage of a finished job is found by verify, and mended by --resume.
 for what in film.mp4 frames/000011.png; do
     for how in cut change gone; do
         rm -rf out
         cp -r ref out
-        tear $how out/$what
+        damage $how out/$what
         expect 65 "out/$what" "$SEGCAST" verify out; one_error
         "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>&1
         same_as_ref "$how $what of a finished job"

@@ -1,12 +1,12 @@
-# Real label volumes load, with the labels their sources state.
-[ -d "$DATA/real" ] || skip "no $DATA/real"
-expect_labels() { # expect_labels FILE COUNT AXES
-    "$SEGCAST" info "$DATA/$1" --json >info.json 2>stderr.txt || { cat stderr.txt; fail "$1"; }
+# Real label volumes are read, with as many labels and the axes that their sources name.
+[ -d "$DATA/real" ] || skip "there is no $DATA/real (SC_TEST_DATA)"
+expect_labels() { # expect_labels FILE COUNT AXES: labels without background, orientation
+    "$SEGCAST" info "$DATA/$1" --json >info.json 2>stderr.txt || { cat stderr.txt; fail "$1 cannot be read"; }
     jq -e "(.labels | length) - 1 == $2 and .axes == \"$3\"" info.json >/dev/null ||
         fail "$1: $(jq -c '[(.labels | length) - 1, .axes]' info.json), expected $2 $3"
 }
 expect_labels heart_469x325x487.nrrd 17 LPS
-jq -e '.labels[1].name == "myocardium" and .labels[1].color == [200,80,70]' info.json >/dev/null || fail names
+jq -e '.labels[1].name == "myocardium" and .labels[1].color == [200,80,70]' info.json >/dev/null || fail "name or colour of label 1 of the heart"
 expect_labels real/totalseg_s0327/s0327_all_1p5mm.nrrd 114 RAS
 expect_labels real/spl_brain/hncma-atlas.nrrd 312 PIL
 expect_labels real/allen_human/AllenAtlas.nii.gz 138 RAS
@@ -16,11 +16,11 @@ expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
 expect 65 'overlapping layers' "$SEGCAST" info "$DATA/real/slicerio/SegmentationOverlapping.seg.nrrd"
 
-# Tables in three grammars.
-table() { # table VOLUME TABLE KIND NAME
-    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" >stdout.txt 2>stderr.txt || fail "$2"
-    grep -q "read as a.* $3 label table" stderr.txt || { cat stderr.txt; fail "$2 is not $3"; }
-    grep -q "$4" stdout.txt || fail "$2: no $4"
+# Label tables of other programs.
+table() { # table VOLUME TABLE KIND NAME: the table is recognised as KIND and holds NAME
+    "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" >stdout.txt 2>stderr.txt || fail "$2 cannot be read"
+    grep -q "read as a.* $3 label table" stderr.txt || { cat stderr.txt; fail "$2 was not recognised as a $3 table"; }
+    grep -q "$4" stdout.txt || fail "$2: expected a label named $4"
 }
 table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left'
 table allen_human/AllenAtlas.nii.gz allen_human/itksnap_label_description_Br.txt ITK-SNAP 'FI - 10329'

@@ -1,5 +1,5 @@
-# The jobs of jobs/ as they stand, small: every one runs, and its pictures are those kept here.
-# Update after looking at them: GOLDEN_UPDATE=1 ctest -L golden
+# Every job of jobs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
+# To replace these, after looking at the new ones: GOLDEN_UPDATE=1 ctest -L golden
 golden=$SOURCE/tests/golden
 for job in "$SOURCE"/jobs/*.yaml; do
     name=$(basename "$job" .yaml)
@@ -9,13 +9,13 @@ for job in "$SOURCE"/jobs/*.yaml; do
         --set output.size=[160,90] --set output.frames=png >/dev/null
     "$SEGCAST" render "$job" -o "$name-short" -q --set volume=phantom:117x81x122 \
         --set output.size=[160,90] --set animation.frames=5 >/dev/null
-    "$VIDEO_PROBE" "$name-short/$name.mp4" | grep -q '5 frames of 160 x 90' || fail "$name: video"
+    "$VIDEO_PROBE" "$name-short/$name.mp4" | grep -q '5 frames of 160 x 90' || fail "$name: the video does not hold 5 frames of 160 x 90"
     for picture in "$name"/frames/*.png; do
         keep=$golden/$name-$(basename "$picture")
         [ -z "${GOLDEN_UPDATE:-}" ] || cp "$picture" "$keep"
-        [ -e "$keep" ] || fail "no golden picture $keep"
-        # decoded pixels; one level for another compiler's last bit, and few pixels beyond
-        "$IMAGE_DIFFERENCE" "$picture" "$keep" 255 0.5 || fail "$name: $(basename "$picture")"
+        [ -e "$keep" ] || fail "there is no picture $keep to compare with"
+        # Decoded pixels are compared: another compiler may change the last bit of some.
+        "$IMAGE_DIFFERENCE" "$picture" "$keep" 255 0.5 || fail "$name: $(basename "$picture") differs from $keep"
     done
-    [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: golden pictures without a frame"
+    [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: expected 5 pictures in $golden"
 done

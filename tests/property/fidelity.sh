@@ -1,11 +1,11 @@
-# Smooth surfaces against the truth: at the one default setting, on closed shapes of known surface.
-# The bounds are those the project has set itself; tools/fidelity makes the whole table.
+# Smooth surfaces, drawn with the default settings, are compared with the true surfaces of closed shapes
+# and stay within bounds for position, normals and volume. tools/fidelity prints the whole table.
 bound() { # bound SHAPE POSITION_VOXELS NORMAL_DEG LEAST_VOLUME MOST_VOLUME
-    "$FIDELITY" --json "$1" >"$1.json" || fail "$1: fidelity"
+    "$FIDELITY" --json "$1" >"$1.json" || fail "$1: the measurement failed"
     jq -e --argjson p "$2" --argjson n "$3" --argjson low "$4" --argjson high "$5" '.shapes[0]
         | .position_rms_voxels <= $p and .normal_rms_deg <= $n and .volume_kept >= $low
         and .volume_kept <= $high and .owner_errors_per_million < 100 and (.gaps // 0) == 0
-        and .hits > 1000' "$1.json" >/dev/null || fail "$1: $(cat "$1.json")"
+        and .hits > 1000' "$1.json" >/dev/null || fail "$1: beyond the bounds: $(cat "$1.json")"
 }
 bound ellipsoid 0.10 0.8 0.98 1.02
 bound torus-6 0.10 1.0 0.98 1.02
@@ -13,7 +13,7 @@ bound torus-3 0.10 1.7 0.98 1.02
 bound torus-1.5 0.12 5 0.95 1.05
 bound torus-1 0.20 9 0.85 1.15
 
-# A mesh is measured by the same ruler: an octahedron is known to be a poor ellipsoid.
+# Meshes are measured in the same way: an octahedron is far from an ellipsoid.
 cat >octahedron.ply <<'E'
 ply
 format ascii 1.0
@@ -39,9 +39,9 @@ end_header
 3 3 1 5
 3 0 3 5
 E
-"$FIDELITY" --json --mesh octahedron.ply ellipsoid >octahedron.json || fail "mesh"
+"$FIDELITY" --json --mesh octahedron.ply ellipsoid >octahedron.json || fail "the mesh was refused"
 jq -e '.shapes[0] | .volume_kept > 0.24 and .volume_kept < 0.27 and .position_rms_voxels > 10' \
-    octahedron.json >/dev/null || fail "mesh: $(cat octahedron.json)"
+    octahedron.json >/dev/null || fail "the mesh was measured wrongly: $(cat octahedron.json)"
 printf 'solid nothing' >broken.stl
-"$FIDELITY" --mesh broken.stl ellipsoid >/dev/null 2>broken.txt && fail "a broken mesh is taken"
-grep -q 'expected a PLY or a binary STL' broken.txt || fail "broken mesh: $(cat broken.txt)"
+"$FIDELITY" --mesh broken.stl ellipsoid >/dev/null 2>broken.txt && fail "a damaged mesh was accepted"
+grep -q 'expected a PLY or a binary STL' broken.txt || fail "unexpected message for a damaged mesh: $(cat broken.txt)"

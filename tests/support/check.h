@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What unit tests share: cmocka, silent contexts, small volumes, random numbers. */
+/* What unit tests share: cmocka, contexts that drop or keep messages, random numbers. */
 #ifndef SC_TEST_CHECK_H
 #define SC_TEST_CHECK_H
 
@@ -24,7 +24,7 @@ static const sc_ctx quiet = {.level = SC_LOG_ERROR};
             fail_msg("%s = %.9g, expected %.9g within %.3g", #a, near_a, near_b, (double)(eps));   \
     } while (0)
 
-/* xorshift64*: the same numbers everywhere. */
+/* xorshift64* (Vigna 2016): the same numbers on every machine. @p state is not 0. */
 static inline uint64_t random_bits(uint64_t *state)
 {
     *state ^= *state >> 12;
@@ -38,7 +38,7 @@ static inline double random_real(uint64_t *state, double low, double high)
     return low + (high - low) * (double)(random_bits(state) >> 11) / 9007199254740992.0;
 }
 
-/* Keeps the last message, so that a test can look at it. */
+/* The last message, and how many errors there were. */
 typedef struct heard {
     char text[2048];
     int errors;
@@ -53,6 +53,7 @@ static inline void hear(void *user, sc_log_level level, const char *text)
     snprintf(h->text, sizeof h->text, "%s", text);
 }
 
+/* A context whose messages go to @p h. */
 static inline sc_ctx listening(heard *h)
 {
     *h = (heard){0};

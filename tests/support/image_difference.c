@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS]]: prints how two pictures differ; exit 0 within
- * the limits (0 by default), 1 beyond them, 2 if they cannot be compared. */
+/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS]] prints how two pictures differ. It exits with
+ * 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square is at most
+ * MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. */
 #include "segcast/image.h"
 
 #include <stdlib.h>

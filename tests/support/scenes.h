@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Small scenes for tests of pictures. */
+/* Small scenes for tests that draw. */
 #ifndef SC_TEST_SCENES_H
 #define SC_TEST_SCENES_H
 
@@ -27,10 +27,10 @@ static inline sc_volume small_phantom(void)
     return volume;
 }
 
-/* The surface that make_scene sets: tests run for each. */
+/* The surface model that make_scene sets. Tests that run for both change it. */
 static sc_surface tested_surface = SC_SURFACE_SMOOTH;
 
-/* Takes the volume over. */
+/* A scene in which every tissue has the given opacity. Takes ownership of @p volume. */
 static inline small_scene make_scene(sc_volume volume, double opacity)
 {
     small_scene s = {.volume = volume,
@@ -64,6 +64,7 @@ static inline void free_scene(small_scene *s)
     sc_volume_clear(&s->volume);
 }
 
+/* The timeline of @p a; without frames in it, an orbit of @p frames frames is filled in. */
 static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, int frames,
                                    sc_animation *a)
 {
@@ -82,7 +83,7 @@ static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, i
     return t;
 }
 
-/* Render one view; the caller frees the picture. */
+/* Draw one frame. The caller frees the picture; @p stats may be NULL. */
 static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
                                  sc_render_stats *stats)
 {
@@ -97,7 +98,7 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     return image;
 }
 
-/* The view from the front of everything. */
+/* Everything seen from the front: frame 0 of an orbit. */
 static inline sc_scene front_view(const small_scene *s)
 {
     sc_animation a = {0};

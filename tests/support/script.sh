@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# For test scripts: what they share.
+# Shared by all test scripts.
 export OMP_NUM_THREADS=1
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_hwloc_base_binding_policy=none
@@ -9,22 +9,22 @@ command -v ssh >/dev/null || export OMPI_MCA_plm_rsh_agent=false
 fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 skip() { printf 'skipped: %s\n' "$*"; exit 77; }
 
-# expect CODE PATTERN COMMAND...: the command ends with CODE, and some line of its standard error
-# matches PATTERN (extended regular expression; empty: any).
+# expect CODE PATTERN COMMAND...: the command exits with CODE, and a line of its standard error matches
+# the extended regular expression PATTERN, unless that is empty.
 expect() {
     local want=$1 pattern=$2 code=0
     shift 2
     "$@" >stdout.txt 2>stderr.txt || code=$?
-    [ "$code" = "$want" ] || { cat stderr.txt >&2; fail "exit $code, expected $want: $*"; }
+    [ "$code" = "$want" ] || { cat stderr.txt >&2; fail "exit code $code, expected $want: $*"; }
     [ -z "$pattern" ] || grep -qE -- "$pattern" stderr.txt || {
         cat stderr.txt >&2
-        fail "no line matches \"$pattern\": $*"
+        fail "no line of standard error matches \"$pattern\": $*"
     }
 }
 
-# one_error: the last expect printed exactly one error.
+# one_error: the command of the last expect printed exactly one error.
 one_error() {
-    [ "$(grep -c 'segcast: error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "not one error"; }
+    [ "$(grep -c 'segcast: error' stderr.txt)" = 1 ] || { cat stderr.txt >&2; fail "$(grep -c 'segcast: error' stderr.txt) errors were printed, expected 1"; }
 }
 
 mpi() { # mpi RANKS COMMAND...
@@ -33,12 +33,12 @@ mpi() { # mpi RANKS COMMAND...
     mpirun -n "$ranks" "$@"
 }
 
-# hashes DIR: frame and hash of each line of the manifests, in order of frames.
+# hashes DIR: print number and hash of each frame that the manifests name, in order of frames.
 hashes() { jq -r 'select(.frame != null) | "\(.frame) \(.hash)"' "$1"/manifest*.jsonl | sort -n; }
-# job_hash DIR: what its manifest says of the job.
+# job_hash DIR: print the hash of the job that the manifest names.
 job_hash() { head -q -n 1 "$1"/manifest*.jsonl | jq -r .job_hash; }
 
-small_job() { # small_job FILE [EXTRA_LINES]: a quick job on a small phantom
+small_job() { # small_job FILE [LINES]: write a quick job on a small phantom, with more LINES at its end
     cat >"$1" <<YAML
 volume: phantom:59x41x61
 output: {directory: out, size: [96, 72], video: none}

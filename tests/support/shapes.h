@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Small label volumes with known answers. */
+/* Small label volumes of simple shapes, for which results are known. */
 #ifndef SC_TEST_SHAPES_H
 #define SC_TEST_SHAPES_H
 
 #include "segcast/prepare.h"
 
-/* A volume whose labels are given by a function of voxel indices; label values are ids times 3. */
+/* A volume whose dense ids are given by a function of the voxel indices; the label of id i is 3 i.
+ */
 static inline sc_volume shape_volume(const int size[3], const double spacing_mm[3], int label_bytes,
                                      int label_count, int (*id_of)(double x, double y, double z))
 {
@@ -42,7 +43,7 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
     return v;
 }
 
-/* A prepared volume in memory of its own. */
+/* A prepared volume; the block owns its memory. */
 typedef struct prepared_copy {
     void *block;
     sc_prepared view;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* video_probe VIDEO [K OUT.png]: decodes a video and prints frames, size and the last time; writes
- * frame K as PNG. */
+/* video_probe VIDEO [K OUT.png] decodes a video, prints the number of its frames, their size and
+ * the time of the last one, and writes frame K as PNG. */
 #include "segcast/video.h"
 
 #include <stdlib.h>
@@ -12,7 +12,7 @@ typedef struct probe {
     const char *out;
 } probe;
 
-static sc_status take(void *user, int k, double time_s, const sc_image *image)
+static sc_status on_frame(void *user, int k, double time_s, const sc_image *image)
 {
     probe *p = user;
 
@@ -29,7 +29,7 @@ int main(int argc, char **argv)
     probe p = {
         .ctx = &ctx, .wanted = argc > 3 ? atoi(argv[2]) : -1, .out = argc > 3 ? argv[3] : NULL};
 
-    if (argc < 2 || sc_video_decode(&ctx, argv[1], take, &p) != SC_OK)
+    if (argc < 2 || sc_video_decode(&ctx, argv[1], on_frame, &p) != SC_OK)
         return 1;
     printf("%d frames of %d x %d, last at %.4f s\n", p.frames, p.width_px, p.height_px, p.last_s);
     return 0;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Affine maps, rotations, and lines clipped to boxes. */
 #include "check.h"
 
 #include "segcast/geom.h"
 
-static void an_inverse_undoes_an_oblique_map(void **state)
+static void the_inverse_of_an_oblique_map_undoes_it(void **state)
 {
     const sc_affine a = {{{1.5, 0.2, 0, 10}, {-0.1, 0.9, 0.3, -20}, {0, 0.4, -2, 5}}};
     sc_affine inverse;
@@ -32,7 +33,7 @@ static void singular_maps_are_refused_at_any_scale(void **state)
     assert_true(sc_affine_invert(&tiny, &out));
 }
 
-static void rotation_is_right_handed(void **state)
+static void rotations_are_right_handed(void **state)
 {
     const sc_vec3 front = {0, 1, 0}, up = {0, 0, 1};
     const sc_vec3 turned = sc_vec3_rotate(front, up, M_PI / 2);
@@ -53,18 +54,18 @@ static void lines_are_clipped_to_boxes(void **state)
     assert_near(end, 15, 0);
     begin = 0, end = 100;
     assert_false(sc_box3_clip_line(&box, (sc_vec3){-5, 11, 5}, (sc_vec3){1, 0, 0}, &begin, &end));
-    begin = 0, end = 100; /* in a face, parallel to it */
+    begin = 0, end = 100; /* the line lies in a face of the box */
     assert_true(sc_box3_clip_line(&box, (sc_vec3){-5, 10, 5}, (sc_vec3){1, 0, 0}, &begin, &end));
-    begin = 0, end = 100; /* behind the eye */
+    begin = 0, end = 100; /* the box is behind the origin */
     assert_false(sc_box3_clip_line(&box, (sc_vec3){15, 5, 5}, (sc_vec3){1, 0, 0}, &begin, &end));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_inverse_undoes_an_oblique_map),
+        cmocka_unit_test(the_inverse_of_an_oblique_map_undoes_it),
         cmocka_unit_test(singular_maps_are_refused_at_any_scale),
-        cmocka_unit_test(rotation_is_right_handed),
+        cmocka_unit_test(rotations_are_right_handed),
         cmocka_unit_test(lines_are_clipped_to_boxes),
     };
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* PNG files, hashes and comparison of pictures, and the conversion of linear light to sRGB. */
 #include "check.h"
 
 #include "segcast/image.h"
@@ -16,7 +17,7 @@ static sc_image noise(int width, int height, uint64_t seed)
     return image;
 }
 
-static void png_keeps_every_pixel(void **state)
+static void a_png_file_keeps_every_pixel(void **state)
 {
     sc_image image = noise(37, 23, 5), back;
     sc_image_difference d;
@@ -35,7 +36,7 @@ static void png_keeps_every_pixel(void **state)
     sc_image_clear(&back);
 }
 
-static void hash_depends_on_size_and_pixels(void **state)
+static void the_hash_depends_on_size_and_pixels(void **state)
 {
     sc_image wide = noise(8, 4, 9), tall = noise(4, 8, 9);
     uint64_t before = sc_image_hash(&wide);
@@ -49,7 +50,7 @@ static void hash_depends_on_size_and_pixels(void **state)
     sc_image_clear(&tall);
 }
 
-static void every_srgb_level_survives_linear_light(void **state)
+static void every_srgb_level_converts_to_linear_light_and_back(void **state)
 {
     sc_srgb_table table;
 
@@ -60,7 +61,7 @@ static void every_srgb_level_survives_linear_light(void **state)
     assert_int_equal(sc_srgb_level(&table, -1), 0);
     assert_int_equal(sc_srgb_level(&table, 7), 255);
     assert_int_equal(sc_srgb_level(&table, (float)NAN), 0);
-    for (int i = 1; i < 100000; i++) /* monotone: no band is brighter than the next */
+    for (int i = 1; i < 100000; i++) /* brighter light never gives a lower level */
         assert_true(sc_srgb_level(&table, (float)i / 100000) >=
                     sc_srgb_level(&table, (float)(i - 1) / 100000));
 }
@@ -68,9 +69,9 @@ static void every_srgb_level_survives_linear_light(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(png_keeps_every_pixel),
-        cmocka_unit_test(hash_depends_on_size_and_pixels),
-        cmocka_unit_test(every_srgb_level_survives_linear_light),
+        cmocka_unit_test(a_png_file_keeps_every_pixel),
+        cmocka_unit_test(the_hash_depends_on_size_and_pixels),
+        cmocka_unit_test(every_srgb_level_converts_to_linear_light_and_back),
     };
 
     return RUN(tests);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Lines and text over pictures; slices in the right place, the right way round, in the colours of
- * the tissues. */
+/* Lines and text over pictures; position, orientation and colours of the slices. */
 #include "check.h"
 
 #include "scenes.h"
@@ -25,7 +24,7 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
     return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
 }
 
-static void lines_and_frames_lie_where_they_should(void **state)
+static void lines_and_frames_are_drawn_at_their_coordinates(void **state)
 {
     sc_image image = blank_image(60, 40);
     sc_overlay *overlay;
@@ -34,7 +33,8 @@ static void lines_and_frames_lie_where_they_should(void **state)
     assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
     sc_overlay_line(overlay, 10, 20.5, 50, 20.5, 1, black, 1);
     sc_overlay_frame(overlay, 2.5, 2.5, 54, 34, 1, black);
-    assert_memory_equal(pixel(&image, 30, 20), white, 3); /* not before it is finished */
+    assert_memory_equal(pixel(&image, 30, 20), white,
+                        3); /* nothing is drawn before sc_overlay_finish */
     sc_overlay_finish(overlay);
     for (int x = 12; x < 48; x++) {
         assert_memory_equal(pixel(&image, x, 20), black, 3);
@@ -45,7 +45,7 @@ static void lines_and_frames_lie_where_they_should(void **state)
     sc_image_clear(&image);
 }
 
-/* The box of the dark pixels within the picture. */
+/* The bounding box of the dark pixels: left, top, right, bottom. */
 static void ink_box(const sc_image *image, int box[4])
 {
     box[0] = box[1] = 10000;
@@ -62,7 +62,7 @@ static void ink_box(const sc_image *image, int box[4])
     }
 }
 
-static void text_is_anchored_and_has_its_size(void **state)
+static void text_is_anchored_and_sized_as_asked_for(void **state)
 {
     const sc_letters letters = {.size_px = 30, .halo = {255, 255, 255}};
 
@@ -83,7 +83,7 @@ static void text_is_anchored_and_has_its_size(void **state)
     }
 }
 
-/* Three rods along R, A and S that start in the middle: red, green and blue. */
+/* Three rods from the middle of the volume towards right, anterior and superior: ids 1, 2 and 3. */
 static int rods(double x, double y, double z)
 {
     const bool mx = fabs(x - 20) < 2, my = fabs(y - 20) < 2, mz = fabs(z - 20) < 2;
@@ -96,7 +96,7 @@ static void slices_are_in_radiological_convention(void **state)
     static const uint8_t colors[4][3] = {{0}, {255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
     const int size[3] = {41, 41, 41};
     const double spacing[3] = {1, 1, 1};
-    /* steps on a panel from its middle: where the rod lies, seen in each slice */
+    /* the two rods that lie in each slice, and where they are seen, in pixels from its middle */
     static const int rod_of[3][2] = {{1, 2}, {1, 3}, {2, 3}};
     static const int steps[3][2][2] = {
         {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}};
@@ -120,7 +120,7 @@ static void slices_are_in_radiological_convention(void **state)
     assert_ok(sc_views_draw(&quiet, r, &views, &scene, NULL, &image, &stats));
     for (int panel = 0; panel < 3; panel++) {
         for (int i = 0; i < 2; i++) {
-            /* beside the line of the other slice */
+            /* 3 pixels beside the line that shows where another slice crosses */
             const int x = (panel & 1) * 200 + 100 + steps[panel][i][0] + (i ? 3 : 0);
             const int y = (panel & 2) * 100 + 100 + steps[panel][i][1] + (i ? 0 : 3);
 
@@ -135,7 +135,7 @@ static void slices_are_in_radiological_convention(void **state)
     free_scene(&s);
 }
 
-static void no_allocation_that_fails_is_lost(void **state)
+static void a_failed_allocation_is_reported(void **state)
 {
     sc_image image = blank_image(32, 32);
     long budget = 0;
@@ -151,10 +151,10 @@ static void no_allocation_that_fails_is_lost(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_and_frames_lie_where_they_should),
-        cmocka_unit_test(text_is_anchored_and_has_its_size),
+        cmocka_unit_test(lines_and_frames_are_drawn_at_their_coordinates),
+        cmocka_unit_test(text_is_anchored_and_sized_as_asked_for),
         cmocka_unit_test(slices_are_in_radiological_convention),
-        cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(a_failed_allocation_is_reported),
     };
 
     return RUN(tests);
