@@ -1,8 +1,8 @@
 # segcast_add_module(NAME SOURCES file... [USES target...])
 #
-# One static library per module of src/. USES names the modules and libraries it may include from
-# and link. tests/style/floors.sh checks from the sources themselves that a module includes only
-# from modules above it in src/CMakeLists.txt.
+# One static library per module of src/. USES names the modules and libraries that it may include
+# from and links. tests/style/floors.sh checks that a module uses only those that stand before it in
+# src/CMakeLists.txt.
 
 add_library(segcast_options INTERFACE)
 target_compile_features(segcast_options INTERFACE c_std_17)

@@ -13,7 +13,7 @@
         KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
 #define WIDE_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
 
-/* Of two kernels that do the same, the faster one at_marked first. */
+/* Of two kernels that do the same, the faster one stands first. */
 static const sc_kernel kernels[] = {
     /* clang-format off */
     KERNELS(none, NONE, c)

@@ -215,7 +215,9 @@ static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 
     r->kernel = sc_kernel_find(s->surface, s->skip, r->volume, s->cpu);
     if (!r->kernel && s->cpu && !sc_cpu_has(s->cpu))
-        return sc_fail(ctx, SC_ERR_USAGE, "this processor cannot run kernels for %s", s->cpu);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "this processor cannot run the kernels for %s; set render.cpu to auto",
+                       s->cpu);
     if (!r->kernel)
         r->kernel = sc_kernel_find(s->surface, SC_SKIP_INTERIOR, r->volume, NULL);
     return SC_OK;
