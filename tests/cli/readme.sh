@@ -18,7 +18,13 @@ cat >bin/segcast <<'SH'
 [ "$1" != phantom ] || set -- "$@" --size 59x41x61
 exec "$SEGCAST" "$@"
 SH
-chmod +x bin/segcast
+cat >bin/have <<'SH'
+#!/usr/bin/env bash
+# have PROGRAM: is it here? mpirun is of no use to a build without MPI.
+[ "$1" != mpirun ] || ! "$SEGCAST" --version | grep -qx 'MPI  *none' || exit 1
+command -v "$1" >/dev/null
+SH
+chmod +x bin/segcast bin/have
 export PATH=$PWD/bin:$PATH
 
 # split DOCUMENT DIR: the blocks of a document as DIR/NN.run, .left (out) or job files by their name.
@@ -36,7 +42,7 @@ split() {
             if (mark ~ /^<!-- not run: ..../) file = sprintf("%s/%02d.left", dir, count)
             else if (mark ~ /^<!-- needs: /) {
                 needs = mark; gsub(/^<!-- needs: | -->$/, "", needs)
-                if (system("for p in " needs "; do command -v $p >/dev/null || exit 1; done"))
+                if (system("for program in " needs "; do have $program || exit 1; done"))
                     file = sprintf("%s/%02d.left", dir, count) }
             else if (mark != "") {print name ": unknown mark " mark >"/dev/stderr"; exit 1}
             printf "" >file; next}
