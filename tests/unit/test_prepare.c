@@ -33,6 +33,41 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
     return v->near[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
 }
 
+/* brick.h: what packs and what unpacks agree, and the masks of faces hold what their names say. */
+static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
+{
+    const int bricks[3] = {5, 3, 4};
+    uint8_t records[3 * SC_RECORD_BYTES] = {0};
+
+    (void)state;
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        const int x = sc_bit_x(bit), y = sc_bit_y(bit), z = sc_bit_z(bit);
+
+        assert_int_equal(bit, x + 4 * y + 16 * z);
+        assert_int_equal(sc_brick_bit(x - 8, y + 12, z + 400), bit);
+        assert_int_equal(SC_BRICK_LOW_X >> bit & 1, x == 0);
+        assert_int_equal(SC_BRICK_LOW_Y >> bit & 1, y == 0);
+        assert_int_equal(SC_BRICK_LOW_Z >> bit & 1, z == 0);
+        assert_int_equal(sc_brick_rank(~0ull, bit), bit);
+    }
+    assert_int_equal(sc_brick_of(-1), -1);
+    assert_int_equal(sc_bricks_along(2), 1);
+    assert_int_equal(sc_bricks_along(3), 2);
+    for (size_t i = 0; i < sc_brick_count(bricks); i++) {
+        int at[3], framed[3];
+
+        sc_brick_at(bricks, i, at);
+        sc_framed_size(bricks, framed);
+        assert_int_equal(sc_brick_index(bricks, at[0], at[1], at[2]), i);
+        assert_int_equal(
+            sc_framed_index(sc_framed_row(bricks), sc_framed_layer(bricks), at[0], at[1], at[2]),
+            sc_brick_index(framed, at[0] + 1, at[1] + 1, at[2] + 1));
+    }
+    sc_record_write(records, 1, 0xabcdef);
+    assert_int_equal(sc_record_read(records, 1), 0xabcdef);
+    assert_int_equal(sc_record_read(records, 0) | sc_record_read(records, 2), 0);
+}
+
 /* The boundary agrees with the paper's rule, applied voxel by voxel, for both label widths and a
  * size that is no multiple of anything. */
 static void the_boundary_follows_the_rule_of_the_paper(void **state)
@@ -367,6 +402,7 @@ static void volumes_of_one_voxel_and_of_one_slice_are_prepared(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_layout_of_bricks_and_records_can_be_inverted),
         cmocka_unit_test(the_boundary_follows_the_rule_of_the_paper),
         cmocka_unit_test(normals_of_an_ellipsoid_are_right_to_about_a_degree),
         cmocka_unit_test(records_keep_weight_direction_and_length),
