@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  The layout of bricks, of vertex records and of packed cells: which bit of a mask stands for
- * which vertex, where a brick stands in an array of bricks, and which bits of a record hold what.
- * Every module that reads or writes one of them takes the constants and functions from here.
+ *  The layout of bricks, vertex records and packed cells: which bit of a mask stands for which
+ *  vertex, where a brick stands in an array of bricks, and which bits of a record hold what. All
+ *  code that reads or writes one of them uses the constants and functions of this header.
  *
  *  Vertices are those of the label grid, which is one vertex wider than the volume on every side:
- *  vertex q is voxel q - 1. All functions are pure and free of checks. */
+ *  vertex q is voxel q - 1. All functions are pure and check nothing. */
 #ifndef SEGCAST_BRICK_H
 #define SEGCAST_BRICK_H
 
@@ -16,19 +16,20 @@
 #include <stdint.h>
 
 /** A brick: 4x4x4 vertices (or cells, each named by its lowest vertex), one bit each in a 64-bit
- *  mask. The wide kernels read a mask as two halves of 32 bits, of two layers of vertices each. */
+ *  mask. The bit of the vertex at (x, y, z) within the brick is x + 4 y + 16 z. The wide kernels
+ *  read a mask as two halves of 32 bits, of two layers of vertices each. */
 enum {
     SC_BRICK_SHIFT = 2,                    /**< vertex >> SC_BRICK_SHIFT is its brick */
     SC_BRICK = 1 << SC_BRICK_SHIFT,        /**< edge of a brick in vertices */
     SC_BRICK_MASK = SC_BRICK - 1,          /**< vertex & SC_BRICK_MASK: where in its brick */
-    SC_BRICK_Y_SHIFT = SC_BRICK_SHIFT,     /**< the bit of a vertex is its x in the brick, */
-    SC_BRICK_Z_SHIFT = 2 * SC_BRICK_SHIFT, /**< + (y << Y_SHIFT) + (z << Z_SHIFT) */
+    SC_BRICK_Y_SHIFT = SC_BRICK_SHIFT,     /**< of y in the bit of a vertex */
+    SC_BRICK_Z_SHIFT = 2 * SC_BRICK_SHIFT, /**< of z */
     SC_BRICK_LAYER = SC_BRICK * SC_BRICK,  /**< vertices of one z */
     SC_BRICK_VERTICES = SC_BRICK_LAYER * SC_BRICK,
     SC_BRICK_FRAME = 1, /**< empty bricks on every side of the arrays that have a frame */
     SC_BRICK_MASK_BYTES = 8,
     SC_BRICK_HALF_BYTES = SC_BRICK_MASK_BYTES / 2,
-    SC_BRICK_HALF = SC_BRICK / 2,          /**< this bit of z is set in the upper half */
+    SC_BRICK_HALF = SC_BRICK / 2,          /**< the bit of z that is set in the upper half */
     SC_BRICK_HALF_MASK = SC_BRICK_HALF - 1 /**< z & SC_BRICK_HALF_MASK: where in its half */
 };
 #define SC_BRICK_ROW_BITS 0xfu             /**< the vertices of one y and z, at bit 0 */
@@ -38,8 +39,8 @@ enum {
 #define SC_BRICK_LOW_Z 0x000000000000ffffu
 _Static_assert(SC_BRICK_VERTICES == 8 * sizeof(uint64_t), "a brick is one 64-bit mask");
 
-/** The brick of a vertex along one axis. Exact for negative coordinates too: compilers shift them
- *  arithmetically. */
+/** The brick of a vertex along one axis. Negative coordinates are rounded down too, as GCC and
+ * Clang shift them arithmetically. */
 static inline int sc_brick_of(int vertex)
 {
     return vertex >> SC_BRICK_SHIFT;
@@ -149,12 +150,16 @@ static inline unsigned sc_brick_rank(uint64_t mask, int bit)
     return sc_count_bits(mask & ((1ull << bit) - 1));
 }
 
-/** A vertex record: what is kept of a vertex near an interface, SC_RECORD_BYTES bytes, lowest
- * first. bits 0-4   the weight of its own label's vote, 1 to 31: half of what the label's smoothed
- *             membership has over that of any other, 31 standing for one half
- *  bits 5-7   m: the length of the gradient, 2^-m of that at a flat interface
- *  bits 8-23  its direction, outward, in RAS: octahedral, x and y as signed bytes of 127ths
- * (Cigolle et al. 2014, "A survey of efficient representations for independent unit vectors") */
+/** A vertex record: what is stored of a vertex near an interface, in SC_RECORD_BYTES bytes, the
+ *  lowest first.
+ *
+ *  - Bits 0 to 4: the weight of the vote of its own label, 1 to 31. It stands for half of the
+ *    difference between the label's smoothed membership and the largest one of any other label; 31
+ *    stands for one half.
+ *  - Bits 5 to 7: the length of the gradient, as m: it is 2^-m of that at a flat interface.
+ *  - Bits 8 to 23: the direction of the gradient, outward, in RAS: octahedral coordinates x and y
+ *    as signed bytes in 127ths (Cigolle et al. 2014, "A survey of efficient representations for
+ *    independent unit vectors"). */
 enum {
     SC_RECORD_BYTES = 3,
     SC_RECORD_WEIGHT_MASK = 31,
@@ -171,7 +176,7 @@ enum {
 /** A direction's octahedral coordinate of 1. */
 #define SC_RECORD_OCTANT_ONE 127
 
-/** @param weight 1 to SC_WEIGHT_MAX.
+/** Pack a record. @param weight 1 to SC_WEIGHT_MAX.
  *  @param outward of any length but zero.
  *  @param strength length of the gradient as a share of that at a flat interface. */
 static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
