@@ -40,7 +40,7 @@ enum {
 _Static_assert(SC_BRICK_VERTICES == 8 * sizeof(uint64_t), "a brick is one 64-bit mask");
 
 /** The brick of a vertex along one axis. Negative coordinates are rounded down too, as GCC and
- * Clang shift them arithmetically. */
+ *  Clang shift them arithmetically. */
 static inline int sc_brick_of(int vertex)
 {
     return vertex >> SC_BRICK_SHIFT;

@@ -76,8 +76,8 @@ typedef struct sc_prepare_settings {
 typedef struct sc_preparation sc_preparation;
 
 /** Preprocess a volume. A boundary voxel is one whose 3x3x3 neighbourhood holds another label
- * (paper, section 2.3). @p volume stays borrowed until sc_preparation_free. The result does not
- * depend on the number of threads. @param out caller owns: sc_preparation_free.
+ *  (paper, section 2.3). @p volume stays borrowed until sc_preparation_free. The result does not
+ *  depend on the number of threads. @param out caller owns: sc_preparation_free.
  *  @return SC_ERR_MEMORY, also for more vertices near an interface than 32 bits can count. */
 SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                                  const sc_prepare_settings *settings, sc_preparation **out);
@@ -88,7 +88,8 @@ size_t sc_preparation_bytes(const sc_preparation *preparation);
  *  @param block of sc_preparation_bytes, 64-byte aligned. */
 void sc_preparation_pack(const sc_preparation *preparation, void *block);
 /** Write the same block as a file, with a checksum: the prepared file (.segc). It can be read by
- * this version of segcast on machines of the same byte order. The file appears whole or not at all.
+ *  this version of segcast on machines of the same byte order. The file appears whole or not at
+ *  all.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
                                           const char *path);
@@ -150,7 +151,7 @@ enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
 SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
 /** Masks of the cells (cubes between 2x2x2 neighbouring vertices, named by the lowest) that hold
- * more than one label, one of them with SC_SHOW_BOUNDARY. Shape, errors and owner as of
+ *  more than one label, one of them with SC_SHOW_BOUNDARY. Shape, errors and owner as of
  *  sc_visible_masks. */
 SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
@@ -167,7 +168,7 @@ typedef struct sc_cells {
     size_t count;
 } sc_cells;
 /** Pack the cells of @p masks. The result does not depend on @p threads. Caller owns:
- * sc_cells_clear.
+ *  sc_cells_clear.
  *  @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume,
                                      const uint64_t *masks, int threads, sc_cells *out);

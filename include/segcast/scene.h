@@ -49,15 +49,15 @@ typedef struct sc_tissue {
 } sc_tissue;
 
 /** @return whether @p label matches a pattern: a number matches the label's value, "*" matches
- * every label, and everything else is a glob for the name, case ignored. */
+ *  every label, and everything else is a glob for the name, case ignored. */
 bool sc_label_matches(const sc_label *label, const char *pattern);
 /** Log that @p pattern matches no label, and name the label whose name is nearest.
  *  @param where "file:line" of the pattern; may be empty. @return SC_ERR_DATA, or SC_ERR_MEMORY. */
 sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
                             const char *where);
 /** The automatic opacity of a tissue: thicker tissues are more opaque (paper, section 2.1), from
- * 0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9 where
- * the thickness is not known or all are equally thick. */
+ *  0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9
+ *  where the thickness is not known or all are equally thick. */
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
  *  which later ones win. @param out [label_count] by dense id; clip_set is left 0.

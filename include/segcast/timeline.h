@@ -19,7 +19,7 @@ typedef struct sc_plane_position {
 } sc_plane_position;
 
 /** A value that changes from one to another during a part of the animation, and stays constant
- * before and after. */
+ *  before and after. */
 typedef struct sc_ramp {
     double from, to;
     double begin, end; /**< the part: 0 is the first frame of the animation and 1 the last */
