@@ -32,11 +32,11 @@ enum {
     SC_BRICK_HALF = SC_BRICK / 2,          /**< the bit of z that is set in the upper half */
     SC_BRICK_HALF_MASK = SC_BRICK_HALF - 1 /**< z & SC_BRICK_HALF_MASK: where in its half */
 };
-#define SC_BRICK_ROW_BITS 0xfu             /**< the vertices of one y and z, at bit 0 */
-#define SC_BRICK_LAYER_BITS 0xffffu        /**< the vertices of one z, at bit 0 */
-#define SC_BRICK_LOW_X 0x1111111111111111u /**< the vertices whose x is 0 in the brick */
-#define SC_BRICK_LOW_Y 0x000f000f000f000fu
-#define SC_BRICK_LOW_Z 0x000000000000ffffu
+#define SC_BRICK_ROW_BITS 0xfu               /**< the vertices of one y and z, at bit 0 */
+#define SC_BRICK_LAYER_BITS 0xffffu          /**< the vertices of one z, at bit 0 */
+#define SC_BRICK_LOW_X 0x1111111111111111ull /**< the vertices whose x is 0 in the brick */
+#define SC_BRICK_LOW_Y 0x000f000f000f000full
+#define SC_BRICK_LOW_Z 0x000000000000ffffull
 _Static_assert(SC_BRICK_VERTICES == 8 * sizeof(uint64_t), "a brick is one 64-bit mask");
 
 /** The brick of a vertex along one axis. Negative coordinates are rounded down too, as GCC and
