@@ -38,7 +38,7 @@ typedef struct sc_rank_record {
 
 /* ---- runs before this one ---- */
 
-/** By these a job is told apart from others, as in the manifest. */
+/** The hashes that stand for a job, as in the manifest. */
 typedef struct sc_job_hashes {
     uint64_t job, volume;
 } sc_job_hashes;

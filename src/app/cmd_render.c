@@ -277,7 +277,7 @@ static void clear_run(sc_run *run)
     sc_session_clear(&run->session);
 }
 
-static void tell_outcome(const sc_run *run, sc_status outcome)
+static void report_outcome(const sc_run *run, sc_status outcome)
 {
     const sc_ctx *ctx = run->app->ctx;
 
@@ -395,7 +395,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
         SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(&run, &times)));
         SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(&run, outcome) : SC_OK));
     }
-    tell_outcome(&run, outcome);
+    report_outcome(&run, outcome);
     status = outcome;
 out:
     clear_run(&run);

@@ -83,7 +83,7 @@ out:
     return status;
 }
 
-/* The runs and frames of one file. *problem tells why there are none, or stays NULL. */
+/* The runs and frames of one file. If there are none, *problem says why. */
 static sc_status parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                        sc_history *out, const char **problem)
 {

@@ -58,6 +58,18 @@ static void the_nearest_word_is_found(void **state)
     assert_null(sc_nearest_word("background", words, 4));
 }
 
+/* The first value is that of the reference implementation of XXH3. */
+static void hashes_are_the_same_everywhere_and_can_be_chained(void **state)
+{
+    const uint64_t first = sc_hash_bytes("abc", 3, 0);
+
+    (void)state;
+    assert_int_equal(sc_hash_bytes("", 0, 0), 0x2d06800538d394c2);
+    assert_int_equal(sc_hash_bytes("abc", 3, 0), first);
+    assert_int_not_equal(sc_hash_bytes("abd", 3, 0), first);
+    assert_int_not_equal(sc_hash_bytes("abc", 3, first), first);
+}
+
 static bool exists(const char *path)
 {
     struct stat info;
@@ -136,6 +148,7 @@ int main(void)
         cmocka_unit_test(the_nth_allocation_fails_on_purpose),
         cmocka_unit_test(text_grows),
         cmocka_unit_test(the_nearest_word_is_found),
+        cmocka_unit_test(hashes_are_the_same_everywhere_and_can_be_chained),
         cmocka_unit_test(a_file_appears_only_when_complete),
         cmocka_unit_test(a_full_disk_is_noticed),
         cmocka_unit_test(a_parallel_loop_does_every_item_once),

@@ -77,7 +77,7 @@ static void a_trace_keeps_what_it_has_room_for(void **state)
 
 static const sc_job_hashes job = {0x1234, 0xfedcba9876543210};
 
-/* Frames [first, first + count), of which each measured what tells its run. */
+/* Write a run that drew frames [first, first + count) with measured values of its own. */
 static void write_run(int64_t begin_unix_s, int first, int count, const sc_history *earlier)
 {
     sc_rank_record rank = {.threads = 3, .cpu_s = 5};
