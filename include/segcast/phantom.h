@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 2: the phantom, a synthetic heart of closed analytic shapes in patient space (RAS+ mm),
- *  placed as in a chest: apex to the left, front and below. Fidelity is measured against it. */
+ *  The phantom: a synthetic heart of closed analytic shapes in patient space (RAS+ mm), turned as
+ * in a chest: apex to the left, front and below. The fidelity tests measure pictures and surfaces
+ *  against these shapes. */
 #ifndef SEGCAST_PHANTOM_H
 #define SEGCAST_PHANTOM_H
 
@@ -33,8 +34,5 @@ double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_m
  *  @param size voxels along x, y, z, each 2 to 4096. @return SC_ERR_USAGE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom,
                                         const int size[3], int threads, sc_volume *out);
-/** Write a phantom volume as NRRD with Slicer's Segment keys, gzip-compressed. */
-SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
-                                          const char *path);
 
 #endif

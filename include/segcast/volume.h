@@ -1,7 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Floor 2: label volumes: voxels as dense ids, their geometry in patient space, their label
- *  table; readers for NRRD, NIfTI and MetaImage. */
+ *  Label volumes: voxels as dense ids, their geometry in patient space and their label table;
+ *  readers for NRRD, NIfTI-1, NIfTI-2 and MetaImage; a writer for NRRD.
+ *
+ *  A file that can be read but is hardly a label volume in millimetres gets a warning:
+ *  - as a grey-value image, if it has more than 32 labels and runs of equal labels along x are
+ *    shorter than two voxels on average, background and the commonest label left out;
+ *  - for negative label values;
+ *  - for a voxel spacing outside of 1e-6 mm to 100 mm, or spacings that differ by more than 100
+ *    times: most likely a wrong unit. */
 #ifndef SEGCAST_VOLUME_H
 #define SEGCAST_VOLUME_H
 
@@ -35,15 +42,50 @@ typedef struct sc_volume {
 } sc_volume;
 
 void sc_volume_clear(sc_volume *volume);
+/** Number of voxels. */
 size_t sc_volume_voxels(const sc_volume *volume);
 /** Hash of ids, label values, size and geometry; independent of names, colours and file format. */
 uint64_t sc_volume_hash(const sc_volume *volume);
 
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
  *  the file where it has some, else colours are distinct and depend on the label value alone.
- *  @return SC_ERR_MISSING, SC_ERR_DATA (logged with what was found and expected), SC_ERR_MEMORY.
+ *  @return SC_ERR_MISSING, SC_ERR_DATA (logged with what was found, what was expected, and for
+ *  known other formats how to convert them), SC_ERR_MEMORY.
  *  Threads: the libraries behind it keep global state: one call at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
+
+/** Write a volume as NRRD, gzip-compressed, with the label names and colours in the keys that 3D
+ *  Slicer uses for segmentations (Segment0_Name and so on). The voxels are written as label values
+ *  in the narrowest integer type that holds them.
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE: nothing stays under @p path. */
+SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
+                                          const char *path);
+
+/** What one label of a volume covers. */
+typedef struct sc_label_tally {
+    uint64_t voxels;
+    int low[3], high[3]; /**< bounding box in voxels, inclusive; low > high if there are none */
+} sc_label_tally;
+
+/** What can be known of a volume file without keeping its voxels. Zero-initialise;
+ *  sc_label_scan_clear frees. */
+typedef struct sc_label_scan {
+    sc_volume volume;        /**< ids is NULL and label_bytes 0 if the voxels were not read */
+    sc_label_tally *tallies; /**< [volume.label_count]; NULL if the voxels were not read */
+} sc_label_scan;
+void sc_label_scan_clear(sc_label_scan *scan);
+
+/** Find the labels of a volume file in one pass over its voxels, in bounded memory (a few MB).
+ *  NRRD files in a rare form (encoding ascii, hex or bzip2; several data files; data counted from
+ *  the end of a compressed file) are read whole by Teem first. Names, colours, warnings, errors and
+ *  threads as of sc_volume_read: what the one refuses, the other refuses. */
+SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
+                                            sc_label_scan *out);
+/** Read the header of a volume file only. The labels are those that its own label table names,
+ * which need not occur in the voxels; damage behind the header is not noticed. Else as
+ *  sc_volume_scan_labels. */
+SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
+                                            sc_label_scan *out);
 
 typedef enum sc_table_format {
     SC_TABLE_AUTO,
@@ -66,6 +108,10 @@ SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
 /** Give the labels of @p volume the names and colours of the rows with their values. */
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table);
+/** Give @p volume also those labels of the rows that it has not, sorted in; for a volume without
+ *  voxels (sc_volume_read_header). */
+SC_MUST_USE sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume,
+                                           const sc_label_table *table);
 /** Turn the voxels of some labels into background; the labels themselves stay in the table.
  *  @param hidden [label_count] by dense id. @param threads as of sc_parallel_for. */
 void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);

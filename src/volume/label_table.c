@@ -260,6 +260,41 @@ static sc_label *find_label(sc_volume *volume, int64_t value)
     return NULL;
 }
 
+static int by_value(const void *a, const void *b)
+{
+    const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;
+
+    return (x > y) - (x < y);
+}
+
+sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
+{
+    const size_t most = (size_t)volume->label_count + table->count;
+    size_t count = (size_t)volume->label_count, distinct = 1;
+    sc_label *labels;
+    void *block;
+    sc_status status = sc_alloc(ctx, most, sizeof *labels, &block);
+
+    if (status != SC_OK)
+        return status;
+    labels = block;
+    memcpy(labels, volume->labels, count * sizeof *labels);
+    for (size_t i = 0; i < table->count; i++) {
+        if (table->rows[i].value != 0 && !find_label(volume, table->rows[i].value))
+            labels[count++] = (sc_label){.value = table->rows[i].value, .opacity = -1};
+    }
+    qsort(labels + 1, count - 1, sizeof *labels, by_value);
+    for (size_t i = 1; i < count; i++) { /* a table may name a value twice */
+        if (i == 1 || labels[i].value != labels[distinct - 1].value)
+            labels[distinct++] = labels[i];
+    }
+    sc_free(volume->labels);
+    volume->labels = labels;
+    volume->label_count = (int)distinct;
+    sc_volume_apply_table(volume, table);
+    return SC_OK;
+}
+
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
 {
     for (int i = 0; i < volume->label_count; i++) {

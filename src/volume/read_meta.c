@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* MetaImage (.mha, .mhd): "Key = value" lines, then voxels in the same file or in one beside it.
  * Grammar after ITK's MetaIO documentation. CompressedDataSize is not needed and not trusted. */
-#include "raw.h"
+#include "source.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 enum { HEADER_MAX_BYTES = 1 << 16, VALUE_BYTES = 512 };
 
@@ -120,7 +119,7 @@ static sc_status parse_header(meta *m, FILE *stream)
     return sc_fail(m->ctx, SC_ERR_DATA, "%s: has no ElementDataFile", m->path);
 }
 
-static sc_status element_type(const meta *m, sc_raw_type *out)
+static sc_status element_type(const meta *m, sc_voxel_type *out)
 {
     static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
                                         "MET_INT",   "MET_UINT",  "MET_LONG_LONG", "MET_ULONG_LONG",
@@ -129,7 +128,7 @@ static sc_status element_type(const meta *m, sc_raw_type *out)
 
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
         if (!strcmp(m->element_type, names[i])) {
-            *out = (sc_raw_type)i;
+            *out = (sc_voxel_type)i; /* the enum has this order */
             return SC_OK;
         }
     }
@@ -139,7 +138,7 @@ static sc_status element_type(const meta *m, sc_raw_type *out)
 }
 
 /* World axes are left, posterior, superior (DICOM); columns of the matrix are the voxel axes. */
-static void geometry(const meta *m, sc_raw *raw)
+static void geometry(const meta *m, sc_source *source)
 {
     static const double ras[3] = {-1, -1, 1};
 
@@ -148,11 +147,11 @@ static void geometry(const meta *m, sc_raw *raw)
             const double direction = m->has_matrix ? m->matrix[3 * axis + row] : row == axis;
             const double spacing = m->spacing[axis] != 0 ? m->spacing[axis] : 1;
 
-            raw->to_ras_mm.m[row][axis] = ras[row] * direction * spacing;
+            source->to_ras_mm.m[row][axis] = ras[row] * direction * spacing;
         }
-        raw->to_ras_mm.m[row][3] = ras[row] * m->offset[row];
+        source->to_ras_mm.m[row][3] = ras[row] * m->offset[row];
     }
-    raw->oriented = m->has_matrix && m->anatomy[0] != '?';
+    source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
 /* A name that leads out of the header's folder, or names many files, is refused. */
@@ -168,135 +167,75 @@ static sc_status data_path(const meta *m, char **out)
                        "%s: ElementDataFile is \"%s\", expected a file beside the header", m->path,
                        m->data_file);
     if (strchr(m->data_file, '%') || !strncmp(m->data_file, "LIST", 4))
-        return sc_fail(m->ctx, SC_ERR_DATA,
-                       "%s: ElementDataFile is \"%s\"; series of files are not supported", m->path,
-                       m->data_file);
+        return sc_fail(
+            m->ctx, SC_ERR_DATA,
+            "%s: ElementDataFile is \"%s\": a series of files, expected one; join them, for "
+            "example with SimpleITK in Python: SimpleITK.WriteImage("
+            "SimpleITK.ReadImage(\"%s\"), \"labels.mha\")",
+            m->path, m->data_file, m->path);
     snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - m->path) : 0, m->path);
     return sc_path_join(m->ctx, directory, m->data_file, out);
 }
 
-static sc_status inflate_voxels(const meta *m, const char *file, uint64_t offset, void *data,
-                                size_t bytes)
+/* Where the voxels are, after a check that the file can hold as many as the header promises. */
+static sc_status find_voxels(const meta *m, sc_source *source)
 {
-    char *packed = NULL;
-    size_t packed_bytes;
-    z_stream z = {0};
-    int result;
-    sc_status status = sc_file_read(m->ctx, file, SIZE_MAX / 2, &packed, &packed_bytes);
-
-    if (status != SC_OK)
-        return status;
-    if (inflateInit2(&z, 15 + 32) != Z_OK) {
-        status = sc_fail(m->ctx, SC_ERR_MEMORY, "%s: out of memory", file);
-        goto out;
-    }
-    for (size_t in = offset, at = 0; status == SC_OK && at < bytes;) {
-        const size_t in_step = packed_bytes - in < 1 << 30 ? packed_bytes - in : 1 << 30;
-        const size_t out_step = bytes - at < 1 << 30 ? bytes - at : 1 << 30;
-
-        z.next_in = (Bytef *)packed + in;
-        z.avail_in = (uInt)in_step;
-        z.next_out = (Bytef *)data + at;
-        z.avail_out = (uInt)out_step;
-        result = inflate(&z, Z_NO_FLUSH);
-        in += in_step - z.avail_in;
-        at += out_step - z.avail_out;
-        if ((result != Z_OK || in_step == 0) && at < bytes)
-            status =
-                sc_fail(m->ctx, SC_ERR_DATA, "%s: unpacks to %zu bytes of voxels, expected %zu%s%s",
-                        file, at, bytes, z.msg ? "; " : "", z.msg ? z.msg : "");
-    }
-    inflateEnd(&z);
-out:
-    sc_free(packed);
-    return status;
-}
-
-static sc_status plain_voxels(const meta *m, const char *file, uint64_t offset, void *data,
-                              size_t bytes)
-{
-    FILE *stream = fopen(file, "rb");
-    size_t got = 0;
-
-    if (!stream)
-        return sc_fail(m->ctx, SC_ERR_MISSING, "%s: %s", file, strerror(errno));
-    if (!fseek(stream, (long)offset, SEEK_SET))
-        got = fread(data, 1, bytes, stream);
-    fclose(stream);
-    if (got < bytes)
-        return sc_fail(m->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu",
-                       file, got, bytes);
-    return SC_OK;
-}
-
-static sc_status read_voxels(const meta *m, sc_raw *raw)
-{
-    const size_t each = sc_raw_type_bytes(raw->type);
-    const uint64_t offset = strcmp(m->data_file, "LOCAL") ? 0 : (uint64_t)m->header_bytes;
+    const size_t each = sc_voxel_type_bytes(source->type);
     struct stat info;
-    char *file = NULL;
     size_t voxels;
     sc_status status;
 
     SC_TRY(sc_grid_voxels(m->ctx, m->path, m->size, each, &voxels));
-    SC_TRY(data_path(m, &file));
-    if (stat(file, &info)) {
-        status = sc_fail(m->ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", m->path, file,
-                         strerror(errno));
+    SC_TRY(data_path(m, &source->file));
+    if (stat(source->file, &info)) {
+        status = sc_fail(m->ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", m->path,
+                         source->file, strerror(errno));
         goto out;
     }
     if ((double)voxels * (double)each >
         (double)info.st_size * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1)) {
         status = sc_fail(m->ctx, SC_ERR_DATA,
                          "%s: the header promises %zu voxels, more than %s can hold (%lld bytes)",
-                         m->path, voxels, file, (long long)info.st_size);
+                         m->path, voxels, source->file, (long long)info.st_size);
         goto out;
     }
-    SC_TRY(sc_alloc(m->ctx, voxels, each, &raw->data));
-    SC_TRY(
-        (m->compressed ? inflate_voxels : plain_voxels)(m, file, offset, raw->data, voxels * each));
-    if (m->msb && each > 1) {
-        unsigned char *b = raw->data;
-
-        for (size_t i = 0; i < voxels * each; i += each) {
-            for (size_t j = 0; j < each / 2; j++) {
-                const unsigned char swap = b[i + j];
-
-                b[i + j] = b[i + each - 1 - j];
-                b[i + each - 1 - j] = swap;
-            }
-        }
-    }
+    for (int i = 0; i < 3; i++)
+        source->size[i] = (int)m->size[i];
+    source->encoding = m->compressed ? SC_ENCODING_ZLIB : SC_ENCODING_PLAIN;
+    source->offset_bytes = strcmp(m->data_file, "LOCAL") ? 0 : (uint64_t)m->header_bytes;
+    source->swapped = m->msb != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) && each > 1;
 out:
-    sc_free(file);
     return status;
 }
 
-sc_status sc_read_meta(const sc_ctx *ctx, const char *path, sc_raw *out)
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     meta m = {.ctx = ctx, .path = path, .dimensions = 3};
-    sc_raw raw = {.slope = 1, .release = sc_free};
+    sc_source source = {.slope = 1};
     FILE *stream = fopen(path, "rb");
     sc_status status;
 
+    (void)header_only; /* the voxels are always streamed */
     if (!stream)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
     SC_TRY(parse_header(&m, stream));
     if (m.dimensions != 3 || !m.has_size) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes",
-                         path, m.dimensions, m.has_size ? "given" : "missing");
+        status =
+            sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s", path,
+                    m.dimensions, m.has_size ? "given" : "missing",
+                    m.dimensions > 3 ? "; save the one volume wanted of the series, for example "
+                                       "in 3D Slicer or with SimpleITK: image[:, :, :, 0]"
+                                     : "");
         goto out;
     }
-    SC_TRY(element_type(&m, &raw.type));
-    geometry(&m, &raw);
-    SC_TRY(sc_geometry_check(ctx, path, &raw.to_ras_mm));
-    SC_TRY(read_voxels(&m, &raw));
-    for (int i = 0; i < 3; i++)
-        raw.size[i] = (int)m.size[i];
-    *out = raw;
-    raw = (sc_raw){0};
+    SC_TRY(element_type(&m, &source.type));
+    geometry(&m, &source);
+    SC_TRY(sc_geometry_check(ctx, path, &source.to_ras_mm));
+    SC_TRY(find_voxels(&m, &source));
+    *out = source;
+    source = (sc_source){0};
 out:
     fclose(stream);
-    sc_raw_clear(&raw);
+    sc_source_clear(&source);
     return status;
 }

@@ -2,7 +2,7 @@
 /* NIfTI-1 and NIfTI-2. Our own check of the header comes first: nifticlib believes what a header
  * claims. nifticlib then interprets it (byte order, extensions, sform, qform), and the voxels are
  * read here, so that a short or damaged stream is noticed and no value is changed silently. */
-#include "raw.h"
+#include "source.h"
 
 #include <errno.h>
 #include <nifti2_io.h>
@@ -93,23 +93,25 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
     return SC_OK;
 }
 
-static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f, sc_raw_type *out)
+static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
+                            sc_voxel_type *out)
 {
     static const struct {
         int nifti;
-        sc_raw_type raw;
-    } types[] = {{DT_INT8, SC_RAW_INT8},     {DT_UINT8, SC_RAW_UINT8},   {DT_INT16, SC_RAW_INT16},
-                 {DT_UINT16, SC_RAW_UINT16}, {DT_INT32, SC_RAW_INT32},   {DT_UINT32, SC_RAW_UINT32},
-                 {DT_INT64, SC_RAW_INT64},   {DT_UINT64, SC_RAW_UINT64}, {DT_FLOAT32, SC_RAW_FLOAT},
-                 {DT_FLOAT64, SC_RAW_DOUBLE}};
+        sc_voxel_type type;
+    } types[] = {{DT_INT8, SC_VOXEL_INT8},     {DT_UINT8, SC_VOXEL_UINT8},
+                 {DT_INT16, SC_VOXEL_INT16},   {DT_UINT16, SC_VOXEL_UINT16},
+                 {DT_INT32, SC_VOXEL_INT32},   {DT_UINT32, SC_VOXEL_UINT32},
+                 {DT_INT64, SC_VOXEL_INT64},   {DT_UINT64, SC_VOXEL_UINT64},
+                 {DT_FLOAT32, SC_VOXEL_FLOAT}, {DT_FLOAT64, SC_VOXEL_DOUBLE}};
 
     for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
         if (types[i].nifti != f->datatype)
             continue;
-        if (f->bitpix != 8 * (int)sc_raw_type_bytes(types[i].raw))
+        if (f->bitpix != 8 * (int)sc_voxel_type_bytes(types[i].type))
             sc_warn(ctx, "%s: bitpix is %d, datatype %d has %d; the datatype is used", path,
-                    f->bitpix, f->datatype, 8 * (int)sc_raw_type_bytes(types[i].raw));
-        *out = types[i].raw;
+                    f->bitpix, f->datatype, 8 * (int)sc_voxel_type_bytes(types[i].type));
+        *out = types[i].type;
         return SC_OK;
     }
     return sc_fail(ctx, SC_ERR_DATA, "%s: datatype is %d (%s), expected integers or floats", path,
@@ -127,7 +129,9 @@ static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f
                            (long long)f->dim[i]);
         if (i > 3 && f->dim[i] > 1)
             return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: dim[%d] is %lld; series are not supported, expected one volume",
+                           "%s: dim[%d] is %lld: a series, expected one volume; extract one, for "
+                           "example with FSL's `fslroi IN OUT 0 1` or nibabel's "
+                           "nibabel.four_to_three(image)[0]",
                            path, i, (long long)f->dim[i]);
     }
     for (int i = 0; i < 3; i++) {
@@ -231,7 +235,7 @@ static bool usable(const nifti_dmat44 *m)
 }
 
 /* sform, then qform, then voxel sizes alone; each only if it can be used. */
-static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_raw *raw)
+static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_source *source)
 {
     double mm = 1;
     const nifti_dmat44 *chosen = NULL;
@@ -247,61 +251,64 @@ static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim
     if (nim->sform_code > 0 && chosen != &nim->sto_xyz)
         sc_warn(ctx, "%s: sform is not a usable matrix; %s is used", path,
                 chosen ? "qform" : "the voxel size alone");
-    raw->oriented = chosen != NULL;
+    source->oriented = chosen != NULL;
     if (!chosen) {
         const double size[3] = {nim->dx, nim->dy, nim->dz};
 
         for (int i = 0; i < 3; i++)
-            raw->to_ras_mm.m[i][i] = size[i] != 0 ? fabs(size[i]) * mm : mm;
+            source->to_ras_mm.m[i][i] = size[i] != 0 ? fabs(size[i]) * mm : mm;
         return;
     }
     for (int i = 0; i < 12; i++)
-        raw->to_ras_mm.m[i / 4][i % 4] = mm * chosen->m[i / 4][i % 4];
+        source->to_ras_mm.m[i / 4][i % 4] = mm * chosen->m[i / 4][i % 4];
 }
 
-static void scaling(const nifti_image *nim, sc_raw *raw)
+static void scaling(const nifti_image *nim, sc_source *source)
 {
     const bool scaled = isfinite(nim->scl_slope) && nim->scl_slope != 0;
 
-    raw->slope = scaled ? nim->scl_slope : 1;
-    raw->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
+    source->slope = scaled ? nim->scl_slope : 1;
+    source->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
 }
 
-static sc_status read_voxels(const sc_ctx *ctx, const char *path, const fields *f,
-                             const nifti_image *nim, sc_raw *raw)
+/* Where the voxels are, after a check that the file can hold as many as the header promises.
+ * @p file: the file that holds them, of sc_alloc; taken over by @p source. */
+static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, const int64_t size[3],
+                             const nifti_image *nim, sc_source *source)
 {
-    const size_t each = sc_raw_type_bytes(raw->type);
-    const int64_t size[3] = {raw->size[0], raw->size[1], raw->size[2]};
+    const size_t each = sc_voxel_type_bytes(source->type);
     size_t voxels;
     sc_status status;
 
-    SC_TRY(sc_grid_voxels(ctx, path, size, each, &voxels));
-    SC_TRY(check_file_size(ctx, path, f->voxel_offset + (double)voxels * (double)each));
-    SC_TRY(sc_alloc(ctx, voxels, each, &raw->data));
-    SC_TRY(sc_read_gz(ctx, path, (uint64_t)f->voxel_offset, raw->data, voxels * each));
-    if (nim->byteorder != nifti_short_order() && each > 1)
-        nifti_swap_Nbytes((int64_t)voxels, (int)each, raw->data);
+    source->file = file;
+    SC_TRY(sc_grid_voxels(ctx, file, size, each, &voxels));
+    SC_TRY(check_file_size(ctx, file, f->voxel_offset + (double)voxels * (double)each));
+    for (int i = 0; i < 3; i++)
+        source->size[i] = (int)size[i];
+    source->encoding = SC_ENCODING_GZIP;
+    source->skip_bytes = (uint64_t)f->voxel_offset;
+    source->swapped = nim->byteorder != nifti_short_order() && each > 1;
 out:
     return status;
 }
 
-sc_status sc_read_nifti(const sc_ctx *ctx, const char *path, sc_raw *out)
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     fields f = {0};
-    sc_raw raw = {.slope = 1, .release = sc_free};
+    sc_source source = {.slope = 1};
     nifti_image *nim = NULL;
-    char *voxels = NULL;
+    char *file = NULL;
     int64_t size[3];
     bool pair = false;
     sc_status status;
 
+    (void)header_only; /* the voxels are always streamed */
     nifti_set_debug_level(0);
     SC_TRY(parse_header(ctx, path, &f));
     SC_TRY(check_magic(ctx, path, &f, &pair));
     SC_TRY(check_dims(ctx, path, &f, size));
-    SC_TRY(check_type(ctx, path, &f, &raw.type));
+    SC_TRY(check_type(ctx, path, &f, &source.type));
     SC_TRY(check_offset(ctx, path, &f, pair));
-    SC_TRY(voxel_file(ctx, path, pair, &voxels));
     nim = nifti_image_read(path, 0);
     if (!nim) {
         status = sc_fail(ctx, SC_ERR_DATA,
@@ -310,16 +317,14 @@ sc_status sc_read_nifti(const sc_ctx *ctx, const char *path, sc_raw *out)
                          path);
         goto out;
     }
-    for (int i = 0; i < 3; i++)
-        raw.size[i] = size[i] > INT32_MAX ? 0 : (int)size[i];
-    geometry(ctx, path, nim, &raw);
-    scaling(nim, &raw);
-    SC_TRY(read_voxels(ctx, voxels, &f, nim, &raw));
-    *out = raw;
-    raw = (sc_raw){0};
+    SC_TRY(voxel_file(ctx, path, pair, &file));
+    SC_TRY(find_voxels(ctx, file, &f, size, nim, &source));
+    geometry(ctx, path, nim, &source);
+    scaling(nim, &source);
+    *out = source;
+    source = (sc_source){0};
 out:
     nifti_image_free(nim);
-    sc_free(voxels);
-    sc_raw_clear(&raw);
+    sc_source_clear(&source);
     return status;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* NRRD through Teem. The header is read alone first, so that sizes are checked against the files
  * before anything is allocated for them. */
-#include "raw.h"
+#include "source.h"
 
 #include <errno.h>
 #include <stddef.h>
@@ -29,20 +29,20 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path)
     return status;
 }
 
-static sc_status raw_type(const sc_ctx *ctx, const char *path, int type, sc_raw_type *out)
+static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_voxel_type *out)
 {
     static const struct {
         int teem;
-        sc_raw_type raw;
-    } types[] = {{nrrdTypeChar, SC_RAW_INT8},   {nrrdTypeUChar, SC_RAW_UINT8},
-                 {nrrdTypeShort, SC_RAW_INT16}, {nrrdTypeUShort, SC_RAW_UINT16},
-                 {nrrdTypeInt, SC_RAW_INT32},   {nrrdTypeUInt, SC_RAW_UINT32},
-                 {nrrdTypeLLong, SC_RAW_INT64}, {nrrdTypeULLong, SC_RAW_UINT64},
-                 {nrrdTypeFloat, SC_RAW_FLOAT}, {nrrdTypeDouble, SC_RAW_DOUBLE}};
+        sc_voxel_type type;
+    } types[] = {{nrrdTypeChar, SC_VOXEL_INT8},   {nrrdTypeUChar, SC_VOXEL_UINT8},
+                 {nrrdTypeShort, SC_VOXEL_INT16}, {nrrdTypeUShort, SC_VOXEL_UINT16},
+                 {nrrdTypeInt, SC_VOXEL_INT32},   {nrrdTypeUInt, SC_VOXEL_UINT32},
+                 {nrrdTypeLLong, SC_VOXEL_INT64}, {nrrdTypeULLong, SC_VOXEL_UINT64},
+                 {nrrdTypeFloat, SC_VOXEL_FLOAT}, {nrrdTypeDouble, SC_VOXEL_DOUBLE}};
 
     for (size_t i = 0; i < SC_COUNT_OF(types); i++) {
         if (types[i].teem == type) {
-            *out = types[i].raw;
+            *out = types[i].type;
             return SC_OK;
         }
     }
@@ -63,10 +63,13 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
         if (spatial && found < 3)
             axes[found++] = (int)i;
         else if (axis->size != 1)
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: axis %u (%s) has %zu samples; overlapping layers and series are "
-                           "not supported, expected three spatial axes",
-                           path, i, airEnumStr(nrrdKind, axis->kind), axis->size);
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s: axis %u (%s) has %zu samples: overlapping layers or a series, expected "
+                "three spatial axes; in 3D Slicer's Segment Editor merge the segments "
+                "(Export to new labelmap) and save that, or take one layer with Teem: "
+                "`unu slice -a %u -p 0 -i IN -o OUT.nrrd`",
+                path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
     }
     if (found != 3)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has %d spatial axes, expected 3", path, found);
@@ -119,27 +122,27 @@ static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
 }
 
 /* Axes without directions: a grid of spacings (1 where none is given). */
-static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_raw *raw)
+static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_source *source)
 {
     for (int i = 0; i < 3; i++) {
         const double spacing = nrrd->axis[axes[i]].spacing;
 
-        raw->to_ras_mm.m[i][i] = AIR_EXISTS(spacing) && spacing != 0 ? fabs(spacing) : 1;
+        source->to_ras_mm.m[i][i] = AIR_EXISTS(spacing) && spacing != 0 ? fabs(spacing) : 1;
     }
-    raw->oriented = false;
+    source->oriented = false;
 }
 
 static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, const int axes[3],
-                          sc_raw *raw)
+                          sc_source *source)
 {
     double signs[3];
     int directions = 0;
 
-    raw->oriented = space_signs(ctx, path, nrrd->space, signs);
+    source->oriented = space_signs(ctx, path, nrrd->space, signs);
     for (int i = 0; i < 3 && nrrd->spaceDim == 3; i++)
         directions += AIR_EXISTS(nrrd->axis[axes[i]].spaceDirection[0]) != 0;
     if (directions == 0) {
-        plain_geometry(nrrd, axes, raw);
+        plain_geometry(nrrd, axes, source);
         return SC_OK;
     }
     if (directions < 3)
@@ -150,8 +153,8 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
         const double origin = nrrd->spaceOrigin[row];
 
         for (int i = 0; i < 3; i++)
-            raw->to_ras_mm.m[row][i] = mm * nrrd->axis[axes[i]].spaceDirection[row];
-        raw->to_ras_mm.m[row][3] = AIR_EXISTS(origin) ? mm * origin : 0;
+            source->to_ras_mm.m[row][i] = mm * nrrd->axis[axes[i]].spaceDirection[row];
+        source->to_ras_mm.m[row][3] = AIR_EXISTS(origin) ? mm * origin : 0;
     }
     return SC_OK;
 }
@@ -233,50 +236,69 @@ static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *
     return status;
 }
 
-/* Bytes of the files that hold the voxels; -1 if that cannot be told from the header. */
-static double data_file_bytes(const char *path, const NrrdIoState *nio)
+/* Name of data file @p index of a detached header, which stands relative to the header. */
+static sc_status data_file_name(const sc_ctx *ctx, const NrrdIoState *nio, unsigned index,
+                                char **out)
 {
-    double total = 0;
+    return sc_path_join(ctx, nio->path ? nio->path : "", nio->dataFN[index], out);
+}
+
+static bool is_attached(const NrrdIoState *nio)
+{
+    return !nio->dataFNFormat && (!nio->dataFNArr || nio->dataFNArr->len == 0);
+}
+
+/* Bytes of the files that hold the voxels; -1 if that cannot be told from the header. */
+static sc_status data_file_bytes(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
+                                 double *out)
+{
     struct stat info;
+    double total = 0;
 
+    *out = -1;
     if (nio->dataFNFormat)
-        return -1;
-    if (!nio->dataFNArr || nio->dataFNArr->len == 0)
-        return stat(path, &info) ? -1 : (double)info.st_size;
+        return SC_OK;
+    if (is_attached(nio)) {
+        *out = stat(path, &info) ? -1 : (double)info.st_size;
+        return SC_OK;
+    }
     for (unsigned i = 0; i < nio->dataFNArr->len; i++) {
-        char name[4096];
+        char *name = NULL;
+        const sc_status status = data_file_name(ctx, nio, i, &name);
+        const bool missing = status == SC_OK && stat(name, &info);
 
-        if (nio->dataFN[i][0] == '/' || !nio->path || !nio->path[0])
-            snprintf(name, sizeof name, "%s", nio->dataFN[i]);
-        else
-            snprintf(name, sizeof name, "%s/%s", nio->path, nio->dataFN[i]);
-        if (stat(name, &info))
-            return -1; /* the real read names the missing file */
+        sc_free(name);
+        if (status != SC_OK)
+            return status;
+        if (missing)
+            return SC_OK; /* opening it tells which one */
         total += (double)info.st_size;
     }
-    return total;
+    *out = total;
+    return SC_OK;
 }
 
 static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                             const NrrdIoState *nio, sc_raw *raw)
+                             const NrrdIoState *nio, sc_source *source)
 {
-    const size_t bytes_each = sc_raw_type_bytes(raw->type);
+    const size_t bytes_each = sc_voxel_type_bytes(source->type);
     int64_t size[3];
     int axes[3];
     size_t voxels;
-    double bytes, limit = data_file_bytes(path, nio);
+    double bytes, limit;
     sc_status status;
 
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
+    SC_TRY(data_file_bytes(ctx, path, nio, &limit));
     SC_TRY(spatial_axes(ctx, path, nrrd, axes));
     for (int i = 0; i < 3; i++)
         size[i] =
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
     SC_TRY(sc_grid_voxels(ctx, path, size, bytes_each, &voxels));
     for (int i = 0; i < 3; i++)
-        raw->size[i] = (int)size[i];
+        source->size[i] = (int)size[i];
     bytes = (double)voxels * (double)bytes_each;
     if (nio->encoding == nrrdEncodingGzip)
         limit *= SC_DEFLATE_RATIO_MAX;
@@ -290,7 +312,7 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nr
                          "hold (%.0f)",
                          path, bytes, limit);
     else
-        status = geometry(ctx, path, nrrd, axes, raw);
+        status = geometry(ctx, path, nrrd, axes, source);
 out:
     return status;
 }
@@ -321,23 +343,30 @@ static sc_status check_list(const sc_ctx *ctx, const char *path)
     return SC_OK;
 }
 
+/* @p header_only: Teem reads no voxels, but leaves the data file open at the first of them if there
+ * is one such file. */
 static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
                       NrrdIoState *nio)
 {
     nrrdStateVerboseIO = 0; /* errors are told by us, once */
     nio->skipData = header_only ? AIR_TRUE : AIR_FALSE;
+    nio->keepNrrdDataFileOpen = nio->skipData;
     errno = 0;
-    if (nrrdLoad(nrrd, path, nio))
+    if (nrrdLoad(nrrd, path, nio)) {
+        nio->dataFile = NULL; /* Teem has closed it */
         return teem_error(ctx, path);
-    if (nio->format && nio->format != nrrdFormatNRRD)
+    }
+    if (nio->format && nio->format != nrrdFormatNRRD) {
+        nio->dataFile = NULL; /* likewise */
         return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
+    }
     return SC_OK;
 }
 
 /* Teem wraps ascii numbers that do not fit the type; the text itself tells. Checked where the text
  * stands in this very file, behind the blank line. */
 static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *io,
-                             const sc_raw *raw)
+                             const sc_source *source)
 {
     static const double lowest[] = {-128, 0, -32768, 0, -2147483648.0, 0};
     static const double highest[] = {127, 255, 32767, 65535, 2147483647.0, 4294967295.0};
@@ -345,7 +374,7 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
     size_t bytes;
     sc_status status;
 
-    if (io->encoding != nrrdEncodingAscii || raw->type > SC_RAW_UINT32 || io->lineSkip ||
+    if (io->encoding != nrrdEncodingAscii || source->type > SC_VOXEL_UINT32 || io->lineSkip ||
         (io->dataFNArr && io->dataFNArr->len > 0))
         return SC_OK;
     status = sc_file_read(ctx, path, SIZE_MAX / 2, &text, &bytes);
@@ -356,7 +385,7 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
         value = strtod(at, &end);
         if (end == at)
             break;
-        if (value < lowest[raw->type] || value > highest[raw->type])
+        if (value < lowest[source->type] || value > highest[source->type])
             status = sc_fail(ctx, SC_ERR_DATA,
                              "%s: byte %td holds %.15g, which does not fit its "
                              "type",
@@ -367,34 +396,89 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
     return status;
 }
 
-sc_status sc_read_nrrd(const sc_ctx *ctx, const char *path, sc_raw *out)
+/* Can sc_voxel_stream read the voxels? Else Teem has to read them whole. */
+static bool is_streamable(const NrrdIoState *nio)
 {
-    Nrrd *header = nrrdNew(), *nrrd = nrrdNew();
-    NrrdIoState *header_io = nrrdIoStateNew(), *io = nrrdIoStateNew();
-    sc_raw raw = {.slope = 1, .release = free};
+    const bool gzip = nio->encoding == nrrdEncodingGzip;
+
+    return (gzip || nio->encoding == nrrdEncodingRaw) && nio->dataFile && !nio->dataFNFormat &&
+           (!nio->dataFNArr || nio->dataFNArr->len <= 1) && !(gzip && nio->byteSkip < 0);
+}
+
+/* The voxels begin where Teem has left the data file: behind the header, and behind the lines and
+ * (of a file that is not compressed) bytes that the header says to skip. */
+static sc_status find_voxels(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
+                             sc_source *source)
+{
+    const bool gzip = nio->encoding == nrrdEncodingGzip;
+    const off_t offset = ftello(nio->dataFile);
+
+    if (offset < 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: its voxels cannot be found: %s", path,
+                       strerror(errno));
+    source->encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
+    source->offset_bytes = (uint64_t)offset;
+    source->skip_bytes = gzip ? (uint64_t)nio->byteSkip : 0;
+    source->swapped = sc_voxel_type_bytes(source->type) > 1 && nio->endian != airEndianUnknown &&
+                      nio->endian != airMyEndian();
+    return is_attached(nio) ? sc_path_join(ctx, "", path, &source->file)
+                            : data_file_name(ctx, nio, 0, &source->file);
+}
+
+static sc_status load_voxels(const sc_ctx *ctx, const char *path, sc_source *source)
+{
+    Nrrd *nrrd = nrrdNew();
+    NrrdIoState *nio = nrrdIoStateNew();
     sc_status status;
 
-    if (!header || !nrrd || !header_io || !io) {
+    if (!nrrd || !nio) {
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+        goto out;
+    }
+    SC_TRY(load(ctx, path, false, nrrd, nio));
+    SC_TRY(check_ascii(ctx, path, nio, source));
+    source->data = nrrd->data;
+    source->release = free;
+    nrrdNix(nrrd); /* keeps the voxels, frees the rest */
+    nrrd = NULL;
+out:
+    nrrdNuke(nrrd);
+    nrrdIoStateNix(nio);
+    return status;
+}
+
+static void close_data_file(NrrdIoState *nio)
+{
+    if (nio && nio->dataFile)
+        fclose(nio->dataFile);
+    nrrdIoStateNix(nio);
+}
+
+sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    Nrrd *header = nrrdNew();
+    NrrdIoState *nio = nrrdIoStateNew();
+    sc_source source = {.slope = 1};
+    sc_status status;
+
+    if (!header || !nio) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
     SC_TRY(check_list(ctx, path));
-    SC_TRY(load(ctx, path, true, header, header_io));
-    SC_TRY(raw_type(ctx, path, header->type, &raw.type));
-    SC_TRY(check_sizes(ctx, path, header, header_io, &raw));
-    SC_TRY(load(ctx, path, false, nrrd, io));
-    SC_TRY(check_ascii(ctx, path, io, &raw));
-    SC_TRY(read_segments(ctx, path, nrrd, &raw.table));
-    raw.data = nrrd->data;
-    nrrdNix(nrrd); /* keeps the voxels, frees the rest */
-    nrrd = NULL;
-    *out = raw;
-    raw = (sc_raw){0};
+    SC_TRY(load(ctx, path, true, header, nio));
+    SC_TRY(voxel_type(ctx, path, header->type, &source.type));
+    SC_TRY(check_sizes(ctx, path, header, nio, &source));
+    SC_TRY(read_segments(ctx, path, header, &source.table));
+    if (is_streamable(nio))
+        SC_TRY(find_voxels(ctx, path, nio, &source));
+    else if (!header_only)
+        SC_TRY(load_voxels(ctx, path, &source));
+    *out = source;
+    source = (sc_source){0};
 out:
-    sc_raw_clear(&raw);
+    sc_source_clear(&source);
     nrrdNuke(header);
-    nrrdNuke(nrrd);
-    nrrdIoStateNix(header_io);
-    nrrdIoStateNix(io);
+    close_data_file(nio);
     return status;
 }

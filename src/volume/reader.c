@@ -1,19 +1,67 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which reader a file needs, told by its first bytes; and the common end of every reading. */
-#include "raw.h"
+/* Which reader a file needs, told by its first bytes; what to do with files of other kinds; and
+ * what is common to all formats once the header has been read. */
+#include "source.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <zlib.h>
 
 enum { HEAD_BYTES = 1024 };
 
+/* The first bytes of a file, unpacked if it is a gzip file. */
 typedef struct head {
     unsigned char bytes[HEAD_BYTES];
     size_t count;
     bool compressed;
 } head;
+
+/* ---- directories ---- */
+
+static bool holds_file(const char *directory, const char *name)
+{
+    char path[4096];
+    struct stat info;
+
+    return snprintf(path, sizeof path, "%s/%s", directory, name) < (int)sizeof path &&
+           stat(path, &info) == 0;
+}
+
+static bool holds_dicom(const char *directory)
+{
+    DIR *stream = opendir(directory);
+    const struct dirent *entry;
+    bool found = false;
+
+    while (stream && !found && (entry = readdir(stream))) {
+        const char *dot = strrchr(entry->d_name, '.');
+
+        found = dot && (!strcasecmp(dot, ".dcm") || !strcasecmp(dot, ".ima"));
+    }
+    if (stream)
+        closedir(stream);
+    return found || holds_file(directory, "DICOMDIR");
+}
+
+static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
+{
+    const char *advice = "; give the path of a NRRD, NIfTI or MetaImage file in it";
+
+    if (holds_file(path, ".zarray") || holds_file(path, ".zgroup") || holds_file(path, "zarr.json"))
+        advice = " (Zarr); convert the label array to NIfTI or NRRD, for example in Python with "
+                 "zarr and SimpleITK: SimpleITK.WriteImage(SimpleITK.GetImageFromArray("
+                 "zarr.open(\"...\")[:]), \"labels.nrrd\"), and set the spacing";
+    else if (holds_dicom(path))
+        advice = " of DICOM files; a segmentation object (DICOM SEG) is converted by "
+                 "`segimage2itkimage` of dcmqi, RTSTRUCT contours and labels stored as a series by "
+                 "3D Slicer (save as .nrrd)";
+    return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
+}
+
+/* ---- formats ---- */
 
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
@@ -24,7 +72,7 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     if (stat(path, &info))
         return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
     if (S_ISDIR(info.st_mode))
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory, expected a volume file", path);
+        return refuse_directory(ctx, path);
     if (info.st_size == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
     file = gzopen(path, "rb");
@@ -73,83 +121,78 @@ static bool is_meta(const head *h)
 
 static const struct {
     bool (*probe)(const head *h);
-    sc_status (*read)(const sc_ctx *ctx, const char *path, sc_raw *out);
-} readers[] = {{is_nrrd, sc_read_nrrd}, {is_nifti, sc_read_nifti}, {is_meta, sc_read_meta}};
+    sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+} readers[] = {{is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti}, {is_meta, sc_open_meta}};
 
-/* Files that are often handed to a reader by mistake, and what to do about them. */
+/* Files that are often given by mistake: how they begin, what they are and what to do instead. */
 static const struct {
     const char *magic;
     size_t length, offset;
     const char *advice;
-} strangers[] = {
+} known_files[] = {
     {"version https://git-lfs", 23, 0,
      "is a Git LFS pointer, not the volume itself; run \"git lfs pull\""},
-    {"\x00\x05\x16\x07", 4, 0, "is a macOS companion file (AppleDouble), not the volume itself"},
-    {"DICM", 4, 128, "is DICOM; convert it to NRRD or NIfTI"},
-    {"\x00\x00\x00\x01\x00\x00", 6, 0, "looks like FreeSurfer MGH/MGZ; convert it to NIfTI"},
-    {"\x89PNG", 4, 0, "is a PNG picture, not a volume"},
+    {"\x00\x05\x16\x07", 4, 0,
+     "is a macOS companion file (AppleDouble), not the volume itself; use the file without \"._\" "
+     "before its name"},
+    {"DICM", 4, 128,
+     "is DICOM; a segmentation object (DICOM SEG) is converted by `segimage2itkimage --inputDICOM "
+     "FILE --outputType nrrd` of dcmqi, all else by 3D Slicer (save the segmentation as .nrrd)"},
+    {"\x00\x00\x00\x01\x00\x00", 6, 0,
+     "looks like FreeSurfer MGH/MGZ; convert it with `mri_convert -rt nearest FILE labels.nii.gz`, "
+     "or in Python with nibabel: nibabel.save(nibabel.Nifti1Image.from_image(nibabel.load("
+     "\"FILE\")), \"labels.nii.gz\")"},
+    {"II*\x00", 4, 0,
+     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
+     "> Nrrd)"},
+    {"MM\x00*", 4, 0,
+     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
+     "> Nrrd)"},
+    {"II+\x00", 4, 0, "is BigTIFF; open it in Fiji and save as NRRD (File > Save As > Nrrd)"},
+    {"\x89HDF", 4, 0,
+     "is HDF5; write its label array as NRRD, for example in Python with h5py and pynrrd: "
+     "nrrd.write(\"labels.nrrd\", h5py.File(\"FILE\")[\"NAME\"][:].T)"},
+    {"PK\x03\x04", 4, 0, "is a ZIP archive; unpack it and use the volume in it"},
+    {"BZh", 3, 0, "is packed by bzip2; unpack it with \"bunzip2\""},
+    {"\xfd"
+     "7zXZ",
+     5, 0, "is packed by xz; unpack it with \"unxz\""},
+    {"\x28\xb5\x2f\xfd", 4, 0, "is packed by Zstandard; unpack it with \"unzstd\""},
+    {"\x93NUMPY", 6, 0,
+     "is a NumPy array, which does not say its voxel size; write it as NRRD in Python with pynrrd: "
+     "nrrd.write(\"labels.nrrd\", numpy.load(\"FILE\").T)"},
+    {"# vtk DataFile", 14, 0,
+     "is a legacy VTK file; open it in 3D Slicer or ParaView and save as .nrrd or .mha"},
+    {"<?xml", 5, 0,
+     "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
+    {"# AmiraMesh", 11, 0, "is AmiraMesh; export the label field from Amira as NRRD or NIfTI"},
+    {"\x89PNG", 4, 0,
+     "is a PNG picture, not a volume; a stack of pictures becomes a volume in Fiji (File > Import "
+     "> "
+     "Image Sequence, then File > Save As > Nrrd)"},
 };
 
-static sc_status refuse_stranger(const sc_ctx *ctx, const char *path, const head *h)
+static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
 {
-    for (size_t i = 0; i < SC_COUNT_OF(strangers); i++) {
-        const size_t end = strangers[i].offset + strangers[i].length;
+    for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
+        const size_t end = known_files[i].offset + known_files[i].length;
 
         if (h->count >= end &&
-            !memcmp(h->bytes + strangers[i].offset, strangers[i].magic, strangers[i].length))
-            return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, strangers[i].advice);
+            !memcmp(h->bytes + known_files[i].offset, known_files[i].magic, known_files[i].length))
+            return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, known_files[i].advice);
     }
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
-                   "(348 or 540) or MetaImage",
+                   "(348 or 540) or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
+                   "many other formats as .nrrd or .nii.gz",
                    path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
-sc_status sc_read_gz(const sc_ctx *ctx, const char *path, uint64_t offset, void *data, size_t bytes)
-{
-    enum { STEP = 1 << 20 };
-    gzFile file = gzopen(path, "rb");
-    sc_status status = SC_OK;
-    size_t at = 0;
-    char rest[512];
-    const char *reason;
-    int error;
+/* ---- geometry ---- */
 
-    if (!file)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
-    gzbuffer(file, STEP);
-    if (gzseek(file, (z_off_t)offset, SEEK_SET) >= 0) {
-        while (at < bytes) {
-            const size_t want = bytes - at < STEP ? bytes - at : STEP;
-            const int got = gzread(file, (char *)data + at, (unsigned)want);
-
-            if (got <= 0)
-                break;
-            at += (size_t)got;
-        }
-    }
-    /* A little beyond the data: a stream that ends here has its check sum verified. */
-    if (at == bytes)
-        gzread(file, rest, sizeof rest);
-    reason = gzerror(file, &error);
-    if (at < bytes)
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu%s%s",
-                         path, at, bytes, error < 0 ? "; " : "", error < 0 ? reason : "");
-    else if (error < 0 && error != Z_BUF_ERROR)
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s", path, reason);
-    else if (gzeof(file) && !gzdirect(file)) {
-        struct stat info;
-
-        if (!stat(path, &info) && (int64_t)gzoffset(file) < (int64_t)info.st_size)
-            sc_warn(ctx, "%s: bytes after the end of the compressed data are ignored", path);
-    }
-    gzclose_r(file);
-    return status;
-}
-
-/* Axes that are not at right angles are shown as they are stored; most often they are an accident.
+/* Axes that are not at right angles are used as they are stored; most often they are an accident.
  */
 static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
 {
@@ -166,35 +209,122 @@ static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *
                 asin(fmin(worst, 1)) * 180 / M_PI);
 }
 
-sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
+/* From electron microscopy (1 nm) to whole bodies; beyond, most likely the unit is wrong. */
+#define SPACING_LEAST_MM 1e-6
+#define SPACING_MOST_MM 100.0
+#define SPACING_RATIO_MOST 100.0
+
+static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
 {
-    head h;
-    sc_raw raw = {.slope = 1};
-    sc_volume volume = {0};
+    double least = HUGE_VAL, most = 0;
+
+    for (int i = 0; i < 3; i++) {
+        const double spacing_mm = sc_vec3_length(sc_affine_column(to_mm, i));
+
+        least = fmin(least, spacing_mm);
+        most = fmax(most, spacing_mm);
+    }
+    if (least < SPACING_LEAST_MM || most > SPACING_MOST_MM)
+        sc_warn(ctx,
+                "%s: its voxels measure %.4g to %.4g mm, expected %g to %g mm; is the unit of its "
+                "spacing right?",
+                path, least, most, SPACING_LEAST_MM, SPACING_MOST_MM);
+    else if (most > SPACING_RATIO_MOST * least)
+        sc_warn(ctx,
+                "%s: its voxels measure %.4g mm along one axis and %.4g mm along another; is the "
+                "spacing right?",
+                path, least, most);
+}
+
+/* ---- reading ---- */
+
+static sc_status open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    sc_source source = {.slope = 1};
     size_t which = 0;
+    head h;
     sc_status status;
 
     SC_TRY(read_head(ctx, path, &h));
     while (which < SC_COUNT_OF(readers) && !readers[which].probe(&h))
         which++;
     if (which == SC_COUNT_OF(readers)) {
-        status = refuse_stranger(ctx, path, &h);
+        status = refuse_file(ctx, path, &h);
         goto out;
     }
-    SC_TRY(readers[which].read(ctx, path, &raw));
-    SC_TRY(sc_geometry_check(ctx, path, &raw.to_ras_mm));
-    warn_of_shear(ctx, path, &raw.to_ras_mm);
-    SC_TRY(sc_densify(ctx, path, &raw, &volume));
-    volume.to_ras_mm = raw.to_ras_mm;
-    volume.oriented = raw.oriented;
-    if (!raw.oriented)
+    SC_TRY(readers[which].open(ctx, path, header_only, &source));
+    SC_TRY(sc_geometry_check(ctx, path, &source.to_ras_mm));
+    warn_of_shear(ctx, path, &source.to_ras_mm);
+    warn_of_spacing(ctx, path, &source.to_ras_mm);
+    if (!source.oriented)
         sc_warn(ctx,
                 "%s: does not say where left and front are; its axes are taken as right, "
                 "anterior, superior",
                 path);
-    sc_volume_apply_table(&volume, &raw.table);
+    *out = source;
+    source = (sc_source){0};
+out:
+    sc_source_clear(&source);
+    return status;
+}
+
+static sc_status read_voxels(const sc_ctx *ctx, const char *path, bool keep_ids, sc_volume *out,
+                             sc_label_tally **tallies)
+{
+    sc_source source = {0};
+    sc_volume volume = {0};
+    sc_status status;
+
+    SC_TRY(open_source(ctx, path, false, &source));
+    SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
+    volume.to_ras_mm = source.to_ras_mm;
+    volume.oriented = source.oriented;
+    sc_volume_apply_table(&volume, &source.table);
     *out = volume;
 out:
-    sc_raw_clear(&raw);
+    sc_source_clear(&source);
+    return status;
+}
+
+sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
+{
+    sc_label_tally *tallies = NULL;
+    const sc_status status = read_voxels(ctx, path, true, out, &tallies);
+
+    sc_free(tallies);
+    return status;
+}
+
+sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path, sc_label_scan *out)
+{
+    sc_label_scan scan = {0};
+    const sc_status status = read_voxels(ctx, path, false, &scan.volume, &scan.tallies);
+
+    if (status == SC_OK)
+        *out = scan;
+    return status;
+}
+
+sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path, sc_label_scan *out)
+{
+    sc_source source = {0};
+    sc_label_scan scan = {0};
+    void *labels;
+    sc_status status;
+
+    SC_TRY(open_source(ctx, path, true, &source));
+    SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
+    scan.volume = (sc_volume){.label_count = 1,
+                              .labels = labels,
+                              .to_ras_mm = source.to_ras_mm,
+                              .oriented = source.oriented};
+    scan.volume.labels[0].opacity = -1;
+    memcpy(scan.volume.size, source.size, sizeof source.size);
+    SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));
+    *out = scan;
+    scan = (sc_label_scan){0};
+out:
+    sc_label_scan_clear(&scan);
+    sc_source_clear(&source);
     return status;
 }

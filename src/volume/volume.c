@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "raw.h"
 #include "segcast/image.h"
+#include "source.h"
 
 #include <string.h>
 
@@ -26,19 +26,25 @@ uint64_t sc_volume_hash(const sc_volume *volume)
     return sc_hash_bytes(volume->ids, sc_volume_voxels(volume) * (size_t)volume->label_bytes, hash);
 }
 
-void sc_raw_clear(sc_raw *raw)
+void sc_label_scan_clear(sc_label_scan *scan)
 {
-    if (raw->release)
-        raw->release(raw->data);
-    sc_label_table_clear(&raw->table);
-    *raw = (sc_raw){0};
+    sc_volume_clear(&scan->volume);
+    sc_free(scan->tallies);
+    *scan = (sc_label_scan){0};
 }
 
-size_t sc_raw_type_bytes(sc_raw_type type)
+void sc_source_clear(sc_source *source)
 {
-    static const uint8_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    if (source->release)
+        source->release(source->data);
+    sc_free(source->file);
+    sc_label_table_clear(&source->table);
+    *source = (sc_source){0};
+}
 
-    return bytes[type];
+size_t sc_source_voxels(const sc_source *source)
+{
+    return (size_t)source->size[0] * (size_t)source->size[1] * (size_t)source->size[2];
 }
 
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],

@@ -1,12 +1,35 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NRRD with Slicer's Segment keys. Written by hand: the header is text, and Teem cannot write to
- * a temporary name and report a full disk at the same time. */
-#include "segcast/phantom.h"
+/* NRRD with the Segment keys of 3D Slicer. Written without Teem, which cannot write through a file
+ * that is open already; that is what makes the file appear whole or not at all. */
+#include "segcast/volume.h"
 
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
 #include <zlib.h>
+
+/* The integer types of NRRD that label values are written in, from the narrowest to the widest. */
+static const struct {
+    const char *name;
+    int64_t lowest, highest;
+    unsigned bytes;
+} types[] = {{"uint8", 0, UINT8_MAX, 1},
+             {"uint16", 0, UINT16_MAX, 2},
+             {"int32", INT32_MIN, INT32_MAX, 4},
+             {"int64", INT64_MIN, INT64_MAX, 8}};
+
+/* Index of the narrowest type that holds all label values. */
+static size_t type_for(const sc_volume *volume)
+{
+    size_t type = 0;
+
+    for (int i = 0; i < volume->label_count; i++) {
+        while (volume->labels[i].value < types[type].lowest ||
+               volume->labels[i].value > types[type].highest)
+            type++;
+    }
+    return type;
+}
 
 static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text *text)
 {
@@ -16,15 +39,16 @@ static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text
     SC_TRY(sc_text_add(ctx, text,
                        "NRRD0005\ntype: %s\ndimension: 3\nspace: right-anterior-superior\n"
                        "sizes: %d %d %d\n",
-                       volume->label_bytes == 1 ? "uint8" : "uint16", volume->size[0],
-                       volume->size[1], volume->size[2]));
+                       types[type_for(volume)].name, volume->size[0], volume->size[1],
+                       volume->size[2]));
     SC_TRY(sc_text_add(ctx, text, "space directions:"));
     for (int i = 0; i < 3; i++)
         SC_TRY(sc_text_add(ctx, text, " (%.17g,%.17g,%.17g)", m->m[0][i], m->m[1][i], m->m[2][i]));
     SC_TRY(sc_text_add(ctx, text,
                        "\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain\n"
-                       "endian: little\nencoding: gzip\n",
-                       m->m[0][3], m->m[1][3], m->m[2][3]));
+                       "endian: %s\nencoding: gzip\n",
+                       m->m[0][3], m->m[1][3], m->m[2][3],
+                       __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little"));
     for (int i = 1; i < volume->label_count; i++) {
         const sc_label *label = &volume->labels[i];
 
@@ -40,29 +64,45 @@ out:
     return status;
 }
 
-/* The voxels as label values, gzip-compressed, behind the header. */
+/* The label values of @p count voxels from @p begin on, in type @p type, one after the other. */
+static void values_of(const sc_volume *volume, size_t begin, size_t count, size_t type, void *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        const int id = volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[begin + i]
+                                                : ((const uint16_t *)volume->ids)[begin + i];
+        const int64_t value = volume->labels[id].value;
+
+        switch (types[type].bytes) {
+        case 1:
+            ((uint8_t *)out)[i] = (uint8_t)value;
+            break;
+        case 2:
+            ((uint16_t *)out)[i] = (uint16_t)value;
+            break;
+        case 4:
+            ((int32_t *)out)[i] = (int32_t)value;
+            break;
+        default:
+            ((int64_t *)out)[i] = value;
+        }
+    }
+}
+
+/* The voxels as label values, gzip-compressed, behind the header. Closes @p fd. */
 static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const char *path, int fd)
 {
-    enum { BLOCK = 1 << 16 };
-    const size_t voxels = sc_volume_voxels(volume);
+    enum { BLOCK = 1 << 14 };
+    const size_t voxels = sc_volume_voxels(volume), type = type_for(volume);
     gzFile file = gzdopen(fd, "wb4");
-    uint16_t wide[BLOCK];
-    uint8_t narrow[BLOCK];
+    int64_t block[BLOCK]; /* room for the widest type */
     bool failed = !file;
 
     for (size_t begin = 0; begin < voxels && !failed; begin += BLOCK) {
         const size_t count = voxels - begin < BLOCK ? voxels - begin : BLOCK;
-        const unsigned bytes = (unsigned)(count * (size_t)volume->label_bytes);
+        const unsigned bytes = (unsigned)count * types[type].bytes;
 
-        for (size_t i = 0; i < count; i++) {
-            const int id = volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[begin + i]
-                                                    : ((const uint16_t *)volume->ids)[begin + i];
-
-            narrow[i] = (uint8_t)volume->labels[id].value;
-            wide[i] = (uint16_t)volume->labels[id].value;
-        }
-        failed = gzwrite(file, volume->label_bytes == 1 ? (void *)narrow : (void *)wide, bytes) !=
-                 (int)bytes;
+        values_of(volume, begin, count, type, block);
+        failed = gzwrite(file, block, bytes) != (int)bytes;
     }
     if (file && gzclose_w(file) != Z_OK)
         failed = true;

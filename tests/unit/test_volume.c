@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -434,6 +435,293 @@ static void no_allocation_that_fails_is_lost(void **state)
     unlink("t.nrrd");
 }
 
+/* A scan finds what reading finds, and where each label lies; the header alone names the table. */
+static void expect_same_scan(const char *path)
+{
+    sc_label_scan scan = {0}, header = {0};
+    sc_volume v;
+
+    assert_ok(sc_volume_read(&quiet, path, &v));
+    assert_ok(sc_volume_scan_labels(&quiet, path, &scan));
+    assert_ok(sc_volume_read_header(&quiet, path, &header));
+    assert_null(scan.volume.ids);
+    assert_memory_equal(scan.volume.size, v.size, sizeof v.size);
+    assert_memory_equal(header.volume.size, v.size, sizeof v.size);
+    assert_memory_equal(&scan.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_memory_equal(&header.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_int_equal(scan.volume.label_count, v.label_count);
+    assert_memory_equal(scan.volume.labels, v.labels, (size_t)v.label_count * sizeof *v.labels);
+    assert_null(header.tallies);
+    for (int id = 0; id < v.label_count; id++) {
+        sc_label_tally t = {0, {NX, NY, NZ}, {-1, -1, -1}};
+
+        for (int i = 0; i < VOXELS; i++) {
+            const int at[3] = {i % NX, i / NX % NY, i / NX / NY};
+
+            for (int axis = 0; axis < 3 && id_at(&v, i) == (uint32_t)id; axis++) {
+                t.low[axis] = at[axis] < t.low[axis] ? at[axis] : t.low[axis];
+                t.high[axis] = at[axis] > t.high[axis] ? at[axis] : t.high[axis];
+            }
+            t.voxels += id_at(&v, i) == (uint32_t)id;
+        }
+        assert_int_equal(scan.tallies[id].voxels, t.voxels);
+        assert_memory_equal(scan.tallies[id].low, t.low, sizeof t.low);
+        assert_memory_equal(scan.tallies[id].high, t.high, sizeof t.high);
+    }
+    sc_volume_clear(&v);
+    sc_label_scan_clear(&scan);
+    sc_label_scan_clear(&header);
+}
+
+static void a_scan_finds_the_labels_of_every_encoding(void **state)
+{
+    static const char *const encodings[] = {"raw", "gzip", "ascii"};
+    char data[VOXELS * 8], text[VOXELS * 8] = "", head[512];
+    unsigned char h[352];
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++)
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%d ", (int)value_of(i));
+    for (size_t e = 0; e < SC_COUNT_OF(encodings); e++) {
+        const size_t bytes = store(data, "int16", true);
+
+        snprintf(head, sizeof head,
+                 "NRRD0004\ntype: int16\ndimension: 3\nsizes: 7 5 4\nencoding: %s\n"
+                 "endian: big\nSegment0_ID:=a\nSegment0_Name:=seven\nSegment0_LabelValue:=7\n\n",
+                 encodings[e]);
+        write_file("t.nrrd", head, e < 2 ? data : text, e < 2 ? bytes : strlen(text), e == 1);
+        expect_same_scan("t.nrrd");
+    }
+    nifti_header(h, 4, 16);
+    write_nifti("t.nii.gz", h, data, store(data, "int16", false), true);
+    expect_same_scan("t.nii.gz");
+    write_file("t.mha",
+               "NDims = 3\nDimSize = 7 5 4\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n",
+               data, store(data, "float", false), false);
+    expect_same_scan("t.mha");
+    unlink("t.nrrd");
+    unlink("t.nii.gz");
+    unlink("t.mha");
+}
+
+/* Skipped lines and bytes, and voxels in a file of their own. */
+static void nrrd_voxels_behind_something_else(void **state)
+{
+    char data[64 + VOXELS * 8] = "one line\n12345";
+    const size_t before = strlen(data);
+    const size_t bytes = store(data + before, "int16", false);
+    sc_volume v;
+
+    (void)state;
+    write_file("t.raw", "", data, before + bytes, false);
+    write_file("t.nhdr",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\nendian: little\n"
+               "line skip: 1\nbyte skip: 5\ndata file: t.raw\n",
+               "", 0, false);
+    assert_ok(sc_volume_read(&quiet, "t.nhdr", &v));
+    expect_values(&v);
+    sc_volume_clear(&v);
+    write_file("t.nhdr",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: raw\nendian: little\n"
+               "byte skip: -1\ndata file: t.raw\n",
+               "", 0, false);
+    assert_ok(sc_volume_read(&quiet, "t.nhdr", &v));
+    expect_values(&v);
+    sc_volume_clear(&v);
+    write_file("t.raw", "one line\n", data + 9, before - 9 + bytes, true);
+    write_file("t.nhdr",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 7 5 4\nencoding: gzip\nendian: little\n"
+               "line skip: 1\nbyte skip: 5\ndata file: t.raw\n",
+               "", 0, false);
+    assert_ok(sc_volume_read(&quiet, "t.nhdr", &v));
+    expect_values(&v);
+    sc_volume_clear(&v);
+    unlink("t.raw");
+    unlink("t.nhdr");
+}
+
+static void a_header_and_a_table_name_labels_together(void **state)
+{
+    sc_label rows[] = {{.value = 12, .name = "twelve", .opacity = -1},
+                       {.value = 3, .name = "three", .opacity = -1},
+                       {.value = 12, .name = "not this", .opacity = -1}};
+    const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
+    sc_label_scan scan;
+    char data[VOXELS] = {0};
+
+    (void)state;
+    write_file("t.nrrd",
+               "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 7 5 4\nencoding: raw\n"
+               "Segment0_ID:=a\nSegment0_Name:=seven\nSegment0_LabelValue:=7\n\n",
+               data, sizeof data, false);
+    assert_ok(sc_volume_read_header(&quiet, "t.nrrd", &scan));
+    assert_int_equal(scan.volume.label_count, 2);
+    assert_ok(sc_volume_add_labels(&quiet, &scan.volume, &table));
+    assert_int_equal(scan.volume.label_count, 4);
+    assert_string_equal(scan.volume.labels[1].name, "three");
+    assert_string_equal(scan.volume.labels[2].name, "seven");
+    assert_string_equal(scan.volume.labels[3].name, "twelve");
+    sc_label_scan_clear(&scan);
+    unlink("t.nrrd");
+}
+
+/* What is warned of: the last warning, or an empty text. */
+static void warned(void *user, sc_log_level level, const char *text)
+{
+    if (level == SC_LOG_WARN)
+        snprintf(user, 512, "%s", text);
+}
+
+static const char *warning_of(const int16_t *data, int nx, int ny, int nz, const char *spacings)
+{
+    static char text[512];
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = warned, .user = text};
+    char head[512];
+    sc_volume v;
+
+    snprintf(head, sizeof head,
+             "NRRD0004\ntype: int16\ndimension: 3\nspace: right-anterior-superior\nsizes: %d %d "
+             "%d\nspace directions: %s\nencoding: raw\nendian: little\n\n",
+             nx, ny, nz, spacings);
+    write_file("t.nrrd", head, data, (size_t)nx * (size_t)ny * (size_t)nz * 2, false);
+    text[0] = '\0';
+    assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
+    sc_volume_clear(&v);
+    unlink("t.nrrd");
+    return text;
+}
+
+static void what_is_hardly_a_label_volume_gets_a_warning(void **state)
+{
+    enum { SIDE = 20 };
+    static const char mm[] = "(1,0,0) (0,1,0) (0,0,1)";
+    static int16_t data[SIDE * SIDE * SIDE];
+    uint64_t seed = 1;
+
+    (void)state;
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* noise over a ramp, padded with one value */
+        data[i] = (int16_t)(i % SIDE < 8 ? 1000 : i / 100 + (int)(random_bits(&seed) % 16));
+    assert_non_null(strstr(warning_of(data, SIDE, SIDE, SIDE, mm), "grey-value image"));
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* 400 labels in blocks, as of an atlas */
+        data[i] = (int16_t)(i / SIDE);
+    assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, mm), "");
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* few labels, however they are mixed */
+        data[i] = (int16_t)(random_bits(&seed) % 16);
+    assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, mm), "");
+    data[0] = -3;
+    assert_non_null(strstr(warning_of(data, SIDE, SIDE, SIDE, mm), "negative values, down to -3"));
+    data[0] = 3;
+    assert_non_null(strstr(warning_of(data, SIDE, SIDE, SIDE, "(5e7,0,0) (0,5e7,0) (0,0,5e7)"),
+                           "is the unit of its spacing right"));
+    assert_non_null(strstr(warning_of(data, SIDE, SIDE, SIDE, "(1,0,0) (0,1,0) (0,0,0.001)"),
+                           "is the spacing right"));
+    assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, "(4e-6,0,0) (0,4e-6,0) (0,0,4e-5)"), "");
+}
+
+/* Files that are no label volumes, and a word of what to do instead. */
+static void what_is_refused_is_told_what_to_do(void **state)
+{
+    static const struct {
+        const char *bytes;
+        size_t count;
+        const char *advice;
+    } files[] = {
+        {"version https://git-lfs.github.com/spec/v1\n", 43, "git lfs pull"},
+        {"\0\0\0\1\0\0\0\1\0\0\0\1\0\0", 14, "mri_convert"},
+        {"II*\0\10\0\0\0", 8, "Fiji"},
+        {"MM\0*\0\0\0\10", 8, "Fiji"},
+        {"\x89HDF\r\n\x1a\n", 8, "h5py"},
+        {"\x93NUMPY\1\0", 8, "pynrrd"},
+        {"PK\3\4aaaa", 8, "unpack"},
+        {"\xfd"
+         "7zXZ\0aa",
+         8, "unxz"},
+        {"NDims = 4\nDimSize = 7 5 4 2\nElementType = MET_CHAR\nElementDataFile = LOCAL\n", 76,
+         "image[:, :, :, 0]"},
+        {"NDims = 3\nDimSize = 7 5 4\nElementType = MET_CHAR\nElementDataFile = LIST\n", 73,
+         "SimpleITK"},
+        {"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 7 5 4\nkinds: list domain domain domain\n"
+         "encoding: raw\n\n",
+         97, "unu slice -a 0"},
+        {"nothing known", 13, "3D Slicer and ITK-SNAP"},
+    };
+    char dicom[140] = {0};
+    unsigned char h[352];
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(files); i++) {
+        write_file("t.bin", "", files[i].bytes, files[i].count, false);
+        assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
+        if (!strstr(said.text, files[i].advice))
+            fail_msg("file %zu: \"%s\", expected advice with \"%s\"", i, said.text,
+                     files[i].advice);
+    }
+    memcpy(dicom + 128, "DICM", 4);
+    write_file("t.bin", "", dicom, sizeof dicom, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "segimage2itkimage"));
+    nifti_header(h, 4, 16);
+    put16(h, 40, 4);
+    put16(h, 48, 2);
+    write_nifti("t.nii", h, dicom, sizeof dicom, false);
+    assert_int_equal(sc_volume_read(&ctx, "t.nii", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "fslroi"));
+    unlink("t.bin");
+    unlink("t.nii");
+}
+
+static void directories_are_told_what_to_do(void **state)
+{
+    static const struct {
+        const char *file, *advice;
+    } kinds[] = {{"t.dir/.zarray", "Zarr"}, {"t.dir/1.dcm", "dcmqi"}, {"t.dir/x", "give the path"}};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v;
+
+    (void)state;
+    assert_int_equal(mkdir("t.dir", 0777), 0);
+    for (size_t i = 0; i < SC_COUNT_OF(kinds); i++) {
+        write_file(kinds[i].file, "x", "", 0, false);
+        assert_int_equal(sc_volume_read(&ctx, "t.dir", &v), SC_ERR_MISSING);
+        assert_non_null(strstr(said.text, "t.dir: is a directory"));
+        assert_non_null(strstr(said.text, kinds[i].advice));
+        unlink(kinds[i].file);
+    }
+    rmdir("t.dir");
+}
+
+/* Written values are label values, whatever their width. */
+static void a_written_nrrd_holds_the_label_values(void **state)
+{
+    static const int64_t most[] = {200, 60000, 100000, 5000000000, -70000};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(most); i++) {
+        uint8_t ids[VOXELS];
+        sc_label labels[3] = {{.value = 0}, {.value = 7}, {.value = most[i]}};
+        sc_volume v = {.size = {NX, NY, NZ},
+                       .label_bytes = 1,
+                       .ids = ids,
+                       .label_count = 3,
+                       .labels = labels,
+                       .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+        sc_volume back;
+
+        for (int k = 0; k < VOXELS; k++)
+            ids[k] = (uint8_t)(k % 3);
+        assert_ok(sc_volume_save_nrrd(&quiet, &v, "t.nrrd"));
+        assert_ok(sc_volume_read(&quiet, "t.nrrd", &back));
+        for (int k = 0; k < VOXELS; k++)
+            assert_int_equal(back.labels[id_at(&back, k)].value, labels[k % 3].value);
+        sc_volume_clear(&back);
+    }
+    unlink("t.nrrd");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -447,6 +735,13 @@ int main(void)
         cmocka_unit_test(three_kinds_of_tables),
         cmocka_unit_test(hash_colours_are_stable_and_distinct),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
+        cmocka_unit_test(nrrd_voxels_behind_something_else),
+        cmocka_unit_test(a_header_and_a_table_name_labels_together),
+        cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),
+        cmocka_unit_test(what_is_refused_is_told_what_to_do),
+        cmocka_unit_test(directories_are_told_what_to_do),
+        cmocka_unit_test(a_written_nrrd_holds_the_label_values),
     };
 
     return RUN(tests);

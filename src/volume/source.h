@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to volume: a volume file whose header has been read, and the stream of its voxels. A
+ * format's reader fills an sc_source; everything after that is common to all formats. */
+#ifndef SC_VOLUME_SOURCE_H
+#define SC_VOLUME_SOURCE_H
+
+#include "segcast/volume.h"
+
+/* The readers' tables of type names are in this order. */
+typedef enum sc_voxel_type {
+    SC_VOXEL_INT8,
+    SC_VOXEL_UINT8,
+    SC_VOXEL_INT16,
+    SC_VOXEL_UINT16,
+    SC_VOXEL_INT32,
+    SC_VOXEL_UINT32,
+    SC_VOXEL_INT64,
+    SC_VOXEL_UINT64,
+    SC_VOXEL_FLOAT,
+    SC_VOXEL_DOUBLE
+} sc_voxel_type;
+
+/* How the voxels are stored in the file that holds them. */
+typedef enum sc_encoding {
+    SC_ENCODING_LOADED, /* a library has read all of them into memory (rare encodings) */
+    SC_ENCODING_PLAIN,
+    SC_ENCODING_GZIP, /* gzip members one after the other, or bytes that are not compressed */
+    SC_ENCODING_ZLIB  /* one zlib or gzip stream */
+} sc_encoding;
+
+/* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
+typedef struct sc_source {
+    int size[3];
+    sc_voxel_type type;
+    double slope, intercept; /* label = slope * stored + intercept; 1 and 0 change nothing */
+    sc_affine to_ras_mm;
+    bool oriented;
+    sc_label_table table; /* what the file itself says about its labels */
+    sc_encoding encoding;
+    char *file;            /* the file with the voxels; of sc_alloc */
+    uint64_t offset_bytes; /* where in the file they begin */
+    uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
+    bool swapped;          /* stored in the byte order that this machine does not have */
+    void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order; NULL if
+                              only the header was asked for */
+    void (*release)(void *data);
+} sc_source;
+
+void sc_source_clear(sc_source *source);
+size_t sc_source_voxels(const sc_source *source);
+size_t sc_voxel_type_bytes(sc_voxel_type type);
+
+/* Most bytes a volume may have once read, whatever its header claims. */
+#define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
+/* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
+#define SC_DEFLATE_RATIO_MAX 1032.0
+
+/* Number of voxels of a grid; SC_ERR_DATA (logged) for sizes below 1 or a total that overflows. */
+sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
+                         size_t bytes_per_voxel, size_t *out);
+/* Check that the map is finite and invertible; SC_ERR_DATA (logged). */
+sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm);
+
+/* Read and check the header of a file of one format. @p header_only: the voxels will not be asked
+ * for, so that encodings which only a library can read need not be read. */
+sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+
+/* The voxels of a source as whole numbers, block by block, in bounded memory. */
+typedef struct sc_voxel_stream sc_voxel_stream;
+enum { SC_STREAM_BLOCK = 16384 /* most voxels that one call of sc_stream_next delivers */ };
+
+/* @p path: the volume as the user named it, for messages. Both stay borrowed. */
+sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *source,
+                         sc_voxel_stream **out);
+/* The next @p count voxels. SC_ERR_DATA (logged) where the file ends too early, is damaged, or
+ * holds a value that is no whole number. */
+sc_status sc_stream_next(sc_voxel_stream *stream, size_t count, int64_t *out);
+/* After the last voxel: check a compressed file to its end. */
+sc_status sc_stream_finish(sc_voxel_stream *stream);
+void sc_stream_close(sc_voxel_stream *stream);
+
+/* One pass over the voxels: the distinct labels, what they cover, and, if @p keep_ids, the voxels
+ * as dense ids. Fills size, label_count, label_bytes, labels and ids of @p volume; @p tallies:
+ * [label_count], owned by the caller (sc_free). Warns of what looks like a grey-value image. */
+sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
+                         bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
+
+#endif

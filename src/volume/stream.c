@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The voxels of a volume file as whole numbers, block by block: unpacked, brought into the byte
+ * order of this machine, scaled, and checked to be whole. */
+#include "source.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+enum {
+    GZIP_BUFFER_BYTES = 1 << 18, /* zlib's default of 8 KiB costs a call of read(2) each */
+    PACKED_BYTES = 1 << 18,
+    VOXEL_BYTES_MAX = 8
+};
+
+struct sc_voxel_stream {
+    const sc_ctx *ctx;
+    const char *path;
+    const sc_source *source;
+    size_t position; /* voxels delivered so far */
+    FILE *plain;     /* also the packed bytes of SC_ENCODING_ZLIB */
+    gzFile gzip;
+    z_stream zlib;
+    bool zlib_open;
+    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
+    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
+};
+
+size_t sc_voxel_type_bytes(sc_voxel_type type)
+{
+    static const uint8_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+
+    return bytes[type];
+}
+
+/* ---- bytes ---- */
+
+static sc_status open_gzip(sc_voxel_stream *s)
+{
+    const int file = open(s->source->file, O_RDONLY | O_CLOEXEC);
+
+    if (file < 0)
+        return sc_fail(s->ctx, SC_ERR_MISSING, "%s: %s", s->source->file, strerror(errno));
+    if (lseek(file, (off_t)s->source->offset_bytes, SEEK_SET) < 0 ||
+        !(s->gzip = gzdopen(file, "rb"))) {
+        close(file);
+        return sc_fail(s->ctx, SC_ERR_DATA, "%s: the voxels at byte %llu cannot be read",
+                       s->source->file, (unsigned long long)s->source->offset_bytes);
+    }
+    gzbuffer(s->gzip, GZIP_BUFFER_BYTES);
+    gzseek(s->gzip, (z_off_t)s->source->skip_bytes, SEEK_SET); /* reading tells of errors */
+    return SC_OK;
+}
+
+static sc_status open_file(sc_voxel_stream *s)
+{
+    s->plain = fopen(s->source->file, "rb");
+    if (!s->plain)
+        return sc_fail(s->ctx, SC_ERR_MISSING, "%s: %s", s->source->file, strerror(errno));
+    (void)fseeko(s->plain, (off_t)s->source->offset_bytes, SEEK_SET); /* reading tells of errors */
+    return SC_OK;
+}
+
+static sc_status open_zlib(sc_voxel_stream *s)
+{
+    void *packed;
+    sc_status status = open_file(s);
+
+    if (status != SC_OK)
+        return status;
+    status = sc_alloc(s->ctx, PACKED_BYTES, 1, &packed);
+    if (status != SC_OK)
+        return status;
+    s->packed = packed;
+    if (inflateInit2(&s->zlib, MAX_WBITS + 32) != Z_OK) /* + 32: zlib or gzip, by its header */
+        return sc_fail(s->ctx, SC_ERR_MEMORY, "%s: out of memory", s->source->file);
+    s->zlib_open = true;
+    return SC_OK;
+}
+
+sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *source,
+                         sc_voxel_stream **out)
+{
+    sc_voxel_stream *s = NULL;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, 1, sizeof *s, &block));
+    s = block;
+    *s = (sc_voxel_stream){.ctx = ctx, .path = path, .source = source};
+    if (source->encoding == SC_ENCODING_GZIP)
+        SC_TRY(open_gzip(s));
+    else if (source->encoding == SC_ENCODING_ZLIB)
+        SC_TRY(open_zlib(s));
+    else if (source->encoding == SC_ENCODING_PLAIN)
+        SC_TRY(open_file(s));
+    *out = s;
+    s = NULL;
+out:
+    sc_stream_close(s);
+    return status;
+}
+
+void sc_stream_close(sc_voxel_stream *s)
+{
+    if (!s)
+        return;
+    if (s->zlib_open)
+        inflateEnd(&s->zlib);
+    if (s->gzip)
+        gzclose_r(s->gzip);
+    if (s->plain)
+        fclose(s->plain);
+    sc_free(s->packed);
+    sc_free(s);
+}
+
+static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
+{
+    z_stream *z = &s->zlib;
+    int result = Z_OK;
+
+    z->next_out = s->raw;
+    z->avail_out = (uInt)bytes;
+    while (z->avail_out && result == Z_OK) {
+        if (z->avail_in == 0) {
+            z->next_in = s->packed;
+            z->avail_in = (uInt)fread(s->packed, 1, PACKED_BYTES, s->plain);
+            if (z->avail_in == 0)
+                break;
+        }
+        result = inflate(z, Z_NO_FLUSH);
+    }
+    return bytes - z->avail_out;
+}
+
+/* The next bytes into s->raw. */
+static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
+{
+    const size_t each = sc_voxel_type_bytes(s->source->type);
+    const char *reason = NULL;
+    size_t got = 0;
+    int error = 0;
+
+    if (s->gzip) {
+        const int count = gzread(s->gzip, s->raw, (unsigned)bytes);
+
+        got = count > 0 ? (size_t)count : 0;
+        reason = gzerror(s->gzip, &error);
+        reason = error < 0 ? reason : NULL;
+    } else if (s->zlib_open) {
+        got = next_of_zlib(s, bytes);
+        reason = s->zlib.msg;
+    } else {
+        got = fread(s->raw, 1, bytes, s->plain);
+    }
+    if (got < bytes)
+        return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu%s%s",
+                       s->source->file, s->position * each + got,
+                       sc_source_voxels(s->source) * each, reason ? "; " : "",
+                       reason ? reason : "");
+    return SC_OK;
+}
+
+sc_status sc_stream_finish(sc_voxel_stream *s)
+{
+    struct stat info;
+    char rest[512];
+    const char *reason;
+    int error;
+
+    if (!s->gzip)
+        return SC_OK;
+    /* Reading beyond the last voxel makes zlib verify the check sum of a stream that ends here. */
+    gzread(s->gzip, rest, sizeof rest);
+    reason = gzerror(s->gzip, &error);
+    if (error < 0 && error != Z_BUF_ERROR)
+        return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
+                       s->source->file, reason);
+    if (gzeof(s->gzip) && !gzdirect(s->gzip) && !stat(s->source->file, &info) &&
+        (int64_t)gzoffset(s->gzip) < (int64_t)info.st_size)
+        sc_warn(s->ctx, "%s: bytes after the end of the compressed data are ignored",
+                s->source->file);
+    return SC_OK;
+}
+
+/* ---- values ---- */
+
+static void swap_bytes(unsigned char *raw, size_t count, size_t each)
+{
+    for (size_t i = 0; i < count; i++, raw += each) {
+        for (size_t a = 0, b = each - 1; a < b; a++, b--) {
+            const unsigned char swap = raw[a];
+
+            raw[a] = raw[b];
+            raw[b] = swap;
+        }
+    }
+}
+
+static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, const char *what)
+{
+    const size_t nx = (size_t)s->source->size[0], ny = (size_t)s->source->size[1];
+    const size_t index = s->position + i;
+
+    return sc_fail(s->ctx, SC_ERR_DATA,
+                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers",
+                   s->path, index % nx, index / nx % ny, index / nx / ny, value, what);
+}
+
+/* Floats, and integers that the header scales: the values as whole numbers, or why they are not. */
+static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
+{
+    const sc_source *source = s->source;
+
+    for (size_t i = 0; i < count; i++) {
+        double value = (double)out[i];
+
+        if (source->type == SC_VOXEL_FLOAT)
+            value = ((const float *)raw)[i];
+        else if (source->type == SC_VOXEL_DOUBLE)
+            value = ((const double *)raw)[i];
+        value = source->slope * value + source->intercept;
+        if (!isfinite(value))
+            return bad_voxel(s, i, value, "not a number");
+        if (value != floor(value))
+            return bad_voxel(s, i, value, "a fraction");
+        if (fabs(value) > 9007199254740992.0) /* 2^53: beyond it a double skips whole numbers */
+            return bad_voxel(s, i, value, "too large for a label");
+        out[i] = (int64_t)value;
+    }
+    return SC_OK;
+}
+
+#define WIDEN(type)                                                                                \
+    do {                                                                                           \
+        const type *in = raw;                                                                      \
+        for (size_t i = 0; i < count; i++)                                                         \
+            out[i] = (int64_t)in[i];                                                               \
+    } while (0)
+
+static sc_status load_values(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
+{
+    switch (s->source->type) {
+    case SC_VOXEL_INT8:
+        WIDEN(int8_t);
+        break;
+    case SC_VOXEL_UINT8:
+        WIDEN(uint8_t);
+        break;
+    case SC_VOXEL_INT16:
+        WIDEN(int16_t);
+        break;
+    case SC_VOXEL_UINT16:
+        WIDEN(uint16_t);
+        break;
+    case SC_VOXEL_INT32:
+        WIDEN(int32_t);
+        break;
+    case SC_VOXEL_UINT32:
+        WIDEN(uint32_t);
+        break;
+    case SC_VOXEL_INT64:
+        WIDEN(int64_t);
+        break;
+    case SC_VOXEL_UINT64:
+        WIDEN(uint64_t);
+        for (size_t i = 0; i < count; i++) {
+            if (out[i] < 0)
+                return bad_voxel(s, i, (double)(uint64_t)out[i], "too large for a label");
+        }
+        break;
+    case SC_VOXEL_FLOAT:
+    case SC_VOXEL_DOUBLE:
+        return load_scaled(s, raw, count, out);
+    }
+    if (s->source->slope != 1 || s->source->intercept != 0)
+        return load_scaled(s, raw, count, out);
+    return SC_OK;
+}
+
+sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
+{
+    const size_t each = sc_voxel_type_bytes(s->source->type);
+    const void *raw = s->raw;
+    sc_status status = SC_OK;
+
+    if (s->source->encoding == SC_ENCODING_LOADED)
+        raw = (const char *)s->source->data + s->position * each;
+    else
+        status = next_bytes(s, count * each);
+    if (status != SC_OK)
+        return status;
+    if (s->source->swapped)
+        swap_bytes(s->raw, count, each);
+    status = load_values(s, raw, count, out);
+    s->position += count;
+    return status;
+}
