@@ -99,6 +99,18 @@ const char *sc_nearest_word(const char *word, const char *const *candidates, siz
  *  what precedes these bytes, so that several pieces get one hash. */
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
 
+/** A unit that lengths are told in. */
+typedef struct sc_length_unit {
+    const char *name; /**< "mm", "um" or "nm" */
+    double mm;        /**< its length */
+} sc_length_unit;
+/** The largest of millimetres, micrometres and nanometres in which @p finest_mm, the smallest
+ * length that is to be told apart, is at least a tenth; mm for 0. */
+sc_length_unit sc_length_unit_for(double finest_mm);
+/** @return @p value, or 0 if it would be printed as zero with @p decimals digits behind the point:
+ * so that nothing is printed as "-0.0". */
+double sc_no_negative_zero(double value, int decimals);
+
 /** Read a whole file. @p out holds its bytes and a NUL byte behind them. @return SC_ERR_MISSING if
  *  it cannot be opened or is a directory, SC_ERR_DATA if it is longer than @p max_bytes. Caller
  * owns *out: sc_free. */

@@ -9,7 +9,8 @@ typedef struct info {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     double spacing_mm[3], voxel_mm3;
-    char axes[4]; /* where each voxel axis points, e.g. "LPS"; "?" where unknown */
+    sc_length_unit unit; /* that lengths are printed in */
+    char axes[4];        /* where each voxel axis points, e.g. "LPS"; "?" where unknown */
 } info;
 
 /* The patient direction an axis runs along most. */
@@ -36,6 +37,8 @@ static info gather(const sc_prepared *volume, const sc_tissue *tissues)
         out.spacing_mm[i] = sc_vec3_length(column);
         out.axes[i] = volume->oriented ? axis_letter(column) : '?';
     }
+    out.unit =
+        sc_length_unit_for(fmin(out.spacing_mm[0], fmin(out.spacing_mm[1], out.spacing_mm[2])));
     return out;
 }
 
@@ -71,7 +74,7 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
                      in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "axes", in->axes,
                      "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
                      (json_int_t)v->boundary_count, "labels", labels);
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(12)) : NULL;
+    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
         return sc_fail(ctx, SC_ERR_INTERNAL, "a label's name is not UTF-8");
@@ -80,24 +83,39 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     return SC_OK;
 }
 
+static void print_geometry(const info *in)
+{
+    const sc_prepared *v = in->volume;
+    const double mm = in->unit.mm;
+
+    printf("size      %d x %d x %d voxels of %.4g x %.4g x %.4g %s\n", v->size[0], v->size[1],
+           v->size[2], in->spacing_mm[0] / mm, in->spacing_mm[1] / mm, in->spacing_mm[2] / mm,
+           in->unit.name);
+    printf("axes      %s%s\n", in->axes,
+           v->oriented ? "" : "  (the file does not say; taken as RAS)");
+    for (int row = 0; row < 3; row++) {
+        double m[4];
+
+        for (int i = 0; i < 4; i++)
+            m[i] = sc_no_negative_zero(v->to_ras_mm.m[row][i] / mm, 4);
+        printf("%s %s%10.4f %10.4f %10.4f %12.4f\n", row ? "      " : "to RAS",
+               row ? "  " : in->unit.name, m[0], m[1], m[2], m[3]);
+    }
+}
+
 static void print_text(const info *in)
 {
     const sc_prepared *v = in->volume;
     const double voxels = (double)v->size[0] * v->size[1] * v->size[2];
+    const bool in_mm = in->unit.mm == 1; /* then areas are in square centimetres */
+    const double area_mm2 = in_mm ? 100 : in->unit.mm * in->unit.mm;
 
-    printf("size      %d x %d x %d voxels of %.4g x %.4g x %.4g mm\n", v->size[0], v->size[1],
-           v->size[2], in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2]);
-    printf("axes      %s%s\n", in->axes,
-           v->oriented ? "" : "  (the file does not say; taken as RAS)");
-    for (int row = 0; row < 3; row++)
-        printf("%s%10.4f %10.4f %10.4f %12.4f\n", row ? "          " : "to RAS mm ",
-               v->to_ras_mm.m[row][0], v->to_ras_mm.m[row][1], v->to_ras_mm.m[row][2],
-               v->to_ras_mm.m[row][3]);
+    print_geometry(in);
     printf("labels    %d, and background\n", v->label_count - 1);
     printf("boundary  %llu voxels, %.2f %% of all\n\n", (unsigned long long)v->boundary_count,
            100 * (double)v->boundary_count / voxels);
-    printf("%10s  %11s %9s %10s %9s %8s  %s\n", "label", "voxels", "boundary", "thick. mm",
-           "area cm2", "opacity", "name");
+    printf("%10s  %11s %9s %7s %s %6s %s2 %8s  %s\n", "label", "voxels", "boundary", "thick.",
+           in->unit.name, "area", in_mm ? "cm" : in->unit.name, "opacity", "name");
     for (int id = 0; id < v->label_count; id++) {
         const sc_label_stats *s = &v->stats[id];
 
@@ -108,8 +126,8 @@ static void print_text(const info *in)
         }
         printf(" %7.1f %% %10.2f %9.1f %8.2f  %s%s\n",
                s->voxels ? 100.0 * (double)s->boundary_voxels / (double)s->voxels : 0,
-               s->thickness_mm, s->surface_mm2 / 100, in->tissues[id].opacity, v->labels[id].name,
-               in->tissues[id].visible ? "" : "  (hidden)");
+               s->thickness_mm / in->unit.mm, s->surface_mm2 / area_mm2, in->tissues[id].opacity,
+               v->labels[id].name, in->tissues[id].visible ? "" : "  (hidden)");
     }
 }
 
@@ -122,7 +140,8 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true;
-    SC_TRY(sc_session_volume(app, &session));
+    SC_TRY(sc_session_load(app, &session));
+    SC_TRY(sc_session_tissues(app, &session));
     in = gather(&session.volume, session.tissues);
     if (app->options.json)
         status = print_json(app->ctx, &in);

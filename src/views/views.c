@@ -165,13 +165,23 @@ static void draw_scale_bar(const drawing *d, sc_viewport p)
     const double length_px = length_mm / d->mm_per_px, thick = fmax(2, d->text_px / 6);
     const double x = p.x_px + 0.9 * d->text_px, y = p.y_px + p.height_px - 0.9 * d->text_px;
     const sc_letters letters = letters_of(d, 0.8, NULL);
+    const sc_length_unit unit = sc_length_unit_for(length_mm);
     char text[32];
 
     sc_overlay_line(d->overlay, x - 1, y, x + length_px + 1, y, thick + 2, d->halo_rgb, 0.85);
     sc_overlay_line(d->overlay, x, y, x + length_px, y, thick, d->text_rgb, 1);
-    snprintf(text, sizeof text, "%g mm", length_mm);
+    snprintf(text, sizeof text, "%g %s", length_mm / unit.mm, unit.name);
     sc_overlay_text(d->overlay, x + length_px / 2, y - thick - 0.2 * d->text_px, 0, 1, &letters,
                     text);
+}
+
+/* A hundredth of what is shown is worth a digit before the point, so that one behind it is enough.
+ */
+static sc_length_unit coordinate_unit(const sc_views *v)
+{
+    const sc_vec3 size = sc_vec3_sub(v->high_mm, v->low_mm);
+
+    return sc_length_unit_for(fmax(size.x, fmax(size.y, size.z)) / 100);
 }
 
 /* The name and the coordinate of the slice. RAS coordinates grow towards the patient's right, front
@@ -181,14 +191,16 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
     static const char *const ends[SLICES][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
     const sc_vec3 at = d->v->point_mm;
     const sc_letters letters = letters_of(d, 0.8, slice_views[which].rgb);
+    const sc_length_unit unit = coordinate_unit(d->v);
     const double mm = which == TRANSVERSE ? at.z : which == CORONAL ? at.y : at.x;
+    const double value = sc_no_negative_zero(mm / unit.mm, 1);
     char text[64];
 
     if (d->v->oriented)
-        snprintf(text, sizeof text, "%s %.1f mm %s", slice_views[which].name, fabs(mm),
+        snprintf(text, sizeof text, "%s %.1f %s %s", slice_views[which].name, fabs(value), unit.name,
                  ends[which][mm >= 0]);
     else
-        snprintf(text, sizeof text, "%c = %.1f mm", "zyx"[which], mm);
+        snprintf(text, sizeof text, "%c = %.1f %s", "zyx"[which], value, unit.name);
     sc_overlay_text(d->overlay, p.x_px + 0.6 * d->text_px, p.y_px + 0.6 * d->text_px, -1, -1,
                     &letters, text);
 }

@@ -141,6 +141,31 @@ static void a_parallel_loop_does_every_item_once(void **state)
     sc_parallel_for(2, 0, 7, add_range, counts);
 }
 
+static void lengths_get_a_unit_that_fits(void **state)
+{
+    (void)state;
+    assert_string_equal(sc_length_unit_for(0).name, "mm");
+    assert_string_equal(sc_length_unit_for(0.33).name, "mm");
+    assert_string_equal(sc_length_unit_for(0.1).name, "mm");
+    assert_string_equal(sc_length_unit_for(0.02).name, "um");
+    assert_string_equal(sc_length_unit_for(4e-6).name, "nm");
+    assert_true(0.02 / sc_length_unit_for(0.02).mm > 19.99);
+    assert_string_equal(sc_length_unit_for(1e-12).name, "nm");
+}
+
+static void zero_is_never_negative(void **state)
+{
+    char text[32];
+
+    (void)state;
+    snprintf(text, sizeof text, "%.1f", sc_no_negative_zero(-0.04, 1));
+    assert_string_equal(text, "0.0");
+    snprintf(text, sizeof text, "%.4f", sc_no_negative_zero(-0.0, 4));
+    assert_string_equal(text, "0.0000");
+    snprintf(text, sizeof text, "%.1f", sc_no_negative_zero(-0.06, 1));
+    assert_string_equal(text, "-0.1");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -152,6 +177,8 @@ int main(void)
         cmocka_unit_test(a_file_appears_only_when_complete),
         cmocka_unit_test(a_full_disk_is_noticed),
         cmocka_unit_test(a_parallel_loop_does_every_item_once),
+        cmocka_unit_test(lengths_get_a_unit_that_fits),
+        cmocka_unit_test(zero_is_never_negative),
     };
 
     return RUN(tests);

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "segcast/base.h"
+
+sc_length_unit sc_length_unit_for(double finest_mm)
+{
+    static const sc_length_unit units[] = {{"mm", 1}, {"um", 1e-3}, {"nm", 1e-6}};
+    size_t i = 0;
+
+    /* Slightly less than a tenth, so that a rounded 0.1 mm is still one. */
+    while (i + 1 < SC_COUNT_OF(units) && finest_mm > 0 && finest_mm < 0.0999 * units[i].mm)
+        i++;
+    return units[i];
+}
+
+double sc_no_negative_zero(double value, int decimals)
+{
+    double least = 0.5; /* half of the last digit: what is less is rounded to zero */
+
+    for (int i = 0; i < decimals; i++)
+        least /= 10;
+    return -least < value && value < least ? 0 : value;
+}
