@@ -95,6 +95,7 @@ typedef struct sc_run_record {
     uint64_t volume_bytes, prepared_bytes;
     double farm_wall_s; /**< from the first work unit to the last */
     bool wrote_png;     /**< frames were written as PNG */
+    bool from_prepared; /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
 
 /** @return the largest of the ranks' render times over their mean, minus 1; 0 is perfect balance.
@@ -108,6 +109,7 @@ SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, 
 typedef enum sc_bottleneck {
     SC_BOTTLENECK_DRAW,
     SC_BOTTLENECK_PREPARE, /**< reading and preparing took longer than all frames */
+    SC_BOTTLENECK_START, /**< the same, with a volume that was prepared already */
     SC_BOTTLENECK_ENCODE,
     SC_BOTTLENECK_WRITE,
     SC_BOTTLENECK_GATHER,

@@ -288,7 +288,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
                                             (uint64_t)volume->label_bytes,
                             .prepared_bytes = run->session.shared_bytes,
                             .farm_wall_s = times->wall_s,
-                            .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG};
+                            .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
+                            .from_prepared = run->session.mapped && !run->session.shared};
     void *all = NULL;
     sc_status status = SC_OK;
 

@@ -58,7 +58,7 @@ sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
         root->phases[SC_PHASE_READ].wall_s + root->phases[SC_PHASE_PREPARE].wall_s;
 
     if (run->farm_wall_s <= 0 || before_s > run->farm_wall_s)
-        return SC_BOTTLENECK_PREPARE;
+        return run->from_prepared ? SC_BOTTLENECK_START : SC_BOTTLENECK_PREPARE;
     if (waiting > MUCH_WAITING && root->accept_wall_s > BUSY * run->farm_wall_s)
         return run->wrote_png &&
                        root->phases[SC_PHASE_WRITE].wall_s > root->phases[SC_PHASE_ENCODE].wall_s
@@ -78,6 +78,9 @@ static const char *advice(sc_bottleneck bottleneck)
         [SC_BOTTLENECK_PREPARE] =
             "reading and preparing the volume: `segcast prepare` does that once "
             "for all jobs",
+        [SC_BOTTLENECK_START] =
+            "the start: checking the prepared file and making the renderer took longer than "
+            "drawing; more frames in one run make better use of it",
         [SC_BOTTLENECK_ENCODE] =
             "encoding on rank 0: a faster output.preset, or farm.encode: segments "
             "with several ranks, makes it faster",

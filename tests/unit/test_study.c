@@ -30,6 +30,8 @@ static void the_bottleneck_is_where_the_time_went(void **state)
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_DRAW);
     ranks[0].phases[SC_PHASE_PREPARE].wall_s = 120;
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_PREPARE);
+    run.from_prepared = true; /* preparing it is no advice then */
+    assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_START);
 
     balanced(ranks, &run);
     ranks[0].accept_wall_s = 97;
