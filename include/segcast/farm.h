@@ -143,6 +143,15 @@ typedef struct sc_farm {
     void *user;
 } sc_farm;
 
+/** Memory that a farm holds for frames and messages, in bytes. */
+typedef struct sc_farm_memory {
+    size_t window; /**< frames that wait on rank 0, in memory that its node shares or its own */
+    size_t root;   /**< of rank 0 beside that */
+    size_t worker; /**< of every other rank */
+} sc_farm_memory;
+/** What sc_farm_run will hold at most with @p ranks ranks. */
+sc_farm_memory sc_farm_memory_of(const sc_farm *farm, int ranks);
+
 /** Draw everything. Collective. @return the same on all ranks: SC_OK, SC_ERR_INCOMPLETE after a
  * stop (what was out has been accepted), SC_ERR_MEMORY, or the error of a callback. */
 SC_MUST_USE sc_status sc_farm_run(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,

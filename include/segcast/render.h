@@ -54,6 +54,9 @@ void sc_renderer_free(sc_renderer *renderer);
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);
 /** The kernel that the renderer uses. */
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
+/** Bytes of memory that the renderer holds beside the prepared volume: what every rank has for
+ *  itself. */
+size_t sc_renderer_bytes(const sc_renderer *renderer);
 
 /** A rectangle of a picture, from its upper left corner. */
 typedef struct sc_viewport {

@@ -35,6 +35,10 @@ typedef struct sc_result_message {
  * follows it without a gap. */
 enum { SC_UNITS_PER_RANK = 2 };
 
+/* Results that a worker rank can hold: one is drawn into, one waits for the thread, and two are
+ * sent. */
+enum { SC_WORKER_BUFFERS = 4 };
+
 /* A rank asks for its next work unit when the one that it draws is expected to end within this
  * time: many times what a message takes, and short beside a work unit, so that no rank keeps work
  * that another could begin. */

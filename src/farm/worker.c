@@ -7,8 +7,6 @@
 
 #include <string.h>
 
-enum { BUFFERS = 4 /* one is drawn into, one waits for the thread, and two are sent */ };
-
 /* After each look for messages without success the nap gets longer, up to this. */
 #define LONGEST_NAP_S 0.5e-3
 /* While fragments of a frame are passing: the thread that draws needs the core more. */
@@ -37,7 +35,7 @@ typedef struct worker {
     const sc_slots *slots;
     sc_farm_times *times;
     sc_worker_thread *drawing;
-    buffer buffers[BUFFERS];
+    buffer buffers[SC_WORKER_BUFFERS];
     sc_work_unit waiting[SC_UNITS_PER_RANK]; /* for a buffer */
     int waiting_count;
     int in_hand;      /* work units that were received and not yet sent back */
@@ -102,7 +100,7 @@ static bool receive_answer(worker *w)
 
 static buffer *find_free(worker *w)
 {
-    for (int i = 0; i < BUFFERS; i++) {
+    for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         if (w->buffers[i].state == BUFFER_FREE)
             return &w->buffers[i];
     }
@@ -116,7 +114,7 @@ static buffer *free_buffer(worker *w)
 
     if (found || sc_comm_pending(w->comm) > 0)
         return found;
-    for (int i = 0; i < BUFFERS; i++) {
+    for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
         if (b->state == BUFFER_SENDING) {
@@ -277,8 +275,8 @@ static sc_status open_worker(worker *w, void **messages)
     void *results;
     sc_status status;
 
-    SC_TRY(sc_alloc(w->ctx, BUFFERS, each, messages));
-    for (int i = 0; i < BUFFERS; i++) {
+    SC_TRY(sc_alloc(w->ctx, SC_WORKER_BUFFERS, each, messages));
+    for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         buffer *b = &w->buffers[i];
 
         b->message = (char *)*messages + (size_t)i * each;
@@ -305,7 +303,7 @@ sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
         sc_comm_flush(comm);
     }
     times->idle_s += sc_worker_thread_stop(w.drawing);
-    for (int i = 0; i < BUFFERS; i++) {
+    for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         sc_free(w.buffers[i].task.results);
         sc_free(w.buffers[i].task.payload.data);
     }

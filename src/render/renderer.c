@@ -296,3 +296,27 @@ const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer)
 {
     return renderer->kernel;
 }
+
+size_t sc_renderer_bytes(const sc_renderer *r)
+{
+    const int *bricks = r->volume->bricks;
+    const size_t framed =
+        (size_t)(bricks[0] + 2) * (size_t)(bricks[1] + 2) * (size_t)(bricks[2] + 2);
+    const size_t side = (size_t)r->settings.tile_px + 2;
+    const size_t threads = (size_t)r->settings.threads;
+    const int *coarse = r->occlusion.size;
+    size_t bytes = sizeof *r + framed * sizeof *r->visible;
+
+    if (r->distances)
+        bytes += framed * sizeof *r->distances;
+    if (r->cells.start)
+        bytes += framed * sizeof *r->cells.start + r->cells.count * sizeof *r->cells.cells;
+    if (r->occlusion.filled)
+        bytes +=
+            (size_t)coarse[0] * (size_t)coarse[1] * (size_t)coarse[2] * sizeof *r->occlusion.filled;
+    bytes += (size_t)r->volume->label_count * sizeof *r->tissues;
+    bytes += r->block_count * sizeof *r->blocks + r->hull_count * sizeof *r->hull;
+    bytes += (size_t)SC_COVER_SIDE * SC_COVER_SIDE;
+    return bytes +
+           threads * (side * side * sizeof *r->pixels + sizeof *r->stats + sizeof *r->spans);
+}
