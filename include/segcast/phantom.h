@@ -35,4 +35,10 @@ double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_m
 SC_MUST_USE sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom,
                                         const int size[3], int threads, sc_volume *out);
 
+/** The labels of a phantom volume of @p size and where they lie, without making it: from a grid of
+ *  at most 64 voxels along each axis, so that the bounding boxes are exact only to a voxel of that
+ *  grid and the numbers of voxels are estimates. Size and errors as of sc_phantom_volume. */
+SC_MUST_USE sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom,
+                                             const int size[3], int threads, sc_label_scan *out);
+
 #endif

@@ -41,10 +41,11 @@ typedef struct sc_prepared {
     bool oriented;
     sc_affine to_ras_mm;
     uint64_t volume_hash;
-    uint64_t boundary_count;     /**< boundary voxels that are not background */
-    uint64_t near_count;         /**< vertices near an interface */
-    const void *ids;             /**< [size z][size y][size x], 1 or 2 bytes */
-    const sc_label *labels;      /**< [label_count] */
+    uint64_t file_hash;      /**< checksum of the prepared file it was mapped from; 0: of no file */
+    uint64_t boundary_count; /**< boundary voxels that are not background */
+    uint64_t near_count;     /**< vertices near an interface */
+    const void *ids;         /**< [size z][size y][size x], 1 or 2 bytes */
+    const sc_label *labels;  /**< [label_count] */
     const sc_label_stats *stats; /**< [label_count] */
     const uint64_t *near;        /**< [bricks z][y][x]: masks of the vertices near an interface.
                                       All corners of a cell that holds more than one label are. */

@@ -109,7 +109,7 @@ SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, 
 typedef enum sc_bottleneck {
     SC_BOTTLENECK_DRAW,
     SC_BOTTLENECK_PREPARE, /**< reading and preparing took longer than all frames */
-    SC_BOTTLENECK_START, /**< the same, with a volume that was prepared already */
+    SC_BOTTLENECK_START,   /**< the same, with a volume that was prepared already */
     SC_BOTTLENECK_ENCODE,
     SC_BOTTLENECK_WRITE,
     SC_BOTTLENECK_GATHER,

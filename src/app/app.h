@@ -47,11 +47,14 @@ typedef struct sc_session {
     sc_shared *shared; /* block that holds the prepared volume, or NULL: it is in a mapped file */
     const void *mapped;
     size_t mapped_bytes;
-    size_t shared_bytes; /* of the prepared volume, wherever it is */
-    sc_label *labels;    /* of a mapped volume, with the job's names and colours */
+    size_t shared_bytes;   /* of the prepared volume, wherever it is */
+    sc_label *labels;      /* of a mapped volume, with the job's names and colours */
+    sc_label_stats *stats; /* of a volume that is only inspected */
     sc_prepared volume;
     sc_tissue *tissues;
     sc_renderer *renderer;
+    uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
+    int clip_set_count;
     sc_timeline timeline;
     sc_rank_record times;
 } sc_session;
@@ -63,6 +66,24 @@ sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t siz
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
 /* The volume of the job, prepared and shared. */
 sc_status sc_session_load(sc_app *app, sc_session *session);
+/* Map the prepared file of the job on every rank, after agreeing that it is the same file on all.
+ * @param usable whether the job can use it as it is. Collective, the same result on all ranks. */
+sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable);
+/* The size of the phantom that a job names as its volume. SC_ERR_USAGE if that cannot be read. */
+sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3]);
+/* Give a volume the names and colours of the job's label table, if the job names one. */
+sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
+/* What can be known of the volume of the job without preparing it: its size, its geometry, its
+ * labels and, in the label statistics, their voxels and bounding boxes; the rest of
+ * session->volume stays empty. One streaming pass over the voxels, in bounded memory; with
+ * @p header_only none: then the labels are those of the label tables and those that the job names
+ * by number, and the boxes are empty. Not collective: for one rank alone. */
+sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session);
+/* Tissues and clip sets of the volume of the session. Collective. */
+sc_status sc_session_tissues(sc_app *app, sc_session *session);
+/* The timeline, framed on @p points, and warnings of clip planes that leave nothing or miss what is
+ * shown. Collective. */
+void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
 /* On this rank alone: read the volume of the job and prepare what the job shows of it; all of it if
  * session->measure. @param measure_all also what this job does not need. Caller owns both outputs,
  * also after an error. @param times NULL: not taken. */

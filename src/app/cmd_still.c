@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast still and segcast check: a session without a farm. */
+/* segcast still and segcast views: one picture, drawn by one process. */
 #include "app.h"
 
 #include <string.h>
@@ -54,21 +54,5 @@ sc_status sc_cmd_views(sc_app *app)
     sc_options_default(&app->options, "animation.slices.to", "50%");
     status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");
 out:
-    return status;
-}
-
-sc_status sc_cmd_check(sc_app *app)
-{
-    sc_session session = {0};
-    sc_status status;
-
-    SC_TRY(sc_session_job(app, app->options.input, &session));
-    SC_TRY(sc_session_volume(app, &session));
-    printf("%s: ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels\n",
-           app->options.input, session.job.animation.frames, session.job.output.size_px[0],
-           session.job.output.size_px[1], session.volume.size[0], session.volume.size[1],
-           session.volume.size[2], session.volume.label_count - 1);
-out:
-    sc_session_clear(&session);
     return status;
 }

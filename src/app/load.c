@@ -6,6 +6,7 @@
 #include "segcast/phantom.h"
 
 #include <string.h>
+#include <unistd.h>
 
 void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
                  double cpu_s)
@@ -22,26 +23,37 @@ void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, doubl
     times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
 }
 
+sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3])
+{
+    int used = 0;
+
+    size[0] = SC_PHANTOM_WIDTH;
+    size[1] = SC_PHANTOM_DEPTH;
+    size[2] = SC_PHANTOM_HEIGHT;
+    if (strcmp(volume, "phantom") &&
+        (sscanf(volume, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
+         volume[used]))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
+                       volume);
+    return SC_OK;
+}
+
 static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *out)
 {
-    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
     sc_phantom *phantom = NULL;
+    int size[3];
     sc_status status;
 
-    if (strcmp(text, "phantom") &&
-        (sscanf(text, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
-         text[used]))
-        return sc_fail(app->ctx, SC_ERR_USAGE,
-                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
-                       text);
-    status = sc_phantom_new(app->ctx, &phantom);
-    if (status == SC_OK)
-        status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
+    SC_TRY(sc_phantom_size(app->ctx, text, size));
+    SC_TRY(sc_phantom_new(app->ctx, &phantom));
+    status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
+out:
     sc_phantom_free(phantom);
     return status;
 }
 
-static sc_status apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     sc_label_table table = {0};
     sc_status status;
@@ -86,20 +98,82 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
 
 /* ---- prepared files: every rank maps the file; a node holds it once ---- */
 
-/* A copy of the labels, with the names and colours of the job's table. */
-static sc_status copy_labels(const sc_app *app, sc_session *session)
+/* What a rank tells of the file that it has mapped. Sent as bytes. */
+typedef struct mapped_file {
+    uint64_t hash;
+    int32_t status;
+    char host[64];
+} mapped_file;
+
+static const char *difference_of(const mapped_file *file)
+{
+    return file->status == SC_OK            ? "another file"
+           : file->status == SC_ERR_MISSING ? "no such file"
+                                            : "a damaged file";
+}
+
+/* The same path can name different files on different nodes (a node's own disk, a copy that was not
+ * renewed): all ranks compare what they have mapped, and rank 0 speaks for all. Collective, the
+ * same result on all ranks. @p mine: how mapping went on this rank. */
+static sc_status agree_on_file(const sc_app *app, const sc_session *session, sc_status mine)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const int ranks = sc_comm_size(app->comm);
+    mapped_file file = {.hash = session->volume.file_hash, .status = mine}, *all;
+    int different = 0, example = 0;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    gethostname(file.host, sizeof file.host - 1);
+    if (first)
+        status = sc_alloc(app->ctx, (size_t)ranks, sizeof file, &block);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    all = block;
+    sc_comm_gather(app->comm, &file, sizeof file, all);
+    for (int i = ranks - 1; first && i > 0; i--) {
+        if (all[i].status != SC_OK || all[i].hash != all[0].hash) {
+            different++;
+            example = i;
+        }
+    }
+    status = mine;
+    if (mine == SC_OK && different)
+        status = sc_fail(app->ctx, SC_ERR_DATA,
+                         "%s: is not the same on all nodes: rank 0 has mapped it on %s, but %d of "
+                         "%d ranks have not, the first of them rank %d, which has %s on %s; copy "
+                         "the file to all nodes, or put it on a file system that they share",
+                         session->job.volume, all[0].host, different, ranks, example,
+                         difference_of(&all[example]), all[example].host);
+    if (!first)
+        status = SC_OK; /* the verdict is rank 0's */
+    status = sc_comm_agree(app->comm, status);
+out:
+    sc_free(block);
+    return status;
+}
+
+/* The labels of a mapped file with the names and colours of the job's table, which rank 0 reads.
+ * Collective, the same result on all ranks. */
+static sc_status share_labels(const sc_app *app, sc_session *session)
 {
     const size_t bytes = (size_t)session->volume.label_count * sizeof(sc_label);
     sc_volume named = {.label_count = session->volume.label_count};
-    void *block;
-    sc_status status = sc_alloc(app->ctx, bytes, 1, &block);
+    void *block = NULL;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_comm_agree(app->comm, sc_alloc(app->ctx, bytes, 1, &block)));
     memcpy(block, session->volume.labels, bytes);
-    session->labels = named.labels = block;
+    named.labels = block;
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_apply_labels(app, &session->job, &named);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_broadcast(app->comm, block, bytes);
+    session->labels = block;
     session->volume.labels = block;
-    return apply_labels(app, &session->job, &named);
+    block = NULL;
+out:
+    sc_free(block);
+    return status;
 }
 
 /* Does the file hold what the job needs? What it lacks: *why. */
@@ -134,21 +208,22 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_sess
     return SC_OK;
 }
 
-/* Map the prepared file of the job. @param usable whether the job can use it as it is. */
-static sc_status map_prepared(const sc_app *app, sc_session *session, bool *usable)
+sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
 {
     const char *path = session->job.volume, *why;
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
     needs n = {0};
-    sc_status status;
+    sc_status status = sc_file_map(ctx, path, &session->mapped, &session->mapped_bytes);
 
-    SC_TRY(sc_file_map(app->ctx, path, &session->mapped, &session->mapped_bytes));
-    SC_TRY(
-        sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes, &session->volume));
-    SC_TRY(copy_labels(app, session));
-    SC_TRY(find_needs(app, session, session->volume.labels, session->volume.label_count, &n));
+    if (status == SC_OK)
+        status = sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes,
+                                       &session->volume);
+    SC_TRY(agree_on_file(app, session, status));
+    SC_TRY(share_labels(app, session));
+    status = find_needs(app, session, session->volume.labels, session->volume.label_count, &n);
+    SC_TRY(sc_comm_agree(app->comm, status));
     SC_TRY(check_hidden(ctx, path, session, &n));
     *usable = fits(&session->volume, &n, &why);
     if (*usable)
@@ -199,7 +274,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
         SC_TRY(make_phantom(app, job->volume, volume));
     else
         SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
-    SC_TRY(apply_labels(app, job, volume));
+    SC_TRY(sc_apply_labels(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
 out:
@@ -281,8 +356,7 @@ sc_status sc_session_load(sc_app *app, sc_session *session)
     sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
     if (!is_prepared)
         return share_volume(app, session);
-    status = map_prepared(app, session, &usable);
-    status = sc_comm_agree(app->comm, status);
+    status = sc_session_map(app, session, &usable);
     sc_add_time(app, &session->times, SC_PHASE_READ, wall_s, cpu_s);
     if (status != SC_OK || usable)
         return status;

@@ -239,6 +239,8 @@ static const sc_option option_rows[] = {
      store_set, 0, ""},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", store_text, AT(size),
      ""},
+    {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", store_flag,
+     AT(fast), ""},
     {"json", 0, NULL, "as JSON, for machines", "info keys", store_flag, AT(json), ""},
     {"markdown", 0, NULL, "as the document docs/job.md", "keys", store_flag, AT(markdown), ""},
     {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",

@@ -17,6 +17,7 @@ typedef struct sc_options {
     long frame;         /* --frame; -1: not given */
     int threads;        /* 0: not given */
     bool json, quiet, resume, overwrite;
+    bool fast; /* of check */
     bool help, version;
     bool markdown, schema, man, bash, zsh, fish;
     double time_limit_s; /* 0: none */

@@ -77,9 +77,8 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
                      "surface: voxel");
 }
 
-/* Tissues and clip sets; the same on every rank, so only rank 0 logs errors. */
-static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *clip_sets,
-                                 int *clip_set_count)
+/* The same on every rank, so only rank 0 logs errors. */
+static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = sc_comm_rank(app->comm) == 0 ? app->ctx : &silent;
@@ -93,9 +92,15 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session, uint32_t *cli
         sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
     apply_interior(ctx, job, session);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
-                               job->exception_count, session->tissues, clip_sets, clip_set_count);
+                               job->exception_count, session->tissues, session->clip_sets,
+                               &session->clip_set_count);
 out:
     return status;
+}
+
+sc_status sc_session_tissues(sc_app *app, sc_session *session)
+{
+    return sc_comm_agree(app->comm, resolve_tissues(app, session));
 }
 
 static sc_status make_renderer(sc_app *app, sc_session *session)
@@ -123,38 +128,116 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
                            &session->renderer);
 }
 
-/* Does @p plane remove the whole box from @p low to @p high? */
-static bool is_beyond(const sc_plane *plane, sc_vec3 low, sc_vec3 high)
-{
-    const sc_vec3 n = plane->normal;
-    const sc_vec3 best = {n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
-                          n.z > 0 ? high.z : low.z};
+/* ---- clip planes that miss ---- */
 
-    return sc_vec3_dot(n, best) + plane->offset_mm < 0;
+/* Range of a box along the unit vector @p n. */
+static void range_along(sc_vec3 n, sc_vec3 low, sc_vec3 high, double *from_mm, double *to_mm)
+{
+    const sc_vec3 near = {n.x > 0 ? low.x : high.x, n.y > 0 ? low.y : high.y,
+                          n.z > 0 ? low.z : high.z};
+    const sc_vec3 far = {n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
+                         n.z > 0 ? high.z : low.z};
+
+    *from_mm = sc_vec3_dot(n, near);
+    *to_mm = sc_vec3_dot(n, far);
 }
 
-/* Warn of frames in which a plane removes all of the box around the visible tissues. */
-static void warn_of_empty_frames(const sc_app *app, const sc_session *session)
+/* In how many frames a plane removes all of what is shown, and in how many nothing of it. */
+typedef struct plane_effect {
+    double from_mm, to_mm; /* what is shown, along the plane's normal */
+    int removes_all, removes_nothing;
+} plane_effect;
+
+/* Fills effects[planes]. @return in how many frames some plane removes everything; *first: the
+ * first of them. */
+static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
+{
+    int empty = 0;
+
+    for (int i = 0; i < t->animation.sweep_count; i++) {
+        effects[i] = (plane_effect){0};
+        range_along(t->animation.sweeps[i].normal, t->low_mm, t->high_mm, &effects[i].from_mm,
+                    &effects[i].to_mm);
+    }
+    for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
+        const sc_scene scene = sc_timeline_scene(t, k);
+        bool is_empty = false;
+
+        for (int i = 0; i < scene.plane_count; i++) {
+            const double at_mm = -scene.planes[i].offset_mm;
+
+            effects[i].removes_all += at_mm > effects[i].to_mm;
+            effects[i].removes_nothing += at_mm < effects[i].from_mm;
+            is_empty = is_empty || at_mm > effects[i].to_mm;
+        }
+        if (is_empty && empty++ == 0)
+            *first = k;
+    }
+    return empty;
+}
+
+/* A plane that is wanted at a share of what is shown cannot miss it by mistake. */
+static bool is_in_mm(const sc_sweep *sweep)
+{
+    return !sweep->from.percent || !sweep->to.percent;
+}
+
+/* One side of a box or slab, which may lie outside of what is shown. */
+static bool has_opposite(const sc_animation *animation, int plane)
+{
+    const sc_vec3 n = animation->sweeps[plane].normal;
+
+    for (int i = 0; i < animation->sweep_count; i++) {
+        if (sc_vec3_length(sc_vec3_add(animation->sweeps[i].normal, n)) < 1e-9)
+            return true;
+    }
+    return false;
+}
+
+/* Where a plane lies and where it should: positions run along the plane's normal, which is easily
+ * taken for a patient coordinate. */
+static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
+                          const plane_effect *effect, const char *what)
+{
+    const sc_vec3 n = t->animation.sweeps[plane].normal;
+    const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 100);
+    char at[64];
+
+    snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(t->from_mm[plane] / unit.mm, 1));
+    if (t->from_mm[plane] != t->to_mm[plane])
+        snprintf(at + strlen(at), sizeof at - strlen(at), " to %.1f",
+                 sc_no_negative_zero(t->to_mm[plane] / unit.mm, 1));
+    sc_warn(app->ctx,
+            "clip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
+            "from %.1f to %.1f %s along that normal; a plane through a point in patient "
+            "coordinates, as `segcast views` prints them, is at_point: [R, A, S]",
+            plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3), sc_no_negative_zero(n.y, 3),
+            sc_no_negative_zero(n.z, 3), what, sc_no_negative_zero(effect->from_mm / unit.mm, 1),
+            sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
+}
+
+static void warn_of_planes(const sc_app *app, const sc_session *session)
 {
     const sc_timeline *t = &session->timeline;
-    int first = -1, count = 0;
+    const bool keeps = t->animation.clip_mode == SC_CLIP_KEEP;
+    plane_effect effects[SC_PLANES_MAX];
+    int first = 0;
+    const int empty = find_effects(t, effects, &first);
 
-    for (int k = 0; k < t->animation.frames && t->animation.clip_mode == SC_CLIP_KEEP; k++) {
-        const sc_scene scene = sc_timeline_scene(t, k);
-        bool empty = false;
-
-        for (int i = 0; i < scene.plane_count && scene.clip_set_count == 1; i++)
-            empty = empty || is_beyond(&scene.planes[i], t->low_mm, t->high_mm);
-        if (empty) {
-            first = first < 0 ? k : first;
-            count++;
-        }
+    for (int i = 0; i < t->animation.sweep_count; i++) {
+        if (!is_in_mm(&t->animation.sweeps[i]))
+            continue;
+        if (keeps && effects[i].removes_all == t->animation.frames)
+            tell_position(app, t, i, &effects[i], "removes everything");
+        else if (effects[i].removes_nothing == t->animation.frames &&
+                 !has_opposite(&t->animation, i))
+            tell_position(app, t, i, &effects[i], "removes nothing");
     }
-    if (count)
+    if (empty && keeps && t->clip_set_count == 1)
         sc_warn(app->ctx,
                 "the clip plane removes everything in %d frame%s, from frame %d on: "
                 "they will be empty",
-                count, count == 1 ? "" : "s", first);
+                empty, empty == 1 ? "" : "s", first);
 }
 
 /* Width over height of the 3D picture within the frame. */
@@ -184,11 +267,22 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
 }
 
+void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+
+    if (count == 0 && session->volume.label_count > 1 && first)
+        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
+    sc_timeline_resolve(&session->job.animation, points, count, picture_aspect(&session->job),
+                        &session->timeline);
+    memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
+    session->timeline.clip_set_count = session->clip_set_count;
+    if (count > 0 && first)
+        warn_of_planes(app, session);
+}
+
 sc_status sc_session_volume(sc_app *app, sc_session *session)
 {
-    const sc_job *job = &session->job;
-    uint32_t clip_sets[SC_CLIP_SETS_MAX] = {0};
-    int clip_set_count = 1;
     const sc_vec3 *hull;
     size_t hull_count;
     double wall_s, cpu_s;
@@ -197,16 +291,10 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     SC_TRY(sc_session_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
-    SC_TRY(sc_comm_agree(app->comm, resolve_tissues(app, session, clip_sets, &clip_set_count)));
+    SC_TRY(sc_session_tissues(app, session));
     SC_TRY(sc_comm_agree(app->comm, make_renderer(app, session)));
     hull = sc_renderer_hull(session->renderer, &hull_count);
-    if (hull_count == 0 && session->volume.label_count > 1 && sc_comm_rank(app->comm) == 0)
-        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
-    sc_timeline_resolve(&job->animation, hull, hull_count, picture_aspect(job), &session->timeline);
-    memcpy(session->timeline.clip_sets, clip_sets, sizeof clip_sets);
-    session->timeline.clip_set_count = clip_set_count;
-    if (hull_count > 0 && sc_comm_rank(app->comm) == 0)
-        warn_of_empty_frames(app, session);
+    sc_session_timeline(app, session, hull, hull_count);
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
@@ -218,6 +306,7 @@ void sc_session_clear(sc_session *session)
     sc_free(session->tissues);
     sc_shared_free(session->shared);
     sc_free(session->labels);
+    sc_free(session->stats);
     sc_file_unmap(session->mapped, session->mapped_bytes);
     sc_job_clear(&session->job);
     *session = (sc_session){0};

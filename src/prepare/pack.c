@@ -230,6 +230,7 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
     block_header h;
     const void *sections[SECTIONS];
     uint64_t section_bytes[SECTIONS], checksum;
+    sc_status status;
 
     if (bytes < sizeof h)
         return sc_fail(
@@ -264,7 +265,10 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
                        "%s: is damaged: its contents do not have the checksum it names; prepare it "
                        "again",
                        path);
-    return sc_prepared_view(ctx, block, bytes, out);
+    status = sc_prepared_view(ctx, block, bytes, out);
+    if (status == SC_OK)
+        out->file_hash = checksum;
+    return status;
 }
 
 sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, sc_prepared *out)

@@ -197,8 +197,8 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
     char text[64];
 
     if (d->v->oriented)
-        snprintf(text, sizeof text, "%s %.1f %s %s", slice_views[which].name, fabs(value), unit.name,
-                 ends[which][mm >= 0]);
+        snprintf(text, sizeof text, "%s %.1f %s %s", slice_views[which].name, fabs(value),
+                 unit.name, ends[which][mm >= 0]);
     else
         snprintf(text, sizeof text, "%c = %.1f %s", "zyx"[which], value, unit.name);
     sc_overlay_text(d->overlay, p.x_px + 0.6 * d->text_px, p.y_px + 0.6 * d->text_px, -1, -1,

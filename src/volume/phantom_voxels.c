@@ -5,7 +5,12 @@
 
 #include <string.h>
 
-enum { BLOCK_VOXELS = 32, TISSUES_MAX = 64 };
+enum {
+    BLOCK_VOXELS = 32,
+    TISSUES_MAX = 64,
+    SIZE_MAX_VOXELS = 4096, /* along an axis */
+    SCAN_VOXELS = 64        /* along an axis, of the grid that sc_phantom_scan_labels looks at */
+};
 
 typedef struct voxeliser {
     const sc_phantom *phantom;
@@ -129,29 +134,44 @@ static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_vo
     return SC_OK;
 }
 
-sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
-                            int threads, sc_volume *out)
+/* Size and geometry of the grid: the same part of space at any size. */
+static sc_status make_grid(const sc_ctx *ctx, const int size[3], sc_volume *volume)
 {
     static const double grid_mm[3] = {SC_PHANTOM_WIDTH / 3.0, SC_PHANTOM_DEPTH / 3.0,
                                       SC_PHANTOM_HEIGHT / 3.0};
-    voxeliser v = {.phantom = phantom};
-    sc_volume volume = {.oriented = true};
-    double *origin[3] = {&v.origin_mm.x, &v.origin_mm.y, &v.origin_mm.z};
-    sc_status status = SC_OK;
 
+    volume->oriented = true;
     for (int i = 0; i < 3; i++) {
-        if (size[i] < 2 || size[i] > 4096)
+        double spacing_mm;
+
+        if (size[i] < 2 || size[i] > SIZE_MAX_VOXELS)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "a phantom of %d x %d x %d voxels; expected 2 to "
-                           "4096 along each axis",
-                           size[0], size[1], size[2]);
-        v.size[i] = volume.size[i] = size[i];
-        v.blocks[i] = (size[i] + BLOCK_VOXELS - 1) / BLOCK_VOXELS;
-        v.spacing_mm[i] = grid_mm[i] / size[i];
-        *origin[i] = 0.5 * (v.spacing_mm[i] - grid_mm[i]);
-        volume.to_ras_mm.m[i][i] = v.spacing_mm[i];
-        volume.to_ras_mm.m[i][3] = *origin[i];
+                           "%d along each axis",
+                           size[0], size[1], size[2], SIZE_MAX_VOXELS);
+        spacing_mm = grid_mm[i] / size[i];
+        volume->size[i] = size[i];
+        volume->to_ras_mm.m[i][i] = spacing_mm;
+        volume->to_ras_mm.m[i][3] = 0.5 * (spacing_mm - grid_mm[i]);
     }
+    return SC_OK;
+}
+
+sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
+                            int threads, sc_volume *out)
+{
+    voxeliser v = {.phantom = phantom};
+    sc_volume volume = {0};
+    const sc_affine *m = &volume.to_ras_mm;
+    sc_status status;
+
+    SC_TRY(make_grid(ctx, size, &volume));
+    for (int i = 0; i < 3; i++) {
+        v.size[i] = size[i];
+        v.blocks[i] = (size[i] + BLOCK_VOXELS - 1) / BLOCK_VOXELS;
+        v.spacing_mm[i] = m->m[i][i];
+    }
+    v.origin_mm = (sc_vec3){m->m[0][3], m->m[1][3], m->m[2][3]};
     SC_TRY(make_labels(ctx, phantom, &volume));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
     v.ids = volume.ids;
@@ -161,5 +181,59 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
     volume = (sc_volume){0};
 out:
     sc_volume_clear(&volume);
+    return status;
+}
+
+/* Count voxels and find boxes in a coarse volume, and say them in voxels of a grid of @p size. */
+static void tally(const sc_volume *coarse, const int size[3], sc_label_tally *tallies)
+{
+    const uint8_t *id = coarse->ids;
+    double scale = 1;
+
+    for (int i = 0; i < 3; i++)
+        scale *= (double)size[i] / coarse->size[i];
+    for (int i = 0; i < coarse->label_count; i++)
+        tallies[i] = (sc_label_tally){0, {size[0], size[1], size[2]}, {-1, -1, -1}};
+    for (int z = 0; z < coarse->size[2]; z++) {
+        for (int y = 0; y < coarse->size[1]; y++) {
+            for (int x = 0; x < coarse->size[0]; x++) {
+                sc_label_tally *t = &tallies[*id++];
+                const int at[3] = {x, y, z};
+
+                t->voxels++;
+                for (int i = 0; i < 3; i++) {
+                    const int low = (int)((int64_t)at[i] * size[i] / coarse->size[i]);
+                    const int high = (int)((int64_t)(at[i] + 1) * size[i] / coarse->size[i]) - 1;
+
+                    t->low[i] = low < t->low[i] ? low : t->low[i];
+                    t->high[i] = high > t->high[i] ? high : t->high[i];
+                }
+            }
+        }
+    }
+    for (int i = 0; i < coarse->label_count; i++)
+        tallies[i].voxels = (uint64_t)((double)tallies[i].voxels * scale);
+}
+
+sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom, const int size[3],
+                                 int threads, sc_label_scan *out)
+{
+    sc_volume grid = {0}, coarse = {0};
+    void *tallies = NULL;
+    int coarse_size[3];
+    sc_status status;
+
+    SC_TRY(make_grid(ctx, size, &grid));
+    for (int i = 0; i < 3; i++)
+        coarse_size[i] = size[i] < SCAN_VOXELS ? size[i] : SCAN_VOXELS;
+    SC_TRY(sc_phantom_volume(ctx, phantom, coarse_size, threads, &coarse));
+    SC_TRY(sc_alloc(ctx, (size_t)coarse.label_count, sizeof(sc_label_tally), &tallies));
+    tally(&coarse, size, tallies);
+    grid.labels = coarse.labels;
+    grid.label_count = coarse.label_count;
+    coarse.labels = NULL;
+    *out = (sc_label_scan){grid, tallies};
+out:
+    sc_volume_clear(&coarse);
     return status;
 }

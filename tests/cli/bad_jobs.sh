@@ -35,3 +35,19 @@ expect 0 'no tissue is visible' "$SEGCAST" still good.yaml --set 'tissues.*.visi
 expect 0 '' "$SEGCAST" still good.yaml --frame 6 --set animation.clip.0.sweep.to=200% \
     --set animation.clip.0.except=[] -o x.png
 "$IMAGE_DIFFERENCE" w.png x.png || fail "clip planes that remove everything leave something visible"
+
+# check reads the voxels once and keeps none; --fast reads the header only, and says so.
+"$SEGCAST" phantom --size 59x41x61 -o whole.nrrd -q >/dev/null
+head -c 3000 whole.nrrd >cut.nrrd
+for file in whole cut; do
+    sed "s/^volume.*/volume: $file.nrrd/" good.yaml >$file.yaml
+    sed 's/"\*"/"7"/' $file.yaml >$file-number.yaml
+    sed 's/"\*"/"aorat"/' $file.yaml >$file-name.yaml
+done
+"$SEGCAST" check whole.yaml | grep -q 'ok: .* 59 x 41 x 61 voxels' || fail "check of a file"
+expect 65 'cut.nrrd: ends after' "$SEGCAST" check cut.yaml; one_error
+expect 0 'it is not known whether the tissues' "$SEGCAST" check --fast cut.yaml
+expect 0 'it is not known whether the tissues' "$SEGCAST" check --fast cut-number.yaml
+expect 65 'tissue "aorat" matches no label.*did you mean "aorta"' "$SEGCAST" check --fast cut-name.yaml
+sed 's/"\*"/"77"/' whole.yaml >none.yaml
+expect 65 'tissue "77" matches no label' "$SEGCAST" check none.yaml

@@ -34,6 +34,10 @@ grep -q 'holds background only' log.txt || fail "no warning that a volume holds 
 printf 'volume: flat.nrrd\noutput: {size: [64, 48], video: none}\nanimation:\n  frames: 3\n  clip: [{plane: {normal: superior, at: 50 mm}}]\n' >gone.yaml
 "$SEGCAST" render gone.yaml -o gone >/dev/null 2>log.txt || fail "clip planes that remove everything: $(cat log.txt)"
 grep -q 'removes everything in 3 frames' log.txt || fail "no warning that clip planes remove everything: $(cat log.txt)"
+grep -q 'clip plane 1, at 50.0 mm along its normal (0.000, 0.000, 1.000), removes everything: what is shown lies from 0.0 to 0.0 mm' log.txt ||
+    fail "not said where the plane should be: $(cat log.txt)"
+"$SEGCAST" check gone.yaml >/dev/null 2>check.txt
+diff <(grep -v ': ok' check.txt | grep warning) <(grep warning log.txt) || fail "check and render warn differently"
 grep -c '"frame"' gone/manifest.jsonl | grep -qx 3 || fail "the manifest does not name 3 frames"
 
 printf 'volume: flat.nrrd\ntissues: {"*": {interior_opacity: 0.1}}\n' >inside.yaml
@@ -55,3 +59,16 @@ printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
 
 "$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "a point of two coordinates was accepted"
 grep -q 'expected \[R, A, S\] in millimetres' log.txt || fail "a point of two coordinates: unexpected message: $(cat log.txt)"
+
+# Small things are told in small units; JSON numbers are exact.
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 20 20 20\nspace: right-anterior-superior\n'
+    printf 'space directions: (0.000004,0,0) (0,0.000004,0) (0,0,0.00004)\nspace origin: (-0.00000000001,0,0)\nencoding: raw\n\n'
+    head -c 4000 /dev/zero | tr '\0' '\1'; head -c 4000 /dev/zero
+} >tiny.nrrd
+"$SEGCAST" info tiny.nrrd >info.txt 2>log.txt || fail "info of a tiny volume: $(cat log.txt)"
+grep -q 'voxels of 4 x 4 x 40 nm' info.txt || fail "spacing: $(cat info.txt)"
+grep -q 'thick. nm' info.txt && ! grep -qE -- '-0\.0+( |$)' info.txt || fail "units: $(cat info.txt)"
+"$SEGCAST" info tiny.nrrd --json 2>/dev/null |
+    jq -e '.spacing_mm[0] == 0.000004 and (.labels[1].thickness_mm > 0)' >/dev/null || fail "JSON of a tiny volume"
+"$SEGCAST" views tiny.nrrd --size 200x160 -o tiny.png -q >/dev/null || fail "views of a tiny volume"

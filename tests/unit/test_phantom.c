@@ -157,6 +157,44 @@ static void saving_and_reading_gives_the_same_volume(void **state)
     sc_phantom_free(phantom);
 }
 
+/* A scan says where the labels lie without voxelising: within a voxel of its coarse grid. */
+static void a_scan_finds_the_boxes_of_the_tissues(void **state)
+{
+    const int size[3] = {156, 108, 162};
+    sc_phantom *phantom;
+    sc_label_scan scan;
+    sc_volume v;
+
+    (void)state;
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 2, &v));
+    assert_ok(sc_phantom_scan_labels(&quiet, phantom, size, 2, &scan));
+    assert_memory_equal(scan.volume.size, v.size, sizeof v.size);
+    assert_memory_equal(&scan.volume.to_ras_mm, &v.to_ras_mm, sizeof v.to_ras_mm);
+    assert_int_equal(scan.volume.label_count, v.label_count);
+    for (int id = 0; id < v.label_count; id++) {
+        int low[3] = {size[0], size[1], size[2]}, high[3] = {-1, -1, -1};
+
+        for (int i = 0; i < (int)sc_volume_voxels(&v); i++) {
+            const int at[3] = {i % size[0], i / size[0] % size[1], i / size[0] / size[1]};
+
+            for (int axis = 0; axis < 3 && ((uint8_t *)v.ids)[i] == id; axis++) {
+                low[axis] = at[axis] < low[axis] ? at[axis] : low[axis];
+                high[axis] = at[axis] > high[axis] ? at[axis] : high[axis];
+            }
+        }
+        assert_string_equal(scan.volume.labels[id].name, v.labels[id].name);
+        assert_true(scan.tallies[id].voxels > 0);
+        for (int axis = 0; axis < 3; axis++) {
+            assert_in_range(scan.tallies[id].low[axis] + 4, low[axis], low[axis] + 8);
+            assert_in_range(scan.tallies[id].high[axis] + 4, high[axis], high[axis] + 8);
+        }
+    }
+    sc_volume_clear(&v);
+    sc_label_scan_clear(&scan);
+    sc_phantom_free(phantom);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -165,6 +203,7 @@ int main(void)
         cmocka_unit_test(distance_is_that_of_the_nearest_surface),
         cmocka_unit_test(the_heart_lies_as_in_a_chest),
         cmocka_unit_test(saving_and_reading_gives_the_same_volume),
+        cmocka_unit_test(a_scan_finds_the_boxes_of_the_tissues),
     };
 
     return RUN(tests);

@@ -4,6 +4,7 @@
 #include "thread_comm.h"
 
 #include "app.h"
+#include "segcast/phantom.h"
 
 #include <stdio.h>
 #include <unistd.h>
@@ -97,12 +98,96 @@ static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state
     unlink("session.yaml");
 }
 
+/* ---- a prepared file that is not the same for all ranks ---- */
+
+typedef struct mapping {
+    const char *files[RANKS]; /* what the job's path is on each rank */
+    sc_status outcomes[RANKS];
+    heard said[RANKS];
+} mapping;
+
+static void map_file(sc_comm *comm, void *user)
+{
+    mapping *m = user;
+    const int rank = sc_comm_rank(comm);
+    sc_ctx ctx = listening(&m->said[rank]);
+    sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
+    sc_session session = {.job.render.smooth = 1};
+    bool usable = false;
+
+    snprintf(session.job.volume, sizeof session.job.volume, "%s", m->files[rank]);
+    m->outcomes[rank] = sc_session_map(&app, &session, &usable);
+    if (m->outcomes[rank] == SC_OK)
+        assert_true(usable);
+    sc_session_clear(&session);
+}
+
+static void prepare_file(const char *path, int side)
+{
+    const int size[3] = {side, side, side};
+    const sc_prepare_settings settings = {.smooth = 1, .thickness = true, .threads = 1};
+    sc_phantom *phantom;
+    sc_volume volume;
+    sc_preparation *preparation;
+
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &volume));
+    assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
+    assert_ok(sc_preparation_save(&quiet, preparation, path));
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    sc_phantom_free(phantom);
+}
+
+static void ranks_refuse_prepared_files_that_differ(void **state)
+{
+    static const struct {
+        const char *files[RANKS];
+        sc_status outcome;
+        const char *message;
+    } cases[] = {
+        {{"a.segc", "a.segc", "a.segc"}, SC_OK, ""},
+        {{"a.segc", "a.segc", "b.segc"},
+         SC_ERR_DATA,
+         "1 of 3 ranks have not, the first of them "
+         "rank 2, which has another file"},
+        {{"a.segc", "b.segc", "b.segc"}, SC_ERR_DATA, "rank 1, which has another file"},
+        {{"a.segc", "none.segc", "a.segc"}, SC_ERR_DATA, "rank 1, which has no such file"},
+        {{"a.segc", "a.segc", "cut.segc"}, SC_ERR_DATA, "rank 2, which has a damaged file"},
+        {{"none.segc", "a.segc", "none.segc"}, SC_ERR_MISSING, "none.segc: "},
+    };
+    char *text;
+    size_t bytes;
+
+    (void)state;
+    prepare_file("a.segc", 12);
+    prepare_file("b.segc", 13);
+    assert_ok(sc_file_read(&quiet, "a.segc", 1 << 30, &text, &bytes));
+    assert_ok(sc_file_write(&quiet, "cut.segc", text, bytes / 2));
+    sc_free(text);
+    for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
+        mapping m = {.files = {cases[c].files[0], cases[c].files[1], cases[c].files[2]}};
+
+        run_ranks(RANKS, false, map_file, &m);
+        for (int rank = 0; rank < RANKS; rank++) {
+            assert_int_equal(m.outcomes[rank], cases[c].outcome);
+            assert_int_equal(m.said[rank].errors, rank == 0 && cases[c].outcome != SC_OK);
+        }
+        if (!strstr(m.said[0].text, cases[c].message))
+            fail_msg("case %zu: \"%s\", expected \"%s\"", c, m.said[0].text, cases[c].message);
+    }
+    unlink("a.segc");
+    unlink("b.segc");
+    unlink("cut.segc");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_array_reaches_all_ranks),
         cmocka_unit_test(an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone),
         cmocka_unit_test(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all),
+        cmocka_unit_test(ranks_refuse_prepared_files_that_differ),
     };
 
     return RUN(tests);

@@ -565,6 +565,29 @@ static void a_header_and_a_table_name_labels_together(void **state)
     unlink("t.nrrd");
 }
 
+/* A scan holds a block of voxels, not the volume. */
+static void a_scan_needs_little_memory(void **state)
+{
+    enum { SIDE = 512, MOST_BYTES = 16 << 20 };
+    uint64_t before;
+    sc_label_scan scan;
+    FILE *file = fopen("t.nrrd", "wb");
+
+    (void)state;
+    assert_non_null(file);
+    fprintf(file, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nencoding: raw\n\n", SIDE,
+            SIDE, SIDE / 2);
+    fflush(file);
+    assert_int_equal(ftruncate(fileno(file), ftell(file) + (off_t)SIDE * SIDE * SIDE / 2), 0);
+    fclose(file);
+    before = sc_peak_rss();
+    assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &scan));
+    assert_true(sc_peak_rss() - before < MOST_BYTES);
+    assert_int_equal(scan.tallies[0].voxels, SIDE * SIDE * SIDE / 2);
+    sc_label_scan_clear(&scan);
+    unlink("t.nrrd");
+}
+
 /* What is warned of: the last warning, or an empty text. */
 static void warned(void *user, sc_log_level level, const char *text)
 {
@@ -736,6 +759,7 @@ int main(void)
         cmocka_unit_test(hash_colours_are_stable_and_distinct),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
+        cmocka_unit_test(a_scan_needs_little_memory),
         cmocka_unit_test(nrrd_voxels_behind_something_else),
         cmocka_unit_test(a_header_and_a_table_name_labels_together),
         cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),

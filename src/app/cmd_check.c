@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast check: whether a job can run, found without preparing its volume, so that it may be
+ * called on a login node. */
+#include "app.h"
+
+/* The corners of the boxes around the visible tissues; where no voxels were read, of the volume. */
+static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
+                              size_t *count)
+{
+    const sc_prepared *v = &session->volume;
+    const bool scanned = v->stats[0].voxels > 0 || v->stats[v->label_count - 1].voxels > 0;
+    sc_vec3 *points;
+    size_t found = 0;
+    void *block;
+    sc_status status = sc_alloc(app->ctx, (size_t)v->label_count * 8, sizeof *points, &block);
+
+    if (status != SC_OK)
+        return status;
+    points = block;
+    for (int id = scanned ? 1 : 0; id < (scanned ? v->label_count : 1); id++) {
+        const sc_label_stats *s = &v->stats[id];
+
+        if (scanned && (!s->voxels || !session->tissues[id].visible ||
+                        session->tissues[id].opacity + session->tissues[id].interior_opacity <= 0))
+            continue;
+        for (int corner = 0; corner < 8; corner++) {
+            double at[3];
+
+            for (int i = 0; i < 3; i++) {
+                const int low = scanned ? s->low[i] : 0,
+                          high = scanned ? s->high[i] : v->size[i] - 1;
+
+                at[i] = corner >> i & 1 ? high : low;
+            }
+            points[found++] = sc_affine_point(&v->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
+        }
+    }
+    *out = points;
+    *count = found;
+    return SC_OK;
+}
+
+static sc_status check_cpu(const sc_app *app, const sc_job *job)
+{
+    const char *cpu = sc_cpu_names[job->render.cpu];
+
+    if (cpu && !sc_cpu_has(cpu))
+        return sc_fail(app->ctx, SC_ERR_USAGE, "this processor cannot run kernels for %s", cpu);
+    return SC_OK;
+}
+
+sc_status sc_cmd_check(sc_app *app)
+{
+    sc_session session = {0};
+    const sc_job *job = &session.job;
+    sc_vec3 *corners = NULL;
+    size_t count;
+    sc_status status;
+
+    SC_TRY(sc_session_job(app, app->options.input, &session));
+    SC_TRY(check_cpu(app, job));
+    SC_TRY(sc_session_inspect(app, app->options.fast, &session));
+    SC_TRY(sc_session_tissues(app, &session));
+    SC_TRY(find_corners(app, &session, &corners, &count));
+    sc_session_timeline(app, &session, corners, count);
+    printf("%s: ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
+           app->options.input, job->animation.frames, job->output.size_px[0],
+           job->output.size_px[1], session.volume.size[0], session.volume.size[1],
+           session.volume.size[2], session.volume.label_count - 1,
+           app->options.fast ? " in its tables (the voxels were not read)" : "");
+out:
+    sc_free(corners);
+    sc_session_clear(&session);
+    return status;
+}

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What can be known of a job's volume without preparing it, for checking a job on a login node. */
+#include "app.h"
+
+#include "segcast/phantom.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static sc_status scan_phantom(const sc_app *app, const char *volume, sc_label_scan *out)
+{
+    sc_phantom *phantom = NULL;
+    int size[3];
+    sc_status status;
+
+    SC_TRY(sc_phantom_size(app->ctx, volume, size));
+    SC_TRY(sc_phantom_new(app->ctx, &phantom));
+    status = sc_phantom_scan_labels(app->ctx, phantom, size, app->threads, out);
+out:
+    sc_phantom_free(phantom);
+    return status;
+}
+
+/* A row for a tissue that is named by its number. */
+static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_table *table)
+{
+    char *end;
+    const sc_label row = {.value = strtoll(pattern, &end, 10), .opacity = -1};
+
+    if (end == pattern || *end)
+        return SC_OK;
+    return sc_label_table_add(ctx, table, &row);
+}
+
+/* Without voxels the labels are those that somebody names: the volume's own table, the job's table,
+ * and the job by number. Names come from tables alone, so that a name which is in none of them is
+ * known to be wrong. */
+static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    sc_label_table table = {0};
+    sc_status status = SC_OK;
+
+    if (job->labels[0])
+        SC_TRY(sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format,
+                                   &table));
+    for (size_t i = 0; i < job->rule_count; i++)
+        SC_TRY(add_number(app->ctx, job->rules[i].pattern, &table));
+    for (size_t i = 0; i < job->exception_count; i++)
+        SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &table));
+    SC_TRY(sc_volume_add_labels(app->ctx, volume, &table));
+    if (job->rule_count + job->exception_count > 0)
+        sc_info(app->ctx,
+                "%s: the voxels were not read (--fast), so that it is not known whether "
+                "the tissues that the job names occur in them",
+                job->volume);
+out:
+    sc_label_table_clear(&table);
+    return status;
+}
+
+/* The scan as session->volume. Takes ownership of the labels of @p scan. */
+static sc_status fill_volume(const sc_app *app, sc_label_scan *scan, sc_session *session)
+{
+    const size_t count = (size_t)scan->volume.label_count;
+    sc_label_stats *stats;
+    void *block;
+    sc_status status = sc_zalloc(app->ctx, count, sizeof *stats, &block);
+
+    if (status != SC_OK)
+        return status;
+    session->stats = stats = block;
+    for (size_t i = 0; i < count; i++) {
+        const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
+        const sc_label_tally *tally = scan->tallies ? &scan->tallies[i] : &nothing;
+
+        stats[i].voxels = tally->voxels;
+        memcpy(stats[i].low, tally->low, sizeof tally->low);
+        memcpy(stats[i].high, tally->high, sizeof tally->high);
+    }
+    session->labels = scan->volume.labels;
+    scan->volume.labels = NULL;
+    session->volume = (sc_prepared){.label_count = scan->volume.label_count,
+                                    .oriented = scan->volume.oriented,
+                                    .to_ras_mm = scan->volume.to_ras_mm,
+                                    .labels = session->labels,
+                                    .stats = stats};
+    memcpy(session->volume.size, scan->volume.size, sizeof scan->volume.size);
+    return SC_OK;
+}
+
+sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_label_scan scan = {0};
+    bool usable;
+    sc_status status;
+
+    if (sc_is_prepared_file(job->volume))
+        return sc_session_map(app, session, &usable);
+    if (sc_job_is_phantom(job->volume))
+        SC_TRY(scan_phantom(app, job->volume, &scan));
+    else if (header_only)
+        SC_TRY(sc_volume_read_header(app->ctx, job->volume, &scan));
+    else
+        SC_TRY(sc_volume_scan_labels(app->ctx, job->volume, &scan));
+    if (scan.tallies)
+        SC_TRY(sc_apply_labels(app, job, &scan.volume));
+    else
+        SC_TRY(name_labels(app, job, &scan.volume));
+    if (scan.tallies && scan.volume.label_count == 1)
+        sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
+    status = fill_volume(app, &scan, session);
+out:
+    sc_label_scan_clear(&scan);
+    return status;
+}
