@@ -33,14 +33,15 @@ typedef struct sc_label {
 /** A segmented volume. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
     int size[3];      /**< voxels along x (fastest), y, z */
-    int label_bytes;  /**< 1 or 2: width of a dense id */
+    int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
     void *ids;        /**< dense ids, [size z][size y][size x]; id 0 is the label 0, background */
-    int label_count;  /**< 1 to SC_LABELS_MAX; 1 up to 256 use one byte */
+    int label_count;  /**< background included: 1 to SC_LABELS_MAX */
     sc_label *labels; /**< by dense id: background, then the other values in rising order */
     sc_affine to_ras_mm; /**< voxel index (centres at whole numbers) -> patient mm, RAS+ */
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
 } sc_volume;
 
+/** Free what the volume owns and set it to zero. */
 void sc_volume_clear(sc_volume *volume);
 /** Number of voxels. */
 size_t sc_volume_voxels(const sc_volume *volume);
@@ -99,7 +100,9 @@ typedef struct sc_label_table {
     sc_label *rows;
     size_t count, capacity;
 } sc_label_table;
+/** Free the rows and set the table to zero. */
 void sc_label_table_clear(sc_label_table *table);
+/** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */
 SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table,
                                          const sc_label *row);
 /** Read a label table. SC_TABLE_AUTO guesses and says which. Of doubled ids the first wins.

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast prepare: the prepared volume as a file, for jobs that then begin at once. */
+/* segcast prepare: write the prepared volume to a file; jobs that map it start without preparing.
+ */
 #include "app.h"
 
 #include <string.h>

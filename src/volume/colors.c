@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/volume.h"
 
-/* Finaliser of splitmix64 (Steele, Lea, Flood 2014): every bit depends on every bit. */
+/* The mixing step of splitmix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
+ * generators"): every bit of the result depends on every bit of @p x. */
 static uint64_t mix(uint64_t x)
 {
     x ^= x >> 30;
@@ -11,7 +12,9 @@ static uint64_t mix(uint64_t x)
     return x ^ (x >> 31);
 }
 
-/* One channel of HSV to RGB with integers: hue in [0, 1536), saturation and value in [0, 255]. */
+/* One channel of a colour given as hue in [0, 1536), saturation and value in [0, 255], with
+ * integers only, so that the colours are the same everywhere. The red, green and blue channels are
+ * the same curve over the hue, shifted by @p offset. */
 static uint8_t channel(int hue, int offset, int saturation, int value)
 {
     const int h = (hue + offset) % 1536;

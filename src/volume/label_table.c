@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Label tables: Slicer's colour tables, FreeSurfer's look-up tables, ITK-SNAP's descriptions.
+/* Label tables: colour tables of 3D Slicer, look-up tables of FreeSurfer, descriptions of ITK-SNAP.
  * The first two look alike but mean the opposite by their sixth number. */
 #include "segcast/volume.h"
 
@@ -34,7 +34,9 @@ sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_
     return SC_OK;
 }
 
-/* Next blank-separated word; NULL at the end of the line. */
+/* The next word, which blanks or tabs separate, as a string of its own; NULL at the end of the
+ * line.
+ * @p at moves behind it. */
 static char *next_word(char **at)
 {
     char *word;
@@ -66,7 +68,8 @@ static uint8_t level(double value)
     return value <= 0 ? 0 : value >= 255 ? 255 : (uint8_t)(value + 0.5);
 }
 
-/* "id name R G B [A]"; @p transparency: the last number is 255 - opacity. */
+/* A row "id name R G B [A]". @p transparency: the last number is 255 minus the opacity, and
+ * underscores belong to the name; else it is the opacity, and they stand for blanks. */
 static bool parse_named(char *line, bool transparency, sc_label *row)
 {
     double id, rgb[3], last;
@@ -85,7 +88,7 @@ static bool parse_named(char *line, bool transparency, sc_label *row)
     if (next_number(&at, &last)) {
         const double opacity = level(transparency ? 255 - last : last) / 255.0;
 
-        /* 255 is what every table holds that says nothing about opacity. */
+        /* Tables that do not care about opacity say 255 throughout: taken as not given. */
         row->opacity = opacity < 1 ? (float)opacity : -1;
         row->hidden = opacity == 0;
     }
@@ -102,7 +105,8 @@ static bool parse_freesurfer(char *line, sc_label *row)
     return parse_named(line, true, row);
 }
 
-/* "id R G B A VIS MSH "name""; A from 0 to 1; MSH: shown in 3D. */
+/* A row: id R G B A VIS MSH "name". A is the opacity from 0 to 1; MSH says whether the label is
+ * shown in 3D; VIS, whether it is shown in slices, is not used. */
 static bool parse_itksnap(char *line, sc_label *row)
 {
     double number[7];
@@ -142,7 +146,7 @@ static bool is_blank_or_comment(const char *line)
     return !*line || *line == '#';
 }
 
-/* "id R G B A VIS MSH", then a name in quotes. */
+/* Is the line seven numbers and a name in quotes? */
 static bool looks_like_itksnap(const char *line)
 {
     int end = -1;
@@ -151,7 +155,8 @@ static bool looks_like_itksnap(const char *line)
     return end > 0 && line[end] == '"';
 }
 
-/* ITK-SNAP by its header or quotes; Slicer's tables say 255 for opaque, FreeSurfer's 0. */
+/* ITK-SNAP is known by its header or by names in quotes. The tables of Slicer and FreeSurfer look
+ * alike, but most of their labels are opaque, which is 255 in the one and 0 in the other. */
 static sc_table_format guess(const char *text)
 {
     size_t opaque_255 = 0, opaque_0 = 0;
@@ -195,7 +200,7 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
             first_skipped = skipped++ ? first_skipped : number;
             continue;
         }
-        if (row.value == 0) /* background has no look */
+        if (row.value == 0) /* background is never shown: its name and colour do not matter */
             continue;
         status = sc_label_table_add(ctx, table, &row);
     }

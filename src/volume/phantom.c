@@ -27,8 +27,8 @@ typedef enum shape_id {
 
 enum { NONE = -1, TUBE_POINTS = 40, TUBES = 24, COURSES = 6 };
 
-/* A tissue is what its shape, moved outward by grow_mm, covers; and within another one, if named.
- */
+/* A tissue fills its shape after the surface has been moved outward by grow_mm; where `within`
+ * names a second shape, only the part that also lies inside that one, moved by within_grow_mm. */
 typedef struct tissue {
     const char *name;
     uint8_t rgb[3];
@@ -371,7 +371,8 @@ int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
     return 0;
 }
 
-/* Negative exactly where the tissue owns the point: inside its field, outside all before it. */
+/* Field of what the tissue owns: negative inside its own shape and outside those of all tissues
+ * before it in the table, which own what they share with it. */
 static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
 {
     double field = sc_phantom_field(phantom, label, p);

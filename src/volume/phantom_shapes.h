@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to volume: implicit shapes of the phantom. A field is negative inside, in mm, and changes
- * by at most SC_SHAPE_LIPSCHITZ mm per mm, which is what lets whole blocks be classified at once.
- */
+/* Private to volume: the phantom's shapes as implicit functions ("fields"). A field gives about the
+ * signed distance to the surface in mm, negative inside. It changes by at most SC_SHAPE_LIPSCHITZ
+ * mm per mm, so that its value at the centre of a block bounds its values in the whole block, and
+ * blocks far from every surface are classified at once. */
 #ifndef SC_PHANTOM_SHAPES_H
 #define SC_PHANTOM_SHAPES_H
 

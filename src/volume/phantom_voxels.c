@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Voxelising by descent: a block whose centre is further from every surface than its corners is
- * filled at once; others are halved, with only the tissues that can still reach them. */
+/* Voxelising by recursive subdivision: a block whose centre is farther from every surface than its
+ * corners are from its centre belongs to one tissue and is filled at once. All others are halved,
+ * and only tissues whose surface may pass through the half are looked at again. */
 #include "phantom_model.h"
 
 #include <string.h>

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* MetaImage (.mha, .mhd): "Key = value" lines, then voxels in the same file or in one beside it.
- * Grammar after ITK's MetaIO documentation. CompressedDataSize is not needed and not trusted. */
+/* MetaImage (.mha, .mhd): lines "Key = value", then the voxels, in the same file or in one beside
+ * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
+ * compressed stream says itself where it ends, and files are about in which that key is too small.
+ */
 #include "source.h"
 
 #include <errno.h>
@@ -21,7 +23,7 @@ typedef struct meta {
     long header_bytes; /* where the voxels of an .mha begin */
 } meta;
 
-/* Read up to @p count numbers; @return how many there were. */
+/* Read up to @p count numbers separated by blanks. @return how many there were. */
 static int numbers(const char *text, int count, double *out)
 {
     char *end;
@@ -137,7 +139,8 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
                    m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
 }
 
-/* World axes are left, posterior, superior (DICOM); columns of the matrix are the voxel axes. */
+/* The file's world axes point to the left, posterior and superior (as in DICOM). TransformMatrix
+ * lists the direction of one voxel axis after the other. */
 static void geometry(const meta *m, sc_source *source)
 {
     static const double ras[3] = {-1, -1, 1};
@@ -154,7 +157,8 @@ static void geometry(const meta *m, sc_source *source)
     source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
-/* A name that leads out of the header's folder, or names many files, is refused. */
+/* The file with the voxels. Refused are names of files outside the header's folder, so that a
+ * volume cannot make segcast read any file of the machine, and series of files. */
 static sc_status data_path(const meta *m, char **out)
 {
     const char *slash = strrchr(m->path, '/');

@@ -143,7 +143,7 @@ static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f
     return SC_OK;
 }
 
-/* Where the voxels begin, in the file that holds them. */
+/* Check the byte at which the voxels begin in the file that holds them. */
 static sc_status check_offset(const sc_ctx *ctx, const char *path, const fields *f, bool pair)
 {
     const double least = pair ? 0 : f->version == 1 ? HEADER1_BYTES + 4 : HEADER2_BYTES + 4;
@@ -234,7 +234,8 @@ static bool usable(const nifti_dmat44 *m)
     return sc_affine_invert(&a, &inverse);
 }
 
-/* sform, then qform, then voxel sizes alone; each only if it can be used. */
+/* From voxels to mm: by the sform if it is given and can be inverted, else by the qform likewise,
+ * else by the voxel sizes alone, which say nothing about orientation. */
 static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_source *source)
 {
     double mm = 1;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NRRD through Teem. The header is read alone first, so that sizes are checked against the files
- * before anything is allocated for them. */
+/* NRRD. Teem reads the header, so that sizes are checked against the files before anything is
+ * allocated for them. The voxels of the usual encodings (raw and gzip, in one file) are then
+ * streamed; Teem reads those of all others. */
 #include "source.h"
 
 #include <errno.h>
@@ -16,7 +17,8 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path)
     const char *line = text ? text : "unknown";
     sc_status status;
 
-    /* biff stacks one line per caller, the cause last. */
+    /* Teem's error log has a line for each function that was left, with the cause in the last one.
+     */
     for (char *c = text; c && *c; c++) {
         if (*c == '\n' && c[1])
             line = c + 1;
@@ -76,7 +78,8 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
     return SC_OK;
 }
 
-/* Signs that turn the file's world axes into right, anterior, superior. */
+/* Signs that turn the file's world axes into right, anterior, superior. @return false if the file
+ * does not name its space. */
 static bool space_signs(const sc_ctx *ctx, const char *path, int space, double signs[3])
 {
     signs[0] = signs[1] = signs[2] = 1;
@@ -121,7 +124,8 @@ static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
     return 1;
 }
 
-/* Axes without directions: a grid of spacings (1 where none is given). */
+/* The axes have no directions: voxels of the given spacings, 1 mm where none is given, along R, A,
+ * S. */
 static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_source *source)
 {
     for (int i = 0; i < 3; i++) {
@@ -317,8 +321,8 @@ out:
     return status;
 }
 
-/* A header that lists its data files must be text to its end: Teem reads on behind a list that is
- * none. @return SC_ERR_DATA with the byte. */
+/* A header that lists its data files must be text to its end: behind a damaged list Teem would take
+ * what follows, such as voxels, for names of files. @return SC_ERR_DATA with the byte. */
 static sc_status check_list(const sc_ctx *ctx, const char *path)
 {
     enum { LOOK_BYTES = 1 << 16 };
@@ -348,7 +352,7 @@ static sc_status check_list(const sc_ctx *ctx, const char *path)
 static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
                       NrrdIoState *nio)
 {
-    nrrdStateVerboseIO = 0; /* errors are told by us, once */
+    nrrdStateVerboseIO = 0; /* teem_error logs what went wrong */
     nio->skipData = header_only ? AIR_TRUE : AIR_FALSE;
     nio->keepNrrdDataFileOpen = nio->skipData;
     errno = 0;
@@ -363,8 +367,9 @@ static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrr
     return SC_OK;
 }
 
-/* Teem wraps ascii numbers that do not fit the type; the text itself tells. Checked where the text
- * stands in this very file, behind the blank line. */
+/* Numbers of encoding ascii that do not fit the type of the voxels are wrapped by Teem, so that
+ * wrong labels would be shown. They are looked for in the text itself, which stands behind the
+ * blank line that ends the header; text in a file of its own is not checked. */
 static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *io,
                              const sc_source *source)
 {

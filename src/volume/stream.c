@@ -208,7 +208,8 @@ static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, con
     const size_t index = s->position + i;
 
     return sc_fail(s->ctx, SC_ERR_DATA,
-                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers",
+                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
+                   "segmentation, not a grey-value image or a probability map",
                    s->path, index % nx, index / nx % ny, index / nx / ny, value, what);
 }
 

@@ -9,7 +9,7 @@ static sc_vec3 random_point(uint64_t *seed)
                      random_real(seed, -81, 81)};
 }
 
-static void the_descent_fills_every_voxel_with_its_owner(void **state)
+static void every_voxel_belongs_to_the_owner_of_its_centre(void **state)
 {
     static const int sizes[][3] = {{59, 41, 61}, {33, 64, 2}};
     sc_phantom *phantom;
@@ -198,7 +198,7 @@ static void a_scan_finds_the_boxes_of_the_tissues(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_descent_fills_every_voxel_with_its_owner),
+        cmocka_unit_test(every_voxel_belongs_to_the_owner_of_its_centre),
         cmocka_unit_test(all_tissues_are_there_with_names_and_colours),
         cmocka_unit_test(distance_is_that_of_the_nearest_surface),
         cmocka_unit_test(the_heart_lies_as_in_a_chest),

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Readers, on files this test writes itself: every type, byte order and orientation. */
+/* The readers and label tables, on files that this test writes itself: every type of voxel, byte
+ * order, encoding and orientation, and what is refused. */
 #include "check.h"
 
 #include "segcast/volume.h"
@@ -79,7 +80,7 @@ static size_t store(char *out, const char *type, bool swapped)
     return each * VOXELS;
 }
 
-static void nrrd_of_every_type_encoding_and_byte_order(void **state)
+static void nrrd_of_every_type_encoding_and_byte_order_is_read(void **state)
 {
     static const char *const types[] = {"int8",   "uint8", "int16",  "uint16", "int32",
                                         "uint32", "int64", "uint64", "float",  "double"};
@@ -110,7 +111,7 @@ static void nrrd_of_every_type_encoding_and_byte_order(void **state)
     unlink("t.nrrd");
 }
 
-static void a_detached_ascii_nrrd(void **state)
+static void an_ascii_nrrd_with_a_file_of_its_own_is_read(void **state)
 {
     sc_volume v;
     FILE *file = fopen("t.txt", "w");
@@ -183,7 +184,7 @@ static void write_nifti(const char *path, const unsigned char h[352], const void
     write_file(path, "", whole, 352 + bytes, packed);
 }
 
-static void nifti_sform_before_qform_before_pixdim(void **state)
+static void nifti_geometry_comes_from_sform_then_qform_then_pixdim(void **state)
 {
     static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
     unsigned char h[352];
@@ -230,7 +231,7 @@ static void swap_bytes(unsigned char *at, size_t each, size_t count)
     }
 }
 
-static void nifti_of_the_other_byte_order(void **state)
+static void nifti_of_the_other_byte_order_is_read(void **state)
 {
     static const float m[12] = {-2, 0, 0, 10, 0, 0, 3, 20, 0, -1, 0, 30};
     unsigned char h[352];
@@ -255,7 +256,7 @@ static void nifti_of_the_other_byte_order(void **state)
     unlink("t.nii");
 }
 
-static void fractions_and_infinities_are_refused_with_their_place(void **state)
+static void fractions_and_infinities_are_refused_with_their_voxel(void **state)
 {
     unsigned char h[352];
     float data[VOXELS] = {0};
@@ -297,7 +298,7 @@ static sc_status read_labels(int distinct, sc_volume *out)
     return sc_volume_read(&ctx, "t.nrrd", out);
 }
 
-static void up_to_65535_signed_sparse_labels(void **state)
+static void there_may_be_65535_labels_of_any_value(void **state)
 {
     sc_volume v = {0};
 
@@ -359,8 +360,9 @@ static void expect_table(sc_table_format format, const char *text, float opacity
     sc_label_table_clear(&table);
 }
 
-/* The sixth number of Slicer's table is opacity, that of FreeSurfer's is transparency. */
-static void three_kinds_of_tables(void **state)
+/* The sixth number of a row is opacity in tables of Slicer, but transparency in those of
+ * FreeSurfer. */
+static void tables_of_three_programs_are_read(void **state)
 {
     heard said;
     sc_ctx ctx = listening(&said);
@@ -404,7 +406,7 @@ static void hash_colours_are_stable_and_distinct(void **state)
     assert_int_equal(seen[0][2], 246);
 }
 
-static void no_allocation_that_fails_is_lost(void **state)
+static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
 {
     char data[VOXELS * 8];
     const size_t bytes = store(data, "int16", false);
@@ -504,8 +506,7 @@ static void a_scan_finds_the_labels_of_every_encoding(void **state)
     unlink("t.mha");
 }
 
-/* Skipped lines and bytes, and voxels in a file of their own. */
-static void nrrd_voxels_behind_something_else(void **state)
+static void nrrd_lines_and_bytes_before_the_voxels_are_skipped(void **state)
 {
     char data[64 + VOXELS * 8] = "one line\n12345";
     const size_t before = strlen(data);
@@ -748,19 +749,19 @@ static void a_written_nrrd_holds_the_label_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nrrd_of_every_type_encoding_and_byte_order),
-        cmocka_unit_test(a_detached_ascii_nrrd),
-        cmocka_unit_test(nifti_sform_before_qform_before_pixdim),
-        cmocka_unit_test(nifti_of_the_other_byte_order),
-        cmocka_unit_test(fractions_and_infinities_are_refused_with_their_place),
-        cmocka_unit_test(up_to_65535_signed_sparse_labels),
+        cmocka_unit_test(nrrd_of_every_type_encoding_and_byte_order_is_read),
+        cmocka_unit_test(an_ascii_nrrd_with_a_file_of_its_own_is_read),
+        cmocka_unit_test(nifti_geometry_comes_from_sform_then_qform_then_pixdim),
+        cmocka_unit_test(nifti_of_the_other_byte_order_is_read),
+        cmocka_unit_test(fractions_and_infinities_are_refused_with_their_voxel),
+        cmocka_unit_test(there_may_be_65535_labels_of_any_value),
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
-        cmocka_unit_test(three_kinds_of_tables),
+        cmocka_unit_test(tables_of_three_programs_are_read),
         cmocka_unit_test(hash_colours_are_stable_and_distinct),
-        cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
         cmocka_unit_test(a_scan_needs_little_memory),
-        cmocka_unit_test(nrrd_voxels_behind_something_else),
+        cmocka_unit_test(nrrd_lines_and_bytes_before_the_voxels_are_skipped),
         cmocka_unit_test(a_header_and_a_table_name_labels_together),
         cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),
         cmocka_unit_test(what_is_refused_is_told_what_to_do),
