@@ -19,6 +19,25 @@ void sc_print_help(FILE *stream)
         fprintf(stream, "  %2d  %s\n", row->code, row->meaning);
 }
 
+/* Sentences in lines of at most 88 characters. */
+static void print_wrapped(FILE *stream, const char *text)
+{
+    enum { WIDTH = 88 };
+
+    while (*text) {
+        size_t length = strlen(text);
+
+        if (length > WIDTH) {
+            length = WIDTH;
+            while (length > 0 && text[length] != ' ')
+                length--;
+        }
+        fprintf(stream, "%.*s\n", (int)length, text);
+        text += length;
+        text += *text == ' ';
+    }
+}
+
 sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream)
 {
     sc_option_list list;
@@ -26,9 +45,13 @@ sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FI
 
     if (status != SC_OK)
         return status;
-    fprintf(stream, "Usage: segcast %s%s%s [OPTION]...\n\n%s%s%s\n\n", command->name,
-            command->argument[0] ? " " : "", command->argument, command->help,
-            command->details ? ".\n" : "", command->details ? command->details : "");
+    fprintf(stream, "Usage: segcast %s%s%s [OPTION]...\n\n%s\n", command->name,
+            command->argument[0] ? " " : "", command->argument, command->help);
+    if (command->details) {
+        fputs("\n", stream);
+        print_wrapped(stream, command->details);
+    }
+    fputs("\n", stream);
     for (size_t i = 0; i < list.count; i++) {
         const sc_option *row = &list.rows[i];
         char left[64];
