@@ -24,6 +24,7 @@ struct sc_app {
     sc_comm *comm;
     sc_terminal *terminal;
     const char *const *environment;
+    const sc_command *commands; /* the table; ended by a row without a name */
     sc_options options;
     int threads;     /* of this rank */
     double begin_s;  /* by sc_wall_s */

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table of commands, and that of exit codes. */
+/* The table of commands. Only main.c refers to it; whoever else needs it gets it by way of sc_app, so
+ * that a command may speak of all commands. */
 #include "app.h"
-
-#include <string.h>
 
 const sc_command sc_commands[] = {
     {"render", "JOB.yaml", "make the video and the frames of a job",
@@ -39,46 +38,3 @@ const sc_command sc_commands[] = {
      false},
     {"help", "[COMMAND]", "explain a command", NULL, sc_cmd_help, false},
     {0}};
-
-const sc_command *sc_command_find(const char *name)
-{
-    for (const sc_command *command = sc_commands; command->name; command++) {
-        if (!strcmp(name, command->name))
-            return command;
-    }
-    return NULL;
-}
-
-sc_status sc_command_unknown(const sc_ctx *ctx, const char *name)
-{
-    const char *names[SC_COUNT_OF(sc_commands)], *nearest;
-
-    if (!name)
-        return sc_fail(ctx, SC_ERR_USAGE, "no command; try `segcast --help`");
-    for (size_t i = 0; i < SC_COUNT_OF(sc_commands); i++)
-        names[i] = sc_commands[i].name;
-    nearest = sc_nearest_word(name, names, SC_COUNT_OF(sc_commands));
-    return sc_fail(ctx, SC_ERR_USAGE, "unknown command \"%s\"; %s%s%s", name,
-                   nearest ? "did you mean \"" : "try `segcast --help`", nearest ? nearest : "",
-                   nearest ? "\"?" : "");
-}
-
-const sc_exit_code sc_exit_codes[] = {{SC_OK, 0, "complete"},
-                                      {SC_ERR_USAGE, 64, "wrong use: command line or settings"},
-                                      {SC_ERR_DATA, 65, "an input is broken"},
-                                      {SC_ERR_MISSING, 66, "an input is missing"},
-                                      {SC_ERR_INTERNAL, 70, "internal error"},
-                                      {SC_ERR_MEMORY, 70, "out of memory"},
-                                      {SC_ERR_CREATE, 73, "an output cannot be created"},
-                                      {SC_ERR_WRITE, 74, "an output cannot be written"},
-                                      {SC_ERR_INCOMPLETE, 75, "incomplete: run again"},
-                                      {0}};
-
-int sc_exit_code_of(sc_status status)
-{
-    for (const sc_exit_code *row = sc_exit_codes; row->meaning; row++) {
-        if (row->status == status)
-            return row->code;
-    }
-    return 70;
-}

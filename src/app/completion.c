@@ -22,15 +22,15 @@ static void print_quoted(FILE *stream, const char *text)
     fputc('\'', stream);
 }
 
-static void print_command_names(FILE *stream)
+static void print_command_names(const sc_command *commands, FILE *stream)
 {
-    for (const sc_command *c = sc_commands; c->name; c++)
-        fprintf(stream, "%s%s", c == sc_commands ? "" : " ", c->name);
+    for (const sc_command *c = commands; c->name; c++)
+        fprintf(stream, "%s%s", c == commands ? "" : " ", c->name);
 }
 
 /* ---- bash, and zsh by way of its bash completion ---- */
 
-static sc_status print_bash(const sc_ctx *ctx, FILE *stream)
+static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;
 
@@ -44,7 +44,7 @@ static sc_status print_bash(const sc_ctx *ctx, FILE *stream)
           "    if [ \"$COMP_CWORD\" = 1 ] || [ \"$previous\" = help ]; then\n"
           "        COMPREPLY=($(compgen -W '",
           stream);
-    print_command_names(stream);
+    print_command_names(commands, stream);
     fputs(" --help --version' -- \"$word\"))\n        return\n    fi\n"
           "    case $previous in\n    --set)\n"
           "        compopt -o nospace 2>/dev/null\n"
@@ -52,7 +52,7 @@ static sc_status print_bash(const sc_ctx *ctx, FILE *stream)
           "  esac\n"
           "    case ${COMP_WORDS[1]} in\n",
           stream);
-    for (const sc_command *c = sc_commands; c->name; c++) {
+    for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 
         status = sc_options_list(ctx, c, &list);
@@ -83,7 +83,7 @@ static void print_zsh_text(FILE *stream, const char *text)
               stream);
 }
 
-static sc_status print_zsh(const sc_ctx *ctx, FILE *stream)
+static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;
 
@@ -92,7 +92,7 @@ static sc_status print_zsh(const sc_ctx *ctx, FILE *stream)
     if (status != SC_OK)
         return status;
     fputs(" )\n_segcast() {\n    local -a commands=(\n", stream);
-    for (const sc_command *c = sc_commands; c->name; c++) {
+    for (const sc_command *c = commands; c->name; c++) {
         fprintf(stream, "        '%s:", c->name);
         print_zsh_text(stream, c->help);
         fputs("'\n", stream);
@@ -100,7 +100,7 @@ static sc_status print_zsh(const sc_ctx *ctx, FILE *stream)
     fputs("    )\n    if (( CURRENT == 2 )); then _describe command commands; return; fi\n"
           "    local command=$words[2]\n    shift words; (( CURRENT-- ))\n    case $command in\n",
           stream);
-    for (const sc_command *c = sc_commands; c->name; c++) {
+    for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 
         status = sc_options_list(ctx, c, &list);
@@ -129,7 +129,7 @@ static sc_status print_zsh(const sc_ctx *ctx, FILE *stream)
 
 /* ---- fish ---- */
 
-static sc_status print_fish(const sc_ctx *ctx, FILE *stream)
+static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;
 
@@ -138,7 +138,7 @@ static sc_status print_fish(const sc_ctx *ctx, FILE *stream)
     if (status != SC_OK)
         return status;
     fputs("\n", stream);
-    for (const sc_command *c = sc_commands; c->name; c++) {
+    for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
 
         fprintf(stream, "complete -c segcast -n '__fish_use_subcommand' -f -a %s -d ", c->name);
@@ -162,14 +162,16 @@ static sc_status print_fish(const sc_ctx *ctx, FILE *stream)
         }
     }
     fputs("complete -c segcast -n '__fish_seen_subcommand_from help' -f -a '", stream);
-    print_command_names(stream);
+    print_command_names(commands, stream);
     fputs("'\n", stream);
     return SC_OK;
 }
 
-sc_status sc_print_completion(const sc_ctx *ctx, const char *shell, FILE *stream)
+sc_status sc_print_completion(const sc_ctx *ctx, const sc_command *commands, const char *shell,
+                              FILE *stream)
 {
     if (!strcmp(shell, "bash"))
-        return print_bash(ctx, stream);
-    return !strcmp(shell, "zsh") ? print_zsh(ctx, stream) : print_fish(ctx, stream);
+        return print_bash(ctx, commands, stream);
+    return !strcmp(shell, "zsh") ? print_zsh(ctx, commands, stream)
+                                 : print_fish(ctx, commands, stream);
 }

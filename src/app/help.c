@@ -4,12 +4,12 @@
 
 #include <string.h>
 
-void sc_print_help(FILE *stream)
+void sc_print_help(const sc_command *commands, FILE *stream)
 {
     fprintf(stream,
             "Usage: segcast COMMAND [ARGUMENT] [OPTION]...   alone, or under mpirun or srun\n\n"
             "Videos of segmented volumes, ray-cast on CPUs under MPI and OpenMP.\n\n");
-    for (const sc_command *c = sc_commands; c->name; c++)
+    for (const sc_command *c = commands; c->name; c++)
         fprintf(stream, "  segcast %-7s %-15s  %s\n", c->name, c->argument, c->help);
     fprintf(stream, "\n  segcast help COMMAND      the options of a command\n"
                     "  segcast keys              the keys of a job file\n"
@@ -67,18 +67,18 @@ sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FI
 sc_status sc_cmd_help(sc_app *app)
 {
     const sc_options *o = &app->options;
-    const sc_command *command = o->input ? sc_command_find(o->input) : NULL;
+    const sc_command *command = o->input ? sc_command_find(app->commands, o->input) : NULL;
     const char *shell = o->bash ? "bash" : o->zsh ? "zsh" : o->fish ? "fish" : NULL;
 
     if (shell)
-        return sc_print_completion(app->ctx, shell, stdout);
+        return sc_print_completion(app->ctx, app->commands, shell, stdout);
     if (o->man)
-        return sc_print_manual(app->ctx, stdout);
+        return sc_print_manual(app->ctx, app->commands, stdout);
     if (o->input && !command)
-        return sc_command_unknown(app->ctx, o->input);
+        return sc_command_unknown(app->ctx, app->commands, o->input);
     if (command)
         return sc_print_command_help(app->ctx, command, stdout);
-    sc_print_help(stdout);
+    sc_print_help(app->commands, stdout);
     return SC_OK;
 }
 
@@ -125,7 +125,7 @@ static void print_option_roff(FILE *stream, const sc_option *row)
     fputs("\n", stream);
 }
 
-sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream)
+sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     fprintf(
         stream,
@@ -136,7 +136,7 @@ sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream)
         "standard output, messages to standard error. Keys of a job file are described in\n"
         "segcast\\-job(5).\n.SH COMMANDS\n",
         sc_version());
-    for (const sc_command *c = sc_commands; c->name; c++) {
+    for (const sc_command *c = commands; c->name; c++) {
         sc_option_list list;
         const sc_status status = sc_options_list(ctx, c, &list);
 

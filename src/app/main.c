@@ -29,19 +29,24 @@ static sc_status execute(sc_app *app, int argc, char **argv)
 {
     const bool is_root = sc_comm_rank(app->comm) == 0;
     const char *name = argc > 1 ? argv[1] : NULL;
-    const sc_command *command = name ? sc_command_find(name) : NULL;
+    const sc_command *command = name ? sc_command_find(app->commands, name) : NULL;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = is_root ? app->ctx : &silent;
     sc_options *options = &app->options;
     sc_status status = SC_OK;
 
-    if (name && (!strcmp(name, "--version") || !strcmp(name, "--help") || !strcmp(name, "-h"))) {
+    if (name && !strcmp(name, "--version")) {
         if (is_root)
-            (!strcmp(name, "--version") ? sc_print_version : sc_print_help)(stdout);
+            sc_print_version(stdout);
+        return SC_OK;
+    }
+    if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+        if (is_root)
+            sc_print_help(app->commands, stdout);
         return SC_OK;
     }
     if (!command)
-        return sc_command_unknown(ctx, name);
+        return sc_command_unknown(ctx, app->commands, name);
     SC_TRY(sc_check_communicator(ctx, app->comm));
     SC_TRY(sc_options_parse(ctx, command, argc, argv, options));
     app->terminal->quiet = options->quiet;
@@ -64,6 +69,7 @@ int main(int argc, char **argv)
     sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal};
     sc_app app = {.ctx = &ctx,
                   .terminal = &terminal,
+                  .commands = sc_commands,
                   .environment = (const char *const *)environ,
                   .begin_s = sc_wall_s()};
     sc_status status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);

@@ -43,10 +43,10 @@ typedef struct sc_command {
 extern const sc_command sc_commands[]; /* ended by a row without a name */
 
 /* NULL if there is none of that name. */
-const sc_command *sc_command_find(const char *name);
+const sc_command *sc_command_find(const sc_command *commands, const char *name);
 /* Log that there is no such command, with the nearest name. @p name NULL: none was given.
  * @return SC_ERR_USAGE. */
-sc_status sc_command_unknown(const sc_ctx *ctx, const char *name);
+sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, const char *name);
 
 /* A row of the table of options. Several rows may have one name, for different commands. */
 typedef struct sc_option sc_option;
@@ -95,11 +95,12 @@ int sc_exit_code_of(sc_status status);
 
 /* ---- what is printed of these tables: help.c, manual.c, completion.c ---- */
 
-void sc_print_help(FILE *stream);
+void sc_print_help(const sc_command *commands, FILE *stream);
 sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream);
 /* segcast(1). */
-sc_status sc_print_manual(const sc_ctx *ctx, FILE *stream);
-/* Completions of the command line: sc_print_completion(ctx, "bash" | "zsh" | "fish", stream). */
-sc_status sc_print_completion(const sc_ctx *ctx, const char *shell, FILE *stream);
+sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *stream);
+/* Completions of the command line. @p shell: "bash", "zsh" or "fish". */
+sc_status sc_print_completion(const sc_ctx *ctx, const sc_command *commands, const char *shell,
+                              FILE *stream);
 
 #endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The types of values that are maps of further keys. */
+#include "key.h"
+
+static sc_status read_map(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    return sc_keys_read(ctx, key->keys, node, value);
+}
+
+static sc_status write_flow_map(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    (void)indent;
+    return sc_keys_write_flow(ctx, key->keys, value, text);
+}
+
+static json_t *map_schema(const sc_key *key)
+{
+    return sc_keys_schema(key->keys);
+}
+
+/* A map that is written as a block of lines (by sc_keys_write, which knows the indentation). */
+const sc_value_type sc_type_map = {
+    .name = "map",
+    .expected = "a map of keys",
+    .read = read_map,
+    .schema = map_schema,
+    .container = SC_CONTAINER_MAP,
+};
+/* A map that is written in one line. */
+const sc_value_type sc_type_flow_map = {
+    .name = "map",
+    .expected = "a map of keys",
+    .read = read_map,
+    .write = write_flow_map,
+    .schema = map_schema,
+    .container = SC_CONTAINER_MAP,
+};

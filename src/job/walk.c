@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Walking the table of keys, and what a listing says of one row. */
+#include "describe.h"
+
+/* @p path: of the map that holds the keys; as it was when this returns. */
+static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int depth,
+                      sc_key_visitor *visitor, void *user)
+{
+    static const char *const steps[] = {[SC_CONTAINER_NONE] = "",
+                                        [SC_CONTAINER_MAP] = "",
+                                        [SC_CONTAINER_LIST] = ".N",
+                                        [SC_CONTAINER_DICT] = ".NAME"};
+    const size_t length = path->length_bytes;
+    sc_status status = SC_OK;
+
+    for (; keys->name && status == SC_OK; keys++) {
+        sc_key_visit visit = {.key = keys, .depth = depth};
+
+        SC_TRY(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
+        visit.path = path->data;
+        SC_TRY(visitor(ctx, user, &visit));
+        if (keys->keys) {
+            SC_TRY(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
+            status = walk(ctx, keys->keys, path, depth + 1, visitor, user);
+        }
+        path->length_bytes = length;
+        path->data[length] = '\0';
+    }
+out:
+    return status;
+}
+
+sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user)
+{
+    sc_text path = {0};
+    const sc_status status = walk(ctx, sc_job_keys, &path, 0, visitor, user);
+
+    sc_text_clear(&path);
+    return status;
+}
+
+typedef struct info_visitor {
+    sc_status (*visit)(void *user, const sc_key_info *info);
+    void *user;
+} info_visitor;
+
+static sc_status visit_info(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    const info_visitor *v = user;
+    const sc_key *key = visit->key;
+    const sc_key_info info = {.path = visit->path,
+                              .help = key->help,
+                              .option = key->option ? key->option->name : NULL,
+                              .argument = key->option ? key->option->argument : NULL,
+                              .commands = key->option ? key->option->commands : NULL,
+                              .is_value = !key->keys || key->shorthand};
+
+    (void)ctx;
+    return v->visit(v->user, &info);
+}
+
+sc_status sc_job_each_key(const sc_ctx *ctx,
+                          sc_status (*visit)(void *user, const sc_key_info *info), void *user)
+{
+    info_visitor v = {visit, user};
+
+    return sc_keys_walk(ctx, visit_info, &v);
+}
+
+/* ---- parts of a listing ---- */
+
+static sc_status add_words(const sc_ctx *ctx, const sc_key *key, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; status == SC_OK; i++) {
+        const char *word = key->words ? key->words[i] : key->choices[i].word;
+        const char *next = !word ? NULL : key->words ? key->words[i + 1] : key->choices[i + 1].word;
+
+        if (!word)
+            break;
+        status = sc_text_add(ctx, text, "%s%s", i == 0 ? "" : next ? ", " : " or ", word);
+    }
+    return status;
+}
+
+sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text)
+{
+    sc_status status;
+
+    if (key->words || key->choices)
+        return add_words(ctx, key, text);
+    SC_TRY(sc_text_add(ctx, text, "%s", key->type->name));
+    if (key->high > key->low && key->high < 1e6)
+        SC_TRY(sc_text_add(ctx, text, " from %g to %g", key->low, key->high));
+    if (key->unit)
+        SC_TRY(sc_text_add(ctx, text, ", %s", key->unit));
+out:
+    return status;
+}
+
+const char *sc_key_default(const sc_key *key)
+{
+    if (key->required)
+        return "(required)";
+    if (key->fallback)
+        return key->fallback;
+    return key->without ? key->without : "";
+}
+
