@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table of commands. Only main.c refers to it; whoever else needs it gets it by way of sc_app, so
- * that a command may speak of all commands. */
+/* The table of commands. Only main.c refers to it; whoever else needs it gets it by way of sc_app,
+ * so that a command may speak of all commands. */
 #include "app.h"
 
 const sc_command sc_commands[] = {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table of keys in every format: for people at a terminal, as JSON and as a JSON schema; documents
- * are made by document.c. */
+/* The table of keys in every format: for people at a terminal, as JSON and as a JSON schema;
+ * documents are made by document.c. */
 #include "describe.h"
 
 #include <ctype.h>

@@ -107,4 +107,3 @@ const char *sc_key_default(const sc_key *key)
         return key->fallback;
     return key->without ? key->without : "";
 }
-
