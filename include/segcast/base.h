@@ -32,7 +32,10 @@ typedef enum sc_status {
     SC_ERR_INTERNAL = -8    /**< a bug of segcast or of a library */
 } sc_status;
 
+/** Marks a function whose result must not be ignored: the compiler warns. */
 #define SC_MUST_USE __attribute__((warn_unused_result))
+/** Marks a function that formats like printf: parameter number @p fmt is the format, and its
+ *  arguments begin at number @p first. The compiler checks them against each other. */
 #define SC_PRINTF(fmt, first) __attribute__((format(printf, fmt, first)))
 
 /** Call a function that can fail; on an error go to the label `out`. The calling function has this
@@ -44,27 +47,32 @@ typedef enum sc_status {
             goto out;                                                                              \
     } while (0)
 
+/** Number of elements of an array; wrong for a pointer. */
 #define SC_COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
+/** How important a message is, the most important level first. */
 typedef enum sc_log_level { SC_LOG_ERROR, SC_LOG_WARN, SC_LOG_INFO, SC_LOG_DEBUG } sc_log_level;
 
-/** The context of a call: where messages go, and how many allocations succeed. Borrowed by each
- *  function that gets it; several threads may use one. */
+/** The context of a call: where messages go and, in tests, how many allocations still succeed. Each
+ *  function that gets one borrows it. Several threads may use one if @p write allows that and
+ *  alloc_budget is NULL. */
 typedef struct sc_ctx {
     sc_log_level level; /**< messages above this level are dropped */
-    int rank;           /**< rank named in messages; negative: not named */
+    int rank;           /**< messages begin with this rank if it is above 0 */
     /** Receives one finished message without newline. NULL: messages are dropped. */
     void (*write)(void *user, sc_log_level level, const char *text);
     void *user;
-    /** NULL, or how many allocations still succeed; tests let the n-th fail with it. */
+    /** NULL, or the number of allocations that still succeed: tests use it to let the n-th fail. */
     long *alloc_budget;
 } sc_ctx;
 
 /** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_PRINTF(3, 4);
+/** Log a warning. */
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
+/** Log a message of level SC_LOG_INFO. */
 void sc_info(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
-/** Writer for sc_ctx.write: "segcast: error: text" to standard error. */
+/** A function for sc_ctx.write: prints lines such as "segcast: error: text" to standard error. */
 void sc_log_to_stderr(void *user, sc_log_level level, const char *text);
 
 /** Product of two sizes. @return false on overflow, @p out untouched. */
@@ -85,9 +93,10 @@ typedef struct sc_text {
     char *data;
     size_t length_bytes, capacity_bytes;
 } sc_text;
-/** Append formatted text. @return SC_ERR_MEMORY, @p text untouched. */
+/** Append formatted text. @return SC_ERR_MEMORY, with @p text untouched. */
 SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     SC_PRINTF(3, 4);
+/** Free the memory of @p text, which is empty then. */
 void sc_text_clear(sc_text *text);
 
 /** @return the one of @p count @p candidates that is nearest to @p word by Levenshtein distance,
@@ -99,10 +108,10 @@ const char *sc_nearest_word(const char *word, const char *const *candidates, siz
  *  what precedes these bytes, so that several pieces get one hash. */
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
 
-/** A unit that lengths are told in. */
+/** A unit in which lengths are printed. */
 typedef struct sc_length_unit {
     const char *name; /**< "mm", "um" or "nm" */
-    double mm;        /**< its length */
+    double mm;        /**< the length of one unit, in mm */
 } sc_length_unit;
 /** The largest of millimetres, micrometres and nanometres in which @p finest_mm, the smallest
  * length that is to be told apart, is at least a tenth; mm for 0. */
@@ -122,7 +131,7 @@ SC_MUST_USE sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t m
  * sc_file_unmap. */
 SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out,
                                   size_t *out_bytes);
-/** NULL is allowed. */
+/** End the mapping of sc_file_map: @p data and @p bytes are its outputs. NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 
 /** An output file that gets its name only when it is complete: it is written under a temporary name
@@ -161,17 +170,19 @@ SC_MUST_USE sc_status sc_make_directory(const sc_ctx *ctx, const char *path);
 SC_MUST_USE sc_status sc_path_join(const sc_ctx *ctx, const char *dir, const char *name,
                                    char **out);
 
-double sc_wall_s(void);       /**< time since some moment in the past; never goes back */
-double sc_cpu_s(void);        /**< CPU time of this process, user and system, all threads */
-double sc_thread_cpu_s(void); /**< CPU time of the calling thread */
+double sc_wall_s(void);       /**< seconds since an arbitrary moment; never goes back */
+double sc_cpu_s(void);        /**< CPU time of this process in seconds: all threads together */
+double sc_thread_cpu_s(void); /**< CPU time of the calling thread in seconds */
 uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, in bytes */
+/** Let the calling thread sleep; a signal may end the sleep early. */
 void sc_sleep_s(double seconds);
 
-/** Body of a parallel loop: does items [begin, end) on thread @p thread, counted from 0. */
+/** Body of a parallel loop: does the items [begin, end). @param thread number of the thread that
+ *  calls it, from 0: the index of memory that each thread has for itself. */
 typedef void sc_range_fn(void *user, size_t begin, size_t end, int thread);
 /** Call @p body for all of [0, count), in chunks of @p chunk items that @p threads threads claim
- * one after the other. Which thread does which chunk, and when, differs from call to call: results
- * must not depend on it. */
+ * one after the other; returns when all items are done. Which thread does which chunk, and when,
+ * differs from call to call, and results must not depend on it. */
 void sc_parallel_for(int threads, size_t count, size_t chunk, sc_range_fn *body, void *user);
 /** @return how many threads to use by default: OMP_NUM_THREADS, or else the usable cores. */
 int sc_default_threads(void);

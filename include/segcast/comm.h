@@ -5,15 +5,18 @@
  *  (comm_self.c).
  *
  *  All functions are called from the main thread of a rank only. "Collective" means: called by all
- *  ranks, in the same order. A rank that waits sleeps between looks instead of spinning, so that it
- *  leaves the cores to threads that compute. An error within the message layer itself (a lost
+ *  ranks, in the same order; a collective function may block until all have called it. A rank that
+ *  waits sleeps between two tests instead of spinning, so that the cores stay free for threads that
+ *  compute. An error within the message layer itself (a lost
  *  connection, a killed rank) ends all ranks. */
 #ifndef SEGCAST_COMM_H
 #define SEGCAST_COMM_H
 
 #include "segcast/base.h"
 
+/** A communicator, as one rank sees it. */
 typedef struct sc_comm sc_comm;
+/** A block of memory that the ranks of a node share. */
 typedef struct sc_shared sc_shared;
 
 /** A message that has arrived and can be received without waiting. */
@@ -27,26 +30,30 @@ typedef struct sc_message {
  * in a build without MPI, SC_ERR_MEMORY, SC_ERR_INTERNAL. @p ctx is borrowed for the communicator's
  *  life. Caller owns *out: sc_comm_close. */
 SC_MUST_USE sc_status sc_comm_open(const sc_ctx *ctx, bool launched, sc_comm **out);
-/** Wait for what was posted and leave. Collective. NULL is allowed. */
+/** Wait until all posted messages have left, leave the communicator and free it; with MPI this also
+ *  ends MPI. Collective. NULL is allowed. */
 void sc_comm_close(sc_comm *comm);
 
+/** @return the number of this rank, from 0. */
 int sc_comm_rank(const sc_comm *comm);
+/** @return the number of ranks. */
 int sc_comm_size(const sc_comm *comm);
 /** @return the number of nodes (hosts) that the ranks run on. */
 int sc_comm_node_count(const sc_comm *comm);
 /** @return whether this rank runs on the node of rank 0, so that both see the same block of
  *  sc_shared_alloc. */
 bool sc_comm_is_near_root(const sc_comm *comm);
-/** Write name and version of the message layer to @p text; callable before sc_comm_open. */
+/** Write name and version of the message layer into @p text, which has room for @p size bytes.
+ *  Callable before sc_comm_open. */
 void sc_comm_library(char *text, size_t size);
 
-/** @return on all ranks the smallest return code of all, so that they take the same branch.
- *  Collective. */
+/** @return on every rank the smallest return code that any rank has passed, so that all take the
+ *  same branch. Blocks until all ranks have called it. Collective. */
 SC_MUST_USE sc_status sc_comm_agree(sc_comm *comm, sc_status mine);
 /** Copy @p bytes from rank 0's @p data to that of all others. Collective. */
 void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
-/** Copy @p bytes of each rank's @p mine to rank 0's @p all, in the order of ranks; @p all is NULL
- *  on the others. Collective. */
+/** Copy @p bytes (the same number on all ranks, at most INT32_MAX) of each rank's @p mine to rank
+ *  0's @p all, in the order of ranks; @p all is NULL on the others. Collective. */
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
 
 /** Allocate one block of memory per node, common to all its ranks; not initialised. All ranks of a
@@ -59,7 +66,7 @@ void *sc_shared_data(const sc_shared *shared);
 /** Copy the block of rank 0's node to those of the other nodes; returns when all ranks may read.
  *  Collective. */
 void sc_shared_publish(sc_comm *comm, sc_shared *shared);
-/** Collective; NULL is allowed (on all ranks). */
+/** Free the block. Collective; NULL is allowed (on all ranks). */
 void sc_shared_free(sc_shared *shared);
 
 /** Start sending @p bytes, at most INT32_MAX, to rank @p target. @p data stays borrowed until the
@@ -68,13 +75,15 @@ void sc_shared_free(sc_shared *shared);
  * sent. Returns at once, except that without memory to keep track of one more message it waits
  * until an earlier one has left. */
 void sc_comm_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
-/** Let posted messages move on. @return how many still need their buffers. */
+/** Let posted messages progress, without waiting. @return how many still need their buffers. */
 int sc_comm_pending(sc_comm *comm);
-/** Wait until no posted message needs its buffer. */
+/** Block until no posted message needs its buffer any more: their receivers must receive them. */
 void sc_comm_flush(sc_comm *comm);
-/** Look for a message of any rank. @return false if none has arrived, @p out untouched. */
+/** Test, without waiting, for a message from any rank, and describe it in @p out; it stays to be
+ *  received. @return false, with @p out untouched, if none has arrived. */
 bool sc_comm_poll(sc_comm *comm, sc_message *out);
-/** Receive the message that sc_comm_poll has found; @p data has room for message->bytes. */
+/** Receive the message that sc_comm_poll has found into @p data, which has room for message->bytes.
+ *  Blocks until all of it is there: a large message arrives in fragments. */
 void sc_comm_receive(sc_comm *comm, const sc_message *message, void *data);
 
 #endif

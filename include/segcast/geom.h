@@ -9,6 +9,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+/** A point or a vector. */
 typedef struct sc_vec3 {
     double x, y, z;
 } sc_vec3;
@@ -23,16 +24,19 @@ typedef struct sc_box3 {
     sc_vec3 low, high;
 } sc_box3;
 
+/** @return a + b. */
 static inline sc_vec3 sc_vec3_add(sc_vec3 a, sc_vec3 b)
 {
     return (sc_vec3){a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
+/** @return a - b. */
 static inline sc_vec3 sc_vec3_sub(sc_vec3 a, sc_vec3 b)
 {
     return (sc_vec3){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
+/** @return s a. */
 static inline sc_vec3 sc_vec3_scale(sc_vec3 a, double s)
 {
     return (sc_vec3){a.x * s, a.y * s, a.z * s};
@@ -44,16 +48,19 @@ static inline sc_vec3 sc_vec3_along(sc_vec3 a, double s, sc_vec3 b)
     return (sc_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
 
+/** @return the scalar product. */
 static inline double sc_vec3_dot(sc_vec3 a, sc_vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+/** @return the vector product, right-handed. */
 static inline sc_vec3 sc_vec3_cross(sc_vec3 a, sc_vec3 b)
 {
     return (sc_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/** @return the Euclidean length. */
 static inline double sc_vec3_length(sc_vec3 a)
 {
     return sqrt(sc_vec3_dot(a, a));

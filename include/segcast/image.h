@@ -7,8 +7,8 @@
 
 #include "segcast/base.h"
 
-/** Opaque 8-bit sRGB picture. Pixels are [height_px][width_px][3], top row first, without padding.
- */
+/** A picture of 8-bit sRGB pixels without transparency. Pixels are [height_px][width_px][3], top
+ *  row first, without padding. */
 typedef struct sc_image {
     int width_px, height_px;
     uint8_t *rgb;
@@ -16,7 +16,7 @@ typedef struct sc_image {
 
 /** Allocate the pixels, not initialised. @return SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out);
-/** Free the pixels; the image is empty then. An empty image is allowed. */
+/** Free the pixels; the image is empty then (all zero). An empty image is allowed. */
 void sc_image_clear(sc_image *image);
 /** @return the size of the pixels in bytes. */
 size_t sc_image_bytes(const sc_image *image);
@@ -54,6 +54,7 @@ typedef struct sc_srgb_table {
     uint8_t start[4097];  /**< [i]: level of the linear value i / 4096; at most one level begins
                                between i / 4096 and (i + 1) / 4096 */
 } sc_srgb_table;
+/** Fill the table. */
 void sc_srgb_table_init(sc_srgb_table *table);
 /** @return the sRGB level of @p linear, clamped to [0, 1]; a NaN counts as 0. */
 static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)

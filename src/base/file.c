@@ -183,6 +183,7 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
     return status;
 }
 
+/* Flush a file or directory to disk. @return 0, or the errno of the failure. */
 static int sync_path(const char *path, int flags)
 {
     const int fd = open(path, flags);

@@ -16,7 +16,7 @@ typedef struct mpi_comm {
     MPI_Comm leaders;      /* the first rank of each node; MPI_COMM_NULL on the others */
     MPI_Request *requests; /* [request_capacity]: of posted messages that have not left */
     int request_count, request_capacity;
-    sc_ctx silent; /* for memory that can be done without */
+    sc_ctx silent; /* for an allocation whose failure is no error: see reserve_request */
 } mpi_comm;
 
 typedef struct mpi_shared {
@@ -34,9 +34,12 @@ enum { FIRST_REQUESTS = 64 }; /* posted messages that can be pending before the 
  */
 #define FIRST_NAP_S 20e-6
 #define NAP_GROWTH 1.5
-#define COLLECTIVE_NAP_S 0.001 /* at most: ranks come at different times */
-#define RECEIVE_NAP_S 200e-6   /* at most: fragments of a message follow each other quickly */
+/* The longest sleep in a collective call, which ranks reach at different times, and in a receive,
+ * where the fragments of a message follow each other quickly. */
+#define COLLECTIVE_NAP_S 0.001
+#define RECEIVE_NAP_S 200e-6
 
+/* Block until @p request is complete, asleep between two tests for at most @p longest_nap_s. */
 static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
     double nap_s = FIRST_NAP_S;
@@ -51,6 +54,7 @@ static void wait_asleep(MPI_Request *request, double longest_nap_s)
     }
 }
 
+/* Copy @p bytes of rank 0 of @p comm to all its other ranks; blocks until they are here. */
 static void broadcast_in(MPI_Comm comm, char *data, size_t bytes)
 {
     MPI_Request requests[PIECES];
@@ -109,6 +113,8 @@ static void mpi_unshare(sc_shared *base)
     sc_free(shared);
 }
 
+/* The first rank of each node allocates the whole block, the others nothing; then every rank asks
+ * for the address of the first one's part. */
 static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_shared **out)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -152,7 +158,7 @@ static void mpi_publish(sc_comm *base, sc_shared *shared)
     mpi_barrier(base);
 }
 
-/* Remove the requests of messages that have left. */
+/* Remove the requests of messages that have left from the list. @return how many remain. */
 static int mpi_pending(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -193,7 +199,7 @@ static void reserve_request(mpi_comm *comm)
 static void mpi_post(sc_comm *base, int target, int tag, const void *data, size_t bytes)
 {
     mpi_comm *comm = (mpi_comm *)base;
-    const int count = bytes <= INT32_MAX ? (int)bytes : -1; /* which MPI refuses: the job ends */
+    const int count = bytes <= INT32_MAX ? (int)bytes : -1; /* MPI refuses -1 and ends the job */
 
     reserve_request(comm);
     MPI_Isend(data, count, MPI_BYTE, target, tag, comm->world,
@@ -227,7 +233,7 @@ static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
 {
     MPI_Request request;
 
-    /* A large message arrives in fragments, whenever its sender attends to it. */
+    /* A large message arrives in fragments, which its sender sends only while it calls MPI. */
     MPI_Irecv(data, (int)message->bytes, MPI_BYTE, message->source, message->tag,
               ((mpi_comm *)base)->world, &request);
     wait_asleep(&request, RECEIVE_NAP_S);
@@ -261,6 +267,7 @@ static const sc_comm_ops mpi_ops = {
     .receive = mpi_receive,
 };
 
+/* Find the ranks of this node and the first rank of each node, from comm->world. Collective. */
 static void fill_ranks(mpi_comm *comm)
 {
     int leader, nodes, root;
@@ -273,7 +280,7 @@ static void fill_ranks(mpi_comm *comm)
     leader = comm->base.node_rank == 0;
     MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
     MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);
-    /* The first rank of a node has the lowest number of all there: 0 on the node of rank 0. */
+    /* The first rank of a node has its lowest number, which is 0 on the node of rank 0. */
     root = comm->base.rank;
     MPI_Bcast(&root, 1, MPI_INT, 0, comm->node);
     comm->base.near_root = root == 0;

@@ -27,7 +27,7 @@ struct sc_comm {
     bool near_root; /* on the node of rank 0 */
 };
 
-/* Likewise. */
+/* The first member of each implementation's own struct for a shared block. */
 struct sc_shared {
     void *data;
     size_t bytes;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The communicator of a single process: nothing to wait for, and nobody to send to. */
+/* The communicator of a single process: it never waits, and no message is ever sent or received. */
 #include "comm_ops.h"
 
 #include <string.h>
