@@ -16,9 +16,9 @@
 /** The timing record of a frame, which travels with its pixels. */
 typedef struct sc_frame_result {
     int32_t frame;
-    int32_t rank;                       /**< that drew it, or of several the last one */
-    double render_wall_s, render_cpu_s; /**< of a frame drawn in bands: their sum */
-    double wait_s;                      /**< for how long its worker thread had no task before */
+    int32_t rank;                       /**< the rank that drew it; of several the last one */
+    double render_wall_s, render_cpu_s; /**< time of drawing it: of bands, their sum */
+    double wait_s;                      /**< how long the worker thread had no task before it */
     uint64_t rays, samples, contributions;
     uint64_t hash; /**< sc_image_hash */
 } sc_frame_result;
@@ -32,19 +32,21 @@ typedef enum sc_partition {
 
 /* ---- the hand-out: a pure state machine, without messages ---- */
 
+/** The kinds of work units. */
 typedef enum sc_work_unit_kind {
     SC_UNIT_NONE,  /**< there is no more work: the rank leaves the farm */
-    SC_UNIT_GOP,   /**< `index` is that of the GOP */
-    SC_UNIT_FRAME, /**< `index` is that of the frame in sc_farm.frames */
-    SC_UNIT_BAND   /**< rows [row, row + rows) of frame `index` */
+    SC_UNIT_GOP,   /**< a whole GOP; `index` counts in sc_farm.gops */
+    SC_UNIT_FRAME, /**< a frame; `index` counts in sc_farm.frames */
+    SC_UNIT_BAND   /**< rows [row, row + rows) of the frame at `index` in sc_farm.frames */
 } sc_work_unit_kind;
 
-/** What a rank is given to do. A plain value, sent as bytes. */
+/** A work unit: what a rank is given to draw. A plain value, sent as bytes. For a whole frame row
+ * is 0 and rows the height; a GOP has neither. */
 typedef struct sc_work_unit {
     int32_t kind, index, row, rows;
 } sc_work_unit;
 
-/** What there is to do: @p gops whole GOPs, and @p frames frames beside them. */
+/** What there is to do: numbers of ranks, of whole GOPs, and of frames to be drawn one by one. */
 typedef struct sc_work {
     int ranks, gops, frames;
     int width_px, height_px;
@@ -57,28 +59,30 @@ typedef struct sc_work {
  *  are accepted in any order. */
 typedef struct sc_handout {
     int gops, frames, height_px;
-    int window;     /**< in frames */
+    int window;     /**< size of the window in frames */
     int split_from; /**< frames from this index on go out in bands */
-    int band_rows;  /**< of all bands but a frame's last one */
-    int next_gop, next_frame, next_row;
-    int accepted; /**< frames accepted so far, in order */
+    int band_rows;  /**< height of all bands but a frame's last one, which may be lower */
+    int next_gop, next_frame, next_row; /**< what goes out next; next_row: row of next_frame */
+    int accepted; /**< frames accepted so far, in order; the caller counts it up */
     int out;      /**< work units handed out and not yet back */
-    bool stopped; /**< begin no more GOPs and frames */
+    bool stopped; /**< the caller sets it to end: no more GOPs and frames are begun */
 } sc_handout;
 
 /** @return the state in which nothing of @p work has been handed out. */
 sc_handout sc_handout_begin(const sc_work *work);
+/** What sc_handout_next answers. */
 typedef enum sc_handout_answer {
-    SC_HANDOUT_UNIT,
-    SC_HANDOUT_WAIT, /**< the window is full */
-    SC_HANDOUT_END
+    SC_HANDOUT_UNIT, /**< a work unit went out */
+    SC_HANDOUT_WAIT, /**< the window is full: ask again when another frame has been accepted */
+    SC_HANDOUT_END   /**< nothing more will go out */
 } sc_handout_answer;
 /** Hand out the next work unit; @p out is written only with SC_HANDOUT_UNIT. After a stop the
  *  remaining bands of a frame of which some went out still follow, so that it becomes whole. */
 sc_handout_answer sc_handout_next(sc_handout *handout, sc_work_unit *out);
-/** A work unit that was handed out has come back. */
+/** Count a work unit that has come back; frames also count as accepted when the caller says so in
+ *  handout->accepted. */
 void sc_handout_unit_done(sc_handout *handout);
-/** @return whether nothing is out and nothing more will go out. */
+/** @return whether no work unit is out and nothing more will go out. */
 bool sc_handout_finished(const sc_handout *handout);
 /** How many of @p gops whole GOPs are to be drawn and encoded by one rank each. The last few go out
  *  as frames instead, so that all ranks end at the same time. With few ranks, or few GOPs for each,
@@ -90,11 +94,12 @@ int sc_handout_gops(int gops, int ranks, bool always);
 /** Where the time of this rank went. */
 typedef struct sc_farm_times {
     double render_wall_s, render_cpu_s;
-    double gather_wall_s,
-        gather_cpu_s;     /**< of the main thread: receiving on rank 0, else sending */
-    double accept_wall_s; /**< rank 0: in accept_frame and accept_gop */
-    double idle_s;        /**< for how long its worker thread had no task */
-    double wall_s;        /**< of the whole farm */
+    /** Of the main thread, which passes messages: wall time of the turns in which there was
+     *  something to do, CPU time of all turns. */
+    double gather_wall_s, gather_cpu_s;
+    double accept_wall_s; /**< rank 0: time spent in accept_frame and accept_gop */
+    double idle_s;        /**< how long the worker thread that draws had no task */
+    double wall_s;        /**< time from the beginning to the end of sc_farm_run */
 } sc_farm_times;
 
 /** A finished GOP as bytes. The farm carries them unread from draw_gop to accept_gop, which agree
@@ -112,8 +117,8 @@ typedef struct sc_farm {
     int frame_count;
     const int *gops; /**< numbers of the first frames of the GOPs to draw whole */
     int gop_count;
-    int gop_frames;   /**< of a GOP; that at the end of the animation may be shorter */
-    int total_frames; /**< of the animation */
+    int gop_frames;   /**< length of a GOP; the last one of the animation may be shorter */
+    int total_frames; /**< length of the animation */
     /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
      *  frame. After an error the frame is neither hashed nor accepted, and the farm ends with that
      *  error on all ranks. Threads: a worker thread of any rank, one call at a time on each. */
@@ -121,9 +126,9 @@ typedef struct sc_farm {
                       sc_frame_result *result);
     bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
-    /** Draw @p count frames from number @p first on and encode them; @p results holds @p count
-     *  elements. Gives up after a stop by leaving @p out empty. Errors and threads as with draw.
-     *  The farm takes ownership of the payload. */
+    /** Draw @p count frames from number @p first on and encode them. Fills the @p count elements of
+     *  @p results, which are zero, and @p out, whose memory the farm takes ownership of. May give
+     *  up after a stop by leaving @p out empty. Errors and threads as with draw. */
     sc_status (*draw_gop)(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out);
     /** Accept a finished frame, in the order of `frames`. After an error nothing more is accepted,
@@ -135,7 +140,7 @@ typedef struct sc_farm {
                             const sc_payload *payload);
     /** Called on rank 0's main thread several times a second. NULL is allowed. */
     void (*on_progress)(void *user, int done, int total);
-    /** A signal handler of any rank sets this: no more is handed out. */
+    /** Not NULL. Once a signal handler of any rank has set it, no more is handed out. */
     const volatile sig_atomic_t *stop;
     /** Rank 0: end before this time of sc_wall_s, judged by the measured cost of work units; 0: no
      *  limit. */
@@ -145,15 +150,16 @@ typedef struct sc_farm {
 
 /** Memory that a farm holds for frames and messages, in bytes. */
 typedef struct sc_farm_memory {
-    size_t window; /**< frames that wait on rank 0, in memory that its node shares or its own */
-    size_t root;   /**< of rank 0 beside that */
-    size_t worker; /**< of every other rank */
+    size_t window; /**< the window of rank 0, in memory that its node shares or its own */
+    size_t root;   /**< what rank 0 holds beside the window */
+    size_t worker; /**< what every other rank holds */
 } sc_farm_memory;
-/** What sc_farm_run will hold at most with @p ranks ranks. */
+/** @return what sc_farm_run will hold at most with @p ranks ranks, finished GOPs left out. */
 sc_farm_memory sc_farm_memory_of(const sc_farm *farm, int ranks);
 
-/** Draw everything. Collective. @return the same on all ranks: SC_OK, SC_ERR_INCOMPLETE after a
- * stop (what was out has been accepted), SC_ERR_MEMORY, or the error of a callback. */
+/** Draw everything; blocks until all is accepted or the farm has stopped. Collective. @param times
+ *  receives those of this rank. @return the same on all ranks: SC_OK, SC_ERR_INCOMPLETE after a
+ *  stop (what was out has been accepted), SC_ERR_MEMORY, or the error of a callback. */
 SC_MUST_USE sc_status sc_farm_run(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                                   sc_farm_times *times);
 

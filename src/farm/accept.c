@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+/* Frames drawn in bands get their hash here; all others were hashed where they were drawn. */
 static sc_status accept_frame(const sc_farm *farm, sc_frame_slot *slot)
 {
     if (slot->drawn != SC_OK)

@@ -3,8 +3,9 @@
 
 enum { PAGE_BYTES = 4096 }; /* slots begin at pages of their own */
 
-/* Place rank 0's window into memory that its node shares, if there is room for it on all of them;
- * without it pixels are sent. @return NULL if nothing is shared, the same on all ranks. */
+/* Put rank 0's window into memory that the ranks of its node share, if there is room and the farm
+ * asks for it; otherwise pixels are sent as messages. out->pixels is set on the ranks of that node.
+ * Collective. @return the block, or NULL if nothing is shared, which is the same on all ranks. */
 static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
 {
     const sc_work work = sc_farm_work(farm, comm);

@@ -1,19 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which work unit goes out next. No messages, no clock: test_farm.c simulates up to 65,536 ranks.
- */
+/* Which work unit goes out next. It uses neither messages nor a clock, so that test_farm.c can
+ * simulate up to 65,536 ranks. */
 #include "segcast/farm.h"
 
 enum {
-    WINDOW_BYTES = 256 << 20, /* at most so many bytes of frames are held on rank 0 */
-    WINDOW_PER_RANK = 64,     /* and no more frames than this for each rank */
+    WINDOW_BYTES = 256 << 20, /* limit of the window in bytes */
+    WINDOW_PER_RANK = 64,     /* limit of the window in frames, for each rank */
     BAND_ROWS = 16,      /* the height of a band is a multiple of this: sub-pixel rays are traced
                             where neighbouring pixels differ, and thinner bands would trace many
                             pixels of their neighbours again */
-    BANDS_PER_RANK = 16, /* as fine as this, at least, are frames split */
-    SPLIT_PER_RANK = 4,  /* so many of the last frames, for each rank, are split: enough that a
-                            rank of a fourth of the others' speed ends with them */
-    RANKS_TO_FEED = 4,   /* with fewer ranks one encoder on rank 0 keeps up */
-    GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank they would end far apart */
+    BANDS_PER_RANK = 16, /* number of bands, for each rank, that the frames which are drawn at
+                            the same time are split into */
+    SPLIT_PER_RANK = 4,  /* this many of the last frames, for each rank, are split: enough that a
+                            rank with a fourth of the others' speed ends together with them */
+    RANKS_TO_FEED = 4,   /* with fewer ranks the encoder of rank 0 is fast enough for all */
+    GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank, ranks would end far apart */
 };
 
 static int least(int a, int b)
@@ -26,8 +27,8 @@ static int most(int a, int b)
     return a > b ? a : b;
 }
 
-/* Frames in the window: as many as memory allows, so that one costly frame does not hold up the
- * others, but not more than can be of use. */
+/* @return the size of the window in frames: as many as the memory allows, so that one costly frame
+ * does not hold up the others, but not more than are useful, and at least 2. */
 static int window_for(const sc_work *work)
 {
     const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
@@ -39,7 +40,8 @@ static int window_for(const sc_work *work)
     return window < 2 ? 2 : (int)window;
 }
 
-/* Index of the first frame that goes out in bands. */
+/* @return the index of the first frame that goes out in bands; the frames before it go out whole.
+ */
 static int first_split(const sc_work *work, int window)
 {
     if (work->partition == SC_PARTITION_FRAMES)
@@ -49,14 +51,14 @@ static int first_split(const sc_work *work, int window)
     if (work->ranks == 1)
         return work->frames;
     /* If the window cannot hold two frames for each rank, whole frames would leave ranks without
-     * work: several ranks draw each. */
+     * work. Then several ranks draw each frame. */
     return window < 2 * work->ranks ? 0 : most(work->frames - SPLIT_PER_RANK * work->ranks, 0);
 }
 
 sc_handout sc_handout_begin(const sc_work *work)
 {
     const int window = window_for(work), from = first_split(work, window);
-    /* so many frames are split at the same time */
+    /* number of frames that are split at the same time */
     const int together = most(least(work->frames - from, least(work->ranks, window)), 1);
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
     const long rows = work->height_px / (bands > 0 ? bands : 1);
@@ -69,7 +71,7 @@ sc_handout sc_handout_begin(const sc_work *work)
                         .band_rows = most((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS)};
 }
 
-/* Nothing new is to be begun; bands of a frame may still have to follow. */
+/* @return whether no GOP or frame is left to be begun, and no frame is handed out in part only. */
 static bool has_begun_all(const sc_handout *h)
 {
     return h->next_row == 0 &&
@@ -112,7 +114,7 @@ bool sc_handout_finished(const sc_handout *h)
 
 int sc_handout_gops(int gops, int ranks, bool always)
 {
-    /* as many as rank 0 can encode while the last whole GOPs are drawn */
+    /* the last GOPs, which go out as frames: as many as rank 0 can encode meanwhile */
     const int last = most(least(ranks / 2, 4), 1);
 
     return always || (ranks >= RANKS_TO_FEED && gops >= GOPS_PER_RANK * ranks)

@@ -9,9 +9,9 @@
 
 /* ---- messages ---- */
 
-/* A worker rank asks with SC_TAG_READY for each work unit and gets one SC_TAG_UNIT in answer. A
- * unit of kind SC_UNIT_NONE tells it to leave; when it has all answers and has sent all results, it
- * says SC_TAG_BYE. */
+/* The messages of the farm. A worker rank asks with SC_TAG_READY for each work unit and gets one
+ * SC_TAG_UNIT in answer. A unit of kind SC_UNIT_NONE tells it to leave; when it has all answers and
+ * has sent all results, it sends SC_TAG_BYE. */
 enum {
     SC_TAG_READY = 1,  /* worker -> 0: int32 stop; the rank can be given one more work unit */
     SC_TAG_UNIT = 2,   /* 0 -> worker: sc_work_unit */
@@ -26,70 +26,74 @@ enum {
  * in their slot already or could not be drawn. */
 typedef struct sc_result_message {
     sc_work_unit unit;
-    int32_t status; /* of draw or draw_gop */
-    int32_t stop;   /* a signal has come */
+    int32_t status; /* the return code of draw or draw_gop */
+    int32_t stop;   /* 1: a signal has come */
     sc_frame_result result;
 } sc_result_message;
 
-/* A worker rank has at most so many work units or open requests: one that is drawn and one that
- * follows it without a gap. */
+/* The most work units that a rank has at a time, requested ones included: one that is drawn, and
+ * one that follows it without a gap. */
 enum { SC_UNITS_PER_RANK = 2 };
 
-/* Results that a worker rank can hold: one is drawn into, one waits for the thread, and two are
- * sent. */
+/* Buffers for results on a worker rank: one is drawn into, one waits for the worker thread, and two
+ * are being sent. */
 enum { SC_WORKER_BUFFERS = 4 };
 
 /* A rank asks for its next work unit when the one that it draws is expected to end within this
- * time: many times what a message takes, and short beside a work unit, so that no rank keeps work
- * that another could begin. */
+ * time. That is many times the duration of a message, and short compared with a work unit, so that
+ * no rank holds back work that another could begin. */
 #define SC_ASK_AHEAD_S 0.01
 
-/* Between two looks for messages the main threads sleep, so that they leave the cores to those that
- * draw: first this long, then longer by a half each time as long as nothing happens. */
+/* Between two tests for messages the main threads sleep, so that the cores are free for threads
+ * that draw: first this long, and SC_NAP_GROWTH times as long each time as long as nothing happens.
+ */
 #define SC_NAP_S 50e-6
 #define SC_NAP_GROWTH 1.5
 
-/* No message of the farm is longer. */
+/* @return the length of the longest message of the farm, in bytes. */
 size_t sc_farm_message_bytes(const sc_farm *farm);
 
 /* ---- units.c: what a work unit amounts to ---- */
 
-/* Everything there is to hand out, the same on all ranks. */
+/* @return everything that is to be handed out, the same on all ranks. */
 sc_work sc_farm_work(const sc_farm *farm, const sc_comm *comm);
-/* Frames of the GOP @p index. */
+/* @return the number of frames of the GOP at @p index of farm->gops. */
 int sc_farm_gop_frames(const sc_farm *farm, int index);
-/* Rows of pictures in a work unit: a measure of its cost. */
+/* @return the number of rows of pixels in a work unit, as a measure of its cost. */
 double sc_farm_unit_rows(const sc_farm *farm, const sc_work_unit *unit);
 
 /* ---- worker_thread.c: a thread that does tasks in order while the main thread passes messages --
  */
 
 typedef struct sc_worker_thread sc_worker_thread;
-/* First member of every task; what follows it is known to the giver and to the thread's function.
- */
+/* The first member of every task, by which the thread handles it. The rest of the task is known
+ * only to the code that gives it and to the function that does it. */
 typedef struct sc_task {
     struct sc_task *next;
-    double waited_s; /* for how long the thread had no task before this one */
-    double wall_s;   /* that it took */
+    double waited_s; /* set before the task is begun: how long the thread had no task */
+    double wall_s;   /* set after it: how long it took */
 } sc_task;
 typedef void sc_task_fn(void *user, sc_task *task);
 
-/* Start a thread that calls @p run for each task. Caller owns *out: sc_worker_thread_stop. */
+/* Start a thread that calls @p run for each task. @return SC_ERR_MEMORY, also if the system starts
+ * no more threads. Caller owns *out: sc_worker_thread_stop. */
 sc_status sc_worker_thread_start(const sc_ctx *ctx, sc_task_fn *run, void *user,
                                  sc_worker_thread **out);
-/* @p task belongs to the thread until sc_worker_thread_collect returns it. */
+/* Give the thread a task; returns at once. @p task belongs to the thread until
+ * sc_worker_thread_collect returns it. */
 void sc_worker_thread_give(sc_worker_thread *thread, sc_task *task);
-/* A finished task, in the order in which they were given, or NULL. */
+/* @return the next finished task, in the order in which they were given, or NULL if none is
+ * finished. Does not wait. */
 sc_task *sc_worker_thread_collect(sc_worker_thread *thread);
-/* Tasks that were given and are not finished. */
+/* @return the number of tasks that were given and are not finished. */
 int sc_worker_thread_load(sc_worker_thread *thread);
-/* For how long the thread has been doing its present task; 0 if it has none. */
+/* @return for how long the thread has been doing its present task; 0 if it has none. */
 double sc_worker_thread_task_age_s(sc_worker_thread *thread);
-/* End the thread after the tasks that it has. @return the seconds it had no task. NULL is allowed.
- */
+/* Block until the thread has done all its tasks, then end and free it. @return for how many seconds
+ * it had no task. NULL is allowed. */
 double sc_worker_thread_stop(sc_worker_thread *thread);
 
-/* ---- draw_task.c: a work unit that is drawn ---- */
+/* ---- draw_task.c: drawing a work unit ---- */
 
 typedef struct sc_draw_task {
     sc_task task;
@@ -102,51 +106,55 @@ typedef struct sc_draw_task {
 } sc_draw_task;
 static_assert(offsetof(sc_draw_task, task) == 0, "a task is cast to what it is the start of");
 
-/* For sc_worker_thread_start, with the farm as user. */
+/* Draw the work unit of a task, and store the outcome in the task. For sc_worker_thread_start, with
+ * the farm as user. */
 void sc_draw_task_run(void *user, sc_task *task);
 
 /* ---- accept.c: finished frames and GOPs, on a worker thread of rank 0 ---- */
 
-/* First member of what is accepted. */
+/* The first member of a frame slot and of a GOP: the task that accepts it. */
 typedef struct sc_accept_task {
     sc_task task;
     bool is_gop;
-    sc_status status; /* of the callback */
+    sc_status status; /* result: the return code of the callback */
 } sc_accept_task;
 
-/* A place of rank 0's window: frame i is collected and waits in slot i % window. */
+/* A slot of rank 0's window: frame i is collected in slot i % window, and waits there to be
+ * accepted.
+ */
 typedef struct sc_frame_slot {
     sc_accept_task accept;
     sc_image image;
     sc_frame_result result;
     int rows_missing;
-    bool in_bands;   /* nobody has hashed the whole frame yet */
+    bool in_bands;   /* drawn in bands, so that rank 0 has to hash the whole frame */
     bool full;       /* no rows are missing, and the frame is not yet accepted */
-    sc_status drawn; /* an error: some of its rows could not be drawn */
+    sc_status drawn; /* SC_OK, or the error by which some of its rows could not be drawn */
 } sc_frame_slot;
 static_assert(offsetof(sc_frame_slot, accept.task) == 0, "a task is cast to its slot");
 
-/* A GOP that is accepted when its payload has arrived. Allocated for it. */
+/* A GOP that is accepted when its payload has arrived. Made by sc_gop_new. */
 typedef struct sc_gop {
     sc_accept_task accept;
-    struct sc_gop *next;      /* in the list of those whose payload is arriving */
-    int source;               /* rank that sends it */
+    struct sc_gop *next;      /* next one in the list of GOPs whose payload is arriving */
+    int source;               /* the rank that sends it */
     sc_frame_result *results; /* [count], owned */
     int count;
-    sc_payload payload; /* owned; data NULL: there was no memory, what arrives is dropped */
+    sc_payload payload; /* owned; data NULL: there was no memory, and what arrives is dropped */
     size_t received_bytes;
 } sc_gop;
 static_assert(offsetof(sc_gop, accept.task) == 0, "a task is cast to its GOP");
 
-/* What the accepting thread knows. */
+/* What the thread that accepts frames and GOPs works with. */
 typedef struct sc_acceptor {
     const sc_farm *farm;
-    sc_status status; /* the first error, after which nothing more is accepted */
+    sc_status status; /* the first error; after one nothing more is accepted */
 } sc_acceptor;
 
-/* For sc_worker_thread_start, with the acceptor as user. */
+/* Accept a frame or GOP, and store the return code in its task. For sc_worker_thread_start, with
+ * the acceptor as user. */
 void sc_accept_task_run(void *user, sc_task *task);
-/* A GOP with a copy of @p results and no payload. Caller owns *out: sc_gop_free. */
+/* Make a GOP with a copy of @p results and no payload. Caller owns *out: sc_gop_free. */
 sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out);
 void sc_gop_free(sc_gop *gop);
 
@@ -160,14 +168,15 @@ typedef struct sc_slots {
     int window;
 } sc_slots;
 
-/* The picture of frame @p index. */
+/* @return the picture of the slot of the frame at @p index, which stays owned by the slots. */
 static inline sc_image sc_slot_image(const sc_slots *slots, const sc_farm *farm, int index)
 {
     return (sc_image){farm->width_px, farm->height_px,
                       (uint8_t *)slots->pixels + (size_t)(index % slots->window) * slots->stride};
 }
 
-/* ---- the two roles of a rank; collective ---- */
+/* ---- the two roles of a rank: rank 0 serves, all others draw. Both block until the farm ends.
+ * Collective. ---- */
 
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                         const sc_slots *slots, sc_farm_times *times);

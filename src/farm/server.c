@@ -5,18 +5,19 @@
  * The main thread itself never waits for a frame to be drawn, encoded or written, so that it
  * answers at once.
  *
- * What it sends are work units of 16 bytes, which any message layer buffers: sending them never
- * depends on the receiver. */
+ * It sends nothing but work units of 16 bytes. Any message layer buffers these, so that sending
+ * never waits for the receiver. */
 #include "internal.h"
 
 #include <string.h>
 
-/* After each look for messages without success the nap gets longer, up to this. */
+/* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.7e-3
 #define PROGRESS_INTERVAL_S 0.1
 
-/* Lately measured maxima (cost of a work unit, of accepting) forget this share with each value, so
- * that one costly frame does not shorten the whole run. */
+/* For the deadline, the largest costs measured lately are remembered (see recent_most). With each
+ * new value they shrink by this share, so that one costly frame does not end the whole run early.
+ */
 #define FORGET 0.05
 
 typedef struct server {
@@ -25,7 +26,7 @@ typedef struct server {
     const sc_farm *farm;
     const sc_slots *shared;
     sc_farm_times *times;
-    sc_status status; /* what the farm ends with */
+    sc_status status; /* the return code with which the farm will end */
     sc_handout handout;
     char *inbox; /* [sc_farm_message_bytes]: the message that was received last */
 
@@ -42,24 +43,25 @@ typedef struct server {
     sc_worker_thread *drawing;
     sc_draw_task own[SC_UNITS_PER_RANK];
     bool own_used[SC_UNITS_PER_RANK];
-    sc_image
-        own_bands[SC_UNITS_PER_RANK]; /* where draw spoils other rows: drawn here, then copied */
-    double own_rows;                  /* of the work unit that was begun last */
-    double own_row_s;                 /* cost of a row in the unit that was finished last */
+    sc_image own_bands[SC_UNITS_PER_RANK]; /* if draw spoils other rows: bands are drawn here and
+                                              copied */
+    double own_rows;                       /* rows of the work unit that was begun last */
+    double own_row_s;                      /* cost of a row in the unit that was finished last */
 
     /* ranks that wait for an answer, oldest first: [SC_UNITS_PER_RANK * ranks] */
     int *ready;
     int ready_count;
-    /* Answers on their way, [ranks][SC_UNITS_PER_RANK]. A rank asks again only when it has got one
-     * of its answers, so the oldest one of its entries can be used for the next. */
+    /* Buffers of answers that are being sent, [ranks][SC_UNITS_PER_RANK], used in turn. When a rank
+     * asks again it has received its answer before, so that the next buffer is free. */
     sc_work_unit *answers;
-    int *next_answer; /* [ranks] */
+    int *next_answer; /* [ranks]: number of answers so far */
     int byes;         /* ranks that have left */
 
-    double unit_s, accept_s; /* what a work unit and accepting a frame or GOP lately took at most */
+    double unit_s, accept_s; /* recent_most of drawing a work unit, of accepting a frame or GOP */
 } server;
 
-/* Hand out no more. The first error is kept; a mere stop (SC_ERR_INCOMPLETE) yields to an error. */
+/* Begin no more GOPs and frames, and end the farm with @p status. Of several errors the first
+ * counts; SC_ERR_INCOMPLETE, which only means a stop, is replaced by an error. */
 static void stop_with(server *s, sc_status status)
 {
     s->handout.stopped = true;
@@ -67,6 +69,8 @@ static void stop_with(server *s, sc_status status)
         s->status = status;
 }
 
+/* @return the largest of @p value and the values before it, older ones counting less and less.
+ * @param before the last result. */
 static double recent_most(double before, double value)
 {
     const double kept = (1 - FORGET) * before;
@@ -81,6 +85,8 @@ static void give_gop(server *s, sc_gop *gop)
     sc_worker_thread_give(s->accepting, &gop->accept.task);
 }
 
+/* Collect one frame or GOP that has been accepted, and free its slot or memory. @return false if
+ * there is none. */
 static bool collect_accepted(server *s)
 {
     sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting);
@@ -109,7 +115,8 @@ static sc_frame_slot *slot_of(server *s, int index)
     return &s->slots[index % s->handout.window];
 }
 
-/* Frames are accepted in order, so those that are full wait for their predecessors. */
+/* Give full frames to the thread that accepts them. It gets them in order, so that a full frame
+ * waits until those before it are full. @return whether it gave any. */
 static bool give_full_frames(server *s)
 {
     bool any = false;
@@ -125,13 +132,14 @@ static bool give_full_frames(server *s)
 
 /* ---- results of work units ---- */
 
+/* Count a work unit that has come back. @param wall_s how long it took to draw. */
 static void unit_done(server *s, double wall_s)
 {
     sc_handout_unit_done(&s->handout);
     s->unit_s = recent_most(s->unit_s, wall_s);
 }
 
-/* A frame begins in its slot when its first rows are handed out. */
+/* Prepare the slot of a frame when its first rows are handed out. */
 static void begin_slot(server *s, const sc_work_unit *unit)
 {
     sc_frame_slot *slot = slot_of(s, unit->index);
@@ -144,6 +152,7 @@ static void begin_slot(server *s, const sc_work_unit *unit)
     slot->result = (sc_frame_result){.frame = s->farm->frames[unit->index]};
 }
 
+/* Add the timing record of a frame or band to that of its frame. */
 static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
 {
     sc_frame_result *sum = &slot->result;
@@ -158,7 +167,8 @@ static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
     sum->hash = part->hash;
 }
 
-/* The rows of a frame or band are in their slot, unless @p drawn is an error. */
+/* Count the rows of a frame or band as present. The caller has put them into their slot, unless
+ * @p drawn is an error. */
 static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result *result,
                       sc_status drawn)
 {
@@ -174,7 +184,8 @@ static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result
     unit_done(s, result->render_wall_s);
 }
 
-/* A GOP that holds @p results, or NULL, and a stop, without memory for it. */
+/* @return a new GOP with a copy of @p results; NULL if there is no memory, and then the farm is
+ * stopped. */
 static sc_gop *begin_gop(server *s, const sc_frame_result *results, int count)
 {
     sc_gop *gop = NULL;
@@ -189,7 +200,8 @@ static sc_gop *begin_gop(server *s, const sc_frame_result *results, int count)
 
 /* ---- messages ---- */
 
-/* The head of a GOP's result. Its payload follows in pieces, unless it was given up. */
+/* Handle the first message of a GOP's result, which is in the inbox. The payload follows in pieces,
+ * unless its size is 0: then the GOP was given up. */
 static void receive_gop(server *s, int source, const sc_result_message *message)
 {
     const char *behind = s->inbox + sizeof *message;
@@ -216,7 +228,8 @@ static void receive_gop(server *s, int source, const sc_result_message *message)
         stop_with(s, status);
 }
 
-/* A piece of the payload of the only GOP that is arriving from its rank. */
+/* Add the piece in the inbox to the payload of the GOP that is arriving from its rank; there is
+ * only one. With the last piece, give the GOP to the thread that accepts it. */
 static void receive_piece(server *s, const sc_message *mail)
 {
     sc_gop **link = &s->arriving, *gop;
@@ -240,6 +253,8 @@ static void receive_piece(server *s, const sc_message *mail)
     }
 }
 
+/* Handle the result in the inbox: of a GOP, or of a frame or band, whose rows are copied into their
+ * slot unless the rank has written them there itself. */
 static void receive_result(server *s, const sc_message *mail)
 {
     sc_result_message message;
@@ -256,12 +271,12 @@ static void receive_result(server *s, const sc_message *mail)
                    (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
                s->inbox + sizeof message, mail->bytes - sizeof message);
     else
-        /* The rank has written its rows into the slot; see send_rows in worker.c. */
+        /* The rank has written its rows into the slot, or failed; see send_rows in worker.c. */
         __atomic_thread_fence(__ATOMIC_SEQ_CST);
     rows_done(s, &message.unit, &message.result, (sc_status)message.status);
 }
 
-/* Receive one message. @return false if none has arrived. */
+/* Receive and handle one message, if one has arrived. @return false if none has. */
 static bool receive_message(server *s)
 {
     sc_message mail;
@@ -305,8 +320,9 @@ static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
     return found;
 }
 
-/* This rank draws when no other waits for work. It does not begin a work unit while half the window
- * waits to be accepted, because encoding then needs the cores more. */
+/* May a work unit begin on this rank? Only if no other rank waits for work, and if the one that is
+ * drawn here ends soon. And not while half the window waits to be accepted, because then encoding
+ * needs the cores more. */
 static bool may_draw_here(server *s)
 {
     const int waiting = s->next_to_accept - s->handout.accepted;
@@ -319,6 +335,7 @@ static bool may_draw_here(server *s)
             s->own_rows * s->own_row_s - sc_worker_thread_task_age_s(s->drawing) < SC_ASK_AHEAD_S);
 }
 
+/* Give work units to the worker thread that draws on this rank, as far as may_draw_here allows. */
 static void draw_here(server *s)
 {
     sc_work_unit unit;
@@ -340,6 +357,7 @@ static void draw_here(server *s)
     }
 }
 
+/* Give a GOP that was drawn here to the thread that accepts it; takes ownership of its payload. */
 static void own_gop_done(server *s, const sc_draw_task *task)
 {
     const int count = sc_farm_gop_frames(s->farm, task->unit.index);
@@ -363,6 +381,7 @@ static void own_gop_done(server *s, const sc_draw_task *task)
     give_gop(s, gop);
 }
 
+/* Collect one work unit that was drawn on this rank. @return false if none is finished. */
 static bool collect_own(server *s)
 {
     sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);
@@ -388,7 +407,8 @@ static bool collect_own(server *s)
     return true;
 }
 
-/* Serve the ranks that wait, oldest first, then this one. */
+/* Hand out work units to the ranks that wait, oldest first, then to this one. Ranks for which there
+ * is none go on waiting. */
 static void hand_out(server *s)
 {
     int served = 0;
@@ -403,8 +423,8 @@ static void hand_out(server *s)
 
 /* ---- the loop ---- */
 
-/* Would a work unit that is begun now be accepted after the deadline? It may have to wait for
- * another one on its rank, and for all frames before it to be accepted. */
+/* Would a work unit that is begun now be accepted after the deadline only? It may have to wait
+ * until its rank has drawn another one, and until all frames before it are accepted. */
 static bool is_late(const server *s)
 {
     const int waiting = s->handout.next_frame - s->handout.accepted;
@@ -434,6 +454,7 @@ static int frames_in_all(const server *s)
     return total;
 }
 
+/* The loop of the main thread, until everything that was handed out is accepted. */
 static void serve(server *s)
 {
     const int total = frames_in_all(s);
@@ -466,7 +487,7 @@ static void serve(server *s)
     }
 }
 
-/* Tell every rank that asks to leave; each says SC_TAG_BYE when it has all its answers. */
+/* Answer every rank that asks with SC_UNIT_NONE, until all have sent SC_TAG_BYE. */
 static void dismiss(server *s)
 {
     const int workers = sc_comm_size(s->comm) - 1;
@@ -503,6 +524,7 @@ out:
     return status;
 }
 
+/* Allocate everything and start both worker threads; close_server, also after an error. */
 static sc_status open_server(server *s)
 {
     const sc_farm *farm = s->farm;
@@ -562,7 +584,7 @@ sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
         dismiss(&s);
         status = s.status;
         if (status == SC_ERR_INCOMPLETE && frames_done(&s) == frames_in_all(&s))
-            status = SC_OK; /* the stop came when all was done */
+            status = SC_OK; /* the stop came too late to change anything */
     }
     close_server(&s);
     return status;

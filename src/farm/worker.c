@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A worker rank: asks rank 0 for work units, draws them in a worker thread and sends the results.
  * The main thread passes messages meanwhile, because a large message only moves while both of its
- * ends attend to it. The next unit is asked for shortly before the present one ends: early enough
- * that it is here in time, late enough that no rank keeps work that another could begin. */
+ * ends call the message layer. The next unit is asked for shortly before the present one ends:
+ * early enough that it arrives in time, late enough that no rank holds back work that another could
+ * begin.
+ */
 #include "internal.h"
 
 #include <string.h>
 
-/* After each look for messages without success the nap gets longer, up to this. */
+/* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.5e-3
-/* While fragments of a frame are passing: the thread that draws needs the core more. */
+/* The sleep while fragments of a frame are being sent: the thread that draws needs the core more.
+ */
 #define SENDING_NAP_S 200e-6
 
 /* Who may touch a buffer. */
@@ -22,9 +25,9 @@ typedef enum buffer_state {
 typedef struct buffer {
     sc_draw_task task;
     buffer_state state;
-    char *message;  /* a sc_result_message, then pixels or results */
-    sc_image image; /* within the message */
-    sc_image slot;  /* in rank 0's window, where that is shared */
+    char *message;  /* what is sent: a sc_result_message, then pixels or results */
+    sc_image image; /* a picture whose pixels lie within the message */
+    sc_image slot;  /* the frame's slot in rank 0's window, where that is shared */
 } buffer;
 static_assert(offsetof(buffer, task) == 0, "a task is cast to its buffer");
 
@@ -36,12 +39,12 @@ typedef struct worker {
     sc_farm_times *times;
     sc_worker_thread *drawing;
     buffer buffers[SC_WORKER_BUFFERS];
-    sc_work_unit waiting[SC_UNITS_PER_RANK]; /* for a buffer */
+    sc_work_unit waiting[SC_UNITS_PER_RANK]; /* units that wait for a free buffer */
     int waiting_count;
-    int in_hand;      /* work units that were received and not yet sent back */
+    int in_hand;      /* work units that were received and whose result is not yet sent */
     int asked;        /* requests without an answer */
     double row_s;     /* cost of a row in the unit that was finished last */
-    double unit_rows; /* of the unit that was begun last */
+    double unit_rows; /* rows of the unit that was begun last */
     bool stop_told, dismissed;
 } worker;
 
@@ -50,6 +53,7 @@ static void post(worker *w, int tag, const void *data, size_t bytes)
     sc_comm_post(w->comm, 0, tag, data, bytes);
 }
 
+/* Is it time to ask for a work unit: does this rank have none, or only one that ends soon? */
 static bool should_ask(worker *w)
 {
     double left_s;
@@ -62,7 +66,7 @@ static bool should_ask(worker *w)
     return left_s < SC_ASK_AHEAD_S;
 }
 
-/* Tell rank 0 of a stop, and ask for work when it is time. @return whether it asked. */
+/* Tell rank 0 once of a stop, and ask it for work when it is time. @return whether it asked. */
 static bool ask(worker *w)
 {
     static const int32_t words[2] = {0, 1};
@@ -79,7 +83,8 @@ static bool ask(worker *w)
     return true;
 }
 
-/* Receive an answer. @return false if none has arrived. */
+/* Receive an answer of rank 0, if one has arrived, and put the work unit in it into w->waiting.
+ * @return false if none has arrived. */
 static bool receive_answer(worker *w)
 {
     sc_message mail;
@@ -107,7 +112,8 @@ static buffer *find_free(worker *w)
     return NULL;
 }
 
-/* A free buffer, or NULL. Buffers that are being sent are free again when no message is pending. */
+/* @return a free buffer, or NULL. When no message is pending any more, all buffers that were being
+ * sent become free. */
 static buffer *free_buffer(worker *w)
 {
     buffer *found = find_free(w);
@@ -126,8 +132,9 @@ static buffer *free_buffer(worker *w)
     return find_free(w);
 }
 
-/* Frames are drawn into their slot where it is shared; so are bands, unless drawing spoils rows
- * that other ranks draw. */
+/* Give a work unit to the worker thread, which draws it into @p b. Where rank 0's window is shared,
+ * a frame is drawn into its slot instead, and so is a band, unless drawing would spoil rows that
+ * other ranks draw. */
 static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
 {
     const bool shared = w->slots->pixels && unit->kind != SC_UNIT_GOP;
@@ -142,7 +149,8 @@ static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
     sc_worker_thread_give(w->drawing, &b->task.task);
 }
 
-/* Give waiting work units to the worker thread, as far as there are buffers. */
+/* Give waiting work units to the worker thread, as long as a buffer is free. @return whether it
+ * gave any. */
 static bool begin_tasks(worker *w)
 {
     bool any = false;
@@ -157,6 +165,7 @@ static bool begin_tasks(worker *w)
     return any;
 }
 
+/* Post a payload in pieces, which stay borrowed from it until they have left. */
 static void send_payload(worker *w, const sc_payload *payload)
 {
     const size_t piece_bytes = sc_farm_message_bytes(w->farm);
@@ -169,6 +178,7 @@ static void send_payload(worker *w, const sc_payload *payload)
     }
 }
 
+/* Send the results of a GOP's frames, the size of its payload, and then the payload. */
 static void send_gop(worker *w, buffer *b, sc_result_message *message)
 {
     const int count = sc_farm_gop_frames(w->farm, b->task.unit.index);
@@ -190,6 +200,8 @@ static void send_gop(worker *w, buffer *b, sc_result_message *message)
     send_payload(w, &b->task.payload);
 }
 
+/* Send the result of a frame or band. Its rows go into the frame's slot where that is shared, and
+ * into the message otherwise. */
 static void send_rows(worker *w, buffer *b, sc_result_message *message)
 {
     const size_t row_bytes = (size_t)w->farm->width_px * 3;
@@ -206,7 +218,7 @@ static void send_rows(worker *w, buffer *b, sc_result_message *message)
     } else if (w->slots->pixels) {
         if (b->task.image == &b->image)
             memcpy(b->slot.rgb + at, b->image.rgb + at, rows_bytes);
-        /* Rank 0 reads them after the message: they must not be written later than it. */
+        /* Rank 0 reads the rows when it has the message: they must be written before it is sent. */
         __atomic_thread_fence(__ATOMIC_SEQ_CST);
     } else {
         memmove(b->image.rgb, b->image.rgb + at, rows_bytes);
@@ -216,7 +228,7 @@ static void send_rows(worker *w, buffer *b, sc_result_message *message)
     post(w, SC_TAG_RESULT, b->message, sizeof *message + sent_bytes);
 }
 
-/* Send the result of a finished task. @return false if there is none. */
+/* Collect one finished task, and start sending its result. @return false if none is finished. */
 static bool send_finished(worker *w)
 {
     buffer *b = (buffer *)sc_worker_thread_collect(w->drawing);
@@ -237,6 +249,8 @@ static bool send_finished(worker *w)
     return true;
 }
 
+/* @return how long to sleep now. @param busy whether anything happened since the last sleep, which
+ * took @p nap_s. */
 static double next_nap_s(worker *w, bool busy, double nap_s)
 {
     if (busy)
@@ -246,6 +260,7 @@ static double next_nap_s(worker *w, bool busy, double nap_s)
     return nap_s < LONGEST_NAP_S ? nap_s * SC_NAP_GROWTH : nap_s;
 }
 
+/* The loop of the main thread, until rank 0 has dismissed this rank and all results are posted. */
 static void pass_messages(worker *w)
 {
     static const int32_t bye = 0;
@@ -268,6 +283,8 @@ static void pass_messages(worker *w)
     post(w, SC_TAG_BYE, &bye, sizeof bye);
 }
 
+/* Allocate the buffers and start the worker thread. @param messages memory of the buffers, to be
+ * freed by the caller, also after an error. */
 static sc_status open_worker(worker *w, void **messages)
 {
     const sc_farm *farm = w->farm;
@@ -295,7 +312,9 @@ sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
 {
     worker w = {.ctx = ctx, .comm = comm, .farm = farm, .slots = slots, .times = times};
     void *messages = NULL;
-    /* The server agrees at the same point, so that nobody sends before all can receive. */
+    /* Rank 0 agrees at the same point (sc_farm_serve), so that no rank sends before all can
+     * receive.
+     */
     sc_status status = sc_comm_agree(comm, open_worker(&w, &messages));
 
     if (status == SC_OK) {

@@ -12,11 +12,11 @@ struct sc_worker_thread {
     sc_task_fn *run;
     void *user;
     pthread_t thread;
-    pthread_mutex_t lock; /* guards all that follows */
-    pthread_cond_t given;
+    pthread_mutex_t lock; /* guards all members below */
+    pthread_cond_t given; /* a task was given, or the thread is to stop */
     task_queue waiting, done;
     int load;
-    double began_s; /* with the present task, or 0 */
+    double began_s; /* when the present task was begun, or 0 */
     bool stopping;
     double idle_s;
 };
@@ -40,6 +40,8 @@ static sc_task *dequeue(task_queue *queue)
     return task;
 }
 
+/* The thread's function: does tasks until it is told to stop and none is waiting. The lock is
+ * released only while it waits for a task and while it does one. */
 static void *run_tasks(void *user)
 {
     sc_worker_thread *t = user;
