@@ -77,9 +77,11 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
     s.units_per_mm2 = UNITS_PER_FACE / largest_mm2;
     sc_parallel_for(p->settings.threads, p->brick_count, 4096, add_bricks, &s);
     for (size_t id = 0; id < labels; id++) {
+        uint64_t units = 0; /* whole numbers first: their sum does not depend on the threads */
+
         for (int thread = 0; thread < p->settings.threads; thread++)
-            p->stats[id].surface_mm2 +=
-                (double)s.sums[(size_t)thread * labels + id] / s.units_per_mm2;
+            units += s.sums[(size_t)thread * labels + id];
+        p->stats[id].surface_mm2 = (double)units / s.units_per_mm2;
     }
     sc_free(block);
     return SC_OK;

@@ -323,15 +323,15 @@ static void store_thickness(const transform *t)
     const int labels = t->p->volume->label_count;
 
     for (int id = 1; id < labels; id++) {
-        double squared = 0, cubed = 0;
+        uint64_t squared = 0, cubed = 0; /* whole: their sums do not depend on the threads */
 
         for (int thread = 0; thread < t->p->settings.threads; thread++) {
-            squared += (double)t->sums[2 * (thread * labels + id)];
-            cubed += (double)t->sums[2 * (thread * labels + id) + 1];
+            squared += t->sums[2 * (thread * labels + id)];
+            cubed += t->sums[2 * (thread * labels + id) + 1];
         }
         if (squared > 0)
             t->p->stats[id].thickness_mm =
-                t->smallest_mm * (2 * cubed / squared / UNITS_PER_VOXEL - 1);
+                t->smallest_mm * (2 * (double)cubed / (double)squared / UNITS_PER_VOXEL - 1);
     }
 }
 

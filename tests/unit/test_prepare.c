@@ -222,8 +222,9 @@ static void the_surface_of_an_ellipsoid_is_right(void **state)
 
 static void the_result_does_not_depend_on_threads(void **state)
 {
-    const int size[3] = {50, 33, 41};
-    sc_volume volume = shape_volume(size, cube, 1, 4, random_id);
+    const int size[3] = {96, 90, 100};            /* more bricks than the threads take at a time */
+    const double spacing_mm[3] = {0.7, 1.1, 1.3}; /* areas that binary fractions do not hold */
+    sc_volume volume = shape_volume(size, spacing_mm, 1, 4, random_id);
     sc_preparation *p;
     void *blocks[2];
     size_t bytes = 0;
