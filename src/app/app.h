@@ -11,9 +11,9 @@
 typedef struct sc_terminal {
     bool is_tty, quiet, bar_shown;
 } sc_terminal;
-/* Writer for sc_ctx.write with an sc_terminal as user. */
+/* A function for sc_ctx.write, with an sc_terminal as user: prints the message above the bar. */
 void sc_terminal_write(void *user, sc_log_level level, const char *text);
-/* Draw the bar, over an earlier one. */
+/* Draw the bar with @p text in it, in the line of an earlier bar. Does nothing if quiet. */
 void sc_terminal_bar(sc_terminal *terminal, const char *text);
 /* Remove the bar. */
 void sc_terminal_clear(sc_terminal *terminal);
@@ -26,32 +26,38 @@ struct sc_app {
     const char *const *environment;
     const sc_command *commands; /* the table; ended by a row without a name */
     sc_options options;
-    int threads;     /* of this rank */
-    double begin_s;  /* by sc_wall_s */
-    sc_trace *trace; /* borrowed, or NULL */
+    int threads;     /* number of threads of this rank */
+    double begin_s;  /* when the process began, by sc_wall_s */
+    sc_trace *trace; /* where sc_add_time adds events; borrowed, or NULL */
 };
 
 /* Was this process started by an MPI launcher such as mpirun or srun? */
 bool sc_launched_by_mpi(void);
-/* SC_ERR_USAGE if srun has started several tasks that are not connected by MPI: each would take
- * itself for rank 0 of 1, and they would overwrite each other's files. */
+/* @return SC_ERR_USAGE, logged, if srun has started several tasks that are not connected by MPI:
+ * each would be rank 0 of 1, and they would overwrite each other's files. */
 sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
 
+/* Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
 
-/* ---- a session: a job with its volume and renderer; collective unless said otherwise ---- */
+/* ---- a session: a job with its volume and renderer ----
+ *
+ * The functions are collective unless their comment says otherwise, and return the same on all
+ * ranks. A session is filled in this order: sc_session_job, then sc_session_volume, which calls
+ * sc_session_load, sc_session_tissues and sc_session_timeline; or for a check the last two after
+ * sc_session_inspect. After an error of any of them only sc_session_clear may be called. */
 
 typedef struct sc_session {
-    bool measure; /* everything is to be measured, not drawn: no label is hidden */
+    bool measure; /* set between job and volume: measure all labels, so that none is hidden */
     sc_job job;
-    sc_shared *shared; /* block that holds the prepared volume, or NULL: it is in a mapped file */
-    const void *mapped;
+    sc_shared *shared;  /* block that holds the prepared volume, or NULL: it is in a mapped file */
+    const void *mapped; /* the prepared file that the job names as its volume, or NULL */
     size_t mapped_bytes;
-    size_t shared_bytes;   /* of the prepared volume, wherever it is */
-    sc_label *labels;      /* of a mapped volume, with the job's names and colours */
-    sc_label_stats *stats; /* of a volume that is only inspected */
-    sc_prepared volume;
+    size_t shared_bytes;   /* size of the prepared volume, wherever it is */
+    sc_label *labels;      /* labels of a mapped or inspected volume with the job's names; owned */
+    sc_label_stats *stats; /* label statistics of an inspected volume; owned */
+    sc_prepared volume;    /* a view of what the members above hold */
     sc_tissue *tissues;
     sc_renderer *renderer;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
@@ -60,59 +66,73 @@ typedef struct sc_session {
     sc_rank_record times;
 } sc_session;
 
-/* Send an array of rank 0, @p count elements of @p size bytes, to the others, which own their copy.
- * After an error *array is NULL on them; on rank 0 it always stays what it was. Collective. */
+/* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
+ * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);
-/* Read the job on rank 0 and send it to all others. After an error, too: sc_session_clear. */
+/* Begin @p session: read the job on rank 0, into session->job, and send it to all others. @param
+ * job_path NULL: there is no job file, only settings. Caller owns: sc_session_clear. */
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
-/* The volume of the job, prepared and shared. */
+/* Prepare the volume of session->job, or map it if it is prepared already: fills session->volume.
+ */
 sc_status sc_session_load(sc_app *app, sc_session *session);
-/* Map the prepared file of the job on every rank, after agreeing that it is the same file on all.
- * @param usable whether the job can use it as it is. Collective, the same result on all ranks. */
+/* Map the prepared file that session->job names on every rank, and make sure that it is the same
+ * file on all: fills session->volume. @param usable whether the job can use it as it is; if not, a
+ * warning says why, and it has to be prepared again. */
 sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable);
-/* The size of the phantom that a job names as its volume. SC_ERR_USAGE if that cannot be read. */
+/* Read the size in voxels from "phantom" or "phantom:WxDxH". @return SC_ERR_USAGE for another text.
+ * Not collective. */
 sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3]);
-/* Give a volume the names and colours of the job's label table, if the job names one. */
+/* Read the label table of the job, if it names one, and give @p volume its names and colours. Not
+ * collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
-/* What can be known of the volume of the job without preparing it: its size, its geometry, its
- * labels and, in the label statistics, their voxels and bounding boxes; the rest of
- * session->volume stays empty. One streaming pass over the voxels, in bounded memory; with
- * @p header_only none: then the labels are those of the label tables and those that the job names
- * by number, and the boxes are empty. Not collective: for one rank alone. */
+/* Fill in what can be known of the volume of session->job without preparing it: in session->volume
+ * its size, geometry and labels, and in its label statistics their voxels and bounding boxes; the
+ * rest stays empty. This takes one pass over the voxels, in bounded memory. With @p header_only
+ * there is none: then the labels are those of the label tables and those that the job names by
+ * number, and the boxes are empty. For a process that is the only rank. */
 sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session);
-/* Tissues and clip sets of the volume of the session. Collective. */
+/* Resolve the tissues and clip sets of session->volume by the rules of the job: fills
+ * session->tissues and session->clip_sets. */
 sc_status sc_session_tissues(sc_app *app, sc_session *session);
-/* The timeline, framed on @p points, and warnings of clip planes that leave nothing or miss what is
- * shown. Collective. */
+/* Fill session->timeline, framed on @p points (see sc_timeline_resolve), after sc_session_tissues.
+ * Rank 0 warns of clip planes that leave nothing or do not cut what is shown. Not collective. */
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
-/* On this rank alone: read the volume of the job and prepare what the job shows of it; all of it if
- * session->measure. @param measure_all also what this job does not need. Caller owns both outputs,
- * also after an error. @param times NULL: not taken. */
+/* On this rank alone: read the volume of session->job into @p volume and prepare what the job shows
+ * of it; all of it if session->measure. @param measure_all measure also what this job does not
+ * need.
+ * @param preparation borrows @p volume. Caller owns both outputs, also after an error:
+ * sc_preparation_free, then sc_volume_clear. @param times the durations are added to it, unless
+ * NULL. Not collective. */
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
                              sc_volume *volume, sc_preparation **preparation,
                              sc_rank_record *times);
-/* What a phase took since the given times; also to the trace. @p times NULL: not taken. */
+/* Add to @p times, unless it is NULL, what @p phase took since the given times of sc_wall_s and
+ * sc_cpu_s; and to the trace, for a phase before the drawing. Not collective. */
 void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,
                  double cpu_s);
-/* Read, prepare and share the volume; resolve tissues, planes and framing. */
+/* Do everything between sc_session_job and the first sc_session_draw: load the volume, resolve the
+ * tissues, make the renderer and the timeline. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
-/* Draw frame @p k, or rows of it, in the layout of the job. */
+/* Draw frame @p k, or @p rows of it, in the layout of the job, into @p image, which has the size of
+ * the job's pictures. The layout views may also write to other rows. One call at a time per
+ * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);
+/* Free everything. A zeroed session is allowed. Collective. */
 void sc_session_clear(sc_session *session);
 
 /* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
  * cores, with the options of mpirun and srun that help. Collective. */
 sc_status sc_report_placement(sc_app *app);
-/* The time, by sc_wall_s, at which the run has to end: before the allocation of the batch system or
- * the time limit of the command line ends, with a margin; 0: no limit. */
+/* @return the time, by sc_wall_s, at which the run has to end: a margin before the end of Slurm's
+ * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/* Handle USR1, TERM and INT: the first of them sets the flag that is returned; another INT or TERM
- * ends the process at once. */
+/* Handle USR1, TERM and INT from now on: the first of them sets the flag that is returned; an INT
+ * or TERM after that ends the process at once, with exit code 75. */
 const volatile sig_atomic_t *sc_signals_install(void);
 
-/* ---- the commands: rows of sc_commands ---- */
+/* ---- the commands: rows of sc_commands, by their names ---- */
 
 sc_status sc_cmd_render(sc_app *app);
 sc_status sc_cmd_join(sc_app *app);

@@ -3,7 +3,8 @@
  * called on a login node. */
 #include "app.h"
 
-/* The corners of the boxes around the visible tissues; where no voxels were read, of the volume. */
+/* List the corners, in RAS mm, of the bounding boxes of the visible tissues, or those of the volume
+ * if no voxels were read. Caller owns *out: sc_free. */
 static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
                               size_t *count)
 {

@@ -9,11 +9,11 @@ typedef struct info {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     double spacing_mm[3], voxel_mm3;
-    sc_length_unit unit; /* that lengths are printed in */
-    char axes[4];        /* where each voxel axis points, e.g. "LPS"; "?" where unknown */
+    sc_length_unit unit; /* lengths are printed in this unit */
+    char axes[4];        /* patient direction of each voxel axis, e.g. "LPS"; "?" if unknown */
 } info;
 
-/* The patient direction an axis runs along most. */
+/* @return the patient direction that is nearest to @p d: R, L, A, P, S or I. */
 static char axis_letter(sc_vec3 d)
 {
     const double x = fabs(d.x), y = fabs(d.y), z = fabs(d.z);
@@ -107,7 +107,7 @@ static void print_text(const info *in)
 {
     const sc_prepared *v = in->volume;
     const double voxels = (double)v->size[0] * v->size[1] * v->size[2];
-    const bool in_mm = in->unit.mm == 1; /* then areas are in square centimetres */
+    const bool in_mm = in->unit.mm == 1; /* if so, areas are printed in square centimetres */
     const double area_mm2 = in_mm ? 100 : in->unit.mm * in->unit.mm;
 
     print_geometry(in);

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast join and segcast verify: what a directory holds, without its volume. */
+/* segcast join and segcast verify: commands that need only the directory of a job, not its volume.
+ */
 #include "run.h"
 
 #include <string.h>
 
-/* The job as resolved lies in the directory; what it belongs to, in its manifest. */
+/* Read what a directory belongs to: the job from its job.yaml, and version, hashes and size from
+ * its manifest. @param version room for 64 bytes, which out->version points to; other texts of @p
+ * out are borrowed from @p job, which the caller owns, also after an error: sc_job_clear. */
 static sc_status read_directory(const sc_app *app, sc_job *job, sc_store_job *out, char *version)
 {
     const char *directory = app->options.input;
@@ -63,7 +66,7 @@ sc_status sc_cmd_verify(sc_app *app)
 
     SC_TRY(read_directory(app, &job, &store_job, version));
     SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
-    printf("%s: %d frames, all proven\n", app->options.input, store_job.frames);
+    printf("%s: %d frames, all verified\n", app->options.input, store_job.frames);
 out:
     sc_job_clear(&job);
     return status;

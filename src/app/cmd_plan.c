@@ -7,7 +7,8 @@ enum { PROBES = 5, SHRINK = 4 };
 #define MIB (1024.0 * 1024)
 #define GIB (1024 * MIB)
 
-/* CPU seconds of a full-size frame, from PROBES frames of 1/SHRINK of the width and height. */
+/* Estimate the CPU seconds of a full-size frame: draw PROBES frames of the session, whose pictures
+ * have 1/SHRINK of the width and height. */
 static sc_status probe(sc_app *app, sc_session *session, double *cpu_s)
 {
     const int frames = session->job.animation.frames;
@@ -30,8 +31,8 @@ out:
     return status;
 }
 
-/* What the farm will hold of frames of full size; with many ranks, which need the largest window.
- */
+/* @return what the farm will hold of frames of full size, with as many ranks as frames, which need
+ * the largest window. */
 static sc_farm_memory farm_memory(const sc_job *job, const int size_px[2])
 {
     const sc_video_settings video = sc_run_video_settings(job);
@@ -44,7 +45,8 @@ static sc_farm_memory farm_memory(const sc_job *job, const int size_px[2])
     return sc_farm_memory_of(&farm, job->animation.frames);
 }
 
-/* @p program_bytes: the process before it knew of the volume. */
+/* Print how much memory a run needs. @param program_bytes size of this process before it read the
+ * volume. */
 static void print_memory(const sc_session *session, const int size_px[2], uint64_t program_bytes)
 {
     const sc_farm_memory farm = farm_memory(&session->job, size_px);

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast render and segcast orbit: from a job to a farm, and to what it leaves. */
+/* segcast render and segcast orbit: a run, from the job to the finished outputs. */
 #include "run.h"
 
 #include <string.h>
 #include <time.h>
 
-/* Events of the trace that all ranks together keep: they make about 100 MB of JSON. */
+/* The number of events that all ranks together keep for the trace: about 100 MB of JSON. */
 enum { TRACE_EVENTS = 1 << 20 };
 
-/* ---- what a job depends on ---- */
+/* ---- the identity of a job ---- */
 
-/* Append how each tissue looks and which planes cut it. Both may follow from names in a label
- * table, of which the job's keys say nothing. */
+/* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
+ * label table, which the keys of the job do not hold. */
 static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
 {
     sc_status status = SC_OK;
@@ -31,7 +31,7 @@ out:
     return status;
 }
 
-/* Hash all that determines the pictures, beside the volume. */
+/* Hash everything that determines the pictures, except the volume, which has a hash of its own. */
 static sc_status hash_job(const sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -60,7 +60,8 @@ static const char *slice_of(const sc_run *run)
     return run->slice[0] ? run->slice : NULL;
 }
 
-/* Name the slice so that the name can be part of a file name: "0-35:2,40" becomes "0-35x2_40". */
+/* Fill run->slice: the name of the slice, such that it can be part of a file name. "0-35:2,40"
+ * becomes "0-35x2_40". It stays empty if all frames are wanted. */
 static sc_status name_slice(sc_run *run)
 {
     const sc_options *o = &run->app->options;
@@ -98,6 +99,7 @@ out:
     return status;
 }
 
+/* Fill run->store_job, open run->store and, unless the job is complete, write job.yaml. */
 static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
@@ -122,6 +124,7 @@ out:
     return status;
 }
 
+/* Open the store or, without records, the video writer. On rank 0. */
 static sc_status open_outputs(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -144,7 +147,7 @@ out:
 
 /* ---- the plan ---- */
 
-/* How many of @p whole GOPs go out to be encoded by the rank that draws them. */
+/* @return how many of @p whole GOPs are encoded by the rank that draws them. */
 static int gops_for_ranks(const sc_run *run, int whole)
 {
     const int encode = run->session.job.farm.encode;
@@ -155,7 +158,8 @@ static int gops_for_ranks(const sc_run *run, int whole)
     return sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
 }
 
-/* Find out, on rank 0, what is left to be drawn: whole GOPs, and frames. */
+/* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
+ * run->gops and run->frames. */
 static sc_status make_plan(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -190,7 +194,7 @@ out:
     return status;
 }
 
-/* Send the plan from rank 0 to all others. Collective. */
+/* Send the plan, with frames and gops, from rank 0 to all others. Collective. */
 static sc_status share_plan(sc_run *run)
 {
     sc_app *app = run->app;
@@ -208,6 +212,8 @@ out:
 
 /* ---- the run ---- */
 
+/* On rank 0: complete the outputs, unless the farm ended with an error. @return @p outcome, or the
+ * error that came here. */
 static sc_status finish_outputs(sc_run *run, sc_status outcome)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -224,6 +230,8 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
     return status == SC_OK ? outcome : status;
 }
 
+/* Draw everything in the plan; returns when all outputs are complete. @param times of this rank.
+ * Collective. */
 static sc_status run_farm(sc_run *run, sc_farm_times *times)
 {
     sc_app *app = run->app;
@@ -301,7 +309,8 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         printf("%s\n", run->video_path && run->missing == 0 ? run->video_path : run->directory);
 }
 
-/* Rank 0: the directory is looked at before anything costs time. */
+/* On rank 0, before anything that takes long: check the options, fill run->directory, run->wanted
+ * and run->slice, and refuse a directory that holds a run already. */
 static sc_status prepare_run(sc_run *run)
 {
     const sc_app *app = run->app;
@@ -331,7 +340,7 @@ out:
     return status;
 }
 
-/* What every rank needs to record its times. */
+/* Allocate what every rank needs for its timing records: run->trace and run->spans. */
 static sc_status allocate_records(sc_run *run)
 {
     const sc_app *app = run->app;
@@ -346,6 +355,7 @@ static sc_status allocate_records(sc_run *run)
     return status;
 }
 
+/* Everything before the first frame: job, volume, outputs, plan. Collective. */
 static sc_status begin_run(sc_run *run, const char *job_path)
 {
     sc_app *app = run->app;
@@ -372,7 +382,8 @@ out:
     return status;
 }
 
-/* @p keep_records: write the folder of the job with its manifest and statistics. */
+/* Do a run from start to end. @param keep_records write the directory of the job with its manifest
+ * and statistics; otherwise only the video. Collective. */
 static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
 {
     sc_run run = {.app = app,

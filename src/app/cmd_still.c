@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-/* Draw one frame of a job, or of the settings alone, as PNG. */
+/* Draw frame --frame of a job, write it to @p path as PNG and print the path. @param job_path NULL:
+ * there is no job file, only settings. */
 static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 {
     sc_session session = {0};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The table of commands. Only main.c refers to it; whoever else needs it gets it by way of sc_app,
- * so that a command may speak of all commands. */
+/* The table of commands. Only main.c refers to it. Code that a command calls gets the table from
+ * sc_app instead, so that files call each other in one direction although `segcast help` needs it.
+ */
 #include "app.h"
 
 const sc_command sc_commands[] = {

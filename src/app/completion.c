@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-/* Keys that --set offers. Those within lists and under tissues have a part that the user names. */
+/* Print a key that --set offers. Left out are keys in lists and of tissues, because a part of their
+ * path is chosen by the user. For sc_job_each_key, with the stream as user. */
 static sc_status print_key(void *user, const sc_key_info *info)
 {
     if (info->is_value && !strstr(info->path, ".N.") && !strstr(info->path, ".NAME."))
@@ -13,7 +14,7 @@ static sc_status print_key(void *user, const sc_key_info *info)
     return SC_OK;
 }
 
-/* Text in single quotes of a shell. */
+/* Print @p text in single quotes, as a shell reads it. */
 static void print_quoted(FILE *stream, const char *text)
 {
     fputc('\'', stream);
@@ -73,7 +74,8 @@ static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE 
 
 /* ---- zsh ---- */
 
-/* In a specification of _arguments brackets, colons and quotes have a meaning. */
+/* Print text within a specification of zsh's _arguments, in single quotes: brackets, colons and
+ * quotes are escaped. */
 static void print_zsh_text(FILE *stream, const char *text)
 {
     for (; *text; text++)

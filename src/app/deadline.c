@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <time.h>
 
-/* Time kept for joining the video and writing the records: a share of what is left, within bounds.
- */
+/* The margin in which the video is joined and the records are written: a share of the time that is
+ * left, within bounds. */
 #define MARGIN_SHARE 0.05
 #define MARGIN_MIN_S 1.0
 #define MARGIN_MAX_S 60.0
@@ -27,7 +27,8 @@ double sc_deadline_s(const sc_app *app)
         const double end_s = strtod(end_text, &end);
         const double slurm_left_s = end_s - (double)time(NULL);
 
-        /* An allocation that has ended already still leaves a limit, not none. */
+        /* If the allocation has ended already, the limit is a moment from now: 0 would mean none.
+         */
         if (end != end_text && !*end && slurm_left_s < UNLIMITED_S &&
             (left_s == 0 || slurm_left_s < left_s))
             left_s = slurm_left_s > 1e-3 ? slurm_left_s : 1e-3;

@@ -19,7 +19,7 @@ void sc_print_help(const sc_command *commands, FILE *stream)
         fprintf(stream, "  %2d  %s\n", row->code, row->meaning);
 }
 
-/* Sentences in lines of at most 88 characters. */
+/* Print @p text in lines of at most 88 characters. */
 static void print_wrapped(FILE *stream, const char *text)
 {
     enum { WIDTH = 88 };
@@ -101,7 +101,7 @@ sc_status sc_cmd_keys(sc_app *app)
 
 /* ---- segcast(1) ---- */
 
-/* A hyphen of an option is a minus sign in roff. */
+/* Print text for roff: backslashes are escaped, and hyphens become minus signs, as options need. */
 static void print_roff(FILE *stream, const char *text)
 {
     for (; *text; text++)

@@ -21,7 +21,7 @@ out:
     return status;
 }
 
-/* A row for a tissue that is named by its number. */
+/* Add a row to @p table if @p pattern is the number of a label. */
 static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_table *table)
 {
     char *end;
@@ -32,9 +32,9 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
     return sc_label_table_add(ctx, table, &row);
 }
 
-/* Without voxels the labels are those that somebody names: the volume's own table, the job's table,
- * and the job by number. Names come from tables alone, so that a name which is in none of them is
- * known to be wrong. */
+/* Find the labels of a volume whose voxels were not read, and add them to @p volume: those of its
+ * own table, those of the job's table, and those that the job names by number. Names come from the
+ * tables only, so that a tissue name in the job that is in no table is reported as an error. */
 static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     sc_label_table table = {0};
@@ -58,7 +58,7 @@ out:
     return status;
 }
 
-/* The scan as session->volume. Takes ownership of the labels of @p scan. */
+/* Fill session->volume, labels and stats from a scan. Takes ownership of the labels of @p scan. */
 static sc_status fill_volume(const sc_app *app, sc_label_scan *scan, sc_session *session)
 {
     const size_t count = (size_t)scan->volume.label_count;

@@ -68,14 +68,15 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
     return status;
 }
 
-/* What a job needs of a preparation. hidden: [labels], owned. */
+/* What a job needs of a preparation; see sc_prepare_settings. */
 typedef struct needs {
     double smooth;
     bool thickness, local_thickness, surface;
-    bool *hidden;
+    bool *hidden; /* [label_count], owned: labels that become background */
 } needs;
 
-/* What the job does not show becomes background, unless all is only to be measured. */
+/* Fill in what the job of a session needs. No label is hidden if session->measure. Caller owns
+ * out->hidden. */
 static sc_status find_needs(const sc_app *app, const sc_session *session, const sc_label *labels,
                             int label_count, needs *out)
 {
@@ -98,7 +99,7 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
 
 /* ---- prepared files: every rank maps the file; a node holds it once ---- */
 
-/* What a rank tells of the file that it has mapped. Sent as bytes. */
+/* What a rank reports of the file that it has mapped. Sent as bytes. */
 typedef struct mapped_file {
     uint64_t hash;
     int32_t status;
@@ -112,9 +113,9 @@ static const char *difference_of(const mapped_file *file)
                                             : "a damaged file";
 }
 
-/* The same path can name different files on different nodes (a node's own disk, a copy that was not
- * renewed): all ranks compare what they have mapped, and rank 0 speaks for all. Collective, the
- * same result on all ranks. @p mine: how mapping went on this rank. */
+/* Make sure that all ranks have mapped the same file: the same path can name different files on
+ * different nodes (a node's own disk, a copy that was not renewed). Rank 0 compares and logs.
+ * @param mine the return code of mapping on this rank. Collective, the same result on all ranks. */
 static sc_status agree_on_file(const sc_app *app, const sc_session *session, sc_status mine)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -145,15 +146,15 @@ static sc_status agree_on_file(const sc_app *app, const sc_session *session, sc_
                          session->job.volume, all[0].host, different, ranks, example,
                          difference_of(&all[example]), all[example].host);
     if (!first)
-        status = SC_OK; /* the verdict is rank 0's */
+        status = SC_OK; /* rank 0 decides for all */
     status = sc_comm_agree(app->comm, status);
 out:
     sc_free(block);
     return status;
 }
 
-/* The labels of a mapped file with the names and colours of the job's table, which rank 0 reads.
- * Collective, the same result on all ranks. */
+/* Give the labels of a mapped file the names and colours of the job's label table, which rank 0
+ * reads: session->labels becomes a copy of them. Collective, the same result on all ranks. */
 static sc_status share_labels(const sc_app *app, sc_session *session)
 {
     const size_t bytes = (size_t)session->volume.label_count * sizeof(sc_label);
@@ -176,7 +177,8 @@ out:
     return status;
 }
 
-/* Does the file hold what the job needs? What it lacks: *why. */
+/* Does the prepared file hold what the job needs? @param why if not, what it was prepared with
+ * instead; otherwise NULL. */
 static bool fits(const sc_prepared *v, const needs *n, const char **why)
 {
     *why = NULL;
@@ -193,7 +195,7 @@ static bool fits(const sc_prepared *v, const needs *n, const char **why)
     return !*why;
 }
 
-/* A tissue that is gone from the file cannot be shown. */
+/* Refuse a prepared file in which a tissue that the job shows was turned into background. */
 static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_session *session,
                               const needs *n)
 {
@@ -238,7 +240,8 @@ out:
     return status;
 }
 
-/* The voxels and labels of the mapped file, to be prepared otherwise. */
+/* Copy the voxels and labels of the mapped file, in order to prepare them with other settings.
+ * Caller owns *out: sc_volume_clear. */
 static sc_status unpack_volume(const sc_app *app, const sc_session *session, sc_volume *out)
 {
     const sc_prepared *from = &session->volume;
@@ -262,7 +265,8 @@ out:
     return status;
 }
 
-/* Read the volume of a job, with its labels. */
+/* Get the volume of the job, with the names of its label table: from the mapped file, made as
+ * phantom, or read. */
 static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
 {
     const sc_job *job = &session->job;
@@ -308,7 +312,8 @@ out:
     return status;
 }
 
-/* Pack what rank 0 has prepared into one block per node. */
+/* Prepare the volume on rank 0 while the others wait, and copy it to one block on each node: fills
+ * session->shared and session->volume. Collective. */
 static sc_status share_volume(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;

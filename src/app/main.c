@@ -7,8 +7,8 @@
 
 extern char **environ;
 
-/* A command for one process: rank 0 executes it with a communicator of its own while the others
- * wait. */
+/* Execute a command for one process: on rank 0, with a communicator of its own, while the other
+ * ranks wait in main for the return code. */
 static sc_status execute_alone(sc_app *app, const sc_command *command)
 {
     sc_comm *all = app->comm, *alone = NULL;
@@ -23,8 +23,7 @@ static sc_status execute_alone(sc_app *app, const sc_command *command)
     return status;
 }
 
-/* Read the command line and execute its command; the other ranks are silent about mistakes in it.
- */
+/* Read the command line and execute its command. Only rank 0 logs mistakes in the command line. */
 static sc_status execute(sc_app *app, int argc, char **argv)
 {
     const bool is_root = sc_comm_rank(app->comm) == 0;

@@ -9,7 +9,8 @@
 
 /* ---- settings of the job ---- */
 
-/* Keep @p text until the options are cleared; takes ownership of it. */
+/* Keep @p text until the options are cleared; takes ownership of it, also after an error. @param
+ * out its characters. */
 static sc_status own(const sc_ctx *ctx, sc_options *options, sc_text *text, const char **out)
 {
     if (options->owned_count == SC_SETTINGS_MAX) {
@@ -21,6 +22,7 @@ static sc_status own(const sc_ctx *ctx, sc_options *options, sc_text *text, cons
     return SC_OK;
 }
 
+/* Keep a copy of the first @p length characters of @p from until the options are cleared. */
 static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, size_t length,
                       const char **out)
 {
@@ -92,7 +94,7 @@ out:
     return status;
 }
 
-/* KEY.PATH=VALUE. An equals sign within quotes belongs to the path. */
+/* Read KEY.PATH=VALUE. An equals sign within quotes belongs to the path. */
 static sc_status store_set(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                            const char *value)
 {
@@ -115,6 +117,7 @@ static sc_status store_set(const sc_ctx *ctx, sc_options *options, const sc_opti
     return status == SC_OK ? add_setting(ctx, options, setting) : status;
 }
 
+/* Read a whole number from @p low to @p high. @param name what messages call it. */
 static sc_status read_number(const sc_ctx *ctx, const char *name, const char *value, long low,
                              long high, long *out)
 {
@@ -174,7 +177,7 @@ static sc_status store_flag(const sc_ctx *ctx, sc_options *options, const sc_opt
     return SC_OK;
 }
 
-/* I/N: part I of N, counted from 0. */
+/* Read I/N: part I of N, counted from 0. */
 static sc_status store_slice(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                              const char *value)
 {
@@ -190,7 +193,8 @@ static sc_status store_slice(const sc_ctx *ctx, sc_options *options, const sc_op
     return SC_OK;
 }
 
-/* Seconds, MM:SS or HH:MM:SS. */
+/* Read seconds, MM:SS or HH:MM:SS. A limit of 0 becomes a millisecond, because 0 stands for none.
+ */
 static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                                   const char *value)
 {
@@ -321,7 +325,8 @@ out:
 
 /* ---- reading ---- */
 
-/* Values of long options for getopt_long are above those of letters. */
+/* The value that getopt_long returns for row i of the list is FIRST_LONG + i, or the row's letter.
+ */
 enum { FIRST_LONG = 256 };
 
 typedef struct getopt_tables {
@@ -329,11 +334,12 @@ typedef struct getopt_tables {
     char shorts[2 * SC_OPTIONS_MAX + 2];
 } getopt_tables;
 
+/* Make the tables that getopt_long reads. */
 static void fill_tables(const sc_option_list *list, getopt_tables *out)
 {
     char *letter = out->shorts;
 
-    *letter++ = ':'; /* tell a missing value from an unknown option */
+    *letter++ = ':'; /* makes getopt_long return ':' for a missing value and '?' otherwise */
     for (size_t i = 0; i < list->count; i++) {
         const sc_option *row = &list->rows[i];
 
@@ -349,6 +355,7 @@ static void fill_tables(const sc_option_list *list, getopt_tables *out)
     out->longs[list->count] = (struct option){0};
 }
 
+/* @return the row for a value that getopt_long has returned, or NULL. */
 static const sc_option *find_option(const sc_option_list *list, int value)
 {
     if (value >= FIRST_LONG && (size_t)(value - FIRST_LONG) < list->count)
@@ -377,7 +384,8 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
                    command->name);
 }
 
-/* What getopt_long has refused: @p result is '?' or ':'. */
+/* Log what getopt_long has refused. @param result what it returned, '?' or ':'. @param text the
+ * word of the command line. */
 static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_option_list *list,
                         int result, const char *text)
 {
@@ -419,7 +427,7 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
     fill_tables(&list, &tables);
     if (threads)
         SC_TRY(set_threads(ctx, &options, "SEGCAST_THREADS", threads));
-    opterr = 0; /* the messages are ours */
+    opterr = 0; /* getopt_long prints no messages: refuse does */
     while ((result = getopt_long(argc - 1, argv + 1, tables.shorts, tables.longs, NULL)) != -1) {
         const sc_option *row = find_option(&list, result);
 

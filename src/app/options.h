@@ -15,17 +15,17 @@ typedef struct sc_options {
     int slice, slices;  /* --slice I/N; slices 0: not given */
     const char *size;   /* --size of the phantom, as given */
     long frame;         /* --frame; -1: not given */
-    int threads;        /* 0: not given */
+    int threads;        /* --threads or SEGCAST_THREADS; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast; /* of check */
+    bool fast; /* --fast of segcast check */
     bool help, version;
     bool markdown, schema, man, bash, zsh, fish;
-    double time_limit_s; /* 0: none */
+    double time_limit_s; /* --time-limit; 0: none */
     sc_setting settings[SC_SETTINGS_MAX];
     size_t setting_count;
-    sc_setting defaults[8]; /* of the command, weaker than the job file */
+    sc_setting defaults[8]; /* of the command; the job file wins over them */
     size_t default_count;
-    char *owned[SC_SETTINGS_MAX];
+    char *owned[SC_SETTINGS_MAX]; /* texts that sc_options_clear frees */
     size_t owned_count;
 } sc_options;
 
@@ -34,15 +34,15 @@ typedef struct sc_app sc_app;
 /* A row of the table of commands. */
 typedef struct sc_command {
     const char *name;
-    const char *argument; /* for example "JOB.yaml"; in brackets: may be left out; "": takes none */
+    const char *argument; /* such as "JOB.yaml"; "[PREFIX]": may be left out; "": there is none */
     const char *help;     /* one line */
     const char *details;  /* further sentences for its help and manual; or NULL */
     sc_status (*execute)(sc_app *app);
-    bool by_all; /* all ranks take part; else rank 0 alone does it */
+    bool by_all; /* all ranks execute it together; false: rank 0 alone */
 } sc_command;
 extern const sc_command sc_commands[]; /* ended by a row without a name */
 
-/* NULL if there is none of that name. */
+/* @return the row of @p commands with that name, or NULL. */
 const sc_command *sc_command_find(const sc_command *commands, const char *name);
 /* Log that there is no such command, with the nearest name. @p name NULL: none was given.
  * @return SC_ERR_USAGE. */
@@ -53,13 +53,13 @@ typedef struct sc_option sc_option;
 struct sc_option {
     const char *name;
     char letter;          /* 0: none */
-    const char *argument; /* NULL: takes no value */
+    const char *argument; /* what help calls its value; NULL: takes none */
     const char *help;
-    const char *commands; /* that take it, with a space between them; NULL: all */
-    /* Store the value; NULL for rows that set a key of the job. */
+    const char *commands; /* names of the commands that have it, separated by spaces; NULL: all */
+    /* Check the value and store it in @p options. */
     sc_status (*store)(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                        const char *value);
-    size_t offset; /* in sc_options, for store_text and store_flag */
+    size_t offset; /* for store_text and store_flag: of the member of sc_options to be set */
     char key[64];  /* path of the key that the option sets; "": none */
 };
 /* The options of a command: its own, and those that stand in rows of the job's table of keys. */
@@ -67,6 +67,7 @@ typedef struct sc_option_list {
     sc_option rows[SC_OPTIONS_MAX];
     size_t count;
 } sc_option_list;
+/* List the options of @p command. @return SC_ERR_MEMORY, or SC_ERR_INTERNAL for too many. */
 sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out);
 
 /* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand
@@ -75,31 +76,34 @@ sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_optio
 sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                            sc_options *out);
 void sc_options_clear(sc_options *options);
-/* Add a setting of the job, as if --set had been given; both texts are copied. @p value is YAML, in
- * sc_options_set_text taken as it is. */
+/* Add a setting of the job, as if --set had been given. Both texts are copied. @p value is YAML;
+ * for sc_options_set_text it is a text that is used as it is. */
 sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key,
                          const char *value);
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
-/* Add a default of the command, for a job that does not say otherwise. Both texts are borrowed. */
+/* Add a default of the command, which holds if the job does not set the key. Both texts are
+ * borrowed. */
 void sc_options_default(sc_options *options, const char *key, const char *value);
 
-/* What the exit codes of sysexits.h mean here; 75 asks a batch system to run the job again. */
+/* The exit code of a return code, after sysexits.h, and its meaning; 75 asks a batch system to run
+ * the job again. */
 typedef struct sc_exit_code {
     sc_status status;
     int code;
     const char *meaning;
 } sc_exit_code;
 extern const sc_exit_code sc_exit_codes[]; /* ended by a row without a meaning */
+/* @return the exit code of the process for a return code. */
 int sc_exit_code_of(sc_status status);
 
-/* ---- what is printed of these tables: help.c, manual.c, completion.c ---- */
+/* ---- help.c, completion.c: texts made from these tables ---- */
 
 void sc_print_help(const sc_command *commands, FILE *stream);
 sc_status sc_print_command_help(const sc_ctx *ctx, const sc_command *command, FILE *stream);
-/* segcast(1). */
+/* Print the manual page segcast(1) in roff. */
 sc_status sc_print_manual(const sc_ctx *ctx, const sc_command *commands, FILE *stream);
-/* Completions of the command line. @p shell: "bash", "zsh" or "fish". */
+/* Print a script that completes the command line. @param shell "bash", "zsh" or "fish". */
 sc_status sc_print_completion(const sc_ctx *ctx, const sc_command *commands, const char *shell,
                               FILE *stream);
 

@@ -14,7 +14,8 @@ typedef struct placement {
     uint64_t memory_bytes;
 } placement;
 
-enum { LINES_MAX = 16 }; /* of the table; of further ranks only the number is logged */
+/* The table has a line for each of so many ranks; of further ranks only the number is logged. */
+enum { LINES_MAX = 16 };
 
 static int count_cores(const sc_core_set *set)
 {
@@ -25,7 +26,7 @@ static int count_cores(const sc_core_set *set)
     return count;
 }
 
-/* Write the cores as ranges: "0-3,8". */
+/* Print the cores as ranges, such as "0-3,8", into @p text. */
 static void list_cores(const sc_core_set *set, char *text, size_t size)
 {
     size_t used = 0;
@@ -50,7 +51,7 @@ static bool same_host(const placement *a, const placement *b)
     return !strcmp(a->host, b->host);
 }
 
-/* The sums over all ranks of a host; cores that several may use count once. */
+/* The sums over all ranks of a host. A core that several ranks may use counts once. */
 typedef struct host_sum {
     int ranks, threads, cores;
 } host_sum;
@@ -141,7 +142,7 @@ sc_status sc_report_placement(sc_app *app)
     void *all = NULL;
     sc_status status = SC_OK;
 
-    memset(&mine, 0, sizeof mine); /* its padding is sent, too */
+    memset(&mine, 0, sizeof mine); /* the gaps between the members are sent, too */
     gethostname(mine.host, sizeof mine.host - 1);
     mine.cores = sc_core_set_of_process();
     mine.threads = app->threads;

@@ -6,44 +6,48 @@
 #include "app.h"
 #include "segcast/store.h"
 
-/* What the run is to draw; the same on all ranks. */
+/* What the run is to draw: rank 0 finds it out and sends it to all others, as bytes. */
 typedef struct sc_draw_plan {
     int frame_count, gop_count;
     int gop_frames;
-    int kept; /* wanted frames that earlier runs have done */
-    uint64_t identity;
-    uint8_t complete; /* earlier runs have finished the job: there is nothing to do */
+    int kept;          /* number of wanted frames that earlier runs have done */
+    uint64_t identity; /* see sc_store_identity */
+    uint8_t complete;  /* earlier runs have finished the job: there is nothing to do */
 } sc_draw_plan;
 
+/* The state of a run on one rank. */
 typedef struct sc_run {
     sc_app *app;
     sc_session session;
     sc_draw_plan plan;
-    int *frames, *gops; /* [plan.frame_count], [plan.gop_count] */
-    double begin_s, farm_begin_s, farm_cpu_s, deadline_s;
+    int *frames, *gops;           /* [plan.frame_count], [plan.gop_count]: see sc_farm */
+    double begin_s, farm_begin_s; /* by sc_wall_s */
+    double farm_cpu_s;            /* CPU time of the process before the farm */
+    double deadline_s;            /* see sc_deadline_s */
     int64_t begin_unix_s;
     const volatile sig_atomic_t *stop;
     sc_trace *trace;
-    bool keep_records; /* manifest, progress and statistics; else the video alone */
+    bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
     /* used by the worker thread that draws */
     sc_render_span *spans; /* [threads] */
     sc_image gop_image;
     sc_encoder *encoder;
-    double encode_wall_s; /* of GOPs drawn on this rank */
+    double encode_wall_s; /* wall time of encoding the GOPs drawn on this rank */
     /* on rank 0 */
-    const char *directory; /* of the outputs */
-    char slice[128];       /* its name, or empty: the whole job */
-    int *wanted, wanted_count, missing;
+    const char *directory;     /* where the outputs go */
+    char slice[128];           /* name of the slice; empty: the whole job */
+    int *wanted, wanted_count; /* frames of the slice or of the whole job, in rising order */
+    int missing;               /* frames of the job that no run has done yet */
     sc_store_job store_job;
     sc_store *store;
     char *video_path;
-    sc_video_writer *writer; /* of a video without records */
-    sc_frame_result *results;
+    sc_video_writer *writer;  /* instead of the store, if only the video is written */
+    sc_frame_result *results; /* [wanted_count], of frames accepted in this run */
     int result_count;
     double told_s, written_s; /* when progress was last shown, and written to status.json */
 } sc_run;
 
-/* ---- run_draw.c: callbacks of the farm ---- */
+/* ---- run_draw.c: callbacks of sc_farm, with an sc_run as user ---- */
 
 sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
@@ -52,15 +56,17 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
 sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const sc_image *image);
 sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload);
+/* @return the video settings of a job; their texts are borrowed from it. */
 sc_video_settings sc_run_video_settings(const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
 
 /* ---- run_report.c: progress and timing records ---- */
 
-/* For sc_farm.on_progress. */
+/* For sc_farm.on_progress: show the progress, and write status.json now and then. */
 void sc_run_on_progress(void *user, int done, int total);
+/* Fill in the timing record of this rank after the farm, from @p times and the store's. */
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times);
-/* Write status.json for the last time. */
+/* Write status.json for the last time, with the state that belongs to @p outcome. */
 sc_status sc_run_write_state(sc_run *run, sc_status outcome);
 /* Gather the timing records of all ranks on rank 0, write them and log a summary. Collective. */
 sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times);

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* After a signal, when the end of the allocation is unknown, a GOP that needs longer than this to
- * be finished is given up: Slurm, for one, kills 30 s after the signal (KillWait). */
+/* After a signal, if the end of the allocation is not known, a GOP that needs longer than this to
+ * be finished is given up: Slurm, for example, kills 30 s after the signal (KillWait). */
 #define PATIENCE_S 30
 
 sc_video_settings sc_run_video_settings(const sc_job *job)
@@ -24,6 +24,7 @@ bool sc_run_has_video(const sc_job *job)
     return strcmp(job->output.video, "none") != 0;
 }
 
+/* Add to the trace when each thread drew, since the last call. */
 static void trace_threads(sc_run *run, int frame)
 {
     sc_renderer_spans(run->session.renderer, run->spans);
@@ -34,6 +35,7 @@ static void trace_threads(sc_run *run, int frame)
     }
 }
 
+/* Draw rows of a frame, and fill in its timing record except wait_s, rank and hash. */
 static sc_status draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *image,
                            sc_frame_result *result)
 {
@@ -60,8 +62,9 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
 
 /* ---- GOPs: drawn, encoded and packed by one rank ---- */
 
-/* The payload of a GOP is the segment, then, if asked for, the PNG files of its frames. Each is
- * preceded by its size. */
+/* Append a block to a payload: its size, as a uint64_t, then its bytes. The payload of a GOP has
+ * one block for the segment and, if PNG files are asked for, a second one, which holds a block for
+ * the file of each frame. */
 static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *data, size_t bytes)
 {
     const uint64_t size = bytes;
@@ -79,6 +82,8 @@ static sc_status add_block(const sc_ctx *ctx, sc_payload *payload, const void *d
     return SC_OK;
 }
 
+/* Read the block at offset *at and move *at behind it. @p out borrows the payload. @return false if
+ * it is cut off. */
 static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
 {
     uint64_t size;
@@ -93,6 +98,7 @@ static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
     return true;
 }
 
+/* Append the PNG file of @p image as a block. */
 static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image *image)
 {
     char *data = NULL;
@@ -110,7 +116,8 @@ static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image 
     return status;
 }
 
-/* Has a signal come, and would the rest of the GOP be finished too late? */
+/* Has a signal come, and would the GOP be finished too late? @param done how many of its @p count
+ * frames have been drawn since @p begin_s. */
 static bool should_give_up(const sc_run *run, double begin_s, int done, int count)
 {
     const double now_s = sc_wall_s();
@@ -121,6 +128,7 @@ static bool should_give_up(const sc_run *run, double begin_s, int done, int coun
     return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
 }
 
+/* Make the picture and the encoder at the first GOP, and drop what an unfinished GOP left in it. */
 static sc_status open_gop_encoder(sc_run *run)
 {
     const sc_job *job = &run->session.job;
@@ -137,6 +145,7 @@ static sc_status open_gop_encoder(sc_run *run)
     return status;
 }
 
+/* Draw a frame into run->gop_image and encode it; append its PNG file to @p pngs if asked for. */
 static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -198,6 +207,7 @@ static sc_done_frame done_of(const sc_frame_result *result)
     return (sc_done_frame){result->frame, result->rank, result->render_cpu_s, result->hash};
 }
 
+/* Keep the timing record of an accepted frame, and add the time since @p begin_s to the trace. */
 static void note_accepted(sc_run *run, const sc_frame_result *result, double begin_s)
 {
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,

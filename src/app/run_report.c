@@ -10,7 +10,7 @@
 #define BAR_INTERVAL_S 0.2    /* between two drawings of the progress bar */
 #define STATUS_INTERVAL_S 2.0 /* between two versions of status.json */
 
-/* "1:23:45" or "23:45" */
+/* Print a duration such as "1:23:45" or "23:45" into @p text. */
 static void format_seconds(double seconds, char *text, size_t size)
 {
     const long s = (long)(seconds + 0.5);
@@ -58,7 +58,8 @@ static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
     return status;
 }
 
-/* How often progress is logged where there is no terminal: the longer the run, the more rarely. */
+/* @return the interval at which progress is logged if there is no terminal: it grows with the
+ * duration of the run. */
 static double log_interval_s(double elapsed_s)
 {
     return elapsed_s < 60 ? 5 : elapsed_s < 3600 ? 30 : 300;
@@ -118,8 +119,8 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     const double farm_cpu_s = sc_cpu_s() - run->farm_cpu_s;
     const sc_store_times store =
         run->store ? sc_store_time(run->store) : (sc_store_times){times->accept_wall_s, 0};
-    /* The encoder has threads of its own, which cannot be asked: it used what is left of the CPU
-     * time of the farm. */
+    /* The CPU time of the encoder's own threads cannot be measured by itself: it is what is left of
+     * the CPU time that the process used during the farm. */
     const double rest_cpu_s = farm_cpu_s - times->render_cpu_s - times->gather_cpu_s;
 
     r->phases[SC_PHASE_RENDER] = (sc_phase_time){times->render_wall_s, times->render_cpu_s};
@@ -158,7 +159,8 @@ static sc_status write_trace(sc_run *run, const sc_rank_record *records, const v
     return status;
 }
 
-/* Gather the trace events of all ranks on rank 0, and write them. Collective. */
+/* Gather the trace events of all ranks on rank 0, which writes trace.json. @p records is NULL on
+ * the others. Collective. */
 static sc_status gather_trace(sc_run *run, const sc_rank_record *records)
 {
     sc_app *app = run->app;
@@ -195,7 +197,7 @@ out:
     return status;
 }
 
-/* "stats.SLICE.json" */
+/* Is it the name of a file "stats.SLICE.json"? For scandir. */
 static int is_stats_of_slice(const struct dirent *entry)
 {
     const size_t length = strlen(entry->d_name), around = strlen("stats.") + strlen(".json");
@@ -204,7 +206,7 @@ static int is_stats_of_slice(const struct dirent *entry)
            !strcmp(entry->d_name + length - strlen(".json"), ".json");
 }
 
-/* Add what runs of slices have measured; a run of a slice does not read those of others. */
+/* Add to @p history what the statistics of all slices in the directory hold. */
 static sc_status read_slices(const sc_run *run, sc_history *history)
 {
     const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
@@ -227,7 +229,8 @@ static sc_status read_slices(const sc_run *run, sc_history *history)
     return status;
 }
 
-/* Read what earlier runs on the job have measured, of frames that are there now. */
+/* Read from the statistics @p path, and for the whole job from those of slices, what earlier runs
+ * have measured of frames that are there now. Does nothing without --resume. */
 static sc_status read_history(const sc_run *run, const char *path, sc_history *history)
 {
     const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
@@ -250,6 +253,7 @@ out:
     return status;
 }
 
+/* Write stats.json and frames.csv, with what earlier runs have measured. On rank 0. */
 static sc_status write_run(sc_run *run, sc_run_record *record)
 {
     char *json = NULL, *csv = NULL;

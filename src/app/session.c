@@ -48,7 +48,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
         exceptions = job->exceptions;
     }
     sc_comm_broadcast(app->comm, job, sizeof *job);
-    /* Pointers that came with the job are rank 0's; until its arrays are here, there are none. */
+    /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
+     * rank's own: NULL at first, then the copies of the arrays. */
     job->rules = rules;
     job->exceptions = exceptions;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
@@ -59,8 +60,8 @@ out:
     return status;
 }
 
-/* In the paper's unaccelerated pictures interior voxels have the opacity of their tissue. The
- * smooth surface model has no interior voxels: a job that asks for them gets a warning. */
+/* For the unaccelerated pictures of the paper, give interior voxels the opacity of their tissue.
+ * The smooth surface model draws no interior voxels: a job that asks for them gets a warning. */
 static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *session)
 {
     bool shows_interior = false;
@@ -77,7 +78,8 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
                      "surface: voxel");
 }
 
-/* The same on every rank, so only rank 0 logs errors. */
+/* The part of sc_session_tissues that is local. It ends in the same way on every rank, so that only
+ * rank 0 logs errors. */
 static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
     const sc_ctx silent = {.rank = 0};
@@ -128,9 +130,9 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
                            &session->renderer);
 }
 
-/* ---- clip planes that miss ---- */
+/* ---- warnings of clip planes that cut nothing or everything ---- */
 
-/* Range of a box along the unit vector @p n. */
+/* Find the extent of a box along the unit vector @p n. */
 static void range_along(sc_vec3 n, sc_vec3 low, sc_vec3 high, double *from_mm, double *to_mm)
 {
     const sc_vec3 near = {n.x > 0 ? low.x : high.x, n.y > 0 ? low.y : high.y,
@@ -144,12 +146,12 @@ static void range_along(sc_vec3 n, sc_vec3 low, sc_vec3 high, double *from_mm, d
 
 /* In how many frames a plane removes all of what is shown, and in how many nothing of it. */
 typedef struct plane_effect {
-    double from_mm, to_mm; /* what is shown, along the plane's normal */
+    double from_mm, to_mm; /* extent of what is shown along the plane's normal */
     int removes_all, removes_nothing;
 } plane_effect;
 
-/* Fills effects[planes]. @return in how many frames some plane removes everything; *first: the
- * first of them. */
+/* Fill effects[i] for each plane i. @return in how many frames some plane removes everything.
+ * @param first the first of them; not written if there is none. */
 static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
 {
     int empty = 0;
@@ -176,13 +178,15 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
     return empty;
 }
 
-/* A plane that is wanted at a share of what is shown cannot miss it by mistake. */
+/* Is a position of the plane given in mm? A plane at a share of what is shown lies within it and
+ * needs no warning. */
 static bool is_in_mm(const sc_sweep *sweep)
 {
     return !sweep->from.percent || !sweep->to.percent;
 }
 
-/* One side of a box or slab, which may lie outside of what is shown. */
+/* Does another plane have the opposite normal? Then both are sides of a box or slab, and one of
+ * them may well lie outside of what is shown. */
 static bool has_opposite(const sc_animation *animation, int plane)
 {
     const sc_vec3 n = animation->sweeps[plane].normal;
@@ -194,8 +198,8 @@ static bool has_opposite(const sc_animation *animation, int plane)
     return false;
 }
 
-/* Where a plane lies and where it should: positions run along the plane's normal, which is easily
- * taken for a patient coordinate. */
+/* Warn of a plane: say where it lies and where it should. Its position is measured along its
+ * normal, which users mistake for a patient coordinate. @param what what is wrong with it. */
 static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
                           const plane_effect *effect, const char *what)
 {
@@ -240,7 +244,7 @@ static void warn_of_planes(const sc_app *app, const sc_session *session)
                 empty, empty == 1 ? "" : "s", first);
 }
 
-/* Width over height of the 3D picture within the frame. */
+/* @return width divided by height of the picture in space within the frame. */
 static double picture_aspect(const sc_job *job)
 {
     const int *size_px = job->output.size_px;
