@@ -23,8 +23,8 @@
 typedef enum sc_status {
     SC_OK = 0,
     SC_ERR_INCOMPLETE = -1, /**< stopped early on request; another run goes on */
-    SC_ERR_USAGE = -2,      /**< the request itself is wrong: command line, job file */
-    SC_ERR_DATA = -3,       /**< an input exists, and its content is wrong */
+    SC_ERR_USAGE = -2,      /**< the request itself is wrong: command line, settings */
+    SC_ERR_DATA = -3,       /**< an input, also a job file, exists and is broken */
     SC_ERR_MISSING = -4,    /**< an input does not exist or cannot be opened */
     SC_ERR_CREATE = -5,     /**< an output cannot be created */
     SC_ERR_WRITE = -6,      /**< an output cannot be written, e.g. the disk is full */

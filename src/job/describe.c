@@ -35,7 +35,8 @@ typedef struct listing {
     size_t count;
 } listing;
 
-static sc_status list_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+/* Append a row as lines of text to the listing, if its path begins with the prefix. */
+static sc_status add_text_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     listing *l = user;
     const sc_key *key = visit->key;
@@ -59,7 +60,8 @@ out:
 
 /* ---- for machines ---- */
 
-static sc_status describe_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+/* Append a row as an object to the array of the listing, if its path begins with the prefix. */
+static sc_status add_json_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     listing *l = user;
     const sc_key *key = visit->key;
@@ -73,8 +75,10 @@ static sc_status describe_row(const sc_ctx *ctx, void *user, const sc_key_visit 
     l->count++;
     name_variable(visit->path, variable, sizeof variable);
     status = sc_key_values(ctx, key, &values);
-    if (status != SC_OK)
+    if (status != SC_OK) {
+        sc_text_clear(&values);
         return status;
+    }
     row = json_pack("{s:s, s:s, s:s, s:s?, s:s?, s:s?, s:b, s:b, s:s?, s:s?, s:s}", "key",
                     visit->path, "help", key->help, "values", values.data, "default", key->fallback,
                     "without", key->without, "unit", key->unit, "required", key->required,
@@ -103,6 +107,7 @@ static sc_status print_json(const sc_ctx *ctx, json_t *json, sc_text *out)
     return status;
 }
 
+/* Append the JSON schema of the whole file. */
 static sc_status write_schema(const sc_ctx *ctx, sc_text *out)
 {
     json_t *schema = sc_keys_schema(sc_job_keys);
@@ -112,6 +117,8 @@ static sc_status write_schema(const sc_ctx *ctx, sc_text *out)
     return print_json(ctx, schema, out);
 }
 
+/* Append all rows whose path begins with @p prefix, as text or as JSON. @return SC_ERR_USAGE if
+ * there is none. */
 static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
                            sc_text *out)
 {
@@ -120,7 +127,7 @@ static sc_status list_keys(const sc_ctx *ctx, const char *prefix, sc_keys_format
     sc_status status;
 
     l.array = as_json ? json_array() : NULL;
-    status = sc_keys_walk(ctx, as_json ? describe_row : list_row, &l);
+    status = sc_keys_walk(ctx, as_json ? add_json_row : add_text_row, &l);
     if (status == SC_OK && l.count == 0)
         status = sc_fail(ctx, SC_ERR_USAGE,
                          "no key is \"%s\" or begins with it; `segcast keys` lists all", prefix);

@@ -18,7 +18,9 @@ sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user);
 
 /* What values a row takes: "number from 0 to 1", "leap, interior or none". */
 sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text);
-/* The default, or what happens without the key; an empty text for a map. */
+/* For listings: "(required)", the default, or what happens without the key; an empty text where the
+ * table says none of these, as for most maps. Keys of which one is required are "(one of these)".
+ */
 const char *sc_key_default(const sc_key *key);
 
 /* ---- document.c ---- */

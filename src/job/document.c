@@ -49,6 +49,8 @@ static sc_status add_cell(const sc_ctx *ctx, const char *value, sc_text *out)
     return status;
 }
 
+/* Append a row of a Markdown table to the text @p user. A map at the top of the file begins a
+ * section with a table of its own instead; maps below it are rows as keys are. */
 static sc_status add_markdown_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     const sc_key *key = visit->key;
@@ -121,6 +123,7 @@ static sc_status add_roff(const sc_ctx *ctx, const char *text, sc_text *out)
     return status;
 }
 
+/* Append a paragraph of the manual page for one row to the text @p user. */
 static sc_status add_man_row(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     const sc_key *key = visit->key;

@@ -36,6 +36,8 @@ static const sc_yaml *find_node(const sc_yaml *root, const char *path)
     return root;
 }
 
+/* Put what render.mode implies into the tree, where it has no value for these keys yet. A mode that
+ * is no word of the table is left to the reading of the tree. */
 static sc_status apply_modes(const sc_ctx *ctx, sc_yaml *root)
 {
     const sc_yaml *mode = find_node(root, "render.mode");
@@ -49,6 +51,8 @@ static sc_status apply_modes(const sc_ctx *ctx, sc_yaml *root)
     return status;
 }
 
+/* Put settings into the tree, the later over the earlier. @param only_missing skip those whose key
+ * the tree has already. */
 static sc_status apply_settings(const sc_ctx *ctx, const sc_setting *settings, size_t count,
                                 bool only_missing, sc_yaml *root)
 {
@@ -65,6 +69,8 @@ static sc_status apply_settings(const sc_ctx *ctx, const sc_setting *settings, s
     return status;
 }
 
+/* Put every variable that begins with SEGCAST_ into the tree. One that names no key is warned of
+ * and skipped: it may belong to another program. */
 static sc_status apply_environment(const sc_ctx *ctx, const char *const *environment, sc_yaml *root)
 {
     static const char prefix[] = "SEGCAST_";
@@ -129,6 +135,9 @@ static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, 
     return status;
 }
 
+/* Check what no single row can, and resolve the paths of the job in place. @p root: the tree that
+ * the job was read from, for line numbers. @return SC_ERR_DATA, or SC_ERR_USAGE for what a setting
+ * said. */
 static sc_status check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
@@ -152,6 +161,8 @@ out:
     return status;
 }
 
+/* Read the job file into a tree, an empty one if there is no file. @p text holds the file, which
+ * stays with the caller, also after an error. */
 static sc_status read_root(const sc_ctx *ctx, const sc_job_sources *sources, char **text,
                            sc_yaml **out)
 {

@@ -35,6 +35,7 @@ static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const
     return SC_OK;
 }
 
+/* Write what read_plane_position reads: "40%" or "12 mm". */
 static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, const void *value,
                                       int indent, sc_text *text)
 {
@@ -99,6 +100,7 @@ static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return SC_OK;
 }
 
+/* Write two doubles from 0 to 1 as "[20%, 80%]". */
 static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
@@ -150,6 +152,7 @@ static const sc_key ramp_keys[] = {{"from", &sc_type_real, offsetof(sc_ramp, fro
                                     .choices = sc_ease_choices},
                                    {0}};
 
+/* Read a map of ramp_keys, or a number that holds for the whole animation, into an sc_ramp. */
 static sc_status read_zoom(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_ramp *zoom = value;

@@ -55,6 +55,7 @@ typedef struct box_entry {
     corner from, to;
 } box_entry;
 
+/* Read a list of three positions into a corner. */
 static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_status status = SC_OK;
@@ -116,6 +117,8 @@ const sc_key sc_clip_keys[] = {
 
 /* ---- reading ---- */
 
+/* Append the tissues of @p list to job->exceptions, as exceptions of the plane with that index in
+ * job->animation.sweeps. */
 static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
 {
     void *grown;
@@ -149,7 +152,9 @@ static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
     return sc_yaml_fail(ctx, node, "more than %d clip planes (a box counts as six)", SC_PLANES_MAX);
 }
 
-/* A plane that moves, or one that stands still. */
+/* Append a plane to job->animation.sweeps. @p key: the row sweep or plane, which tells whether it
+ * moves.
+ * @return SC_ERR_DATA or SC_ERR_USAGE. */
 static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
     plane_entry entry = {.sweep = {.end = 1}};
@@ -171,7 +176,7 @@ static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return SC_OK;
 }
 
-/* Six planes whose normals point into the box. */
+/* Append six planes whose normals point into the box to job->animation.sweeps. */
 static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *body, sc_job *job)
 {
     static const sc_vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -226,6 +231,7 @@ static const sc_yaml *find_body(const sc_ctx *ctx, const sc_key *keys, const sc_
     return body;
 }
 
+/* Append the planes and the exceptions of one entry of the list to the job. */
 static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                             sc_job *job)
 {
@@ -248,6 +254,8 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     return status;
 }
 
+/* Read the list of clip entries. @p value is the whole sc_job: planes go to animation.sweeps,
+ * tissues to exceptions. */
 static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_status status = SC_OK;
@@ -261,6 +269,7 @@ static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 /* ---- writing ---- */
 
+/* Write the exceptions of one plane as a list in one line. */
 static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
 {
     const char *comma = "";
@@ -278,7 +287,8 @@ out:
     return status;
 }
 
-/* Every plane as one that moves, though not all do. */
+/* Write every plane as a sweep, though not all move, with the tissues that it leaves whole. @p
+ * value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {

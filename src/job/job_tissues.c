@@ -22,6 +22,7 @@ static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
+/* Write what read_opacity reads: "auto" or a number. */
 static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {
@@ -77,6 +78,8 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
+/* Read a rule for each tissue of the map into job->rules, in the order of the file. @p value is the
+ * whole sc_job; after an error its rules hold what was read so far. */
 static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
@@ -107,6 +110,7 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
+/* Write all rules of the sc_job @p value, a line each, with the keys that were given. */
 static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {

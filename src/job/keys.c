@@ -74,6 +74,7 @@ static const char *excluded_by(const sc_key *keys, const sc_key *key, const sc_y
     return NULL;
 }
 
+/* Does @p node hold the key, or another one of its alternative? */
 static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
 {
     for (; keys->name; keys++) {
@@ -86,6 +87,7 @@ static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
     return false;
 }
 
+/* Log the first required key that the map @p node lacks. @return as sc_yaml_fail, or SC_OK. */
 static sc_status check_required(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
 {
     for (const sc_key *key = keys; key->name; key++) {

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A YAML value as JSON: "true" and "false" as booleans, numbers as numbers, all else as strings.
+ * Not for maps, which no default is. */
 static json_t *json_of(const sc_yaml *node)
 {
     json_t *list;
@@ -45,6 +47,7 @@ static json_t *default_of(const sc_key *key)
     return json;
 }
 
+/* The schema of one value, with its help and its default. */
 static json_t *schema_of(const sc_key *key)
 {
     json_t *schema = key->type->schema(key);

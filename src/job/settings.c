@@ -16,6 +16,8 @@ typedef struct position {
     const char *shorthand;  /* see sc_key.shorthand */
 } position;
 
+/* Make a tree that was parsed from a setting one of that setting: messages name @p origin, which is
+ * borrowed, instead of a line. */
 static void forget_lines(sc_yaml *node, const char *origin)
 {
     node->line = 0;
@@ -271,6 +273,9 @@ static size_t match_index(const char *name)
     return name[length] && name[length] != '_' ? 0 : length;
 }
 
+/* Append to @p path the keys that @p name spells, starting with one of @p keys. Because names of
+ * keys hold "_" themselves, each row that fits is tried. @return false, with @p path as it was, if
+ * none leads to the end of the name. */
 static bool find_path(const sc_key *keys, const char *name, char *path, size_t size)
 {
     const size_t used = strlen(path);

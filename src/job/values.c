@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The types of values that any table may use. */
+/* The types of values that any table may use. The comment of each read_... names the C type to
+ * which its
+ * @p value points and what it accepts; what it refuses is logged with file and line, and leaves the
+ * value as it was. write_... writes what read_... accepts. */
 #include "key.h"
 #include "segcast/timeline.h"
 
@@ -84,6 +87,7 @@ static json_t *real_schema(const sc_key *key)
     return number_schema("number", key->low, key->high);
 }
 
+/* int: a whole number in the range of the row. */
 static sc_status read_int(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double number = 0;
@@ -112,6 +116,7 @@ static json_t *int_schema(const sc_key *key)
 
 /* ---- words and texts ---- */
 
+/* bool: "true" or "false" and nothing else; YAML's "yes" and "on" are refused. */
 static sc_status read_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     const bool yes = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "true");
@@ -136,6 +141,7 @@ static json_t *bool_schema(const sc_key *key)
     return json_pack("{s:s}", "type", "boolean");
 }
 
+/* char[key->bytes]: a single value, refused if it is too long. */
 static sc_status read_text(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     if (node->kind != SC_YAML_SCALAR)
@@ -184,6 +190,7 @@ static const char *choice_word(const sc_key *key, size_t i, int *value)
 
 enum { WORDS_MAX = 32 };
 
+/* int: the number that stands for one of the words of the row. */
 static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     const char *words[WORDS_MAX], *word;
@@ -202,6 +209,7 @@ static sc_status read_choice(const sc_ctx *ctx, const sc_key *key, const sc_yaml
     return sc_unknown_word(ctx, node, node->text, words, count);
 }
 
+/* @return SC_ERR_INTERNAL if no word stands for the number. */
 static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                               sc_text *text)
 {
@@ -217,6 +225,7 @@ static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *
                    *(const int *)value);
 }
 
+/* An enumeration of the words. */
 static json_t *choice_schema(const sc_key *key)
 {
     json_t *words = json_array();
@@ -263,32 +272,34 @@ static json_t *list_schema(const char *type, double low, double high, int count)
                      number_schema(type, low, high), "minItems", count, "maxItems", count);
 }
 
+/* uint8_t[3], sRGB: "#rrggbb", or three numbers from 0 to 255, of which fractions are cut off. */
 static sc_status read_color(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     uint8_t *rgb = value;
-    unsigned r, g, b;
-    int used = 0;
+    double level[3];
 
     if (node->kind == SC_YAML_LIST && node->count == 3) {
         for (int i = 0; i < 3; i++) {
-            double level;
-            sc_status status = sc_read_real(ctx, node->items[i], 0, 255, &level);
+            sc_status status = sc_read_real(ctx, node->items[i], 0, 255, &level[i]);
 
             if (status != SC_OK)
                 return status;
-            rgb[i] = (uint8_t)level;
         }
-        return SC_OK;
-    }
-    if (node->kind != SC_YAML_SCALAR || strlen(node->text) != 7 ||
-        sscanf(node->text, "#%2x%2x%2x%n", &r, &g, &b, &used) != 3 || used != 7)
+    } else if (node->kind == SC_YAML_SCALAR && node->text[0] == '#' && strlen(node->text) == 7 &&
+               strspn(node->text + 1, "0123456789abcdefABCDEF") == 6) {
+        const unsigned long number = strtoul(node->text + 1, NULL, 16);
+
+        for (int i = 0; i < 3; i++)
+            level[i] = (double)(number >> (16 - 8 * i) & 255);
+    } else {
         return sc_wrong_type(ctx, node, key->type->expected);
-    rgb[0] = (uint8_t)r;
-    rgb[1] = (uint8_t)g;
-    rgb[2] = (uint8_t)b;
+    }
+    for (int i = 0; i < 3; i++)
+        rgb[i] = (uint8_t)level[i];
     return SC_OK;
 }
 
+/* As a list of three numbers. */
 static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              sc_text *text)
 {
@@ -306,6 +317,7 @@ static json_t *color_schema(const sc_key *key)
                      "^#[0-9a-fA-F]{6}$", list_schema("number", 0, 255, 3));
 }
 
+/* int[2], width and height in pixels: "[W, H]" or "WxH". */
 static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double size[2] = {0};
@@ -320,6 +332,7 @@ static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return status;
 }
 
+/* As "[W, H]". */
 static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
@@ -336,6 +349,7 @@ static json_t *size_schema(const sc_key *key)
                      "type", "string", "pattern", "^[0-9]+x[0-9]+$");
 }
 
+/* sc_vec3: "[x, y, z]" or "x,y,z". */
 static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double p[3] = {0};
@@ -346,6 +360,7 @@ static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
     return status;
 }
 
+/* As "[x, y, z]". */
 static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                              sc_text *text)
 {
@@ -362,28 +377,30 @@ static json_t *point_schema(const sc_key *key)
                      "type", "string");
 }
 
+/* sc_vec3 of length 1: an anatomical word, or three numbers that are not all 0, as read_point. */
 static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                 void *value)
 {
-    sc_vec3 *direction = value;
+    sc_vec3 direction;
     size_t count;
     const char *const *words = sc_anatomical_words(&count);
     sc_status status;
 
     if (node->kind == SC_YAML_SCALAR && !strchr(node->text, ',')) {
-        if (sc_anatomical_direction(node->text, direction))
+        if (sc_anatomical_direction(node->text, value))
             return SC_OK;
         return sc_unknown_word(ctx, node, node->text, words, count);
     }
-    status = read_point(ctx, key, node, value);
+    status = read_point(ctx, key, node, &direction);
     if (status != SC_OK)
         return status;
-    if (sc_vec3_length(*direction) < 1e-9)
+    if (sc_vec3_length(direction) < 1e-9)
         return sc_yaml_fail(ctx, node, "%s has length zero, expected a direction", key->name);
-    *direction = sc_vec3_unit(*direction);
+    *(sc_vec3 *)value = sc_vec3_unit(direction);
     return SC_OK;
 }
 
+/* One of the anatomical words, or three numbers. */
 static json_t *direction_schema(const sc_key *key)
 {
     size_t count;

@@ -44,6 +44,7 @@ typedef struct info_visitor {
     void *user;
 } info_visitor;
 
+/* Give a row to the visitor of sc_job_each_key as an sc_key_info. */
 static sc_status visit_info(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
 {
     const info_visitor *v = user;
@@ -69,6 +70,7 @@ sc_status sc_job_each_key(const sc_ctx *ctx,
 
 /* ---- parts of a listing ---- */
 
+/* Append the words of a choice: "none, interior or leap". */
 static sc_status add_words(const sc_ctx *ctx, const sc_key *key, sc_text *text)
 {
     sc_status status = SC_OK;
@@ -102,7 +104,7 @@ out:
 const char *sc_key_default(const sc_key *key)
 {
     if (key->required)
-        return "(required)";
+        return key->alternative ? "(one of these)" : "(required)";
     if (key->fallback)
         return key->fallback;
     return key->without ? key->without : "";

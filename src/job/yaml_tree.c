@@ -40,6 +40,7 @@ sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, 
     return sc_fail(ctx, SC_ERR_USAGE, "%s: %s", node->origin, text);
 }
 
+/* A copy of a string. Caller owns *out: sc_free. */
 static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
 {
     sc_text text = {0};
@@ -50,6 +51,7 @@ static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
     return status;
 }
 
+/* An empty node without key and text. @p origin is borrowed. Caller owns: sc_yaml_free. */
 static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *origin, int line,
                           sc_yaml **out)
 {
@@ -91,6 +93,7 @@ sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key)
     return index < map->count ? map->items[index] : NULL;
 }
 
+/* The next event of libyaml, which the caller has to delete; logs why the text is not YAML. */
 static sc_status next_event(reader *r, yaml_event_t *event)
 {
     const int line = (int)r->parser.mark.line + 1;
@@ -106,6 +109,8 @@ static sc_status next_event(reader *r, yaml_event_t *event)
 
 static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out);
 
+/* Check a key of @p map: a single value that no other member has. Caller owns *key: sc_free. The
+ * event stays with the caller. */
 static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
 {
     const int line = (int)event->start_mark.line + 1;
@@ -158,6 +163,7 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
     return status;
 }
 
+/* Build the node that begins with @p event, with all below it. Caller owns *out: sc_yaml_free. */
 static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
 {
     const int line = (int)event->start_mark.line + 1;
@@ -206,6 +212,7 @@ static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
     return status;
 }
 
+/* Read the whole text: no document, which gives an empty map, or one. Caller owns *out. */
 static sc_status parse_document(reader *r, sc_yaml **out)
 {
     yaml_event_t event;

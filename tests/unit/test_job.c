@@ -84,6 +84,7 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
     refuses("volume: phantom\ntissues: {a: {opacity: atuo}}\n", "auto or a number from 0 to 1");
     refuses("volume: phantom\ntissues: {a: {colour: red}}\n", "did you mean \"color\"?");
     refuses("volume: phantom\ntissues: {a: {color: red}}\n", "#rrggbb");
+    refuses("volume: phantom\ntissues: {a: {color: '#-1-1-1'}}\n", "#rrggbb");
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: superoir}}}\n",
             "did you mean \"superior\"?");
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
