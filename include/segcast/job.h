@@ -10,36 +10,40 @@
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
+/** Longest path in a job, terminator included. */
 enum { SC_PATH_BYTES = 1024 };
 
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
 
-/** One picture, or slices beside it. */
+/** What a frame shows: one picture, or three slices beside it (views.h). */
 typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS } sc_layout;
 
 /* Members that hold an enum are of type int: the table of keys stores numbers there. */
 
+/** What is written, and where. */
 typedef struct sc_output {
     char directory[SC_PATH_BYTES];
     char video[SC_PATH_BYTES]; /**< name in the directory, or "none" */
     char title[256];           /**< of the film, in the video's metadata; empty: none */
-    int size_px[2];
+    int size_px[2];            /**< width, height */
     int fps;
     int frames;      /**< sc_frames_kind */
-    int crf, preset; /**< of the encoder; name of the preset: sc_job_preset */
+    int crf, preset; /**< for the encoder; sc_job_preset gives the preset's name */
     int layout;      /**< sc_layout */
 } sc_output;
 
-/** The paper's pictures, by its plain and by its accelerated method, or ours. */
+/** Sets of defaults: those of segcast, or those for the pictures of the paper, by its plain or by
+ * its accelerated method. */
 typedef enum sc_mode { SC_MODE_STANDARD, SC_MODE_PAPER, SC_MODE_PAPER_ACCELERATED } sc_mode;
-/** Where a pixel gets all its rays: only where neighbouring pixels differ, or everywhere. */
+/** Which pixels get more than one ray: only those that differ from a neighbour, or all. */
 typedef enum sc_antialiasing { SC_ANTIALIASING_ADAPTIVE, SC_ANTIALIASING_FULL } sc_antialiasing;
-/** Whose thickness decides the automatic opacity: the whole tissue's, or that at each point. */
+/** Which thickness decides the automatic opacity: the mean of the tissue, or that at each point. */
 typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thickness_use;
-/** Faces that clip planes cut. */
+/** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
+/** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
     int mode;         /**< sc_mode: sets other defaults for the rest */
     int surface;      /**< sc_surface */
@@ -49,18 +53,21 @@ typedef struct sc_render_options {
     int samples;      /**< rays per pixel */
     int antialiasing; /**< sc_antialiasing */
     int thickness;    /**< sc_thickness_use */
-    double smooth, step_voxels, cap_outline;
-    uint8_t background[3];
+    double smooth;    /**< see sc_prepare_settings */
+    double step_voxels, cap_outline;
+    uint8_t background[3]; /**< sRGB */
 } sc_render_options;
 
-/** Who encodes: rank 0, or the ranks, each a GOP at a time. The bytes are the same. */
+/** Who encodes: rank 0 alone, or all ranks, each a GOP at a time; auto chooses by their number. The
+ *  bytes of the video are the same. */
 typedef enum sc_encode { SC_ENCODE_AUTO, SC_ENCODE_ROOT, SC_ENCODE_SEGMENTS } sc_encode;
 
+/** How the work is shared out between ranks; see sc_farm. */
 typedef struct sc_farm_options {
     int partition; /**< sc_partition */
     int tile_px;
     int encode; /**< sc_encode */
-    bool share; /**< ranks of one node share frames, not only the volume */
+    bool share; /**< ranks on rank 0's node draw into its memory */
 } sc_farm_options;
 
 /** A job. Plain data but for two arrays, so that it can be sent to other ranks. */
@@ -83,8 +90,8 @@ typedef struct sc_job {
 typedef struct sc_setting {
     const char *origin; /**< what messages name, for example "--zoom 2" */
     const char *path;   /**< "render.samples" */
-    const char *value;  /**< YAML; as it is, without quoting, if @ref literal */
-    bool literal;
+    const char *value;  /**< YAML, or any text if literal is set */
+    bool literal;       /**< the value is used as it is, without being parsed as YAML */
 } sc_setting;
 
 /** Where the parts of a job come from. The later of these win: the defaults of the table,
@@ -98,19 +105,19 @@ typedef struct sc_job_sources {
     const char *const *environment; /**< "SEGCAST_RENDER_SAMPLES=2", ended by NULL; or NULL */
 } sc_job_sources;
 
-/** Read, check and resolve a job: paths of the file become relative to the working directory.
- *  @return SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING, logged with file and line. Caller owns:
- *  sc_job_clear. */
+/** Read, check and resolve a job. Paths to something that exists become absolute; other paths of
+ * the file become relative to the working directory. @return SC_ERR_USAGE, SC_ERR_DATA or
+ *  SC_ERR_MISSING, logged with file and line; SC_ERR_MEMORY. Caller owns: sc_job_clear. */
 SC_MUST_USE sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
 /** Free the arrays; harmless on a zeroed struct. */
 void sc_job_clear(sc_job *job);
-/** Write the job as YAML, every key with its value; sc_job_load reads it back as the same job.
- *  @param identity only keys on which the pictures depend. */
+/** Append the job to @p text as YAML, every key with its value; sc_job_load reads it back as the
+ * same job. @param identity only keys on which the pictures depend. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,
                                    sc_text *text);
-/** Name of the encoder preset. */
+/** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
-/** Is this volume the built-in phantom, and not a file? */
+/** @return whether sc_job.volume names the built-in phantom, and not a file. */
 bool sc_job_is_phantom(const char *volume);
 
 /* ---- the table of keys ---- */
@@ -121,7 +128,7 @@ typedef struct sc_key_info {
     const char *help;     /**< one line, without a full stop */
     const char *option;   /**< command-line option that sets the key; NULL: none */
     const char *argument; /**< what the option's help calls its value */
-    const char *commands; /**< that have the option, with a space between them */
+    const char *commands; /**< names of the commands that have the option, separated by spaces */
     bool is_value;        /**< a value can stand there, not only a map */
 } sc_key_info;
 /** Call @p visit for every row, maps before their keys. Stops at the first error and returns it. */
@@ -129,6 +136,7 @@ SC_MUST_USE sc_status sc_job_each_key(const sc_ctx *ctx,
                                       sc_status (*visit)(void *user, const sc_key_info *info),
                                       void *user);
 
+/** How sc_keys_describe describes the keys. */
 typedef enum sc_keys_format {
     SC_KEYS_TABLE,    /**< for people, at a terminal */
     SC_KEYS_JSON,     /**< an array with an object for each key */
@@ -136,8 +144,9 @@ typedef enum sc_keys_format {
     SC_KEYS_SCHEMA,   /**< JSON schema (draft 7) of a job file */
     SC_KEYS_MAN       /**< segcast-job(5) */
 } sc_keys_format;
-/** Describe all keys. @param prefix only keys at or below this path; NULL: all. Not for the schema
- *  and documents. @return SC_ERR_USAGE if no key begins with it, SC_ERR_MEMORY. */
+/** Append a description of all keys to @p out. @param prefix only keys whose path begins with it;
+ * NULL: all. It is used by SC_KEYS_TABLE and SC_KEYS_JSON only. @return SC_ERR_USAGE if no key
+ * begins with it, SC_ERR_MEMORY. Caller owns: sc_text_clear, also after an error. */
 SC_MUST_USE sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc_keys_format format,
                                        sc_text *out);
 
@@ -149,8 +158,9 @@ SC_MUST_USE sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc
 SC_MUST_USE sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out,
                                       int *count);
 
-/** Frames of slice @p i of @p n. A slice holds whole GOPs of @p gop frames, so that no two slices
- *  share one. Caller owns *out: sc_free. */
+/** List the frames of slice @p i of @p n, in rising order. A slice holds whole GOPs of @p gop
+ * frames, so that no two slices share one. @param total frames of the animation. @return
+ * SC_ERR_MEMORY. Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_frames_slice(const sc_ctx *ctx, int i, int n, int gop, int total,
                                       int **out, int *count);
 

@@ -14,7 +14,8 @@ static bool has_prefix(const char *path, const char *prefix)
     return !prefix || !strncmp(path, prefix, strlen(prefix));
 }
 
-/* SEGCAST_OUTPUT_SIZE; an empty text for keys whose path holds a tissue's name. */
+/* Make the name of the environment variable of a key, such as SEGCAST_OUTPUT_SIZE. Keys of tissues
+ * have none, and get an empty text. */
 static void name_variable(const char *path, char *name, size_t size)
 {
     size_t used = (size_t)snprintf(name, size, "SEGCAST_");
@@ -28,11 +29,12 @@ static void name_variable(const char *path, char *name, size_t size)
 
 /* ---- for people ---- */
 
+/* A listing that is being made. */
 typedef struct listing {
-    const char *prefix;
-    sc_text *text;
-    json_t *array;
-    size_t count;
+    const char *prefix; /* of the paths to be listed; NULL: all */
+    sc_text *text;      /* lines for people are appended here */
+    json_t *array;      /* objects for machines are appended here */
+    size_t count;       /* rows listed so far */
 } listing;
 
 /* Append a row as lines of text to the listing, if its path begins with the prefix. */
@@ -95,7 +97,7 @@ static sc_status add_json_row(const sc_ctx *ctx, void *user, const sc_key_visit 
     return SC_OK;
 }
 
-/* @p json passes to this function. */
+/* Append @p json as text to @p out. Takes ownership of @p json. */
 static sc_status print_json(const sc_ctx *ctx, json_t *json, sc_text *out)
 {
     char *text = json ? json_dumps(json, JSON_INDENT(2) | JSON_REAL_PRECISION(12)) : NULL;

@@ -6,17 +6,19 @@
 #include "key.h"
 #include "segcast/job.h"
 
-/* One row on a walk through the table. */
+/* One row on a walk through the table; borrowed for the call. */
 typedef struct sc_key_visit {
     const char *path; /* see sc_key_info.path */
     const sc_key *key;
     int depth; /* 0 for the keys of the file itself */
 } sc_key_visit;
 typedef sc_status sc_key_visitor(const sc_ctx *ctx, void *user, const sc_key_visit *visit);
-/* Visit all rows in order, maps before their keys, until the first error. */
+/* Call @p visitor for all rows in order, a map before its keys. @return its first error, which ends
+ * the walk. */
 sc_status sc_keys_walk(const sc_ctx *ctx, sc_key_visitor *visitor, void *user);
 
-/* What values a row takes: "number from 0 to 1", "leap, interior or none". */
+/* Append to @p text which values a row takes, such as "number from 0 to 1" or "leap, interior or
+ * none". */
 sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text);
 /* For listings: "(required)", the default, or what happens without the key; an empty text where the
  * table says none of these, as for most maps. Keys of which one is required are "(one of these)".
@@ -27,7 +29,7 @@ const char *sc_key_default(const sc_key *key);
 sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out);
 sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out);
 
-/* What the modes of the paper set where a job does not say otherwise. */
+/* A key that a mode of the paper sets if the job does not. */
 typedef struct sc_mode_default {
     const char *mode, *path, *value;
 } sc_mode_default;

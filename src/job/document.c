@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The documents of a job file: docs/job.md and segcast-job(5). Their tables come from the rows of
- * the keys; only what no row can say stands here. */
+ * the keys; this file holds only what no row can say. */
 #include "describe.h"
 
 #include <string.h>
@@ -39,7 +39,7 @@ static const char *const introduction[] = {
 
 /* ---- Markdown ---- */
 
-/* One cell of a table: a bar would end it. */
+/* Append a cell of a table. Bars, which would end the cell, and asterisks are escaped. */
 static sc_status add_cell(const sc_ctx *ctx, const char *value, sc_text *out)
 {
     sc_status status = SC_OK;
@@ -101,8 +101,8 @@ out:
 
 /* ---- manual page ---- */
 
-/* Text of a roff page: hyphens that are minus signs, backslashes and dots that begin a line are
- * protected; backquotes become bold. */
+/* Append text for roff: hyphens become minus signs, backslashes are escaped, and text in backquotes
+ * becomes bold. */
 static sc_status add_roff(const sc_ctx *ctx, const char *text, sc_text *out)
 {
     bool bold = false;

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Read a non-negative number; *at moves behind it and the blanks around it. */
+/* Read a non-negative number, and move *at behind it and the blanks around it. @return false if
+ * there is none. */
 static bool read_number(const char **at, long *out)
 {
     char *end;
@@ -17,7 +18,8 @@ static bool read_number(const char **at, long *out)
     return true;
 }
 
-/* Read one range: a, a-b or a-b:step. @return false if it is none, or the step is 0. */
+/* Read one range: a, a-b or a-b:step, and move *at behind it. @return false if it is none, or the
+ * step is 0. */
 static bool read_range(const char **at, long *first, long *last, long *step)
 {
     if (!read_number(at, first))

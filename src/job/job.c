@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* From the sources of a job to the job: one tree is made of all of them, and read by the table. */
+/* Loading a job: its sources are merged into one tree, which is then read by the table of keys. */
 #include "segcast/job.h"
 
 #include "describe.h"
@@ -21,7 +21,7 @@ const sc_mode_default sc_mode_defaults[] = {{"paper", "render.surface", "voxel"}
                                             {"paper-accelerated", "light.flat", "true"},
                                             {0}};
 
-/* The node that a path of plain keys names, or NULL. */
+/* @return the node at @p path, whose elements are keys without dots, or NULL if there is none. */
 static const sc_yaml *find_node(const sc_yaml *root, const char *path)
 {
     char key[64];
@@ -94,16 +94,17 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
     return status;
 }
 
-/* ---- what is checked after all keys are read ---- */
+/* ---- checks after all keys have been read ---- */
 
 bool sc_job_is_phantom(const char *volume)
 {
     return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
 }
 
-/* A path of the job file is relative to the job file; one of a setting, to the working directory.
- * What exists is kept as an absolute path, so that the job as resolved can be read from anywhere.
- */
+/* Resolve @p path, which has room for SC_PATH_BYTES and was read from @p node (NULL: it is a
+ * default). In the job file it is relative to that file, in a setting to the working directory. If
+ * something exists there the path becomes absolute, so that the resolved job can be read from any
+ * directory. */
 static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                               char *path)
 {

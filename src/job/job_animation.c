@@ -17,7 +17,7 @@ static const sc_choice projections[] = {
 
 /* ---- positions of planes, and parts of the animation ---- */
 
-/* "40%" is 40, percent; "12" and "12 mm" are 12. */
+/* Read a plane position: "40%" is 40 percent; "12" and "12 mm" are 12 mm. */
 static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                      void *value)
 {
@@ -59,7 +59,7 @@ static json_t *share_schema(const sc_key *key)
     return json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9.]+ *%$");
 }
 
-/* A share from 0% to 100%, stored as a number from 0 to 1. */
+/* Read a share from 0% to 100%, which is stored as a double from 0 to 1. */
 static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_plane_position share = {0};
@@ -81,7 +81,7 @@ static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_text_add(ctx, text, "%.12g%%", 100 * *(const double *)value);
 }
 
-/* Begin and end of a part of the animation, as two shares stored one after the other. */
+/* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. */
 static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double span[2];

@@ -16,7 +16,7 @@
             .required = true                                                                       \
     }
 
-/* A plane as it stands in the file. */
+/* What a sweep or a plane of the file is read into. */
 typedef struct plane_entry {
     sc_sweep sweep;
     bool has_point;
@@ -76,7 +76,7 @@ static json_t *corner_schema(const sc_key *key)
                      sc_type_plane_position.schema(key), "minItems", 3, "maxItems", 3);
 }
 
-/* Read only: a box is written as its planes. */
+/* It has no write function, because a box is written as its six planes. */
 static const sc_value_type type_corner = {
     .name = "[R, A, S]",
     .expected = "three positions along R, A and S, such as [0%, 25%, 10 mm]",
@@ -97,7 +97,8 @@ static json_t *tissue_list_schema(const sc_key *key)
     return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
 }
 
-/* Read by read_exceptions, which knows the planes of the entry. */
+/* It has no read function: read_entry reads it with read_exceptions, for each plane of the entry.
+ */
 static const sc_value_type type_tissue_list = {
     .name = "list of tissues",
     .expected = "a list of tissues",
@@ -204,7 +205,8 @@ out:
     return status;
 }
 
-/* Check that an entry names exactly one kind of plane. @return its member, or NULL, logged. */
+/* Check that an entry names exactly one kind of plane. @param kind its row. @return the map that
+ * describes it, or NULL after an error, which is logged. */
 static const sc_yaml *find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                                 const sc_key **kind)
 {

@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-/* The value is the whole rule: "auto" is a flag beside the number. */
+/* Read a number or "auto". @param value the whole sc_tissue_rule (the offset of the row is 0),
+ * because "auto" is stored in a flag of its own. */
 static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
@@ -50,7 +51,7 @@ static const sc_value_type type_opacity = {
 };
 
 #define RULE(member) offsetof(sc_tissue_rule, member)
-/* A number as text. */
+/* The value of a macro as a string literal. */
 #define TEXT(macro) TEXT_OF(macro)
 #define TEXT_OF(number) #number
 

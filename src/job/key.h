@@ -15,22 +15,25 @@ typedef struct sc_key sc_key;
 
 /* How a value holds further values. */
 typedef enum sc_container {
-    SC_CONTAINER_NONE, /* a value, or a list of fixed length that is set as a whole */
-    SC_CONTAINER_MAP,  /* the keys of sc_key.keys */
+    SC_CONTAINER_NONE, /* it holds none: a single value, or a list of fixed length */
+    SC_CONTAINER_MAP,  /* a map with the keys of sc_key.keys */
     SC_CONTAINER_LIST, /* any number of maps with the keys of sc_key.keys, addressed by index */
-    SC_CONTAINER_DICT  /* names that the user chooses, each with a map of the keys of sc_key.keys */
+    SC_CONTAINER_DICT  /* maps with the keys of sc_key.keys, under names that the user chooses */
 } sc_container;
 
-/* A type of value. All functions get the address of the value itself. */
+/* A type of value: how values are read, written and described. The argument @p value is the address
+ * of the value itself in the struct of the table (its base plus sc_key.offset). */
 typedef struct sc_value_type {
     const char *name;     /* for listings, for example "whole number" */
     const char *expected; /* for error messages, for example "a whole number" */
-    /* Check @p node and store it; logs what is wrong with file and line. */
+    /* Check @p node and store it in @p value; logs what is wrong with file and line. */
     sc_status (*read)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
-    /* Write the value as YAML that `read` accepts. @p indent: of the line that holds the key. */
+    /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
+     * NULL: the keys of the map are written as lines of their own. */
     sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                        sc_text *text);
-    /* What an editor may accept: a JSON schema of the value; NULL when out of memory. */
+    /* @return a new JSON schema of the value, by which editors check it; NULL when out of memory.
+     */
     json_t *(*schema)(const sc_key *key);
     sc_container container;
 } sc_value_type;
@@ -41,42 +44,46 @@ typedef struct sc_choice {
     int value;
 } sc_choice;
 
-/* A command-line option that sets the key. */
+/* A command-line option that sets the key; see sc_key_info. */
 typedef struct sc_key_option {
     const char *name, *argument, *commands;
 } sc_key_option;
 
+/* A row of a table: one key of a map. */
 struct sc_key {
     const char *name; /* NULL ends a table */
     const sc_value_type *type;
-    size_t offset;        /* of the value in the struct of the table */
-    const char *fallback; /* the default as YAML; NULL: nothing is stored without the key */
-    const char *help;     /* one line, without a full stop */
-    double low, high;     /* range of numbers */
-    size_t bytes;         /* of the buffer of a text */
-    const char *unit;     /* of a number, for listings */
-    const sc_choice *choices;
-    const char *const *words; /* instead of choices: the value is the index; ended by NULL */
-    const sc_key *keys;       /* of a container */
-    size_t given; /* 1 + offset of a bool that tells whether the key was given; 0: none */
+    size_t offset;            /* where the value lies in the struct of the table */
+    const char *fallback;     /* the default as YAML; NULL: nothing is stored without the key */
+    const char *help;         /* one line, without a full stop */
+    double low, high;         /* of numbers: the range allowed */
+    size_t bytes;             /* of a text: size of its buffer in the struct */
+    const char *unit;         /* of a number: its unit, for listings */
+    const sc_choice *choices; /* of a choice: its words and their values */
+    const char *const
+        *words;         /* of a choice, instead: words whose value is their index, then NULL */
+    const sc_key *keys; /* of a container: the table of the maps in it */
+    size_t given; /* SC_GIVEN: a bool that tells whether the key was given; 0: there is none */
     const char *alternative; /* keys of one table with the same word here exclude each other */
     const char *without; /* for listings: what happens without the key, where there is no default */
     const sc_key_option *option; /* NULL: none */
-    const char *shorthand;       /* of a map: a single value stands for a map with this key */
-    bool required;               /* with an alternative: one of its keys is */
-    bool outside_identity;       /* the pictures do not depend on it: not part of the job's hash */
+    const char *shorthand;       /* of a map: a single value stands for a map with this key alone */
+    bool required;               /* the key, or another one of its alternative, must be given */
+    bool outside_identity;       /* pictures do not depend on it: it is not part of the identity */
 };
 
-/* offset for sc_key.given */
+/* The value for sc_key.given: 1 plus the offset of the bool @p member. */
 #define SC_GIVEN(type, member) (offsetof(type, member) + 1)
 
+/* Types that any table may use (values.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
     sc_type_color, sc_type_size, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
-/* Types of parts of the animation and of tissues. */
+/* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_span, sc_type_zoom, sc_type_clip,
     sc_type_tissues, sc_type_share;
 
-/* The tables: of the whole file (into sc_job), and those that several files use. */
+/* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
+ * maps in it. */
 extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_keys[],
     sc_tissue_keys[];
 extern const sc_choice sc_ease_choices[];
@@ -85,54 +92,62 @@ extern const sc_choice sc_ease_choices[];
 
 /* Store the defaults of all rows, nested maps included, into @p to. */
 sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to);
-/* Read the map @p node into @p to. Keys that are unknown, missing though required, or exclude each
- * other are errors. Values are stored as they are read: after an error @p to is partly changed. */
+/* Read the map @p node into @p to, which holds the defaults already (sc_keys_set_defaults). Keys
+ * that are unknown, missing though required, or exclude each other are errors. Values are stored as
+ * they are read: after an error @p to is partly changed. */
 sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, void *to);
-/* Is there a value of @p key in the struct @p from that has to be written? */
+/* @return whether the struct @p from holds a value of @p key that has to be written. */
 bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from);
-/* Write a line "key: value" for each row that is present. @p identity: only for rows on which the
- * pictures depend. */
+/* Append to @p text a line "key: value" for each row that is present. @param indent blanks before
+ * each key. @param identity only rows on which the pictures depend. */
 sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,
                         bool identity, sc_text *text);
-/* Write "{key: value, ...}" in one line. */
+/* Append "{key: value, ...}", with each row that is present, to @p text in one line. */
 sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *from,
                              sc_text *text);
-/* The row of that name, or NULL. */
+/* @return the row of that name, or NULL. */
 const sc_key *sc_key_find(const sc_key *keys, const char *name);
-/* Log that @p node has a key that no row of @p keys has, with the nearest name. */
+/* Log that no row of @p keys is named as the key of @p node, with the nearest name. @return as
+ * sc_yaml_fail. */
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node);
 
 /* ---- settings.c ---- */
 
-/* Put "key.path" with the value @p text, which is YAML, into the tree of a job file. Keys of the
- * path are rows of @p keys; elements with dots or spaces stand in double quotes. A map is merged
- * into what is there key by key, all else is replaced; a key that excludes others removes them; the
- * index after the last item of a list appends. @p origin is borrowed by the tree, and named by
- * later messages. */
+/* Set @p path, such as "render.samples", to the value @p text, which is YAML, in the tree @p root
+ * of a job file. Elements of the path are names of rows of @p keys; those with dots or spaces stand
+ * in double quotes. A map is merged into one that is there key by key, everything else is replaced.
+ * A key that excludes others removes them. The index after the last item of a list appends to it.
+ * @param origin the setting's name in messages; borrowed for the life of the tree.
+ * @return SC_ERR_USAGE if path or value are wrong, logged; SC_ERR_MEMORY. */
 sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
                            const char *path, const char *text);
-/* The same, with @p text as a single value that needs no quoting. */
+/* The same, but @p text is not YAML: all of it is the text of a single value. */
 sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
                                 const char *origin, const char *path, const char *text);
-/* The path that the rest of an environment variable names, such as RENDER_SAMPLES: case is ignored,
- * and "_" stands for ".". @return false if no row has that name or @p size is too small. */
+/* Find the path that an environment variable names. @param variable its name without the prefix,
+ * such as RENDER_SAMPLES: case is ignored, and "_" stands for ".". @param path room for @p size
+ * bytes. @return false if no row has that name or the room is too small. */
 bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_t size);
 
 /* ---- values.c: building blocks for further types ---- */
 
+/* Read a number from @p low to @p high; anything else is logged as an error. */
 sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high,
                        double *out);
+/* Log what @p node is, and what was expected. @return as sc_yaml_fail. */
 sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected);
+/* Log that @p word is not among @p words, with the nearest of them or all. @return as sc_yaml_fail.
+ */
 sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *word,
                           const char *const *words, size_t count);
-/* Write @p value in double quotes, with all escapes that YAML needs. */
+/* Append @p value to @p text in double quotes, with all escapes that YAML needs. */
 sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
-/* "file:line" of a node, for messages after the tree is gone. */
+/* Store "file:line" of a node in @p where, for messages after the tree has been freed. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
 
 /* ---- schema.c ---- */
 
-/* The JSON schema of a map with the rows of @p keys; NULL when out of memory. */
+/* @return a new JSON schema of a map with the rows of @p keys; NULL when out of memory. */
 json_t *sc_keys_schema(const sc_key *keys);
 
 #endif

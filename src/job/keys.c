@@ -33,8 +33,8 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
     return sc_unknown_word(ctx, node, node->key, names, count);
 }
 
-/* The rows of a map share the address of the map's struct: the default of a value is read as if it
- * stood in a file. */
+/* Store the default of one row, which is read as if it stood in a file. A map without a default of
+ * its own gets those of its rows. */
 static sc_status set_default(const sc_ctx *ctx, const sc_key *key, void *to)
 {
     sc_yaml *node = NULL;
@@ -60,7 +60,8 @@ sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to)
     return status;
 }
 
-/* Is another key of the same alternative given in @p node before item @p count? */
+/* @return the name of a key of the same alternative among the first @p count items of @p node, or
+ * NULL. */
 static const char *excluded_by(const sc_key *keys, const sc_key *key, const sc_yaml *node,
                                size_t count)
 {
@@ -122,8 +123,8 @@ sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *nod
     return check_required(ctx, keys, node);
 }
 
-/* A row of which nothing tells whether it was given always has a value, unless another row of its
- * alternative was given. */
+/* A row without a `given` member counts as present, unless another row of its alternative was
+ * given. */
 bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from)
 {
     if (key->given)

@@ -21,7 +21,7 @@ static json_t *map_schema(const sc_key *key)
     return sc_keys_schema(key->keys);
 }
 
-/* A map that is written as a block of lines (by sc_keys_write, which knows the indentation). */
+/* A map that is written as lines. It has no write function: sc_keys_write writes them. */
 const sc_value_type sc_type_map = {
     .name = "map",
     .expected = "a map of keys",

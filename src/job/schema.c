@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The JSON schema of a job file, from the rows of its tables: editors complete and check job files
- * with it. What depends on the volume, or on several keys at once, is left to `segcast check`.
+ * with it. The schema knows which keys are required and which exclude each other; what depends on
+ * the volume or on values of other keys is found by `segcast check`.
  *
- * Functions return NULL when out of memory; jansson passes a NULL on to what is built of it. */
+ * All functions return new references, or NULL when out of memory: jansson accepts a NULL as part,
+ * and then the whole becomes NULL, too. */
 #include "key.h"
 
 #include <math.h>
@@ -33,7 +35,7 @@ static json_t *json_of(const sc_yaml *node)
     return list;
 }
 
-/* The default as JSON; NULL if there is none. */
+/* @return the default as JSON; NULL if there is none. */
 static json_t *default_of(const sc_key *key)
 {
     const sc_ctx silent = {.rank = 0};
@@ -66,7 +68,8 @@ static bool same_alternative(const sc_key *a, const sc_key *b)
     return a->alternative && b->alternative && !strcmp(a->alternative, b->alternative);
 }
 
-/* What one row asks of the whole map, appended to @p all: that it is there, that others are not. */
+/* Append to @p all the conditions that one row sets for the whole map: that it is there, if it is
+ * required, and that other rows of its alternative are not there. */
 static void add_conditions(const sc_key *keys, const sc_key *key, json_t *all)
 {
     json_t *any = json_array();

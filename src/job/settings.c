@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Settings of the command line and of the environment, put into the tree of a job file before it is
- * read, so that they are checked as if they stood there. */
+ * read, so that they are checked in the same way as the file. */
 #include "key.h"
 
 #include <ctype.h>
@@ -8,11 +8,12 @@
 #include <string.h>
 #include <strings.h>
 
-/* Where a path stands: a node of the tree, and the rows that describe what it holds. */
+/* A position on the way along a path: a node of the tree, and the rows that describe what it holds.
+ */
 typedef struct position {
     sc_yaml *node;
-    const sc_key *keys;     /* of the maps at or below the node */
-    sc_container container; /* what the node is */
+    const sc_key *keys;     /* the table of the map that the node is, or of the maps in it */
+    sc_container container; /* what kind of container the node is */
     const char *shorthand;  /* see sc_key.shorthand */
 } position;
 
@@ -26,7 +27,7 @@ static void forget_lines(sc_yaml *node, const char *origin)
         forget_lines(node->items[i], origin);
 }
 
-/* Remove the members of @p map that exclude the one of row @p key. */
+/* Remove the members of @p map that exclude @p key, which is a row of @p keys. */
 static void remove_alternatives(sc_yaml *map, const sc_key *keys, const sc_key *key)
 {
     for (size_t i = 0; i < map->count && key->alternative;) {
@@ -40,8 +41,9 @@ static void remove_alternatives(sc_yaml *map, const sc_key *keys, const sc_key *
     }
 }
 
-/* Put @p value in the place of an item of @p parent: a map is merged into a map key by key, all
- * else is replaced. Takes ownership of @p value, also after an error. */
+/* Replace item @p index of @p parent by @p value, or merge it in key by key if both are maps.
+ * @param keys, container as of sc_key: what the item is. Takes ownership of @p value, also after an
+ * error. */
 static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container container,
                        sc_yaml *parent, size_t index, sc_yaml *value)
 {
@@ -75,8 +77,8 @@ static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container conta
     return status;
 }
 
-/* Next element of a path into @p element, which holds @p size bytes. @return what follows the
- * element, or NULL if the path is malformed or the element too long. */
+/* Copy the first element of @p path into @p element, which has room for @p size bytes. @return the
+ * rest of the path, or NULL if the path is malformed or the element too long. */
 static const char *path_element(const char *path, char *element, size_t size)
 {
     size_t length;
@@ -101,7 +103,7 @@ static const char *path_element(const char *path, char *element, size_t size)
     return *path ? path + 1 : path;
 }
 
-/* The row of one element of a path; NULL, logged, if there is none. */
+/* @return the row that @p element names; NULL if there is none, which is logged. */
 static const sc_key *find_row(const sc_ctx *ctx, const position *at, const char *element,
                               const char *origin)
 {
@@ -117,7 +119,8 @@ static const sc_key *find_row(const sc_ctx *ctx, const position *at, const char 
     return key;
 }
 
-/* Index of a list's item that @p element names; the one after the last appends an empty map. */
+/* Find the index of the list item that @p element names. It may be the one after the last item,
+ * which the caller then appends. */
 static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element,
                            const char *origin, size_t *index)
 {
@@ -134,7 +137,8 @@ static sc_status find_item(const sc_ctx *ctx, sc_yaml *list, const char *element
     return SC_OK;
 }
 
-/* A single value where a map may stand becomes that map's first key: zoom: 2 is {from: 2}. */
+/* Turn a single value into the map that it stands for, with the value under the key @p name: zoom:
+ * 2 becomes zoom: {from: 2}. */
 static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *name,
                                   const char *origin)
 {
@@ -150,8 +154,8 @@ static sc_status expand_shorthand(const sc_ctx *ctx, sc_yaml *node, const char *
     return status;
 }
 
-/* From @p at, which is a map, list or dictionary, to the row of the member that @p element names:
- * *member describes it but for its node. */
+/* Describe in @p member what @p element names in the map, list or dictionary @p at; its node is
+ * left NULL. Members of a map that exclude it are removed from the tree. */
 static sc_status find_member(const sc_ctx *ctx, const position *at, const char *element,
                              const char *origin, position *member)
 {
@@ -171,8 +175,8 @@ static sc_status find_member(const sc_ctx *ctx, const position *at, const char *
     return SC_OK;
 }
 
-/* Go from *at to its member of that name, which is made, if need be, as what its row says. @p index
- * is that of the member in the node that *at was. */
+/* Move *at to its member of that name, which is added to the tree if it is missing. @param index of
+ * the member in the node from which *at moved. */
 static sc_status enter(const sc_ctx *ctx, position *at, const char *element, const char *origin,
                        size_t *index)
 {
@@ -205,7 +209,7 @@ out:
     return status;
 }
 
-/* Put @p value at @p path; takes ownership of it, also after an error. */
+/* Put @p value at @p path of the tree; takes ownership of it, also after an error. */
 static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
                      const char *path, sc_yaml *value)
 {
@@ -238,7 +242,7 @@ sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
     sc_yaml *node = NULL;
     const sc_status status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
 
-    if (status != SC_OK) /* what is broken is a setting, not a file */
+    if (status != SC_OK) /* a setting is wrong, not a file */
         return status == SC_ERR_DATA ? SC_ERR_USAGE : status;
     forget_lines(node, origin);
     return put(ctx, keys, root, origin, path, node);
@@ -255,7 +259,8 @@ sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *
 
 /* ---- names of environment variables ---- */
 
-/* Does @p name begin with @p key, case ignored, and end or go on with "_"? @return its length. */
+/* Does @p name begin with @p key, case ignored, and then end or go on with "_"? @return the length
+ * of the key, or 0. */
 static size_t match_key(const char *name, const char *key)
 {
     const size_t length = strlen(key);
@@ -265,7 +270,7 @@ static size_t match_key(const char *name, const char *key)
     return length;
 }
 
-/* An index such as 0 in ANIMATION_CLIP_0_SWEEP_TO. @return its length. */
+/* Does @p name begin with an index, such as 0 in 0_SWEEP_TO? @return its length, or 0. */
 static size_t match_index(const char *name)
 {
     const size_t length = strspn(name, "0123456789");
@@ -302,7 +307,7 @@ static bool find_path(const sc_key *keys, const char *name, char *path, size_t s
             rest++;
         } else if (keys->type->container != SC_CONTAINER_MAP) {
             path[used] = '\0';
-            continue; /* names of a dictionary cannot be told from a variable's */
+            continue; /* the name of a tissue cannot be recognised in that of a variable */
         }
         if (find_path(keys->keys, rest, path, size))
             return true;

@@ -181,7 +181,7 @@ static json_t *text_schema(const sc_key *key)
     return json_pack("{s:s, s:I}", "type", "string", "maxLength", (json_int_t)(key->bytes - 1));
 }
 
-/* The i-th word of a choice, or NULL after the last. */
+/* @return word number @p i of a choice, or NULL after the last. @param value what it stands for. */
 static const char *choice_word(const sc_key *key, size_t i, int *value)
 {
     *value = key->words ? (int)i : key->choices[i].value;
@@ -239,7 +239,8 @@ static json_t *choice_schema(const sc_key *key)
 
 /* ---- lists of numbers ---- */
 
-/* "[a, b, c]", or the same in one text with @p separator between them: "1280x720", "1,2,3". */
+/* Read @p count numbers into @p out: a list "[a, b, c]", or one text with @p separator between the
+ * numbers, such as "1280x720" or "1,2,3". */
 static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               char separator, size_t count, double *out)
 {

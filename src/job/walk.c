@@ -2,7 +2,8 @@
 /* Walking the table of keys, and what a listing says of one row. */
 #include "describe.h"
 
-/* @p path: of the map that holds the keys; as it was when this returns. */
+/* Visit the rows of @p keys and those of their maps. @param path the path of the map that holds the
+ * keys; it is extended during the walk, and restored when this returns SC_OK. */
 static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int depth,
                       sc_key_visitor *visitor, void *user)
 {

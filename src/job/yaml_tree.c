@@ -8,6 +8,7 @@
 
 enum { DEPTH_MAX = 12, NODES_MAX = 100000 };
 
+/* The state of parsing one text. */
 typedef struct reader {
     const sc_ctx *ctx;
     const char *origin;
@@ -124,7 +125,7 @@ static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **
     return copy_text(r->ctx, (const char *)event->data.scalar.value, key);
 }
 
-/* Children of a map or list, up to its end event. */
+/* Append the children of a map or list to @p parent, up to the event that ends it. */
 static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t end)
 {
     sc_status status = SC_OK;
@@ -197,7 +198,8 @@ out:
     return status;
 }
 
-/* One event of the frame around the document, dropped. */
+/* Get the next event and drop it; it must be of the given type. @param what the message if it is
+ * not. */
 static sc_status expect(reader *r, yaml_event_type_t type, const char *what)
 {
     yaml_event_t event;

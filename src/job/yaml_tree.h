@@ -6,15 +6,17 @@
 
 #include "segcast/base.h"
 
+/* The kinds of nodes. */
 typedef enum sc_yaml_kind { SC_YAML_SCALAR, SC_YAML_MAP, SC_YAML_LIST } sc_yaml_kind;
 
+/* A node of the tree. It owns its key, its text and its items. */
 typedef struct sc_yaml {
     sc_yaml_kind kind;
-    int line;           /* from 1; 0: not from a file */
-    const char *origin; /* file, or option: borrowed */
-    char *key;          /* in a map */
-    char *text;         /* of a scalar; NULL only for one that was added empty */
-    struct sc_yaml **items;
+    int line;               /* line in the file, from 1; 0: the node is not from a file */
+    const char *origin;     /* name of the file or setting, for messages; borrowed */
+    char *key;              /* of a node in a map; else NULL */
+    char *text;             /* of a scalar; NULL only for one that was added by sc_yaml_add */
+    struct sc_yaml **items; /* of a map or list: [count] */
     size_t count, capacity;
 } sc_yaml;
 
@@ -22,17 +24,18 @@ typedef struct sc_yaml {
  * empty map. @return SC_ERR_DATA, logged as "origin:line: why". */
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out);
-/* A single value. @p origin is borrowed. Caller owns: sc_yaml_free. */
+/* Make a scalar without a line. @p text is copied, @p origin borrowed. Caller owns: sc_yaml_free.
+ */
 sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out);
 /* Free a node and all below it; NULL is allowed. */
 void sc_yaml_free(sc_yaml *node);
-/* Member of a map; NULL if there is none, or @p map is no map. */
+/* @return the member of that key; NULL if there is none, or @p map is no map. */
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key);
-/* Index of that member; map->count if there is none. */
+/* @return the index of that member; map->count if there is none, or @p map is no map. */
 size_t sc_yaml_index(const sc_yaml *map, const char *key);
 /* Append to a map or list; takes ownership of @p child, also after an error. */
 sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child);
-/* Append an empty node. @p key: NULL in a list. @p origin is borrowed. */
+/* Append an empty node without a line. @p key is copied; NULL in a list. @p origin is borrowed. */
 sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, const char *key,
                       const char *origin);
 /* Remove and free an item of a map or list. */
