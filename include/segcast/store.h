@@ -19,26 +19,28 @@
 
 #include "segcast/video.h"
 
+/** The directory of a job, opened by one process. */
 typedef struct sc_store sc_store;
 
 /** The job that a directory belongs to. Strings are borrowed for the life of the store. */
 typedef struct sc_store_job {
-    const char *version;            /**< of segcast; another one may draw other pixels */
-    uint64_t job_hash, volume_hash; /**< of all that determines pictures and encoding */
-    int frames;                     /**< of the whole animation */
+    const char *version;            /**< version of segcast: another one may draw other pixels */
+    uint64_t job_hash, volume_hash; /**< hashes of all that determines pictures and encoding */
+    int frames;                     /**< number of frames of the whole animation */
     const char *video;              /**< name of the video in the directory, or "none" */
     bool png;                       /**< write the frames as PNG files, too */
     sc_video_settings settings;
-    int threads; /**< for verifying PNG files */
+    int threads; /**< number of threads that verify PNG files */
 } sc_store_job;
 
+/** What sc_store_open does with a directory that holds a run. */
 typedef enum sc_store_mode {
-    SC_STORE_NEW,      /**< refuse a directory that holds a run */
-    SC_STORE_RESUME,   /**< continue what is there; begin anew in a directory without a run */
-    SC_STORE_OVERWRITE /**< remove what an earlier run left */
+    SC_STORE_NEW,      /**< refuse it */
+    SC_STORE_RESUME,   /**< continue the run (or begin one, if there is none) */
+    SC_STORE_OVERWRITE /**< remove what the run has left, and begin anew */
 } sc_store_mode;
 
-/** A finished frame, as its line in the manifest has it. */
+/** A finished frame: what its line in the manifest holds. */
 typedef struct sc_done_frame {
     int frame, rank;
     double render_cpu_s;
@@ -75,8 +77,10 @@ uint64_t sc_store_identity(const sc_store *store);
 SC_MUST_USE sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **out,
                                           int *count);
 
-/** Accept a frame that was wanted: write its PNG, keep its picture in a partial GOP, encode it.
- *  Frames of a GOP should come in rising order; otherwise pictures have to be read back.
+/** Accept a wanted frame: keep its picture in a partial GOP, encode it when its turn has come,
+ * write its PNG file and its line in the manifest. Returns when this is done, which takes as long
+ * as the encoder. Frames of a GOP should come in rising order; otherwise pictures have to be read
+ * back.
  *  @return SC_ERR_WRITE, SC_ERR_CREATE, or as sc_encoder_push. After an error the store can only be
  *  closed; a later run continues. */
 SC_MUST_USE sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store,
@@ -88,10 +92,11 @@ SC_MUST_USE sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store,
 SC_MUST_USE sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store,
                                        const sc_done_frame *done, int count,
                                        const sc_segment *segment, const sc_segment *png);
-/** Wall seconds that the calling threads spent in a store so far. */
+/** Wall time that callers have spent in a store so far. */
 typedef struct sc_store_times {
     double encode_wall_s, write_wall_s;
 } sc_store_times;
+/** @return the times so far. */
 sc_store_times sc_store_time(const sc_store *store);
 
 /** Flush everything to disk. If every frame is there, counting what other processes did, join the
@@ -100,10 +105,9 @@ sc_store_times sc_store_time(const sc_store *store);
  *  @param missing the number of frames that are not there. @return SC_ERR_WRITE, SC_ERR_CREATE. */
 SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing);
 
-/** Read from a manifest in @p directory which job it belongs to: version, hashes, frames and size
- * of
- *  @p job are set, the rest is left as it is. @param version room for at least 64 bytes, to which
- *  job->version points then. @return SC_ERR_MISSING if there is no manifest. */
+/** Read from a manifest in @p directory which job it belongs to. Sets version, hashes, frames and
+ * size of @p job, and leaves the rest as it is. @param version room for at least 64 bytes, to which
+ *  job->version points afterwards. @return SC_ERR_MISSING if there is no manifest. */
 SC_MUST_USE sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                                         char *version);
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and

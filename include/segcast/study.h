@@ -21,6 +21,7 @@ typedef enum sc_phase {
     SC_PHASE_COUNT
 } sc_phase;
 
+/** Time spent in a phase. */
 typedef struct sc_phase_time {
     double wall_s, cpu_s;
 } sc_phase_time;
@@ -30,8 +31,8 @@ typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
     double cpu_s;
-    double farm_idle_s;   /**< for how long its worker thread had no task */
-    double accept_wall_s; /**< rank 0: encoding and writing, beside the drawing */
+    double farm_idle_s;   /**< how long its worker thread that draws had no task */
+    double accept_wall_s; /**< rank 0: time of accepting frames, while others are drawn */
     int32_t threads;
     char host[64];
 } sc_rank_record;
@@ -46,10 +47,10 @@ typedef struct sc_job_hashes {
 /** One run on the job: an element of `runs` in stats.json. */
 typedef struct sc_run_entry {
     char begin[32]; /**< "2026-11-21T19:44:38Z" */
-    char host[64];  /**< of rank 0 */
+    char host[64];  /**< host of rank 0 */
     int ranks, threads, nodes;
     double wall_s, cpu_s;
-    int frames; /**< that it drew */
+    int frames; /**< how many it drew */
 } sc_run_entry;
 
 /** A frame that an earlier run drew. */
@@ -67,11 +68,13 @@ typedef struct sc_history {
     int frame_count;
 } sc_history;
 
-/** Add what the stats.json under @p path says of earlier runs on the job @p job. A file that is not
- *  there adds nothing; one that is damaged or of another job adds nothing and gives a warning. Runs
- *  that @p history has already are not added again. @return SC_ERR_MEMORY, @p history untouched. */
+/** Add to @p history what the stats.json at @p path says of earlier runs on the job @p job. A file
+ * that does not exist adds nothing; one that is damaged or of another job adds nothing and gives a
+ *  warning. Runs that @p history holds already are not added again. @return SC_ERR_MEMORY, with
+ *  @p history untouched. */
 SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
                                       sc_history *history);
+/** Free both arrays; the history is empty then. */
 void sc_history_clear(sc_history *history);
 
 /* ---- this run ---- */
@@ -123,6 +126,7 @@ SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *r
 
 /* ---- the trace: what each thread did when ---- */
 
+/** What a thread did in an event of the trace. */
 typedef enum sc_trace_kind {
     SC_TRACE_READ,
     SC_TRACE_PREPARE,
@@ -133,27 +137,32 @@ typedef enum sc_trace_kind {
     SC_TRACE_FINISH
 } sc_trace_kind;
 
-/** A plain value, sent as bytes. */
+/** An event of the trace: what a thread did during some time. A plain value, sent as bytes. */
 typedef struct sc_trace_event {
-    double begin_s, duration_s; /**< begin: counted from sc_trace_new */
-    int32_t frame;              /**< or -1 */
-    int16_t kind, thread;
+    double begin_s, duration_s; /**< begin_s: seconds since sc_trace_new */
+    int32_t frame;              /**< the frame that it belongs to, or -1 */
+    int16_t kind;               /**< sc_trace_kind */
+    int16_t thread;             /**< number of the thread, as of sc_trace_write */
 } sc_trace_event;
 
-/** The events of one rank. */
+/** The trace of one rank. */
 typedef struct sc_trace sc_trace;
 /** Begin a trace with room for @p capacity events. Its time begins now: ranks that call this right
  *  after having agreed on something (sc_comm_agree) have a common time. @return SC_ERR_MEMORY.
  * Caller owns *out: sc_trace_free. */
 SC_MUST_USE sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out);
+/** NULL is allowed. */
 void sc_trace_free(sc_trace *trace);
 /** Add an event, if there is room. @param begin_s, end_s by sc_wall_s. Threads: any, at any time.
  */
 void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
                   double end_s);
+/** @return the number of events in the trace. */
 size_t sc_trace_count(const sc_trace *trace);
-/** @return how many events found no room. */
+/** @return how many events were not added because there was no room. */
 size_t sc_trace_dropped(const sc_trace *trace);
+/** @return the events, in the order in which they were added; borrowed from the trace. Not while
+ * other threads add some. */
 const sc_trace_event *sc_trace_events(const sc_trace *trace);
 /** Write the events of all ranks as Chrome trace events. Those of rank i are the counts[i] events
  *  from events[i * stride] on. The threads of a rank are numbered from 0; number
@@ -164,13 +173,15 @@ SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ra
 
 /* ---- progress: how far a run is ---- */
 
+/** The content of status.json. */
 typedef struct sc_progress_report {
     const char *state; /**< "running", "complete", "incomplete" or "failed" */
     int done, total;   /**< frames */
     double elapsed_s, frames_per_s, remaining_s;
 } sc_progress_report;
-/** Write @p report as status.json under @p path, which readers see whole (sc_file_write). @return
- *  SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+/** Write @p report to @p path, that of a status.json. Readers never see a part of it
+ * (sc_file_write).
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_progress_write(const sc_ctx *ctx, const char *path,
                                         const sc_progress_report *report);
 

@@ -12,6 +12,7 @@
 
 #include "segcast/image.h"
 
+/** How a video is encoded. */
 typedef struct sc_video_settings {
     int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
     int fps;                 /**< frames per second, a whole number */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pictures to segments, and segments to the video. */
+/* Encodes pictures to segments, and joins segments to the video. */
 #include "internal.h"
 
 sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
@@ -18,6 +18,7 @@ out:
     return status;
 }
 
+/* Finish the GOP in the encoder and write its segment. */
 static sc_status finish_gop(const sc_ctx *ctx, sc_store *store)
 {
     const int gop = store->encoding;
@@ -55,7 +56,8 @@ sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
     return sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
 }
 
-/* Begin a GOP. One that was begun before is dropped; its pictures are in partial GOPs. */
+/* Begin a GOP in the encoder. One that was begun before is dropped: its pictures stay in partial
+ * GOPs and are encoded later. */
 static sc_status begin_gop(const sc_ctx *ctx, sc_store *store, int gop)
 {
     sc_status status = sc_store_open_encoder(ctx, store);
@@ -68,8 +70,9 @@ static sc_status begin_gop(const sc_ctx *ctx, sc_store *store, int gop)
     return SC_OK;
 }
 
-/* Encode the next pictures of the GOP up to the first one that is in no partial GOP, and finish the
- * GOP if that was its last. Only pictures other than that of @p frame, which is given, are read. */
+/* Encode the next pictures of the GOP in the encoder, up to the first one that is in no partial
+ * GOP, and finish the GOP after its last picture. @param picture that of @p frame, so that it need
+ * not be read back; all others are. */
 static sc_status encode_available(const sc_ctx *ctx, sc_store *store, int frame,
                                   const void *picture)
 {
@@ -101,7 +104,7 @@ sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const v
 
     if (store->encoding != gop) {
         if (!can_encode(store, gop))
-            return SC_OK; /* whoever has all of its pictures encodes it */
+            return SC_OK; /* the process that finds all of its pictures encodes it */
         status = begin_gop(ctx, store, gop);
     }
     return status == SC_OK ? encode_available(ctx, store, frame, picture) : status;

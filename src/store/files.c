@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Names of the files in the directory of a job. */
+/* The names of the files in the directory of a job. */
 #include "internal.h"
 
 #include <dirent.h>

@@ -5,7 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Join what is there without a gap from the first frame on, for people to look at. */
+/* Join the segments that are there without a gap from the first frame on to a partial video, which
+ * lets people see how far the job is. */
 static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];
@@ -59,8 +60,8 @@ out:
     return status;
 }
 
-/* Every frame is there: make the video and the whole manifest, then remove what is not needed any
- * more. In this order, so that an accident in between costs nothing. */
+/* When every frame is there: make the video and the whole manifest, then remove what is not needed
+ * any more. In this order nothing is lost if the process is killed in between. */
 static sc_status complete(const sc_ctx *ctx, sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];
@@ -94,7 +95,7 @@ static int count_missing(const sc_store *store)
     return missing;
 }
 
-/* Add the number of lines in a manifest to data.count. */
+/* Add the number of lines in a manifest to data.count of the store. For sc_each_file. */
 static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
@@ -111,8 +112,9 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
     return status;
 }
 
-/* Complete the job if every frame is there. A slice counts the lines of all manifests first, which
- * is quick, and scans the directory only if this process may be the last. */
+/* Complete the job if every frame is there. @param missing how many are not. A slice first counts
+ * the lines of all manifests, which is quick, and scans the directory only if there are enough of
+ * them. */
 static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missing)
 {
     sc_status status = SC_OK;
@@ -144,8 +146,9 @@ sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
         return SC_OK;
     SC_TRY(sc_partial_sync(ctx, &store->partial));
     SC_TRY(sc_manifest_sync(ctx, store->manifest));
-    /* If two slices end at the same time, one may remove what the other is reading. So the first
-     * attempt of a slice may fail without a message; the second one sees what the other made. */
+    /* If two slices end at the same time, one may remove files that the other is reading. Therefore
+     * the first attempt of a slice may fail without a message; the second one finds what the other
+     * has completed. */
     status = store->slice ? try_to_complete(&silent, store, missing) : SC_ERR_INTERNAL;
     if (status != SC_OK)
         SC_TRY(try_to_complete(ctx, store, missing));

@@ -9,14 +9,14 @@
 #include <unistd.h>
 
 #define SCHEMA "segcast-manifest-2"
-enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* a line has about 100 bytes */
+enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* about ten million lines */
 
 struct sc_manifest_writer {
     FILE *stream;
     char *path;
 };
 
-/* A hash as 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
+/* @return a hash as a text of 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
 static json_t *hash_to_json(uint64_t value)
 {
     char text[17];
@@ -25,6 +25,8 @@ static json_t *hash_to_json(uint64_t value)
     return json_string(text);
 }
 
+/* Append a line to a manifest. Takes ownership of @p line; NULL means that there was no memory for
+ * it. */
 static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, json_t *line)
 {
     char *text = line ? json_dumps(line, JSON_COMPACT) : NULL;
@@ -162,7 +164,7 @@ static void read_head(const json_t *line, sc_manifest_head *head)
         head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
 }
 
-/* @return false if the line is not that of a manifest. */
+/* Store what a line says in @p data. @return false if it is not a line of a manifest. */
 static bool read_line(const json_t *line, sc_manifest_data *data)
 {
     sc_done_frame done;

@@ -33,7 +33,7 @@ static sc_status remove_slice(const sc_ctx *ctx, void *user, const char *name)
     return strcmp(name, "manifest.jsonl") != 0 ? remove_manifest(ctx, user, name) : SC_OK;
 }
 
-/* Remove a frame: at least six digits and ".png". */
+/* Remove a file whose name is that of a frame: at least six digits and ".png". For sc_each_file. */
 static sc_status remove_frame(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_store *store = user;
@@ -54,7 +54,7 @@ void sc_store_remove_segments(const sc_ctx *ctx, sc_store *store)
     sc_store_path(store, path, "segments");
     sc_remove_temporaries(path, true);
     if (sc_each_file(ctx, path, store, remove_segment) == SC_OK)
-        rmdir(path); /* fails, as it should, if a hidden file or a folder is in it */
+        rmdir(path); /* fails, which is intended, if a hidden file or a folder is in it */
 }
 
 void sc_store_remove_partial_video(const sc_ctx *ctx, const sc_store *store)

@@ -10,7 +10,8 @@
 
 enum { REASON_BYTES = 160 };
 
-/* Compare a manifest with the job. @return false, with the reason in words, if it is of another. */
+/* Compare a manifest with the job. @return false, with a reason that completes "was written ...",
+ * if it belongs to another job. */
 static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
                        char reason[REASON_BYTES])
 {
@@ -74,7 +75,8 @@ static bool has_known_hashes(const sc_store *store, const sc_segment_info *info)
     return true;
 }
 
-/* A segment may have reached the disk before the lines of its frames did: add those. */
+/* Add the lines of a segment's frames that are missing: after an accident the segment may be on
+ * disk although its lines in the manifest are not. */
 static void add_lines(sc_store *store, const sc_segment_info *info)
 {
     for (int i = 0; i < info->frame_count; i++) {
@@ -112,7 +114,8 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
         sc_file_unmap(data, segment.bytes);
 }
 
-/* NNNNNN.seg or NNNNNN.HOST.PID.part; other files are not ours. */
+/* Scan a file of the folder segments: NNNNNN.seg or NNNNNN.HOST.PID.part; others are ignored. For
+ * sc_each_file. */
 static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
@@ -131,8 +134,8 @@ static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
     return SC_OK;
 }
 
-/* A picture in a partial GOP must have the hash of its frame's line. It may have reached the disk
- * before the line did; then add that. */
+/* Drop pictures in partial GOPs whose hash is not that of their frame's line, and add the lines
+ * that are missing: after an accident the picture may be on disk although its line is not. */
 static void compare_partial_gops(sc_store *store)
 {
     for (int k = 0; k < store->job.frames; k++) {
@@ -148,7 +151,7 @@ static void compare_partial_gops(sc_store *store)
     }
 }
 
-/* Is the job finished? The manifest has an end line, and the outputs are what it says. */
+/* Is the job finished: does a manifest have an end line, and are the outputs what it says? */
 static bool is_complete(const sc_ctx *ctx, const sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];

@@ -29,11 +29,12 @@ static uint64_t identity_of(const sc_store_job *job)
 
 /* ---- opening ---- */
 
-/* Which manifests are in the directory. */
+/* Which manifests there are in the directory. */
 typedef struct manifest_search {
     const sc_store *store;
-    bool own; /* that of this slice, or of the whole job if this process does it */
-    bool whole, any;
+    bool own;   /* the manifest of this process: see sc_store_manifest_path */
+    bool whole; /* the manifest of the whole job */
+    bool any;   /* a manifest, that of another slice included */
 } manifest_search;
 
 static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
@@ -51,7 +52,8 @@ static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
     return SC_OK;
 }
 
-/* Refuse a directory that holds a run. A slice shares it with other slices. */
+/* Refuse a directory that holds a run. For a slice only a run of the same slice or of the whole job
+ * counts, because slices share the directory. */
 static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
 {
     manifest_search search = {.store = store};
@@ -110,7 +112,8 @@ out:
     return status;
 }
 
-/* Make the folders, and write a manifest with the lines of those wanted frames that are there. */
+/* Prepare for accepting frames: make the folders, fill store->wanted with the wanted frames that
+ * are not there, and write a manifest with the lines of those that are. */
 static sc_status begin(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
     char path[2 * SC_NAME_BYTES];
@@ -128,9 +131,9 @@ static sc_status begin(const sc_ctx *ctx, sc_store *store, const int *wanted, in
     }
     SC_TRY(make_folders(ctx, store));
     if (wanted_count == 0)
-        goto out; /* this process only joins what others did */
+        goto out; /* this process will only join what others have done */
     if (store->has_video)
-        SC_TRY(sc_store_open_encoder(ctx, store)); /* fails before the work, not after it */
+        SC_TRY(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
     sc_store_manifest_path(store, path);
     SC_TRY(sc_manifest_create(ctx, path, &store->job, store->data.lines, keep, &store->manifest));
 out:
@@ -231,7 +234,7 @@ static sc_status add_line(const sc_ctx *ctx, sc_store *store, const sc_done_fram
     return status;
 }
 
-/* Keep the picture of a frame in a partial GOP, unless one is there, and encode it. */
+/* Convert the picture of a frame, keep it in a partial GOP unless it is in one, and encode it. */
 static sc_status add_picture(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done,
                              const sc_image *image)
 {

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What earlier runs on the same job wrote to stats.json, so that the next one can keep it. */
+/* Reads what earlier runs on the same job wrote to stats.json, so that the next one can write it
+ * again. */
 #include "segcast/study.h"
 
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Files are read whole: 4 million frames. */
+/* The largest stats.json that is read: that of about 4 million frames. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)
 
 static bool read_hash(const json_t *object, const char *key, uint64_t *out)
@@ -54,7 +55,7 @@ static bool read_frame(json_t *json, int run_count, sc_past_frame *out)
     return true;
 }
 
-/* @return false if the file is damaged. */
+/* Read runs and frames into @p h, which has room for them. @return false if they are damaged. */
 static bool read_arrays(const json_t *runs, const json_t *frames, sc_history *h)
 {
     for (size_t i = 0; i < json_array_size(runs); i++) {
@@ -83,7 +84,8 @@ out:
     return status;
 }
 
-/* The runs and frames of one file. If there are none, *problem says why. */
+/* Read the runs and frames in the text of a stats.json. @param out owned by the caller, also after
+ * an error. @param problem set to what is wrong with the file, if anything is. */
 static sc_status parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                        sc_history *out, const char **problem)
 {
@@ -123,8 +125,8 @@ static int by_frame_and_age(const void *a, const void *b)
                                               : y->run - x->run;
 }
 
-/* Add what @p more holds to @p to: runs that are not there yet, and of each frame the record of its
- * latest run. */
+/* Add to @p to the runs of @p more that it does not have, and their frames. Of a frame that several
+ * runs drew, only the record of the latest run is kept. */
 static sc_status merge(const sc_ctx *ctx, sc_history *to, const sc_history *more)
 {
     sc_history all = {0};

@@ -22,7 +22,8 @@ double sc_run_imbalance(const sc_run_record *run)
     return sum > 0 ? most * run->ranks / sum - 1 : 0;
 }
 
-/* Wall time: that of the rank that took longest; CPU time: the sum over all ranks. */
+/* @return the phases as JSON: the wall time of the rank that took longest, and the CPU time of all
+ * ranks together. */
 static json_t *phases_json(const sc_run_record *run)
 {
     json_t *phases = json_object();
@@ -47,12 +48,14 @@ static void format_hash(uint64_t hash, char text[17])
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
 }
 
-/* Frames of this run and of earlier ones, in rising order. */
+/* A position in the frames of this run and of earlier ones, which are visited in rising order. */
 typedef struct frame_cursor {
     const sc_run_record *run;
     int own, past;
 } frame_cursor;
 
+/* Move to the next frame: *out becomes its timing record, with the index of its run. Of a frame
+ * that was drawn twice that of this run. @return false at the end. */
 static bool next_frame(frame_cursor *at, sc_past_frame *out)
 {
     const sc_run_record *run = at->run;
@@ -62,7 +65,7 @@ static bool next_frame(frame_cursor *at, sc_past_frame *out)
 
     while (has_own && at->past < past_count &&
            earlier->frames[at->past].result.frame == run->frames[at->own].frame)
-        at->past++; /* drawn again */
+        at->past++; /* this run drew it again */
     if (has_own && (at->past == past_count ||
                     run->frames[at->own].frame < earlier->frames[at->past].result.frame)) {
         *out = (sc_past_frame){run->frames[at->own++], earlier ? earlier->run_count : 0};

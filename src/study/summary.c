@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* After a run: how fast it was, where its time went, and what would make the next one faster. */
+/* The summary of a run: how fast it was, where its time went, and what would make the next one
+ * faster. */
 #include "segcast/study.h"
 
 #include <stdlib.h>
 
-/* What counts as much when the bottleneck of a run is looked for; shares of the farm's time. They
- * are rules of thumb; test_study.c shows what they make of typical runs. */
-#define MUCH_WAITING 0.1  /* worker threads had no task for a tenth of the time on average: */
-#define GREAT_WAITING 0.2 /* something other than drawing may be the bottleneck */
-#define BUSY 0.8       /* one thread that did one thing for four fifths of it is the bottleneck */
-#define IMBALANCE 0.15 /* see sc_run_imbalance */
+/* Thresholds for finding the bottleneck of a run, as shares of the farm's time. They are rules of
+ * thumb; test_study.c shows which bottleneck they find in typical runs. */
+#define MUCH_WAITING 0.1  /* worker threads without a task: more than this is not only the end */
+#define GREAT_WAITING 0.2 /* the same, for the verdict that messages are too slow */
+#define BUSY 0.8          /* a single thread that spends more than this on one thing is the limit */
+#define IMBALANCE 0.15    /* see sc_run_imbalance */
 
-enum { SLOWEST_SHOWN = 3 }; /* frames, and ranks */
+enum { SLOWEST_SHOWN = 3 }; /* number of slow frames, and of slow ranks, that are named */
 
 /* The speed at which a rank drew. */
 typedef struct rank_speed {
@@ -40,7 +41,7 @@ static double phase_wall_s(const sc_run_record *run, sc_phase phase)
     return longest;
 }
 
-/* For which share of the farm's time worker threads had no task, averaged over ranks. */
+/* @return the share of the farm's time in which worker threads had no task, averaged over ranks. */
 static double waiting_share(const sc_run_record *run)
 {
     double idle_s = 0;

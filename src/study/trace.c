@@ -13,7 +13,7 @@ struct sc_trace {
     double zero_s; /* by sc_wall_s */
     sc_trace_event *events;
     size_t capacity;
-    atomic_size_t added; /* including those that found no room */
+    atomic_size_t added; /* number of events added so far, those without room included */
 };
 
 static const char *const kinds[] = {"read",   "prepare", "share", "draw",

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Encodes pictures to packets with libav, one closed GOP after the other. Every GOP is encoded by a
  * codec context of its own, so its bytes depend on its pictures alone, not on who encodes it, or
- * when. The settings by which a video plays everywhere and with the right colours are made in
- * fill_codec() and open_scaler(). */
+ * when. fill_codec() and open_scaler() hold the settings with which a video plays in all players
+ * and has the right colours. */
 #include "internal.h"
 
 #include <libavutil/cpu.h>
@@ -11,35 +11,36 @@
 #include <libswscale/swscale.h>
 #include <string.h>
 
-/* The bytes that x264 writes depend on its number of threads. It is fixed, so that every machine
- * writes the same. */
+/* The bytes that x264 writes depend on its number of threads. Therefore this number is the same on
+ * every machine. */
 enum { ENCODER_THREADS = 2 };
 
 struct sc_encoder {
-    char *name; /* of the video, for messages */
+    char *name; /* the file name of the video, for messages */
     const sc_container *container;
     sc_video_settings settings;
-    AVCodecContext *codec; /* of the GOP that is being encoded, or NULL */
-    AVFrame *frame;        /* given to the codec, which may keep a reference to it */
-    AVFrame *converted;    /* result of swscale; its rows are padded, since swscale writes beyond
-                              the ends of rows that are not aligned */
+    AVCodecContext *codec; /* made anew for each GOP; NULL between two GOPs */
+    AVFrame *frame;        /* what is given to the codec, which may keep a reference to it */
+    AVFrame *converted;    /* where swscale writes. Its rows are aligned, because swscale writes
+                              beyond the ends of rows that are not. */
     AVPacket *packet;
     struct SwsContext *scaler;
-    sc_image padded; /* the frame with even sides */
-    uint8_t *yuv;    /* the picture converted last, planes tightly packed */
+    sc_image padded; /* the frame, padded to even sides */
+    uint8_t *yuv;    /* the result of sc_encoder_convert */
     sc_segment_builder segment;
 };
 
 /* The AVX-512 code of x264 r3095 (macroblock tree) reads uninitialised memory at some frame sizes,
- * seen at 192 x 120 and 320 x 180, so that the bytes of a video depend on what the heap held
- * before. Its AVX2 code does not, and every CPU with AVX-512 has AVX2. test_video.c shows it by
- * filling fresh memory with different bytes (M_PERTURB). */
+ * for example 192 x 120 and 320 x 180, so that the bytes of a video depend on what the heap held
+ * before. Therefore its AVX2 code is used instead. test_video.c detects the error by filling fresh
+ * memory with different bytes (M_PERTURB). */
 static void avoid_x264_avx512(AVCodecContext *codec)
 {
     if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512)
         av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
 }
 
+/* Set all that decides about the bytes of a video. It must not differ between machines. */
 static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                        const sc_container *container)
 {
@@ -71,6 +72,7 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     }
 }
 
+/* Make e->codec, for the next GOP. After an error it is freed with the encoder. */
 static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
     const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
@@ -91,7 +93,8 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
     return SC_OK;
 }
 
-/* Set up the conversion from RGB to BT.709 of limited range; the default of swscale is BT.601. */
+/* Set up the conversion from RGB to BT.709 of limited range (the default of swscale is BT.601), and
+ * allocate the frames and the packet. */
 static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 {
     const int width = e->padded.width_px, height = e->padded.height_px;
@@ -145,7 +148,7 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
     SC_TRY(sc_alloc(ctx, sc_picture_bytes(settings), 1, &block));
     e->yuv = block;
     SC_TRY(open_scaler(ctx, e));
-    SC_TRY(open_codec(ctx, e)); /* to find out now, before any work, whether there is one */
+    SC_TRY(open_codec(ctx, e)); /* so that a missing encoder is noticed before anything is drawn */
     *out = e;
     return SC_OK;
 out:
@@ -166,7 +169,8 @@ int sc_video_gop_frames(const sc_video_settings *settings)
     return settings->fps;
 }
 
-/* Copy a frame; where a side is odd, repeat its last column or row. */
+/* Copy a frame into @p padded, whose sides are even. If a side is odd, its last column or row is
+ * repeated. */
 static void pad(const sc_image *image, sc_image *padded)
 {
     const size_t from = (size_t)image->width_px * 3, to = (size_t)padded->width_px * 3;
@@ -181,7 +185,7 @@ static void pad(const sc_image *image, sc_image *padded)
     }
 }
 
-/* Addresses and strides of the planes of a tightly packed picture. */
+/* Find the addresses and strides of the planes of a tightly packed picture @p yuv. */
 static void find_planes(const sc_encoder *e, uint8_t *yuv, uint8_t *planes[4], int strides[4])
 {
     av_image_fill_arrays(planes, strides, yuv, AV_PIX_FMT_YUV420P, e->padded.width_px,

@@ -8,13 +8,14 @@
 
 struct sc_muxer {
     char *path, *temporary;
-    bool begun;     /* the header of the file is written */
-    bool published; /* the file bears its final name */
+    bool begun;     /* the header of the file has been written */
+    bool published; /* the file has got its final name */
     AVFormatContext *format;
     AVStream *stream;
     AVPacket *packet;
-    sc_segment_codec codec;  /* of the first segment; extradata is borrowed from the stream */
-    int64_t frames, packets; /* written so far; frames counts those of whole segments */
+    sc_segment_codec codec; /* that of the first segment; extradata is borrowed from the stream */
+    int64_t frames;         /* number of frames in the segments that are complete so far */
+    int64_t packets;        /* number of packets written so far */
 };
 
 sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, sc_muxer **out)
@@ -107,8 +108,10 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
            !memcmp(a->extradata, b->extradata, a->extradata_bytes);
 }
 
-/* Packets come in the order of decoding, one for each frame. So the time of decoding, in frames, is
- * the number of packets before it, less the number of frames by which decoding has to run ahead. */
+/* Write a packet of the present segment. Packets come in the order of decoding, one for each frame.
+ * Therefore the time of decoding, in frames, is the number of packets before it, less the number of
+ * frames by which decoding is ahead of display. @param pts time of display, in frames of the
+ * segment. */
 static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int flags,
                             const void *data, size_t bytes)
 {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bytes of an encoded GOP: a head, the hashes of its frames, the codec's extradata, the
- * packets. The hash in the head covers everything behind it. Segments exist only while a job is not
- * complete; machines of another byte order refuse them. */
+ * packets. The hash in the head covers everything behind it. Numbers are in the byte order of the
+ * machine, which is good enough because segments exist only until the job is complete; a machine of
+ * the other byte order refuses them. */
 #include "internal.h"
 
 #include <string.h>
@@ -11,7 +12,7 @@ enum { BYTE_ORDER_MARK = 0x01020304 };
 
 typedef struct segment_head {
     char magic[8];
-    uint64_t hash; /* of everything behind this field */
+    uint64_t hash; /* hash of everything behind this field */
     uint64_t bytes, identity;
     uint32_t byte_order;
     int32_t codec_id, width_px, height_px, fps, reorder;
@@ -24,7 +25,8 @@ typedef struct packet_head {
     uint32_t flags, bytes;
 } packet_head;
 
-/* Make room for @p needed bytes, of which the first @p used are kept. */
+/* Replace *data by a larger block if it has less than @p needed bytes; its first @p used bytes are
+ * kept. */
 static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capacity, size_t needed)
 {
     size_t larger = *capacity ? *capacity : 4096;

@@ -3,7 +3,7 @@
 #include "internal.h"
 
 struct sc_video_writer {
-    char *path; /* of the complete video */
+    char *path; /* the name of the complete video */
     int gop_frames;
     sc_encoder *encoder;
     sc_muxer *muxer;
