@@ -23,23 +23,25 @@ typedef enum sc_skip {
     SC_SKIP_LEAP      /**< the same, many rays side by side, with steps across empty bricks */
 } sc_skip;
 
-/** What a kernel knows of a label. */
+/** What a kernel knows of a label. Opacities (alpha) and the weights of the light are 0 to 1. */
 typedef struct sc_march_tissue {
-    float rgb[3];         /**< linear light */
-    float boundary_alpha; /**< of one crossing (smooth) or one sample (voxel) */
-    float interior_alpha; /**< of one sample; voxel only */
-    float diffuse, specular;
-    int shininess;     /**< exponent of the highlight */
-    uint8_t show;      /**< SC_SHOW_* */
-    uint8_t clip_set;  /**< index into sc_ray.parts: which clip planes cut the tissue */
-    bool by_thickness; /**< alpha follows the local thickness: see sc_march.thickness_alpha */
+    float rgb[3];            /**< linear light */
+    float boundary_alpha;    /**< of one crossing (smooth) or one sample (voxel) */
+    float interior_alpha;    /**< of one sample; voxel only */
+    float diffuse, specular; /**< weights of the diffuse light and of the highlight */
+    int shininess;           /**< exponent of the highlight */
+    uint8_t show;            /**< SC_SHOW_* */
+    uint8_t clip_set;        /**< index into sc_ray.parts: which clip planes cut the tissue */
+    bool by_thickness;       /**< alpha follows the local thickness: see sc_march.thickness_alpha */
 } sc_march_tissue;
 
 /** The light of a frame. Directions are unit vectors in RAS, towards the light. */
 typedef struct sc_march_light {
-    bool flat; /**< unlit: plain colours */
+    bool flat; /**< unlit: surfaces have plain colours without shading and depth cue; edges still
+                    applies to them, and the depth cue to cut faces */
     float key_direction[3], fill_direction[3];
-    float ambient, key, fill, head;
+    float ambient, key, fill, head; /**< intensities: from everywhere, from the key light, from the
+                                         fill light, and from the eye */
     float edges;     /**< 0 to 1: how much more opaque a surface gets when seen from the side */
     float occlusion; /**< 0 to 1: how dark places enclosed by tissue get */
     float shadow;    /**< 1: the key light casts shadows; 0: none */
@@ -49,7 +51,8 @@ typedef struct sc_march_light {
     float cue_rgb[3]; /**< the background, linear */
 } sc_march_light;
 
-/** What all rays of a frame share. All pointers are borrowed. */
+/** What all rays of a frame share. The caller fills it in and owns what the pointers point to;
+ *  kernels only read it. */
 typedef struct sc_march {
     const sc_prepared *volume;
     const uint64_t *visible; /**< of sc_visible_masks (voxel) or sc_visible_cells (smooth); not
@@ -62,7 +65,7 @@ typedef struct sc_march {
     float box_low[3], box_high[3]; /**< in grid coordinates: rays are marched only within this box,
                                         which holds all that can be seen and reaches at most 3
                                         vertices beyond those of the volume */
-    const sc_march_tissue *tissues; /**< by dense id */
+    const sc_march_tissue *tissues; /**< [label_count of the volume], by dense id */
     float step_mm;                  /**< distance between samples; voxel only */
     sc_march_light light;
     const sc_occlusion *occlusion; /**< NULL: none */
@@ -88,7 +91,8 @@ typedef struct sc_ray_part {
     int8_t cap_plane;       /**< the clip plane at which the part begins; -1: none */
 } sc_ray_part;
 
-/** One ray. */
+/** One ray. The caller fills in all members; parts beyond part_count and clip sets beyond clip_sets
+ *  are not read. */
 typedef struct sc_ray {
     float origin[3];     /**< in grid coordinates; voxel surface: plus 1/2, so that truncation
                               rounds to the nearest vertex */
@@ -121,6 +125,7 @@ typedef struct sc_march_counters {
         contributions; /**< additions of colour: by crossings (up to two each), samples and caps */
 } sc_march_counters;
 
+/** Add every count of @p from to that of @p to. */
 static inline void sc_add_counters(sc_march_counters *to, const sc_march_counters *from)
 {
     to->rays += from->rays;
@@ -129,8 +134,11 @@ static inline void sc_add_counters(sc_march_counters *to, const sc_march_counter
     to->contributions += from->contributions;
 }
 
-/** March @p count rays. @param out [count], in the order of the rays. @param counters is added to.
- *  Threads: any number at once, each with its own @p out and @p counters. */
+/** March @p count rays, each by itself; cannot fail. @param march for SC_SKIP_LEAP with
+ *  distances, and for the smooth surface with cell_start and cells as well. @param out [count],
+ *  overwritten, in the order of the rays; a ray that meets nothing gets no light, transmittance
+ *  1 and depth HUGE_VALF. @param counters is added to. Threads: any number at once, each with
+ *  its own @p out and @p counters. */
 typedef void sc_march_fn(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                          sc_march_counters *counters);
 
@@ -148,19 +156,23 @@ typedef struct sc_kernel {
  *  this processor can run, then all there are on some processor, best first, plain C ("c") last.
  *  NULL ends the list. Generated from the list in src/kernel/CMakeLists.txt. */
 extern const char *const sc_cpu_names[];
-/** @return whether this build has the variant @p name and this processor can run it; true for
- *  "auto". */
+/** @return whether this build has the variant @p name, which must not be NULL, and this
+ *  processor can run it; true for "auto", false for names that do not exist. */
 bool sc_cpu_has(const char *name);
-/** Find the kernel for a volume. For SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and
- *  @p cpu is ignored. @param cpu one of sc_cpu_names; NULL is "auto".
- *  @return NULL if this processor cannot run it, or the volume is too large for it: kernels of
- *  SC_SKIP_LEAP address labels and vertex records by offsets of 31 bits. */
+/** Find the kernel for a surface, a skip method and the label width of @p volume. For
+ *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored. @param cpu
+ *  one of sc_cpu_names; NULL is "auto". @return an entry of a constant table, or NULL if this
+ *  build has no such variant, this processor cannot run it, or the volume is too large for it:
+ *  kernels of SC_SKIP_LEAP address labels and vertex records by offsets of 31 bits. No message
+ *  is written. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu);
-/** The label that owns a point by the rule of the smooth surface: the one with the largest vote.
- *  @param point in grid coordinates. @return dense id; background outside of the grid. */
+/** The label that owns a point by the rule of the smooth surface: the one with the largest vote;
+ *  of equal votes the lowest id. @param point in grid coordinates. @return dense id; 0
+ *  (background) outside of the grid. Threads: any number at once. */
 uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3]);
-/** All kernels of this build, also those that this processor cannot run. @return [count]. */
+/** All kernels of this build, also those that this processor cannot run. @return a constant
+ *  table of *@p count entries. */
 const sc_kernel *sc_kernel_all(size_t *count);
 
 #endif

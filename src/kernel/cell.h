@@ -18,15 +18,18 @@
 
 enum { SC_CORNERS = 8 }; /* corner x + 2 y + 4 z */
 
+/* One cell. The caller sets q; sc_cell_labels fills in the labels, and sc_cell_fill the rest of
+ * those cells whose labels differ. */
 typedef struct sc_cell {
-    int q[3]; /* the lowest vertex, which names the cell */
-    uint32_t labels[SC_CORNERS], records[SC_CORNERS];
-    float weights[SC_CORNERS];
+    int q[3];                      /* the lowest grid vertex, which names the cell */
+    uint32_t labels[SC_CORNERS];   /* dense ids */
+    uint32_t records[SC_CORNERS];  /* vertex records; only the lower 24 bits count */
+    float weights[SC_CORNERS];     /* of the votes: 1 to SC_WEIGHT_MAX */
     uint32_t distinct[SC_CORNERS]; /* the different labels, in rising order */
     int distinct_count;
 } sc_cell;
 
-/* A point where the owner changes. */
+/* A point where the owner changes from one label (dense id) to another. */
 typedef struct sc_crossing {
     uint32_t left, entered;
     float u; /* how far along the way through the cell: 0 to 1 */
@@ -45,7 +48,9 @@ enum { SC_CROSSINGS_MAX = 24 };
 #define SC_OPPOSITE_FROM 0.82f
 #define SC_OPPOSITE_RANGE 0.13f
 
-/* Fill in the labels at the corners of the cell c->q. @return whether they differ. */
+/* Read the labels at the corners of the cell c->q into c->labels; background outside of the
+ * volume. Nothing else of the cell is changed. @p label_bytes: that of the volume, as a constant
+ * of the caller. @return whether the labels differ. */
 static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
 {
     const int x = c->q[0], y = c->q[1], z = c->q[2];
@@ -70,7 +75,7 @@ static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell
     return differ != 0;
 }
 
-/* Fill in the weights and the distinct labels, from the labels and the vertex records. */
+/* Set c->weights, c->distinct and c->distinct_count from c->labels and c->records. */
 static inline void sc_cell_sort(sc_cell *c)
 {
     c->distinct_count = 0;
@@ -89,7 +94,8 @@ static inline void sc_cell_sort(sc_cell *c)
     }
 }
 
-/* Fill in records, weights and distinct labels of a cell whose labels differ. */
+/* Set c->records, c->weights, c->distinct and c->distinct_count. Only for a cell for which
+ * sc_cell_labels has returned true: the corners of others may have no vertex records. */
 static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
 {
     for (int i = 0; i < SC_CORNERS; i += 2) {
@@ -106,19 +112,25 @@ static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
     sc_cell_sort(c);
 }
 
-/* At each corner: the vote of label @p i minus that of label @p j. */
-static inline void sc_cell_difference(const sc_cell *c, uint32_t i, uint32_t j,
+/* At each corner: the vote of label @p first minus that of label @p second, that is, the weight,
+ * the negated weight, or 0 where a third label stands. */
+static inline void sc_cell_difference(const sc_cell *c, uint32_t first, uint32_t second,
                                       float out[SC_CORNERS])
 {
     for (int n = 0; n < SC_CORNERS; n++)
-        out[n] = c->labels[n] == i ? c->weights[n] : c->labels[n] == j ? -c->weights[n] : 0;
+        out[n] = c->labels[n] == first    ? c->weights[n]
+                 : c->labels[n] == second ? -c->weights[n]
+                                          : 0;
 }
 
+/* Linear interpolation: exactly @p low for @p at 0 and exactly @p high for 1. */
 static inline float sc_lerp(float low, float high, float at)
 {
     return low * (1 - at) + high * at;
 }
 
+/* The value at the point @p a of a cell, each coordinate in [0, 1], of a function given at its
+ * corners. */
 static inline float sc_trilinear(const float s[SC_CORNERS], const float a[3])
 {
     const float y0 = sc_lerp(sc_lerp(s[0], s[1], a[0]), sc_lerp(s[2], s[3], a[0]), a[1]);
@@ -127,7 +139,8 @@ static inline float sc_trilinear(const float s[SC_CORNERS], const float a[3])
     return sc_lerp(y0, y1, a[2]);
 }
 
-/* Bernstein coefficients of a trilinear function along the line from @p a to @p b. Because the
+/* The four Bernstein coefficients of a trilinear function, given by its values @p s at the
+ * corners of a cell, along the line from the point @p a of the cell to @p b. Because the
  * function is linear in each coordinate, its polar form (blossom) takes each coordinate from one
  * end or the other. */
 static inline void sc_bernstein(const float s[SC_CORNERS], const float a[3], const float b[3],
@@ -155,6 +168,7 @@ static inline void sc_bernstein(const float s[SC_CORNERS], const float a[3], con
     out[3] = f[1][1][1];
 }
 
+/* The value at @p u in [0, 1] of the cubic with Bernstein coefficients @p b. */
 static inline float sc_cubic(const float b[4], float u)
 {
     const float v = 1 - u;
@@ -162,10 +176,12 @@ static inline float sc_cubic(const float b[4], float u)
     return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
 }
 
-/* The root between @p low and @p high, where the cubic has different signs: false position with the
- * Illinois rule (Dowell and Jarratt 1971), which does not stall at one end. Guesses are kept away
- * from the ends, because on a face that holds neither of the two labels their difference is zero
- * although the owner does not change. */
+/* The root of a cubic between @p low and @p high, where its values @p at_low and @p at_high have
+ * different signs: false position with the Illinois rule (Dowell and Jarratt 1971), which does
+ * not stall at one end. @return a point strictly between the two: the first that is within
+ * SC_ROOT_TOLERANCE, or the last of SC_ROOT_STEPS_MAX guesses. Guesses are kept away from the
+ * ends, because on a face that holds neither of the two labels their difference is zero although
+ * the owner does not change. */
 static inline float sc_root_between(const float b[4], float low, float high, float at_low,
                                     float at_high)
 {
@@ -196,7 +212,8 @@ static inline float sc_root_between(const float b[4], float low, float high, flo
     return u;
 }
 
-/* The points of (0, 1) where the slope of the cubic vanishes, in rising order. @return how many. */
+/* The points of (0, 1) where the slope of the cubic with Bernstein coefficients @p b changes its
+ * sign, in rising order, to @p out. @return how many: 0 to 2. */
 static inline int sc_extrema(const float b[4], float out[2])
 {
     const float d0 = b[1] - b[0], d1 = b[2] - b[1], d2 = b[3] - b[2];
@@ -222,8 +239,9 @@ static inline int sc_extrema(const float b[4], float out[2])
     return count;
 }
 
-/* The points of [0, 1] where the cubic changes sign, in rising order. Their number is even if and
- * only if the first and the last coefficient have the same sign. */
+/* The points of [0, 1] where the cubic with Bernstein coefficients @p b changes sign (0 counts
+ * as positive), in rising order, to @p out. @return how many, 0 to 3; even if and only if the
+ * first and the last coefficient have the same sign. */
 static inline int sc_sign_changes(const float b[4], float out[3])
 {
     const int variations =
@@ -247,7 +265,8 @@ static inline int sc_sign_changes(const float b[4], float out[3])
     return count;
 }
 
-/* The owner of the point @p a of the cell; each coordinate is in [0, 1]. */
+/* The dense id of the label that owns the point @p a of the cell, each coordinate in [0, 1]. The
+ * cell must have been filled by sc_cell_fill or sc_cell_sort. */
 static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
 {
     uint32_t best = c->distinct[0];
@@ -262,8 +281,9 @@ static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
     return best;
 }
 
-/* Find the first point after @p u where another label takes over from @p owner.
- * @return that label, or @p owner if there is none. */
+/* Find the first point after *@p u, on the way from @p a (0) to @p b (1), where another label
+ * takes over from @p owner, and set *@p u to it. @return that label, or @p owner if there is
+ * none, with *@p u unchanged. */
 static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const float b[3],
                                      uint32_t owner, float *u)
 {
@@ -298,7 +318,10 @@ static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const f
     return next;
 }
 
-/* All crossings on the way from @p a to @p b, in their order. @return how many. */
+/* List all crossings on the way from the point @p a of the cell to its point @p b, in their
+ * order, in @p out. The cell must have been filled by sc_cell_fill or sc_cell_sort. @return how
+ * many; 0 if the owner does not change. Should there be more than fit, the last one listed leads
+ * to the owner of @p b. */
 static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],
                                     sc_crossing out[SC_CROSSINGS_MAX])
 {
@@ -333,8 +356,9 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     return count;
 }
 
-/* For each of two labels, the sum of the gradients at its corners, weighted trilinearly for the
- * point @p a. @param weights is the sum of those weights. */
+/* For each of two labels, add the gradients at its corners, weighted trilinearly for the point
+ * @p a, to @p sums, and those weights to @p weights; the caller has set both to 0. Index 0 is
+ * for @p first, 1 for @p second; corners with other labels are passed over. */
 static inline void sc_cell_gradients(const sc_cell *c, uint32_t first, uint32_t second,
                                      const float a[3], float sums[2][3], float weights[2])
 {
@@ -358,11 +382,11 @@ static inline float sc_length3(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Direction from the first label to the second at the point @p a, in RAS, not of unit length. Where
- * there are only two labels, their gradients are opposite: they form one field, which is
- * interpolated over all corners. Near a third label they are not opposite, and each label's
- * gradient is the mean over its own corners, so that it does not matter which corners those are.
- * Between the two cases they are blended linearly. */
+/* The direction from label @p first to label @p second at the point @p a, in RAS, to @p n; it is
+ * not of unit length and may be 0. Where there are only two labels, their gradients are
+ * opposite: they form one field, which is interpolated over all corners. Near a third label they
+ * are not opposite, and each label's gradient is the mean over its own corners, so that it does
+ * not matter which corners those are. Between the two cases they are blended linearly. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
                                   const float a[3], float n[3])
 {

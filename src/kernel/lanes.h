@@ -44,7 +44,7 @@ typedef float vf __attribute__((vector_size(4 * MARCH_LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * MARCH_LANES)));
 typedef uint32_t vu __attribute__((vector_size(4 * MARCH_LANES)));
 
-/* The same number in all lanes. */
+/* The same number in all lanes. Subtracting 0 keeps -0.0 as it is. */
 static inline vf f_set(float x)
 {
     return x - (vf){0};
@@ -55,12 +55,14 @@ static inline vi i_set(int32_t x)
     return x - (vi){0};
 }
 
+/* Each int as the nearest float. */
 static inline vf f_of(vi x)
 {
     return __builtin_convertvector(x, vf);
 }
 
-/* Rounded towards zero. The result is unspecified for what an int cannot hold. */
+/* Each float rounded towards zero. The result is unspecified, and may differ between variants,
+ * for numbers that an int cannot hold. */
 static inline vi i_of(vf x)
 {
 #if defined MARCH_CPU_AVX512
@@ -78,11 +80,15 @@ static inline vi i_of(vf x)
 #endif
 }
 
-/* ---- masks: one truth value for each lane ---- */
+/* ---- masks: one truth value for each lane ----
+ *
+ * Every variant has the same functions: with AVX-512 a mask is a number with one bit for each lane,
+ * elsewhere a vector of ints that are -1 (true) or 0. */
 
 #if defined MARCH_CPU_AVX512
 typedef __mmask16 vm;
 
+/* No lane. */
 static inline vm m_none(void)
 {
     return 0;
@@ -98,27 +104,31 @@ static inline vm m_or(vm a, vm b)
     return (vm)(a | b);
 }
 
-/* The lanes of a that are not in b. */
+/* The lanes of @p a that are not in @p b. */
 static inline vm m_without(vm a, vm b)
 {
     return (vm)(a & ~b);
 }
 
+/* Comparisons: the lanes in which a < b, a <= b or a == b. NaN compares as false. */
 static inline vm f_below(vf a, vf b)
 {
     return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
 }
 
+/* a <= b. */
 static inline vm f_at_most(vf a, vf b)
 {
     return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ);
 }
 
+/* a == b; 0.0 equals -0.0. */
 static inline vm f_equal(vf a, vf b)
 {
     return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_EQ_OQ);
 }
 
+/* The same for ints: a == b, and below a < b, with sign. */
 static inline vm i_equal(vi a, vi b)
 {
     return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
@@ -135,6 +145,7 @@ static inline vf f_pick(vm m, vf yes, vf no)
     return (vf)_mm512_mask_blend_ps(m, (__m512)no, (__m512)yes);
 }
 
+/* As f_pick, for ints. */
 static inline vi i_pick(vm m, vi yes, vi no)
 {
     return (vi)_mm512_mask_blend_epi32(m, (__m512i)no, (__m512i)yes);
@@ -146,11 +157,13 @@ static inline uint32_t m_bits(vm m)
     return m;
 }
 
+/* The reverse of m_bits: lane i is set if bit i is; bits beyond the lanes must be 0. */
 static inline vm m_of_bits(uint32_t bits)
 {
     return (vm)bits;
 }
 #else
+/* The same functions for all other variants. */
 typedef vi vm;
 
 static inline vm m_none(void)
@@ -215,6 +228,7 @@ static inline vf f_pick(vm m, vf yes, vf no)
     return (vf)i_pick(m, (vi)yes, (vi)no);
 }
 
+/* As a number: bit i for lane i. */
 static inline uint32_t m_bits(vm m)
 {
 #if defined MARCH_CPU_AVX2
@@ -230,6 +244,7 @@ static inline uint32_t m_bits(vm m)
 #endif
 }
 
+/* The lanes whose bits are set. */
 static inline vm m_of_bits(uint32_t bits)
 {
     vi out;
@@ -240,11 +255,13 @@ static inline vm m_of_bits(uint32_t bits)
 }
 #endif
 
+/* Is any lane set? */
 static inline bool m_any(vm m)
 {
     return m_bits(m) != 0;
 }
 
+/* How many lanes are set. */
 static inline unsigned m_count(vm m)
 {
     return (unsigned)__builtin_popcount(m_bits(m));
@@ -252,6 +269,7 @@ static inline unsigned m_count(vm m)
 
 /* ---- the rest, built on these ---- */
 
+/* Square root of each lane, correctly rounded as IEEE demands; NaN of negative numbers. */
 static inline vf f_sqrt(vf x)
 {
 #if defined MARCH_CPU_AVX512
@@ -291,11 +309,13 @@ static inline vi i_gather(const void *base, vi offset_bytes, vm m)
 #endif
 }
 
+/* As i_gather, the four bytes being a float. */
 static inline vf f_gather(const void *base, vi offset_bytes, vm m)
 {
     return (vf)i_gather(base, offset_bytes, m);
 }
 
+/* Each float rounded down. Only for numbers that an int can hold, as i_of and i_ceil. */
 static inline vi i_floor(vf x)
 {
     const vi whole = i_of(x);
@@ -303,6 +323,7 @@ static inline vi i_floor(vf x)
     return i_pick(f_below(x, f_of(whole)), whole - 1, whole);
 }
 
+/* Each float rounded up. */
 static inline vi i_ceil(vf x)
 {
     const vi whole = i_of(x);
@@ -310,6 +331,7 @@ static inline vi i_ceil(vf x)
     return i_pick(f_below(f_of(whole), x), whole + 1, whole);
 }
 
+/* Each float limited to [0, 1], as sc_clamp01 does it; NaN stays NaN. */
 static inline vf f_clamp01(vf x)
 {
     return f_pick(f_below(x, f_set(0)), f_set(0), f_pick(f_below(f_set(1), x), f_set(1), x));
@@ -320,13 +342,13 @@ static inline vf f_abs(vf x)
     return f_pick(f_below(x, f_set(0)), -x, x);
 }
 
-/* The greater of x and 0. */
+/* The greater of x and 0; 0 for NaN. */
 static inline vf f_max0(vf x)
 {
     return f_pick(f_below(f_set(0), x), x, f_set(0));
 }
 
-/* How many bits are set. */
+/* How many of the 32 bits of each lane are set. */
 static inline vi i_count_bits(vi x)
 {
     vu v = (vu)x;
@@ -337,6 +359,7 @@ static inline vi i_count_bits(vi x)
     return (vi)(v * 0x01010101u >> 24);
 }
 
+/* Dot product of two 3D vectors in each lane, summed in the order of sc_dot3. */
 static inline vf f_dot(const vf a[3], const vf b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -347,6 +370,7 @@ static inline vf f_length(const vf a[3])
     return f_sqrt(f_dot(a, a));
 }
 
+/* As sc_lerp: exactly @p low for @p at 0 and exactly @p high for 1. */
 static inline vf f_lerp(vf low, vf high, vf at)
 {
     return low * (1 - at) + high * at;

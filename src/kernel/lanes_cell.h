@@ -10,14 +10,15 @@
 #include "cell.h"
 #include "lanes_brick.h"
 
-/* Cells and their vertex records, with the indices of these. */
+/* One cell per lane: see sc_cell, and the indices of the vertex records in sc_prepared.records.
+ * v_cell_labels and v_cell_fill fill in the rest from q. */
 typedef struct v_cell {
     vi q[3];
     vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
 } v_cell;
 
-/* Labels of the two corners of a cell at x and x + 1 in row (y, z), read at once. Vertices outside
- * of the volume are background. */
+/* Read the labels of the two corners of a cell at x and x + 1 in row (y, z) at once, to @p
+ * out[0] and @p out[1]; 0 outside of the volume and in lanes outside of @p on. */
 static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi y, vi z, vm on,
                                 vi out[2])
 {
@@ -38,6 +39,7 @@ static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi 
     out[1] = i_pick(high_in, i_pick(i_below(i_set(0), x), next, low), i_set(0));
 }
 
+/* Read the labels at the corners of the cells c->q into c->labels; 0 in lanes outside of @p on. */
 static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *c, vm on)
 {
     for (int i = 0; i < SC_CORNERS; i += 2)
@@ -45,7 +47,8 @@ static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *
                      &c->labels[i]);
 }
 
-/* Indices of the records of vertices near an interface. */
+/* Indices of the vertex records of grid vertices, which must be near an interface in the lanes
+ * of @p on. */
 static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
 {
     const vi brick = v_brick_index(v->bricks, x, y, z);
@@ -54,7 +57,8 @@ static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
     return v_packed_index(v->near, v->near_start, brick, v_half_bit(x, y, z), z, on, &half);
 }
 
-/* Fill in the vertex records of cells whose labels differ. */
+/* Set c->record_index and c->records of the cells c->q, which must hold more than one label in
+ * the lanes of @p on; in other lanes both are meaningless. */
 static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
 {
     const vm across = m_and(on, i_equal(c->q[0] & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
@@ -72,7 +76,8 @@ static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
         c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
 }
 
-/* Copy the cell of one lane, for the functions of cell.h. */
+/* Copy the cell of one lane to @p out, with its weights and distinct labels, for the functions
+ * of cell.h. */
 static inline void v_cell_get_lane(const v_cell *c, int lane, sc_cell *out)
 {
     for (int i = 0; i < 3; i++)
@@ -84,7 +89,7 @@ static inline void v_cell_get_lane(const v_cell *c, int lane, sc_cell *out)
     sc_cell_sort(out);
 }
 
-/* The lowest and the highest label of each cell. */
+/* The lowest and the highest label of each cell, from c->labels. */
 static inline void v_label_range(const v_cell *c, vi *low, vi *high)
 {
     *low = *high = c->labels[0];
@@ -94,6 +99,8 @@ static inline void v_label_range(const v_cell *c, vi *low, vi *high)
     }
 }
 
+/* The Bernstein coefficients of sc_bernstein: of the function with values @p s at the corners,
+ * along the line from @p a to @p b. */
 static inline void v_bernstein(const vf s[SC_CORNERS], const vf a[3], const vf b[3], vf out[4])
 {
     vf x[2][4], xy[2][2][2], f[2][2][2];
@@ -118,6 +125,7 @@ static inline void v_bernstein(const vf s[SC_CORNERS], const vf a[3], const vf b
     out[3] = f[1][1][1];
 }
 
+/* The value at @p u of the cubic with Bernstein coefficients @p b. */
 static inline vf v_cubic(const vf b[4], vf u)
 {
     const vf v = 1 - u;
@@ -125,7 +133,8 @@ static inline vf v_cubic(const vf b[4], vf u)
     return v * v * (v * b[0] + 3 * u * b[1]) + u * u * (3 * v * b[2] + u * b[3]);
 }
 
-/* How often the sign changes from one coefficient to the next: 0 to 3. */
+/* How often the sign changes from one Bernstein coefficient to the next: 0 to 3; 0 counts as
+ * positive. */
 static inline vi v_variations(const vf b[4])
 {
     vi count = {0};
@@ -138,7 +147,8 @@ static inline vi v_variations(const vf b[4])
     return count;
 }
 
-/* See sc_root_between(), here always between 0 and 1. */
+/* The root of a cubic between 0 and 1 by sc_root_between, in the lanes of @p on, where the first
+ * and the last coefficient must have different signs; 0 in other lanes. */
 static inline vf v_root(const vf b[4], vm on)
 {
     vf low = {0}, high = f_set(1), at_low = b[0], at_high = b[3], u = {0};
@@ -172,12 +182,14 @@ static inline vf v_root(const vf b[4], vm on)
     return u;
 }
 
-/* The signed field of @p bits bits from bit @p shift on. */
+/* The field of @p bits bits from bit @p shift of @p word on, taken as a signed number. */
 static inline vi v_signed_field(vi word, int shift, int bits)
 {
     return (word << (32 - bits - shift)) >> (32 - bits);
 }
 
+/* The direction of a vertex record, as a point of an octahedron (not of unit length); see
+ * sc_record_octant of brick.h. */
 static inline void v_record_octant(vi record, vf out[3])
 {
     const vf x = f_of(v_signed_field(record, SC_RECORD_X_SHIFT, SC_RECORD_OCTANT_BITS));
@@ -190,6 +202,8 @@ static inline void v_record_octant(vi record, vf out[3])
     out[2] = z;
 }
 
+/* The gradient of a vertex record: its direction times its length; see sc_record_normal of
+ * brick.h. */
 static inline void v_record_normal(vi record, vf out[3])
 {
     vf inverse;
@@ -201,13 +215,15 @@ static inline void v_record_normal(vi record, vf out[3])
         out[i] *= inverse;
 }
 
-/* Trilinear weight of a corner at the point @p a. */
+/* The trilinear weight, 0 to 1, of corner number @p corner at the point @p a of the cell. */
 static inline vf v_corner_share(int corner, const vf a[3])
 {
     return (corner & 1 ? a[0] : 1 - a[0]) * (corner & 2 ? a[1] : 1 - a[1]) *
            (corner & 4 ? a[2] : 1 - a[2]);
 }
 
+/* The direction from label @p first to label @p second at the point @p a, in RAS, to @p n, not
+ * of unit length; see sc_cell_normal. c->labels and c->records must be set. */
 static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf a[3], vf n[3])
 {
     vf sums[2][3] = {{{0}}}, weights[2] = {{0}}, apart = {0}, lengths, one;

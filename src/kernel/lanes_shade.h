@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to kernel: shade.h for one ray per SIMD lane. Each function v_x does the same operations
  * in the same order as sc_x of shade.h, where it is described, so that every lane gets the same
- * bits. In all of them @p on are the lanes in use. */
+ * bits. In all of them @p on are the lanes in use: others read no memory, and unless a comment says
+ * what they get, their results are meaningless. Labels are dense ids; colours are linear. */
 #ifndef SC_KERNEL_LANES_SHADE_H
 #define SC_KERNEL_LANES_SHADE_H
 
@@ -10,14 +11,15 @@
 
 #include <stddef.h>
 
-/* See sc_radiance. */
+/* What the ray of each lane brings back: see sc_radiance. */
 typedef struct v_radiance {
     vf rgb[3], transmittance, depth_mm, normal[3];
     vi label, signature;
 } v_radiance;
 
 /* Points to be lit, and those parts of the light that do not depend on the tissue: a crossing
- * lights two tissues at the same point. */
+ * lights two tissues at the same point. The caller sets point, normal, eye and depth_mm;
+ * v_light_spot sets the rest. */
 typedef struct v_spot {
     vf point[3], normal[3], eye[3], depth_mm; /* see sc_spot */
     vf key, fill, head;                       /* cosines between the normal and the lights */
@@ -25,11 +27,13 @@ typedef struct v_spot {
     vf shine;     /* cosine of the highlight */
 } v_spot;
 
+/* The radiance with which every ray begins: no light, transmittance 1, no surface met. */
 static inline v_radiance v_no_light(void)
 {
     return (v_radiance){.transmittance = f_set(1), .depth_mm = f_set(HUGE_VALF)};
 }
 
+/* The radiance of one lane. */
 static inline sc_radiance v_radiance_get_lane(const v_radiance *light, int lane)
 {
     sc_radiance out = {.transmittance = light->transmittance[lane],
@@ -44,6 +48,7 @@ static inline sc_radiance v_radiance_get_lane(const v_radiance *light, int lane)
     return out;
 }
 
+/* Replace the radiance of one lane; the others stay as they are. */
 static inline void v_radiance_set_lane(v_radiance *light, int lane, const sc_radiance *from)
 {
     light->transmittance[lane] = from->transmittance;
@@ -56,18 +61,20 @@ static inline void v_radiance_set_lane(v_radiance *light, int lane, const sc_rad
     }
 }
 
-/* The four bytes at @p offset of the sc_march_tissue of each label. */
+/* The four bytes at @p offset of the sc_march_tissue of each label; 0 in lanes outside of @p on. */
 static inline vi v_tissue_word(const sc_march *m, vi label, size_t offset, vm on)
 {
     return i_gather(m->tissues, label * (int32_t)sizeof(sc_march_tissue) + (int32_t)offset, on);
 }
 
+/* The float at @p offset of the sc_march_tissue of each label; 0 in lanes outside of @p on. */
 static inline vf v_tissue_floats(const sc_march *m, vi label, size_t offset, vm on)
 {
     return (vf)v_tissue_word(m, label, offset, on);
 }
 
-/* show, clip_set and by_thickness of the tissues, read as one word. */
+/* show (lowest byte), clip_set and by_thickness of the tissues, read as one word, for the three
+ * functions below; 0 in lanes outside of @p on. */
 static inline vi v_tissue_bytes(const sc_march *m, vi label, vm on)
 {
     return v_tissue_word(m, label, offsetof(sc_march_tissue, show), on);
@@ -80,13 +87,14 @@ _Static_assert(offsetof(sc_march_tissue, clip_set) == offsetof(sc_march_tissue, 
 _Static_assert(sizeof(sc_march_tissue) * 65536 < INT32_MAX,
                "offsets of tissues with labels of 16 bits fit 31 bits");
 
-/* Lanes of @p on whose tissue shows @p kind, one of SC_SHOW_*. */
+/* Lanes of @p on whose tissue shows @p kind, one of SC_SHOW_*. @param tissue_bytes of
+ * v_tissue_bytes. */
 static inline vm v_shows(vi tissue_bytes, int kind, vm on)
 {
     return m_without(on, i_equal(tissue_bytes & kind, i_set(0)));
 }
 
-/* Lanes of @p on whose tissue belongs to one of the clip sets @p kept (bits). */
+/* Lanes of @p on whose tissue belongs to one of the clip sets @p kept (bit i for clip set i). */
 static inline vm v_in_kept_set(vi tissue_bytes, vi kept, vm on)
 {
     return m_without(on, i_equal(kept >> (tissue_bytes >> 8 & 255) & 1, i_set(0)));
@@ -98,7 +106,6 @@ static inline vm v_by_thickness(vi tissue_bytes, vm on)
     return m_without(on, i_equal(tissue_bytes >> 16 & 255, i_set(0)));
 }
 
-/* The float at @p offset in the sc_ray of each lane; 0 in lanes without a ray. */
 _Static_assert(sizeof(((sc_ray *)0)->origin) == 3 * sizeof(float) &&
                    sizeof(((sc_ray *)0)->direction) == 3 * sizeof(float) &&
                    sizeof(((sc_ray *)0)->toward_eye) == 3 * sizeof(float) &&
@@ -106,6 +113,7 @@ _Static_assert(sizeof(((sc_ray *)0)->origin) == 3 * sizeof(float) &&
                    sizeof(((sc_ray_part *)0)->begin_mm) == sizeof(float) &&
                    sizeof(((sc_ray_part *)0)->end_mm) == sizeof(float),
                "v_ray_floats reads these members as floats");
+/* The float at @p offset of rays[lane] in each lane; 0 in lanes outside of @p on. */
 static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
 {
     vi at;
@@ -115,6 +123,8 @@ static inline vf v_ray_floats(const sc_ray *rays, size_t offset, vm on)
     return f_gather(rays, at + (int32_t)offset, on);
 }
 
+/* See sc_clip_to_box: the distances in mm at which the rays enter and leave the box of the
+ * march, to @p near and @p far. */
 static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf inverse[3],
                                  float shift, vf *near, vf *far)
 {
@@ -131,6 +141,7 @@ static inline void v_clip_to_box(const sc_march *m, const vf origin[3], const vf
     }
 }
 
+/* See sc_face_eye: turn the unit normals @p n towards the eye, in place, in all lanes. */
 static inline void v_face_eye(const vf eye[3], vf n[3])
 {
     const vf toward = f_dot(n, eye);
@@ -146,6 +157,7 @@ static inline void v_face_eye(const vf eye[3], vf n[3])
         n[i] = f_pick(averted, f_pick(over, -n[i], flat[i] / length), n[i]);
 }
 
+/* See sc_power: x to the power n; 1 in lanes where n is 0. n must not be negative. */
 static inline vf v_power(vf x, vi n)
 {
     vf result = f_set(1);
@@ -157,6 +169,7 @@ static inline vf v_power(vf x, vi n)
     return result;
 }
 
+/* See sc_share_kept: the share of the surroundings of a point that the clip planes have left. */
 static inline vf v_share_kept(const sc_march *m, const vf point[3], float width_mm)
 {
     vf kept = f_set(1), removed = f_set(1);
@@ -174,6 +187,8 @@ static inline vf v_share_kept(const sc_march *m, const vf point[3], float width_
 
 _Static_assert(sizeof(((sc_occlusion *)0)->filled[0]) == 2,
                "v_filled reads pairs of bytes: narrow in the lower, wide in the upper");
+/* See sc_filled: how much of the surroundings of a point is filled, 0 to 1, by the narrow (@p
+ * which 0) or the wide blur (1); 0 in lanes outside of @p on. */
 static inline vf v_filled(const sc_march *m, const vf point[3], int which, vm on)
 {
     const sc_occlusion *o = m->occlusion;
@@ -200,6 +215,7 @@ static inline vf v_filled(const sc_march *m, const vf point[3], int which, vm on
     return f_pick(on, sum * (1.0f / 255), f_set(0));
 }
 
+/* See sc_move: the points that lie @p mm from @p point in a direction in RAS, to @p out. */
 static inline void v_move(const sc_march *m, const vf point[3], const vf direction[3], vf mm,
                           vf out[3])
 {
@@ -211,6 +227,8 @@ static inline void v_move(const sc_march *m, const vf point[3], const vf directi
     }
 }
 
+/* See sc_openness: how much of the light from all around reaches a spot; 1 in lanes outside of
+ * @p on. */
 static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
 {
     const sc_occlusion *o = m->occlusion;
@@ -229,6 +247,7 @@ static inline vf v_openness(const sc_march *m, const v_spot *spot, vm on)
     return open;
 }
 
+/* See sc_unshadowed: how much of the key light reaches a spot; 1 in lanes outside of @p on. */
 static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
 {
     const sc_occlusion *o = m->occlusion;
@@ -255,7 +274,8 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
     return through;
 }
 
-/* The first half of sc_light: all that does not depend on the tissue. */
+/* The first half of sc_light, all that does not depend on the tissue: sets key, fill, head,
+ * open, lit and shine of the spot. Does not change its other members. */
 static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
 {
     const sc_march_light *l = &m->light;
@@ -283,6 +303,8 @@ static inline void v_light_spot(const sc_march *m, v_spot *spot, vm on)
                          f_max0(f_dot(spot->normal, h) / length), f_set(0));
 }
 
+/* See sc_depth_cue: blend the colours @p rgb with the background, in place, by distance from the
+ * eye. */
 static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[3])
 {
     const vf far = (depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
@@ -292,7 +314,8 @@ static inline void v_depth_cue(const sc_march_light *light, vf depth_mm, vf rgb[
         rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
 }
 
-/* The second half of sc_light: the colour of a tissue in that light. */
+/* The second half of sc_light: the colour of a tissue at a spot that v_light_spot has completed,
+ * to @p out. */
 static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm on, vf out[3])
 {
     const sc_march_light *l = &m->light;
@@ -319,6 +342,7 @@ static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm o
         v_depth_cue(l, spot->depth_mm, out);
 }
 
+/* See sc_edge_alpha: opacity of surfaces seen at an angle whose cosine is @p toward. */
 static inline vf v_edge_alpha(const sc_march_light *light, vf alpha, vf toward)
 {
     const vf side = 1 - f_pick(f_below(f_set(0), toward), toward, -toward);
@@ -327,6 +351,8 @@ static inline vf v_edge_alpha(const sc_march_light *light, vf alpha, vf toward)
     return 1 - (1 - alpha) * (1 - light->edges * grows * side * side * side);
 }
 
+/* See sc_blend: composite surfaces behind what the rays have met; lanes outside of @p on keep
+ * their light. */
 static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
 {
     const vf share = light->transmittance * alpha;
@@ -336,6 +362,8 @@ static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
 }
 
+/* See sc_remember_surface: note a surface in the radiance, before v_blend; lanes outside of @p
+ * on keep theirs. */
 static inline void v_remember_surface(v_radiance *light, vi label, vf alpha, const v_spot *spot,
                                       vm on)
 {

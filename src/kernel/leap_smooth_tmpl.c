@@ -11,8 +11,8 @@
 #include "smooth_ray.h"
 #include "variants.h"
 
-/* The next crossing of each lane in its cell, and the further ones of the lanes that have several.
- */
+/* The next crossing of each lane in its cell, and the further ones of the lanes that have
+ * several. It persists between cells: only the lanes searched are overwritten. */
 typedef struct crossings {
     vi left, entered; /* the two labels */
     vf u;             /* how far along the way through the cell: 0 to 1 */
@@ -21,11 +21,12 @@ typedef struct crossings {
     vf coefficients[4];
     /* lanes whose cell may have several crossings: all of them */
     sc_crossing list[LANES][SC_CROSSINGS_MAX];
-    int count[LANES], next[LANES];
-    uint32_t listed; /* those lanes, as bits */
+    int count[LANES], next[LANES]; /* of the list: how long it is, and which comes next */
+    uint32_t listed;               /* those lanes, as bits */
 } crossings;
 
-/* LANES rays that are marched side by side. */
+/* LANES rays that are marched side by side. init_packet sets what lasts, start_packet the rays.
+ * Distances are in mm from the ray's origin, positions in grid coordinates. */
 typedef struct packet {
     const sc_march *m;
     const sc_ray *rays;
@@ -62,18 +63,20 @@ enum {
     ENOUGH_LANES = LANES * 3 / 8 /* so many in marked cells are worth the search for crossings */
 };
 
-/* Distance at which the rays meet a grid plane; see plane_mm(). */
+/* Distance at which the rays meet grid plane number @p plane of axis @p i; see plane_mm(). */
 static inline vf v_plane_mm(const packet *p, int i, vi plane)
 {
     return (f_of(plane) - p->origin[i]) * p->inverse[i];
 }
 
+/* Distance at which the rays leave their present cells along axis @p i. */
 static inline vf v_exit_mm(const packet *p, int i)
 {
     return v_plane_mm(p, i, i_pick(p->forward[i], p->q[i] + 1, p->q[i]));
 }
 
-/* The nearest of three planes, one of each axis; of equally near ones that of the lowest axis. */
+/* The nearest of three planes, one of each axis, at the distances @p mm: its distance to @p t
+ * and its axis to @p axis; of equally near ones that of the lowest axis. */
 static inline void nearest_plane(const vf mm[3], vf *t, vi *axis)
 {
     const vm one = f_below(mm[1], mm[0]);
@@ -84,8 +87,9 @@ static inline void nearest_plane(const vf mm[3], vf *t, vi *axis)
     *axis = i_pick(two, i_set(2), i_pick(one, i_set(1), i_set(0)));
 }
 
-/* Where the planes beside a cell are out of order with the ray, go one cell ahead or back along
- * axis @p i; see the loops of locate_cell(). @return whether any lane did. */
+/* Where in lanes of @p on the planes beside a cell are out of order with the ray, move p->q one
+ * cell ahead or back along axis @p i; see the loops of locate_cell(). @return whether any lane
+ * did, so that it has to be called again. */
 static inline bool correct_cell(packet *p, int i, vm on)
 {
     const vm earlier = i_below(i_set(i), p->axis), later = i_below(p->axis, i_set(i));
@@ -101,8 +105,9 @@ static inline bool correct_cell(packet *p, int i, vm on)
     return true;
 }
 
-/* See locate_cell(). Only where a position is so close to a grid plane that rounding could have
- * moved it across, the distances of the planes are compared. */
+/* Set p->q in the lanes of @p on to the cells at distance p->t, except along p->axis, where the
+ * caller has set it; see locate_cell(). Only where a position is so close to a grid plane that
+ * rounding could have moved it across, the distances of the planes are compared. */
 static inline void v_locate_cells(packet *p, vm on)
 {
     for (int i = 0; i < 3; i++) {
@@ -120,12 +125,13 @@ static inline void v_locate_cells(packet *p, vm on)
     }
 }
 
+/* Index of the present cell's brick in the arrays with a frame. */
 static inline vi v_brick(const packet *p)
 {
     return v_framed_index(p->m->visible_row, p->m->visible_layer, p->q[0], p->q[1], p->q[2]);
 }
 
-/* Lanes of @p on whose cells are marked in the masks. */
+/* Lanes of @p on whose present cells are marked in the masks. @p brick: of v_brick. */
 static inline vm v_marked(const packet *p, vi brick, vm on)
 {
     const vi half = v_half_mask(p->m->visible, brick, p->q[2], on);
@@ -133,8 +139,9 @@ static inline vm v_marked(const packet *p, vi brick, vm on)
     return v_bit_set(half, v_half_bit(p->q[0], p->q[1], p->q[2]), on);
 }
 
-/* One step: out of the present cell, or where @p far, the distance of the present brick to the
- * nearest one that is not empty, is above 0, a brick step across the empty bricks around it. */
+/* One step of the lanes of @p on: out of the present cell, or where @p far, the distance of the
+ * present brick to the nearest one that is not empty, is above 0, a brick step across the empty
+ * bricks around it. Sets p->q, p->t and p->axis. */
 static inline void advance(packet *p, vi far, vm on)
 {
     const vm brick_step = m_and(on, i_below(i_set(0), far));
@@ -159,8 +166,9 @@ static inline void advance(packet *p, vi far, vm on)
         v_locate_cells(p, brick_step);
 }
 
-/* One step of the lanes that are walking. Those that are in a marked cell, or at the end of their
- * stretch, stop walking instead. */
+/* One step of the lanes that are walking. Those in a marked cell stop walking and join
+ * p->at_marked; those at the end of their stretch stop walking. Counts cell visits and brick
+ * steps. */
 static inline void step(packet *p)
 {
     const vm seek = m_and(p->walking, f_below(p->t, p->end));
@@ -176,6 +184,7 @@ static inline void step(packet *p)
         advance(p, far, p->walking);
 }
 
+/* Is any lane walking, and are fewer than ENOUGH_LANES in marked cells? */
 static inline bool walk_on(const packet *p)
 {
     return m_any(p->walking) && m_count(p->at_marked) < ENOUGH_LANES;
@@ -197,7 +206,7 @@ static void walk(packet p[PACKETS])
     }
 }
 
-/* Positions within the present cells at distance @p t; see local_at(). */
+/* Positions within the present cells at distance @p t, to @p out; see local_at(). */
 static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf out[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -208,7 +217,8 @@ static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf o
     }
 }
 
-/* List all crossings of one lane's cell, by cell.h. @return whether there are any. */
+/* List all crossings of one lane's cell, which v_cell_read has read, in x->list, by cell.h.
+ * @return whether there are any. */
 static bool list_crossings(const packet *p, crossings *x, int lane)
 {
     float a[3], b[3];
@@ -224,8 +234,9 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
     return x->count[lane] > 0;
 }
 
-/* Unpack what sc_cells holds of the present cells: at each corner the vote of the lowest label
- * minus that of the other one. @return the lanes of @p on whose cells hold more than two labels. */
+/* Unpack what sc_cells holds of the present cells, which must be marked, to @p out: at each
+ * corner the vote of the lowest label minus that of the other one. @return the lanes of @p on
+ * whose cells hold more than two labels, for which @p out is meaningless. */
 static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
 {
     enum { CELL_BYTES = sizeof *p->m->cells, WORD_BYTES = CELL_BYTES / 2 };
@@ -241,6 +252,8 @@ static inline vm v_cell_differences(const packet *p, vm on, vf out[SC_CORNERS])
     return m_and(on, i_below(words[1], i_set(0))); /* SC_CELL_MANY is the sign of the upper word */
 }
 
+/* Read the labels and vertex records of the present cells into p->cell, which the lanes share:
+ * lanes outside of @p on lose theirs. */
 static inline void v_cell_read(packet *p, vm on)
 {
     for (int i = 0; i < 3; i++)
@@ -249,7 +262,8 @@ static inline void v_cell_read(packet *p, vm on)
     v_cell_fill(p->m->volume, &p->cell, on);
 }
 
-/* List the crossings in the cells of @p on. @return the lanes that have any, as bits. */
+/* Read the cells of @p on into p->cell and list their crossings in p->x. @return the lanes that
+ * have any, as bits. */
 static uint32_t list_cells(packet *p, vm on)
 {
     uint32_t found = 0;
@@ -264,7 +278,9 @@ static uint32_t list_cells(packet *p, vm on)
     return found;
 }
 
-/* Find the crossings in the marked cells reached. @return the lanes that have any. */
+/* Search the marked cells reached for crossings: sets a, b, t1 and axis1 (those of all lanes),
+ * and for the lanes of p->at_marked coefficients or list of p->x. @return the lanes that have a
+ * crossing. */
 static vm find_crossings(packet *p)
 {
     crossings *x = &p->x;
@@ -301,8 +317,8 @@ static vm find_crossings(packet *p)
     return m_of_bits(found);
 }
 
-/* Fetch the next crossing of the lanes of @p on that have a list. @return those that had one left.
- */
+/* Fetch the next crossing of the lanes of @p on that have a list, to x->left, x->entered and
+ * x->u. @return those that had one left; others keep the last. */
 static vm next_crossings(crossings *x, vm on)
 {
     uint32_t have = 0;
@@ -321,7 +337,8 @@ static vm next_crossings(crossings *x, vm on)
     return m_of_bits(have);
 }
 
-/* See alpha_by_thickness() of march_smooth_tmpl.c. */
+/* Opacity of the surfaces of @p label at the points @p at of their cells; see
+ * alpha_by_thickness() of march_smooth_tmpl.c. */
 static vf v_alpha_by_thickness(const packet *p, vi label, const vf at[3], vm on)
 {
     const sc_march *m = p->m;
@@ -346,6 +363,8 @@ static vf v_alpha_by_thickness(const packet *p, vi label, const vf at[3], vm on)
     return f_pick(m_and(measured, f_below(f_set(0), weights)), sum / weights, plain);
 }
 
+/* Add one side of a crossing, the surface of @p label, to the light of the lanes of @p on. The
+ * spot has been completed by v_light_spot. */
 static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spot, vm on)
 {
     vf alpha, rgb[3];
@@ -368,13 +387,14 @@ static inline vm v_contributes(const packet *p, vi label, vm on)
     return v_in_kept_set(bytes, p->active, v_shows(bytes, SC_SHOW_BOUNDARY, on));
 }
 
-/* Rays that are not yet opaque. */
+/* Rays that are not yet opaque, of all lanes. */
 static inline vm v_sees_on(const packet *p)
 {
     return f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
 }
 
-/* Add one crossing to each lane of @p on. */
+/* Add the present crossing of x (left, entered, u) to the light of each lane of @p on, as far as
+ * its labels contribute. p->cell must have been read. */
 static void add_crossings(packet *p, const crossings *x, vm on)
 {
     const vm left = v_contributes(p, x->left, on), entered = v_contributes(p, x->entered, on);
@@ -402,7 +422,8 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));
 }
 
-/* Find the cells in which the stretches of the lanes of @p on begin. */
+/* Set p->rounding and p->q: the cells in which the stretches of the lanes of @p on begin. t, end
+ * and axis (-1) of these lanes have been set. */
 static void find_first_cells(packet *p, vm on)
 {
     /* 2^-20 is eight times the relative rounding error of a float. */
@@ -411,8 +432,8 @@ static void find_first_cells(packet *p, vm on)
     v_locate_cells(p, on);
 }
 
-/* Begin the next stretch of the lanes of @p on, with the cut faces at its beginning. Rays that have
- * none left are finished. */
+/* Begin the next stretch of the lanes of @p on, with the cut faces at its beginning: sets t,
+ * end, active, axis, last_end and q. Rays that have none left, or are opaque, leave p->alive. */
 static void begin_stretches(packet *p, vm on)
 {
     uint32_t begun = 0;
@@ -448,6 +469,8 @@ static void begin_stretches(packet *p, vm on)
     find_first_cells(p, m_of_bits(begun));
 }
 
+/* Set the march of a packet and clear its counters and crossings, whose unused lanes take part
+ * in the arithmetic, too. */
 static void init_packet(packet *p, const sc_march *march)
 {
     p->m = march;
@@ -478,6 +501,9 @@ static bool begin_at_once(packet *p, int count, vm all)
     return !p->m->plane_count;
 }
 
+/* Load the rays [0, @p count) into the packet, at most LANES, and begin their first stretches;
+ * lanes beyond are not alive. @p rays stay borrowed until the next call. init_packet has been
+ * called before. */
 static void start_packet(packet *p, const sc_ray *rays, int count)
 {
     vm all;
@@ -519,7 +545,8 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     begin_stretches(p, all);
 }
 
-/* Walk until every lane has found a cell with a crossing, or reached the end of its stretch. */
+/* Walk until every living lane of the packets has found a cell with a crossing (p->found), or
+ * reached the end of its stretch. */
 static void find_next_cells(packet p[PACKETS])
 {
     bool again = true;
@@ -547,7 +574,8 @@ static void find_next_cells(packet p[PACKETS])
     }
 }
 
-/* Add all crossings in the cells found, and step out of these cells. */
+/* Add all crossings in the cells of p->found, which find_crossings has searched, and step out of
+ * these cells. */
 static void add_cell_crossings(packet *p)
 {
     crossings *x = &p->x;
@@ -580,12 +608,13 @@ static void add_found(packet *p)
         begin_stretches(p, over);
 }
 
-/* Lanes that a packet uses when @p left rays are left. */
+/* Lanes that a packet uses when @p left rays are left: LANES at most. */
 static int lanes_used(size_t left)
 {
     return left < LANES ? (int)left : LANES;
 }
 
+/* The kernel: see sc_march_fn. Rays are marched in PACKETS * LANES at a time. */
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {

@@ -10,12 +10,14 @@
 #include "variants.h"
 #include "voxel_ray.h"
 
-/* LANES rays that are marched side by side. */
+/* LANES rays that are marched side by side; start_packet loads them. Positions are in grid
+ * coordinates plus 1/2. */
 typedef struct packet {
     const sc_march *m;
     const sc_ray *rays;
     v_radiance light;
-    vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
+    vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* of sc_ray; inverse: 1 / direction,
+                                                                eye: sc_ray.toward_eye */
     vm forward[3];        /* the coordinate grows along the ray, or does not change */
     vi k, last;           /* the present sample, and the end of the part of the ray */
     vi kept;              /* the clip sets kept from k to last, as bits */
@@ -38,8 +40,8 @@ static inline vf v_distance(const packet *p, vi k)
     return (f_of(k) + 0.5f) * p->m->step_mm;
 }
 
-/* The grid vertex nearest to a sample, moved by one brick: the index of its brick then counts the
- * frame of empty bricks around the masks. */
+/* The grid vertex nearest to sample @p k of each lane, to @p out, moved by one brick: the index
+ * of its brick then counts the frame of empty bricks around the masks. */
 static inline void v_vertex(const packet *p, vi k, vi out[3])
 {
     const vf t = v_distance(p, k);
@@ -48,8 +50,9 @@ static inline void v_vertex(const packet *p, vi k, vi out[3])
         out[i] = i_of(p->origin[i] + p->direction[i] * t) + SC_BRICK;
 }
 
-/* A sample beyond the empty bricks around the vertex @p at (of v_vertex), which are all bricks less
- * than @p far away: as far ahead as is safe, and at least the next one. */
+/* @return a sample beyond the empty bricks around the vertex @p at (of v_vertex of sample p->k),
+ * which are all bricks less than @p far away: as far ahead as is safe, at least the next one, at
+ * most p->last. Other lanes than those of @p on are meaningless. */
 static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
 {
     vf t = f_set(SC_NEVER_MM);
@@ -85,8 +88,9 @@ static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
     return i_pick(i_below(p->k + 1, k), k, p->k + 1);
 }
 
-/* One step of the lanes that are walking. Those that are at a marked sample, or at the end of their
- * part, stop walking instead. */
+/* One step of the lanes that are walking: sets p->k. Those at a marked sample stop walking and
+ * join p->found; those at the end of their part stop walking. Counts cell visits and brick
+ * steps. */
 static inline void step(packet *p)
 {
     const sc_march *m = p->m;
@@ -111,13 +115,15 @@ static inline void step(packet *p)
     p->k = i_pick(p->walking, next, p->k);
 }
 
+/* Is any lane walking, and are fewer than ENOUGH_LANES at marked samples? */
 static inline bool walk_on(const packet *p)
 {
     return m_any(p->walking) && m_count(p->found) < ENOUGH_LANES;
 }
 
-/* Walk until enough lanes are at marked samples, or no lane is walking. Two packets take turns:
- * while one waits for memory, the processor works on the other. */
+/* Walk until enough lanes of each packet are at marked samples (p->found), or none is walking:
+ * sets p->k, p->found and p->walking. Two packets take turns: while one waits for memory, the
+ * processor works on the other. */
 static void find_samples(packet p[PACKETS])
 {
     bool first, second;
@@ -138,7 +144,8 @@ static void find_samples(packet p[PACKETS])
     }
 }
 
-/* Labels of voxels, which must lie within the volume. */
+/* Labels (dense ids) of voxels @p at, which must lie within the volume in the lanes of @p on; 0
+ * in other lanes. */
 static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
 {
     const vi index = (at[2] * v->size[1] + at[1]) * v->size[0] + at[0];
@@ -147,8 +154,8 @@ static inline vi v_label_at(const sc_prepared *v, const vi at[3], vm on)
            ((1 << (8 * sizeof(MARCH_LABEL))) - 1);
 }
 
-/* Lanes of @p on whose voxels are boundary voxels. @param record the index of their vertex records.
- */
+/* Lanes of @p on whose voxels @p at are boundary voxels. @param record is set to the indices of
+ * their vertex records; meaningless in other lanes. */
 static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi *record)
 {
     const vi x = at[0] + 1, y = at[1] + 1, z = at[2] + 1;
@@ -160,7 +167,8 @@ static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi 
     return v_bit_set(half, bit, on);
 }
 
-/* See add_boundary() of march_voxel_tmpl.c. */
+/* Opacity of boundary voxels of @p label with vertex records @p record; see add_boundary() of
+ * march_voxel_tmpl.c. */
 static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
 {
     const vf plain = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
@@ -174,6 +182,8 @@ static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
     return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured), plain);
 }
 
+/* Add the present samples of the lanes of @p on, which lie in the interior of @p label, to the
+ * light. */
 static void add_interior(packet *p, vi label, vm on)
 {
     vf rgb[3];
@@ -185,7 +195,8 @@ static void add_interior(packet *p, vi label, vm on)
             v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
 }
 
-/* See add_boundary() of march_voxel_tmpl.c. */
+/* Add the present samples of the lanes of @p on, which are of boundary voxels, to the light; see
+ * add_boundary() of march_voxel_tmpl.c. @p at: their positions in grid coordinates plus 1/2. */
 static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
 {
     v_spot spot;
@@ -207,7 +218,8 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on
     v_blend(&p->light, rgb, alpha, on);
 }
 
-/* Add the present samples of the lanes of @p on, which are marked. */
+/* Add the present samples of the lanes of @p on, which are marked, to the light, as far as their
+ * clip sets are kept. */
 static void add_samples(packet *p, vm on)
 {
     const vf t = v_distance(p, p->k);
@@ -229,7 +241,7 @@ static void add_samples(packet *p, vm on)
         v_add_boundary(p, label, at, record, boundary);
 }
 
-/* The clip sets that are kept from sample @p k on to the next event, as bits. */
+/* The clip sets that are kept from sample @p k on to the next event: bit i for clip set i. */
 static int32_t clip_sets_kept(const sc_ray *ray, int k)
 {
     int32_t sets = 0;
@@ -239,8 +251,8 @@ static int32_t clip_sets_kept(const sc_ray *ray, int k)
     return sets;
 }
 
-/* Begin the next part of the rays of @p on, with the cut faces at its beginning. Rays that have
- * none left are finished. */
+/* Begin the next part of the rays of @p on, with the cut faces at its beginning: sets k, last,
+ * kept and last_end. Rays that have none left, or are opaque, leave p->alive. */
 static void begin_parts(packet *p, vm on)
 {
     uint32_t begun = 0;
@@ -271,6 +283,8 @@ static void begin_parts(packet *p, vm on)
     p->alive = m_or(m_without(p->alive, on), m_of_bits(begun));
 }
 
+/* Load the rays [0, @p count) into the packet, at most LANES, and begin their first parts; lanes
+ * beyond are not alive. @p rays stay borrowed until the next call. p->m has been set. */
 static void start_packet(packet *p, const sc_ray *rays, int count)
 {
     const vm all = m_of_bits((1u << count) - 1);
@@ -305,7 +319,8 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     begin_parts(p, all);
 }
 
-/* Add the samples found, and begin the next part in lanes that are at the end of one. */
+/* Add the samples of p->found and go on by one, and begin the next part in living lanes that
+ * have neither found a sample nor are walking. */
 static void add_found(packet *p)
 {
     vm over;
@@ -319,12 +334,13 @@ static void add_found(packet *p)
         begin_parts(p, over);
 }
 
-/* Lanes that a packet uses when @p left rays are left. */
+/* Lanes that a packet uses when @p left rays are left: LANES at most. */
 static int lanes_used(size_t left)
 {
     return left < LANES ? (int)left : LANES;
 }
 
+/* The kernel: see sc_march_fn. Rays are marched in PACKETS * LANES at a time. */
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {

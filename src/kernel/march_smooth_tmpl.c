@@ -9,8 +9,9 @@
 #include "smooth_ray.h"
 #include "variants.h"
 
-/* Opacity of a surface of @p label at the point @p at of the cell: where it follows the thickness,
- * interpolated between the corners that carry the label. */
+/* Opacity of a surface of @p label at the point @p at of the present cell, before sc_edge_alpha:
+ * where it follows the thickness, interpolated between the corners that carry the label; else,
+ * and where no corner has a weight, the tissue's boundary_alpha. */
 static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[3])
 {
     const sc_march *m = c->m;
@@ -32,7 +33,8 @@ static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[
     return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
 }
 
-/* Add one side of a crossing: the surface of the label left, or of the label entered. */
+/* Add one side of a crossing to c->light: the surface of @p label, which is the label left or
+ * the label entered, at the point @p at of the present cell. */
 static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
@@ -46,7 +48,7 @@ static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_s
     c->contributions++;
 }
 
-/* Is the label shown there and not cut away? */
+/* Is the boundary of the label shown, and its clip set one of those kept (bits @p active)? */
 static bool contributes(const cursor *c, uint32_t label, uint32_t active)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
@@ -54,6 +56,9 @@ static bool contributes(const cursor *c, uint32_t label, uint32_t active)
     return tissue->show & SC_SHOW_BOUNDARY && active >> tissue->clip_set & 1;
 }
 
+/* Add both sides of a crossing to c->light, as far as they contribute and the ray is not opaque.
+ * The ray passes the cell, which has been filled, from the point @p a to @p b, and the crossing
+ * lies @p t mm from its origin. @p active: the clip sets kept, as bits. */
 static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], const float b[3],
                          float t, uint32_t active)
 {
@@ -77,8 +82,8 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
         add_surface(c, x->entered, at, &spot);
 }
 
-/* Add the crossings in the present cell, whose labels differ, up to distance @p t1, at which the
- * ray leaves it through @p axis, or ends within it (@p axis -1). */
+/* Add the crossings in the present cell, whose labels have been read and differ, up to distance
+ * @p t1, at which the ray leaves it through @p axis, or ends within it (@p axis -1). */
 static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
 {
     sc_crossing crossings[SC_CROSSINGS_MAX];
@@ -94,7 +99,8 @@ static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
 }
 
 #if MARCH_SKIPS
-/* The mask of the present cell's brick, which may be one of the frame of empty bricks. */
+/* The mask of the present cell's brick, which may be one of the frame of empty bricks around the
+ * volume, but not lie beyond them. */
 static inline uint64_t brick_mask(const cursor *c)
 {
     const int *q = c->cell.q;
@@ -103,7 +109,8 @@ static inline uint64_t brick_mask(const cursor *c)
                                          sc_brick_of(q[1]), sc_brick_of(q[2]))];
 }
 
-/* Step out of the present brick. */
+/* Step out of the present brick, into the cell that single steps would have reached: sets
+ * cell.q, t and axis. */
 static inline void leave_brick(cursor *c)
 {
     float best = 0;
@@ -124,7 +131,8 @@ static inline void leave_brick(cursor *c)
 }
 #endif
 
-/* Can the present cell contribute? If so, its labels have been read. */
+/* Can the present cell contribute? Then its labels differ and have been read into
+ * c->cell.labels; the rest of the cell is not filled. */
 static inline bool is_marked(cursor *c)
 {
     const int *q = c->cell.q;
@@ -144,7 +152,8 @@ static inline bool is_marked(cursor *c)
 #endif
 }
 
-/* March from @p begin to @p end, cell by cell. @p active: the clip sets that are kept, as bits. */
+/* March from @p begin to @p end (mm from the origin), cell by cell, and add all crossings to
+ * c->light, until the ray is opaque. @p active: the clip sets kept on that stretch, as bits. */
 static void walk(cursor *c, float begin, float end, uint32_t active)
 {
     if (!(begin < end))
@@ -176,6 +185,8 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
     }
 }
 
+/* March the cursor's ray, stretch by stretch, with the cut faces at their beginnings. The result
+ * is c->light. */
 static void march_ray(cursor *c)
 {
     float begin, end = -HUGE_VALF, near, far;
@@ -192,6 +203,7 @@ static void march_ray(cursor *c)
     }
 }
 
+/* The kernel: see sc_march_fn. Rays are marched one after the other. */
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {

@@ -10,7 +10,8 @@
 #include "voxel_ray.h"
 
 #if !MARCH_SKIPS
-/* The paper's rule (section 2.3): does the 3x3x3 neighbourhood hold another label? */
+/* The paper's rule (section 2.3): does the 3x3x3 neighbourhood of the voxel hold a label other
+ * than @p label, its own, or reach out of the volume? */
 static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL label)
 {
     for (int dz = -1; dz <= 1; dz++) {
@@ -26,8 +27,8 @@ static bool is_boundary(const sc_prepared *v, int x, int y, int z, MARCH_LABEL l
 }
 #endif
 
-/* @return what the voxel contributes: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0 (nothing). @param
- * label its label, unless 0 is returned. */
+/* @return what the voxel contributes: SC_SHOW_BOUNDARY, SC_SHOW_INTERIOR or 0 (nothing, or
+ * outside of the volume). @param label is set to its label, unless 0 is returned. */
 static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *label)
 {
     const sc_prepared *v = m->volume;
@@ -49,8 +50,8 @@ static inline int classify(const sc_march *m, int x, int y, int z, MARCH_LABEL *
 }
 
 #if MARCH_SKIPS
-/* Is the voxel of sample @p k visible? The frame of empty bricks around the masks makes bounds
- * checks unnecessary. */
+/* Is the voxel of sample @p k visible by the masks? The frame of empty bricks around them makes
+ * bounds checks unnecessary. */
 static inline bool is_marked(const cursor *c, int k)
 {
     const sc_march *m = c->m;
@@ -65,7 +66,8 @@ static inline bool is_marked(const cursor *c, int k)
 }
 #endif
 
-/* The first sample from @p k on that has to be classified, or @p last. */
+/* The first sample from @p k on that has to be classified, or @p last; without skipping always
+ * @p k. Counts the samples passed over. */
 static inline int find_sample(cursor *c, int k, int last)
 {
 #if MARCH_SKIPS
@@ -81,8 +83,9 @@ static inline int find_sample(cursor *c, int k, int last)
     return k;
 }
 
-/* Add one sample of a boundary voxel, with the voxel's own normal, which preprocessing has found
- * (paper, section 2.3), and its own opacity. */
+/* Add sample @p k, of a boundary voxel of @p tissue, to c->light, with the voxel's own normal,
+ * which preprocessing has found (paper, section 2.3), and its own opacity. @p record: index of
+ * its vertex record; @p p: position of the sample in grid coordinates plus 1/2. */
 static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t record,
                          const float p[3])
 {
@@ -107,6 +110,8 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t
     sc_blend(&c->light, rgb, alpha);
 }
 
+/* Classify sample @p k and add it to c->light, unless it is not shown or its clip set does not
+ * keep it. */
 static void add_sample(cursor *c, int k)
 {
     const sc_march *m = c->m;
@@ -133,6 +138,8 @@ static void add_sample(cursor *c, int k)
         add_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
 }
 
+/* March the cursor's ray, part by part, with the cut faces at their beginnings if @p caps. The
+ * result is c->light. */
 static void march_ray(cursor *c, bool caps)
 {
     int k = INT32_MIN, last, nearest, farthest;
@@ -153,6 +160,7 @@ static void march_ray(cursor *c, bool caps)
     }
 }
 
+/* The kernel: see sc_march_fn. Rays are marched one after the other. */
 void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
                 sc_march_counters *counters)
 {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The owner of a single point, by which the smooth surface is compared with known shapes. */
 #include "cell.h"
 
 uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3])

@@ -43,9 +43,9 @@
 
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
-    float point[3];   /* in grid coordinates */
+    float point[3];   /* in grid coordinates, without the 1/2 of the voxel surface */
     float normal[3];  /* unit, RAS, towards the eye */
-    const float *eye; /* unit, RAS, towards the eye */
+    const float *eye; /* [3] unit, RAS, towards the eye; borrowed from the ray */
     float depth_mm;   /* from the eye */
 } sc_spot;
 
@@ -54,14 +54,16 @@ static inline float sc_dot3(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* @p x limited to [0, 1]; NaN stays NaN. */
 static inline float sc_clamp01(float x)
 {
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* The distances in mm at which a ray enters and leaves the box of the march. @p shift: what the
- * coordinates of the ray's origin are higher than grid coordinates. @p inverse: 1 / direction, and
- * 1e30 where the ray runs parallel to the faces. */
+/* The distances in mm from a ray's origin at which it enters and leaves the box of the march, to
+ * @p near and @p far; it misses the box unless *near < *far. They may be negative. @p shift:
+ * what the coordinates of the origin are higher than grid coordinates. @p inverse: 1 /
+ * direction, and SC_NEVER_MM where the ray runs parallel to the faces. */
 static inline void sc_clip_to_box(const sc_march *m, const float origin[3], const float inverse[3],
                                   float shift, float *near, float *far)
 {
@@ -77,9 +79,9 @@ static inline void sc_clip_to_box(const sc_march *m, const float origin[3], cons
     }
 }
 
-/* Turn a normal towards the eye. One that points away only slightly, as on a silhouette, is made
- * perpendicular to the line of sight instead of being reversed, which would make the pixel flash.
- */
+/* Turn the unit normal @p n towards the eye, in place. One that points away only slightly, as on
+ * a silhouette, is made perpendicular to the line of sight instead of being reversed, which
+ * would make the pixel flash. @p eye: unit, towards the eye. */
 static inline void sc_face_eye(const float eye[3], float n[3])
 {
     const float toward = sc_dot3(n, eye);
@@ -99,7 +101,7 @@ static inline void sc_face_eye(const float eye[3], float n[3])
         n[i] /= length;
 }
 
-/* x to the power n > 0, by squaring. */
+/* @p x to the power @p n, by squaring; 1 for n = 0. n must not be negative. */
 static inline float sc_power(float x, int n)
 {
     float result = 1;
@@ -112,7 +114,9 @@ static inline float sc_power(float x, int n)
     return result;
 }
 
-/* Roughly the share of a blur of the given width around a point that the clip planes have left. */
+/* Roughly the share, 0 to 1, of the surroundings of a point (in grid coordinates) that the clip
+ * planes have left; each plane has a soft edge, @p width_mm wide on either side. 1 without
+ * planes. */
 static inline float sc_share_kept(const sc_march *m, const float point[3], float width_mm)
 {
     float kept = 1, removed = 1;
@@ -128,8 +132,9 @@ static inline float sc_share_kept(const sc_march *m, const float point[3], float
     return m->cut_away && m->plane_count ? 1 - removed : kept;
 }
 
-/* How much of the surroundings of a point is filled with tissue, 0 to 1, interpolated between the
- * bricks of the occlusion volume. @p which: 0: by the narrow blur, 1: by the wide one. */
+/* How much of the surroundings of a point (in grid coordinates) is filled with tissue, 0 to 1,
+ * interpolated between the bricks of m->occlusion, which must not be NULL; 0 beyond them. @p
+ * which: 0: by the narrow blur, 1: by the wide one. */
 static inline float sc_filled(const sc_march *m, const float point[3], int which)
 {
     const sc_occlusion *o = m->occlusion;
@@ -158,7 +163,8 @@ static inline float sc_filled(const sc_march *m, const float point[3], int which
     return sum * (1.0f / 255);
 }
 
-/* The point, in grid coordinates, that lies @p mm from @p point in a direction in RAS. */
+/* The point, in grid coordinates, that lies @p mm from @p point in a direction in RAS, to @p
+ * out. */
 static inline void sc_move(const sc_march *m, const float point[3], const float direction[3],
                            float mm, float out[3])
 {
@@ -166,8 +172,9 @@ static inline void sc_move(const sc_march *m, const float point[3], const float 
         out[i] = point[i] + mm * sc_dot3(m->grid_per_mm[i], direction);
 }
 
-/* How much of the light from all around reaches a spot, 0 to 1: 1 less what is filled just above it
- * by either blur, beyond what the blur of a flat surface itself leaves there (the share flat). */
+/* How much of the light from all around reaches a spot, 0 to 1: what is filled just above it by
+ * either blur takes away, beyond what the blur of a flat surface itself leaves there
+ * (SC_FLAT_FILLED). m->occlusion must not be NULL. */
 static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
@@ -185,8 +192,8 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
     return open;
 }
 
-/* How much of the key light reaches a spot, 0 to 1: the narrow blur is sampled along the way to the
- * light, and what is filled there absorbs. */
+/* How much of the key light reaches a spot, 0 to 1: the narrow blur is sampled along the way to
+ * the light, and what is filled there absorbs. m->occlusion must not be NULL. */
 static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
@@ -208,7 +215,8 @@ static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
     return through;
 }
 
-/* Fade into the background with distance. */
+/* Blend the linear colour @p rgb, in place, with the background by degree: by nothing up to
+ * cue_near_mm from the eye, by the share light->cue from cue_far_mm on. */
 static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, float rgb[3])
 {
     const float far = (depth_mm - light->cue_near_mm) / (light->cue_far_mm - light->cue_near_mm);
@@ -218,7 +226,9 @@ static inline void sc_depth_cue(const sc_march_light *light, float depth_mm, flo
         rgb[i] += share * (light->cue_rgb[i] - rgb[i]);
 }
 
-/* Blinn-Phong with a key light, a fill light and one at the eye. */
+/* The linear colour of a tissue at a spot, to @p out: Blinn-Phong with a key light, a fill light
+ * and one at the eye, then occlusion, shadow and depth cue as far as the frame has them. The
+ * tissue's plain colour if the frame is unlit. */
 static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, const sc_spot *spot,
                             float out[3])
 {
@@ -257,7 +267,9 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         sc_depth_cue(l, spot->depth_mm, out);
 }
 
-/* Colour of a cut face: its tissue's, a little darker where the face is seen from the side. */
+/* The linear colour of a cut face with colour @p rgb, to @p out: a little darker where it is
+ * seen from the side (unless the frame is unlit), then the depth cue. @p n: unit normal of
+ * either sign; @p eye: unit, towards the eye; both RAS. */
 static inline void sc_light_cut(const sc_march *m, const float eye[3], const float n[3],
                                 float depth_mm, const float rgb[3], float out[3])
 {
@@ -271,8 +283,9 @@ static inline void sc_light_cut(const sc_march *m, const float eye[3], const flo
         sc_depth_cue(&m->light, depth_mm, out);
 }
 
-/* Opacity of a surface seen at an angle: the flatter a ray meets a thin shell, the longer its way
- * through it. Opacities 0 and 1 stay as they are. @p toward: cosine between normal and eye. */
+/* Opacity of a surface seen at an angle, between @p alpha and 1: the flatter a ray meets a thin
+ * shell, the longer its way through it. Opacities 0 and 1 stay as they are. @p toward: cosine
+ * between normal and eye, of either sign. */
 static inline float sc_edge_alpha(const sc_march_light *light, float alpha, float toward)
 {
     const float side = 1 - (toward > 0 ? toward : -toward);
@@ -281,7 +294,8 @@ static inline float sc_edge_alpha(const sc_march_light *light, float alpha, floa
     return 1 - (1 - alpha) * (1 - light->edges * grows * side * side * side);
 }
 
-/* Composite a surface behind what the ray has met so far (the over operator, front to back). */
+/* Composite a surface of linear colour @p rgb behind what the ray has met so far (the over
+ * operator, front to back): adds to light->rgb and lowers light->transmittance. */
 static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
 {
     const float share = light->transmittance * alpha;
@@ -291,8 +305,9 @@ static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
     light->transmittance *= 1 - alpha;
 }
 
-/* Note a surface in the ray's signature, and the first one with its depth and normal as well. @p n:
- * unit, towards the eye. To be called before sc_blend, which lowers the transmittance. */
+/* Note a surface in light->signature, and the first one in light->label, depth_mm and normal as
+ * well. A surface that takes less than SC_SIGNIFICANT of the light is ignored. @p n: unit,
+ * towards the eye. To be called before sc_blend, which lowers the transmittance. */
 static inline void sc_remember_surface(sc_radiance *light, uint32_t label, float alpha,
                                        float depth_mm, const float n[3])
 {

@@ -13,18 +13,20 @@ enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
 /* How much of the light an outline on a cut face takes. */
 #define OUTLINE_DARK 0.75f
 
+/* One ray on its way. The caller sets m, ray and light; start_walk sets direction, inverse and
+ * step, and locate_cell sets cell.q, t and axis. */
 typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
     sc_radiance light;
-    uint64_t cell_visits, contributions;
+    uint64_t cell_visits, contributions; /* see sc_march_counters */
     /* the walk */
     sc_cell cell;
     float direction[3]; /* the ray's; 0 where it is too small ever to leave a cell */
     float inverse[3];   /* 1 / direction: mm from one grid plane to the next */
-    int step[3];
-    float t;  /* distance in mm at which the ray has entered the cell */
-    int axis; /* axis of the grid plane through which it came in; -1: it began here */
+    int step[3];        /* 1 or -1: towards which neighbouring cell the ray goes along each axis */
+    float t;            /* distance in mm at which the ray has entered the cell */
+    int axis;           /* axis of the grid plane through which it came in; -1: it began here */
 } cursor;
 
 /* Distance in mm at which the ray meets a grid plane: those of its points whose coordinate along
@@ -34,12 +36,14 @@ static inline float plane_mm(const cursor *c, int axis, int plane)
     return ((float)plane - c->ray->origin[axis]) * c->inverse[axis];
 }
 
-/* Distance at which the ray leaves the cell along one axis. */
+/* Distance in mm at which the ray leaves the present cell along one axis. */
 static inline float exit_mm(const cursor *c, int axis)
 {
     return plane_mm(c, axis, c->cell.q[axis] + (c->step[axis] > 0));
 }
 
+/* Set direction, inverse and step of the cursor from its ray, before anything else is done with
+ * it. */
 static inline void start_walk(cursor *c)
 {
     for (int i = 0; i < 3; i++) {
@@ -52,10 +56,11 @@ static inline void start_walk(cursor *c)
     }
 }
 
-/* Set the cell that single steps would have reached after crossing the grid plane of @p axis at
- * distance @p t. Planes are crossed in the order of their distances, and those at the same distance
- * in the order of their axes. The position gives a first guess of the cell; the loops correct what
- * rounding made of it. */
+/* Set c->cell.q to the cell that single steps would have reached after crossing the grid plane
+ * of @p axis at distance @p t, and c->t and c->axis. Along @p axis the caller has set cell.q
+ * itself; -1: the ray begins at @p t, and all of it is set. Planes are crossed in the order of
+ * their distances, and those at the same distance in the order of their axes. The position gives
+ * a first guess of the cell; the loops correct what rounding made of it. */
 static inline void locate_cell(cursor *c, float t, int axis)
 {
     c->t = t;
@@ -76,9 +81,9 @@ static inline void locate_cell(cursor *c, float t, int axis)
     }
 }
 
-/* Position within the cell at distance @p t, each coordinate in [0, 1]. Along @p axis the ray is
- * exactly on a face of the cell: the one it leaves through if @p leaving, else the one it entered.
- */
+/* Position within the present cell at distance @p t, each coordinate in [0, 1], to @p out. Along
+ * @p axis (-1: none) the ray is exactly on a face of the cell: the one it leaves through if @p
+ * leaving, else the one it entered. */
 static inline void local_at(const cursor *c, float t, int axis, bool leaving, float out[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -89,15 +94,18 @@ static inline void local_at(const cursor *c, float t, int axis, bool leaving, fl
     }
 }
 
+/* The position at distance @p t in grid coordinates, to @p out. */
 static inline void point_at(const cursor *c, float t, float out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = c->ray->origin[i] + c->direction[i] * t;
 }
 
-/* How dark the outline between two tissues is at the point @p a of a cut face: 1 on the outline, 0
- * beyond its width. The distance to the border is the difference of the two votes divided by the
- * slope of that difference within the plane with normal @p n. */
+/* How dark the outline between two tissues is at the point @p a of a cut face in the present
+ * cell, which has been filled: 1 up to half of cap_outline from the border with the owner,
+ * falling to 0 at 1.5 times cap_outline. That distance is the difference of the two votes
+ * divided by the slope of that difference within the plane with unit normal @p n (in grid
+ * coordinates). */
 static inline float outline_at(const cursor *c, uint32_t owner, const float a[3], const float n[3])
 {
     const sc_cell *cell = &c->cell;
@@ -126,7 +134,7 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
     return sc_clamp01(1.5f - nearest / c->m->cap_outline);
 }
 
-/* Unit normal of a clip plane in grid coordinates. */
+/* Unit normal of clip plane number @p plane in grid coordinates, to @p out. */
 static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
 {
     const float *p = m->plane_equations[plane];
@@ -136,7 +144,9 @@ static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
         out[i] = p[i] / length;
 }
 
-/* Add the cut face at distance @p t: it is solid where a visible tissue of the clip set is cut. */
+/* Add the cut face of clip plane number @p plane at distance @p t to c->light: it is solid where
+ * a visible tissue of the clip set is cut; elsewhere nothing is added. Moves the cursor to that
+ * cell. */
 static inline void add_cap(cursor *c, int clip_set, int plane, float t)
 {
     const sc_march *m = c->m;
@@ -168,8 +178,9 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     c->contributions++;
 }
 
-/* The next stretch of the ray after @p t on which the same clip sets are kept.
- * @param active those clip sets, as bits. @return false if there is none. */
+/* The next stretch of the ray after the distance @p t on which the same clip sets are kept, to
+ * @p begin and @p end (mm from the origin). @param active those clip sets: bit i for clip set i.
+ * @return false if there is none; the results are then meaningless. */
 static inline bool next_stretch(const sc_ray *ray, float t, float *begin, float *end,
                                 uint32_t *active)
 {
@@ -205,7 +216,8 @@ static inline bool next_stretch(const sc_ray *ray, float t, float *begin, float 
     return *begin < HUGE_VALF;
 }
 
-/* Add the cut faces of all parts that begin at distance @p begin. */
+/* Add the cut faces of all parts that begin exactly at distance @p begin, until the ray is
+ * opaque. Moves the cursor. */
 static inline void add_caps(cursor *c, float begin)
 {
     const sc_ray *ray = c->ray;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The table of kernels, and the search in it. */
 #include "variants.h"
 
 #include <string.h>
@@ -41,7 +42,8 @@ const sc_kernel *sc_kernel_all(size_t *count)
     return kernels;
 }
 
-/* The wide kernels read memory at offsets of 31 bits: can these reach all of the volume? */
+/* Can offsets of 31 bits, which the wide kernels use, reach all labels and all vertex records of
+ * the volume? */
 static bool within_reach(const sc_prepared *v)
 {
     const uint64_t voxels = (uint64_t)v->size[0] * (uint64_t)v->size[1] * (uint64_t)v->size[2];

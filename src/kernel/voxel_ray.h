@@ -8,6 +8,8 @@
 
 #include "shade.h"
 
+/* One ray on its way: its light so far, and counts (see sc_march_counters) that the caller adds
+ * up. */
 typedef struct cursor {
     const sc_march *m;
     const sc_ray *ray;
@@ -15,6 +17,7 @@ typedef struct cursor {
     uint64_t cell_visits, contributions;
 } cursor;
 
+/* Index of voxel (x, y, z) in the array of labels; it must lie in the volume. */
 static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
 {
     return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
@@ -26,19 +29,21 @@ static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
            (unsigned)z < (unsigned)v->size[2];
 }
 
+/* The label (dense id) of a voxel of the volume. */
 static inline MARCH_LABEL label_at(const sc_prepared *v, int x, int y, int z)
 {
     return ((const MARCH_LABEL *)v->ids)[voxel_index(v, x, y, z)];
 }
 
-/* Position at a distance along the ray, in grid coordinates plus 1/2. */
+/* Position at the distance @p t in mm along the ray, in grid coordinates plus 1/2, to @p p. */
 static inline void position(const sc_ray *ray, float t, float p[3])
 {
     for (int i = 0; i < 3; i++)
         p[i] = ray->origin[i] + ray->direction[i] * t;
 }
 
-/* The first sample within the box of the march, and the first one beyond it. */
+/* Number of the first sample within the box of the march, to @p first, and of the first one
+ * beyond it, to @p last; both 0 if the ray misses the box. */
 static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *first, int *last)
 {
     float inverse[3], near, far;
@@ -53,8 +58,9 @@ static inline void samples_in_box(const sc_march *m, const sc_ray *ray, int *fir
     *last = near < far ? (int)ceilf(far / m->step_mm - 0.5f) : 0;
 }
 
-/* Add the cut face at which a part begins: it is solid where a visible tissue of the clip set is
- * cut. */
+/* Add to c->light the cut face at which part number @p part of the clip set begins, and whose
+ * cap_plane is not -1: it is solid where a visible tissue of the clip set is cut; elsewhere
+ * nothing is added. */
 static inline void add_cap(cursor *c, int clip_set, int part)
 {
     const sc_march *m = c->m;
@@ -82,8 +88,8 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     sc_blend(&c->light, rgb, 1);
 }
 
-/* @param first the first sample from @p k on that any clip set keeps. @param last the end of that
- * part. @return false if there is none. */
+/* Find the first sample from @p k on that any clip set keeps, to @p first, and the end of the
+ * part that it belongs to, to @p last. @return false if there is none; *first is then INT32_MAX. */
 static inline bool next_part(const sc_ray *ray, int k, int *first, int *last)
 {
     *first = INT32_MAX;
@@ -103,7 +109,7 @@ static inline bool next_part(const sc_ray *ray, int k, int *first, int *last)
     return *first != INT32_MAX;
 }
 
-/* Add the cut faces that lie between samples k - 1 and k, front to back. */
+/* Add the cut faces that lie between samples k - 1 and k, front to back, to c->light. */
 static inline void add_caps_before(cursor *c, int k)
 {
     const sc_ray *ray = c->ray;
@@ -117,7 +123,8 @@ static inline void add_caps_before(cursor *c, int k)
     }
 }
 
-/* The first sample after @p k at which a part begins or ends, but at most @p last. */
+/* The first sample after @p k at which a part of any clip set begins or ends, or @p last if
+ * there is none before it. */
 static inline int next_event(const sc_ray *ray, int k, int last)
 {
     for (int g = 0; g < ray->clip_sets; g++) {
