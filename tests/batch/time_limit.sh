@@ -1,7 +1,7 @@
 # The time limit ends during the run: it stops in order, the job requeues itself, and the next run
 # completes it.
 . "$SOURCE/tests/support/cluster.sh"
-make_job 25
+make_job 45 # far more than the first run has time for, even if the estimate is wrong by half
 cat >late.sbatch <<S
 #!/bin/bash
 trap : USR1   # it may come a minute early, and does
