@@ -11,14 +11,15 @@
 
 enum { SC_SAMPLES_MAX = 8 };
 
-/** What all frames of a renderer share. */
+/** What all frames of a renderer share. Only sc_renderer_new reads the text @p cpu points to. */
 typedef struct sc_render_settings {
     int width_px, height_px;
     sc_surface surface;
     sc_skip skip;
     const char *cpu; /**< variant of the kernels, one of sc_cpu_names; NULL: the best that this
                           processor can run */
-    int samples;     /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX */
+    int samples;     /**< rays in a pixel that gets more than one, 1 to SC_SAMPLES_MAX; 1: every
+                          pixel gets one */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     double step_voxels; /**< distance between samples, in voxel lengths (the smallest spacing);
@@ -29,8 +30,8 @@ typedef struct sc_render_settings {
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
     uint8_t background[3]; /**< sRGB */
-    int tile_px;           /**< edge of a tile */
-    int threads;
+    int tile_px;           /**< edge of a tile, at least 1 */
+    int threads;           /**< that draw a frame, at least 1 */
 } sc_render_settings;
 
 /** Draws frames of one volume with one set of tissues and settings. */
@@ -42,23 +43,30 @@ typedef struct sc_render_stats {
     double wall_s, cpu_s; /**< cpu: of all threads that drew */
 } sc_render_stats;
 
-/** @param volume stays borrowed until sc_renderer_free. @param tissues by dense id; copied.
- *  @return SC_ERR_MEMORY; SC_ERR_DATA if the volume's geometry is singular; SC_ERR_USAGE if this
- *  processor cannot run the variant settings->cpu. @p out is written only on success. */
+/** Make a renderer: finds what is visible, and derives from the volume all that does not change
+ *  from frame to frame. Starts settings->threads threads during the call. @param settings
+ *  copied. @param volume stays borrowed until sc_renderer_free. @param tissues [label_count of
+ *  the volume], by dense id; copied. @param out caller owns: sc_renderer_free; written only on
+ *  success. @return SC_ERR_MEMORY; SC_ERR_DATA if the geometry of the volume is singular;
+ *  SC_ERR_USAGE if this processor cannot run the variant settings->cpu. A volume too large for
+ *  the kernels of SC_SKIP_LEAP is no error: those of SC_SKIP_INTERIOR then draw it (see
+ *  sc_renderer_kernel). */
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
                                       sc_renderer **out);
+/** Free a renderer and everything it owns; NULL is allowed. The volume stays the caller's. */
 void sc_renderer_free(sc_renderer *renderer);
-/** Points in mm among which are all corners of the convex hull of what is visible; for framing.
- * They stay owned by the renderer. */
+/** Points in RAS mm among which are all corners of the convex hull of what is visible, for
+ *  framing: @p count of them, 0 if nothing is visible. They stay owned by the renderer. */
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);
-/** The kernel that the renderer uses. */
+/** The kernel that the renderer uses; an entry of the constant table of kernels. Its skip method
+ *  may differ from that of the settings if the volume is too large. */
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
 /** Bytes of memory that the renderer holds beside the prepared volume: what every rank has for
  *  itself. */
 size_t sc_renderer_bytes(const sc_renderer *renderer);
 
-/** A rectangle of a picture, from its upper left corner. */
+/** A rectangle of a picture: x_px and y_px are its upper left corner. */
 typedef struct sc_viewport {
     int x_px, y_px, width_px, height_px;
 } sc_viewport;
@@ -66,22 +74,26 @@ typedef struct sc_viewport {
 typedef struct sc_rows {
     int first, end;
 } sc_rows;
-/** Draw a scene into @p viewport, a rectangle within @p image. @param rows of the image, outside of
- *  which nothing is drawn; NULL: all rows. A pixel does not depend on which others are drawn.
- * Threads: as sc_render_frame. */
+/** Draw a scene into @p viewport, a rectangle that must lie within @p image; the vertical field
+ *  of view fills its height. Blocks until it is drawn; cannot fail. @param rows of the image,
+ *  outside of which nothing is drawn; NULL: all rows of the viewport. A pixel does not depend on
+ *  which others are drawn. @param image sRGB; pixels outside of the viewport and the rows stay
+ *  as they are. @param stats overwritten; all 0 if no row is left. Threads: as sc_render_frame. */
 void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats);
-/** Draw a frame, or @p rows of it (NULL: all), into @p image, which has the size of the settings.
- *  Threads: a renderer draws one frame at a time, on the threads of its settings. */
+/** Draw a frame, or @p rows of it (NULL: all), into @p image, which has the size of the
+ *  settings; otherwise as sc_render_view. Threads: a renderer draws one frame at a time, on the
+ *  threads of its settings. */
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
 
-/** When a thread began and ended to draw, by sc_wall_s(); both 0 if it did not draw. */
+/** When a thread began and ended to draw, by sc_wall_s(): the beginning of its first and the end
+ *  of its last work, of all frames in between. Both 0 if it did not draw. */
 typedef struct sc_render_span {
     double begin_s, end_s;
 } sc_render_span;
-/** When each thread drew since the last call of this function. @param out [threads of the
- * settings]. */
+/** Copy to @p out [threads of the settings] when each thread drew since the last call, and start
+ *  anew. Not while a frame is being drawn. */
 void sc_renderer_spans(sc_renderer *renderer, sc_render_span *out);
 
 #endif

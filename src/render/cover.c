@@ -8,7 +8,8 @@
 
 enum { BLOCK = 2 /* bricks along each edge */ };
 
-/* Is anything visible in the block whose lowest brick is (x, y, z)? */
+/* Is anything visible in the block whose lowest brick is (x, y, z)? Bricks of the block beyond
+ * the volume are passed over. */
 static bool is_occupied(const sc_renderer *r, int x, int y, int z)
 {
     const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
@@ -24,7 +25,8 @@ static bool is_occupied(const sc_renderer *r, int x, int y, int z)
     return any != 0;
 }
 
-/* Add the block whose lowest brick is (x, y, z), if something is visible in it. */
+/* Append the block whose lowest brick is (x, y, z) to r->blocks, which has room, if something is
+ * visible in it. */
 static void add_block(sc_renderer *r, int x, int y, int z)
 {
     const double half = BLOCK * 0.5;
@@ -62,6 +64,7 @@ typedef struct screen_axis {
     double x, y, z, offset, reach;
 } screen_axis;
 
+/* One axis of the camera: the unit vector @p direction in RAS, from the position of the camera. */
 static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 direction)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
@@ -76,14 +79,17 @@ static screen_axis make_axis(const sc_renderer *r, const sc_camera *c, sc_vec3 d
     return a;
 }
 
+/* Position in mm of the middle of a block along the axis. */
 static inline double along(const screen_axis *a, const sc_block *b)
 {
     return a->x * (double)b->x + a->y * (double)b->y + a->z * (double)b->z + a->offset;
 }
 
-/* The squares between two positions along one axis of the screen. Each position is projected with
- * the factor of the block's near or far side, whichever makes the interval larger.
- * @param px edge of a square. @param out first and last square. */
+/* The squares of the map between the two positions @p ends, in mm along one axis of the screen.
+ * Each is projected with the factor (pixels per mm) of the near or far side of the block,
+ * whichever makes the interval larger, with a pixel to spare. @param middle of the viewport, in
+ * pixels. @param px edge of a square. @param count squares along the axis. @param out first and
+ * last square; the first is greater if none is on the map. */
 static inline void squares_between(const double ends[2], const double factors[2], double middle,
                                    double px, int count, int out[2])
 {
@@ -95,6 +101,8 @@ static inline void squares_between(const double ends[2], const double factors[2]
     out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
 }
 
+/* A map for the viewport with every square set to @p value: as fine as fits @p squares, which
+ * has room for SC_COVER_SIDE^2 of them and is borrowed. */
 static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *squares, uint8_t value)
 {
     const int side =

@@ -8,32 +8,32 @@
 
 enum { BATCH = 256 /* rays that are marched together */ };
 
-/* The frame being drawn. */
+/* The frame being drawn, which all threads share. Pointers are borrowed. */
 typedef struct frame {
     sc_renderer *renderer;
     const sc_scene *scene;
     const sc_viewport *viewport;
     sc_image *image;
     sc_lens lens;
-    sc_cover cover;
+    sc_cover cover;         /* a copy of renderer->last_cover */
     sc_pixel_state nothing; /* what a pixel without a ray has seen */
-    int tiles_x;
-    int row0, row1; /* rows [row0, row1) of the viewport are to be drawn */
+    int tiles_x;            /* tiles in a row of tiles */
+    int row0, row1;         /* rows [row0, row1) of the viewport are to be drawn */
 } frame;
 
 /* Rays waiting to be marched together, and for each the index of its pixel in tile.pixels. */
 typedef struct batch {
     sc_ray rays[BATCH];
-    sc_radiance light[BATCH];
+    sc_radiance light[BATCH]; /* what they bring back */
     uint32_t target[BATCH];
     size_t count;
 } batch;
 
-/* A tile, and what a thread needs to draw it. */
+/* A tile, pixels [x0, x1) by [y0, y1) of the viewport, and what a thread needs to draw it. */
 typedef struct tile {
     const frame *f;
     int x0, y0, x1, y1;
-    sc_pixel_state *pixels; /* [y1 - y0 + 2][stride] */
+    sc_pixel_state *pixels; /* [y1 - y0 + 2][stride]: with a border one pixel wide; borrowed */
     int stride;
     sc_march_counters counters;
     batch rays;
@@ -51,12 +51,15 @@ static const uint8_t subpixel_rows[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {{0},
                                                                       {3, 6, 2, 5, 1, 4, 0},
                                                                       {3, 6, 1, 4, 7, 2, 5, 0}};
 
+/* Position of ray @p i of @p samples within a pixel, each coordinate between 0 and 1, to @p out. */
 static void sample_position(int samples, int i, double out[2])
 {
     out[0] = (i + 0.5) / samples;
     out[1] = (subpixel_rows[samples - 1][i] + 0.5) / samples;
 }
 
+/* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
+ * the batch. */
 static void march_batch(tile *t)
 {
     const sc_renderer *r = t->f->renderer;
@@ -64,7 +67,8 @@ static void march_batch(tile *t)
     r->kernel->march(&r->march, t->rays.rays, t->rays.count, t->rays.light, &t->counters);
 }
 
-/* March the rays queued by queue_first_ray, and store what each pixel has seen. */
+/* March the rays queued by queue_first_ray, store what each pixel has seen in t->pixels, and
+ * empty the queue. */
 static void flush_first_rays(tile *t)
 {
     const float *background = t->f->renderer->background;
@@ -86,7 +90,9 @@ static void flush_first_rays(tile *t)
     t->rays.count = 0;
 }
 
-/* Queue the ray through the middle of a pixel, unless nothing can be seen there. */
+/* Set the state of a pixel of the tile or its border to that of one that shows nothing, and
+ * queue the ray through its middle unless nothing can be seen there. Marches the queue when it
+ * is full. */
 static void queue_first_ray(tile *t, int x, int y)
 {
     const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
@@ -100,8 +106,9 @@ static void queue_first_ray(tile *t, int x, int y)
         t->rays.target[t->rays.count++] = at;
 }
 
-/* One ray through every pixel, in squares of 4 x 4 pixels and in these in squares of 2 x 2, so that
- * rays that are marched side by side go through the same part of the volume. */
+/* One ray through every pixel of the tile, and of its border if neighbours will be compared:
+ * sets t->pixels. In squares of 4 x 4 pixels and in these in squares of 2 x 2, so that rays that
+ * are marched side by side go through the same part of the volume. */
 static void cast_first_rays(tile *t)
 {
     const int apron =
@@ -126,6 +133,7 @@ static void cast_first_rays(tile *t)
 #define TONE_DIFFERENCE 0.055f
 #define NORMAL_COSINE 0.85f
 
+/* Do two colours (sc_pixel_state.tone) differ visibly? */
 static bool colours_differ(const float a[3], const float b[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -137,6 +145,7 @@ static bool colours_differ(const float a[3], const float b[3])
     return false;
 }
 
+/* Have two pixels seen different tissues, faces of different direction, or different colours? */
 static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
 {
     const float cosine =
@@ -146,13 +155,16 @@ static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
            (a->label && cosine < NORMAL_COSINE) || colours_differ(a->tone, b->tone);
 }
 
-static bool differs_from_neighbours(const tile *t, const sc_pixel_state *g)
+/* Does a pixel of the tile differ from one of the four beside it? @param pixel one of t->pixels,
+ * not of the border. */
+static bool differs_from_neighbours(const tile *t, const sc_pixel_state *pixel)
 {
-    return differ(g, g - 1) || differ(g, g + 1) || differ(g, g - t->stride) ||
-           differ(g, g + t->stride);
+    return differ(pixel, pixel - 1) || differ(pixel, pixel + 1) ||
+           differ(pixel, pixel - t->stride) || differ(pixel, pixel + t->stride);
 }
 
-/* March the rays queued by sample_pixel, and add up what each pixel gets. */
+/* March the rays queued by sample_pixel, add what each adds to the background to the rgb of its
+ * pixel, and empty the queue. */
 static void flush_samples(tile *t)
 {
     const float *background = t->f->renderer->background;
@@ -169,7 +181,9 @@ static void flush_samples(tile *t)
     t->rays.count = 0;
 }
 
-/* Queue all rays of one pixel. */
+/* Clear the rgb of a pixel and queue all its rays, unless nothing can be seen there. Marches the
+ * queue when it is full. @param target index in t->pixels of the pixel at (x, y) of the
+ * viewport. */
 static void sample_pixel(tile *t, int x, int y, uint32_t target)
 {
     const int samples = t->f->renderer->settings.samples;
@@ -188,7 +202,8 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
     }
 }
 
-/* Give more rays to pixels that differ from a neighbour, or to all. */
+/* Mark the pixels that differ from a neighbour, or all (settings.everywhere), as sampled, and
+ * march settings.samples rays in each: their rgb becomes the sum. */
 static void refine(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
@@ -210,6 +225,7 @@ static void refine(tile *t)
     flush_samples(t);
 }
 
+/* Write row @p y of the tile (counted in the viewport) from t->pixels to the image, as sRGB. */
 static void store_row(const tile *t, int y)
 {
     const sc_renderer *r = t->f->renderer;
@@ -233,7 +249,7 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* Is nothing visible in the tile? */
+/* Is nothing visible in the tile, by the map? Does not look at its border. */
 static bool is_empty(const tile *t)
 {
     const sc_cover *cover = &t->f->cover;
@@ -247,6 +263,7 @@ static bool is_empty(const tile *t)
     return true;
 }
 
+/* Write the background to all pixels of the tile in the image. */
 static void fill_empty(const tile *t)
 {
     const sc_viewport *viewport = t->f->viewport;
@@ -261,6 +278,7 @@ static void fill_empty(const tile *t)
     }
 }
 
+/* Draw one tile into the image. The caller has set its pixels, bounds and empty queue. */
 static void draw_tile(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
@@ -282,6 +300,8 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
+/* Worker of sc_parallel_for: draw tiles [@p begin, @p end) of the frame @p user, numbered row by
+ * row. Adds to the stats and the span of the thread in the renderer. */
 static void draw_tiles(void *user, size_t begin, size_t end, int thread)
 {
     const frame *f = user;
@@ -311,6 +331,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     span->end_s = sc_wall_s();
 }
 
+/* Convert a vector to three floats. */
 static void to_floats(sc_vec3 v, float out[3])
 {
     out[0] = (float)v.x;
@@ -318,7 +339,8 @@ static void to_floats(sc_vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* The key light stands above the viewer's left shoulder, the fill light low on the right. */
+/* Set the directions of both lights in r->march.light. The key light stands above the viewer's
+ * left shoulder, the fill light low on the right. */
 static void set_light_directions(sc_renderer *r, const sc_camera *c)
 {
     const sc_vec3 back = sc_vec3_scale(c->forward, -1);
@@ -329,7 +351,8 @@ static void set_light_directions(sc_renderer *r, const sc_camera *c)
               r->march.light.fill_direction);
 }
 
-/* Depth cueing begins and ends with what is visible. */
+/* Set the distances from the eye between which depth cueing grows: those of the sphere around
+ * what is visible. They stay as they are if that is a single point. */
 static void set_depth_cue(sc_renderer *r, const sc_camera *c)
 {
     const sc_box3 *box = &r->hull_box;
@@ -345,6 +368,7 @@ static void set_depth_cue(sc_renderer *r, const sc_camera *c)
     r->march.light.cue_far_mm = (float)(depth + radius);
 }
 
+/* Set the clip planes and how cut faces are drawn in r->march, from the scene. */
 static void set_planes(sc_renderer *r, const sc_scene *scene)
 {
     const sc_affine *to_mm = &r->volume->to_ras_mm;
@@ -382,13 +406,15 @@ void sc_renderer_spans(sc_renderer *r, sc_render_span *out)
     memset(r->spans, 0, bytes);
 }
 
+/* @p value limited to [0, @p high]. */
 static int within(int value, int high)
 {
     return value < 0 ? 0 : least(value, high);
 }
 
-/* Make the map of pixels that can show anything, or keep the last one: a rank may draw several
- * bands of one frame, one after the other. */
+/* Set f->cover to the map of pixels that can show anything; it is made anew only if scene or
+ * viewport differ from the last ones: a rank may draw several bands of one frame, one after the
+ * other. */
 static void cover_view(frame *f)
 {
     sc_renderer *r = f->renderer;

@@ -5,7 +5,8 @@
 
 #include "segcast/render.h"
 
-/* What the ray through the middle of a pixel has seen, and the colour the pixel gets. */
+/* What the ray through the middle of a pixel has seen, and the colour the pixel gets. Colours
+ * are linear; normal, label and signature are those of sc_radiance. */
 typedef struct sc_pixel_state {
     float rgb[3];  /* linear, composited over the background */
     float tone[3]; /* square root of rgb: differences of it are nearly those the eye sees */
@@ -16,7 +17,7 @@ typedef struct sc_pixel_state {
         sampled; /* rgb is the sum over the rays of the pixel of what each adds to the background */
 } sc_pixel_state;
 
-/* Middle, in voxels, of a block of bricks that holds something visible. */
+/* Middle, in voxel coordinates, of a block of bricks that holds something visible. */
 typedef struct sc_block {
     float x, y, z;
 } sc_block;
@@ -29,34 +30,36 @@ enum {
 };
 typedef struct sc_cover {
     int columns, rows, shift; /* squares of 2^shift pixels */
-    const uint8_t *squares;   /* [rows][columns], 1 where something may be seen */
+    const uint8_t *squares;   /* [rows][columns], 1 where something may be seen; borrowed */
 } sc_cover;
 
+/* Owns what its pointers point to, except the volume and the kernel. */
 struct sc_renderer {
     sc_render_settings settings;
-    const sc_prepared *volume;
-    const sc_kernel *kernel;
-    sc_march march;
-    sc_march_tissue *tissues;
-    uint64_t *visible;
-    uint8_t *distances;
-    sc_cells cells;
-    sc_occlusion occlusion;
-    sc_block *blocks; /* [block_count] */
+    const sc_prepared *volume; /* borrowed */
+    const sc_kernel *kernel;   /* of the constant table */
+    sc_march march; /* points to the members below; light directions, depth cue and clip planes are
+                       set for each view */
+    sc_march_tissue *tissues; /* [label_count] */
+    uint64_t *visible;        /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
+    uint8_t *distances;       /* SC_SKIP_LEAP only, else NULL */
+    sc_cells cells;           /* smooth and SC_SKIP_LEAP only, else empty */
+    sc_occlusion occlusion;   /* empty if the light does without */
+    sc_block *blocks;         /* [block_count] */
     size_t block_count;
     bool covers_all; /* the map is of no use: any pixel may show something; see decide_cover() */
     uint8_t *cover;  /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     sc_cover last_cover; /* the map in that room, which the bands of one frame share ... */
     sc_scene last_scene; /* ... and what it is a map of */
     sc_viewport last_viewport;
-    sc_vec3 *hull;
+    sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
-    sc_box3 hull_box; /* in mm */
-    sc_affine to_voxel;
-    sc_box3 box;       /* in voxels: the box that rays are marched within */
-    sc_vec3 middle_mm; /* middle and radius of the sphere around the volume */
+    sc_box3 hull_box;   /* in mm */
+    sc_affine to_voxel; /* from RAS mm to voxel coordinates */
+    sc_box3 box;        /* in voxels: the box that rays are marched within */
+    sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
     double radius_mm;
-    sc_srgb_table srgb;
+    sc_srgb_table srgb;     /* from linear light to levels of a pixel */
     float background[3];    /* linear */
     uint8_t empty[3];       /* the background as a pixel, sRGB */
     sc_render_stats *stats; /* [threads], of the present frame */
@@ -69,27 +72,32 @@ struct sc_renderer {
 typedef struct sc_lens {
     const sc_renderer *renderer;
     const sc_scene *scene;
-    double px_scale; /* from pixels to the unit of sc_camera.half_height */
-    double middle_px[2];
-    double shift;  /* from voxels to the coordinates of sc_ray.origin */
+    double px_scale;     /* from pixels to the unit of sc_camera.half_height */
+    double middle_px[2]; /* of the viewport */
+    double shift;        /* from voxels to the coordinates of sc_ray.origin */
     bool from_eye; /* rays begin at the eye; else where they enter the sphere around the volume */
     sc_vec3 eye, forward, right, up;
 } sc_lens;
 
+/* Fill in the lens of one view. Renderer and scene stay borrowed as long as it is used, the
+ * viewport does not. */
 void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
                   const sc_viewport *viewport);
-/* Make the ray through a point of the viewport, in pixels from its upper left corner. @return false
- * if no part of it is kept within the sphere around the volume. */
+/* Fill in *@p ray for a point of the viewport, in pixels from its upper left corner: origin,
+ * direction and the parts that each clip set keeps. @return false if no part of it is kept
+ * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
 
-/* Find the blocks that hold something visible, from the masks. */
+/* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks, which
+ * the renderer owns, and r->block_count. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
-/* Make the map of a view. @param squares room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed by
- * the map. */
+/* Make the map of a view from r->blocks; all of it is set where r->covers_all. @param squares
+ * room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed by the map. */
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    const sc_viewport *viewport, uint8_t *squares);
 
-/* Can the pixel show anything? */
+/* Can a pixel show anything? It is one of the viewport, or of a border as wide as a square
+ * around it. */
 static inline bool sc_is_covered(const sc_cover *cover, int x_px, int y_px)
 {
     return cover

@@ -25,9 +25,9 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
     };
 }
 
-/* Fill in the parts of the ray that each clip set keeps between @p begin and @p end, in mm from the
- * eye.
- * @param base distance of the ray's origin from the eye. @return false if nothing is kept. */
+/* Fill in clip_sets, part_count and parts of the ray: what each clip set keeps between @p begin
+ * and @p end, in mm from the eye. @param eye and direction in RAS mm. @param base distance of
+ * the ray's origin from the eye. @return false if nothing is kept. */
 static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, double begin,
                        double end, double base, sc_ray *ray)
 {

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-/* The smallest spacing. */
+/* The length of a voxel: the smallest spacing, in mm. */
 static double voxel_length_mm(const sc_prepared *volume)
 {
     double least = HUGE_VAL;
@@ -14,15 +14,17 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-/* Alpha of one crossing or sample. Opacity is given per crossing of a smooth surface, but per voxel
- * length for the voxel surface, which takes samples step_voxels apart. */
+/* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
+ * smooth surface, but per voxel length for the voxel surface, which takes samples step_voxels
+ * apart. */
 static float alpha_of(const sc_render_settings *s, double opacity)
 {
     return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
                                            : (float)(1 - pow(1 - opacity, s->step_voxels));
 }
 
-/* How a tissue takes part in the picture (SC_SHOW_*). The smooth surface has no interior. */
+/* How a tissue takes part in the picture: SC_SHOW_* bits, 0 if it is not visible. The smooth
+ * surface has no interior. */
 static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
 {
     const bool interior = tissue->interior_opacity > 0 && s->surface == SC_SURFACE_VOXEL;
@@ -33,6 +35,8 @@ static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
                      (interior ? SC_SHOW_INTERIOR : 0));
 }
 
+/* Set r->tissues from @p tissues, and for each label (dense id) what of it is shown in @p show
+ * and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
 static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity)
 {
     const sc_render_settings *s = &r->settings;
@@ -53,6 +57,8 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
     }
 }
 
+/* Set r->march.thickness_alpha, by automatic opacity from the thinnest to the thickest of the
+ * tissues; to be called after fill_march, which clears it. */
 static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
 {
     double thinnest, thickest;
@@ -66,10 +72,10 @@ static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
     }
 }
 
-/* The box that rays are marched within: for SC_SKIP_NONE the whole volume, else the bounding box of
- * what is visible. It is a voxel wider than the last cell that matters, so that it ends within none
- * of these.
- */
+/* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are
+ * marched within: for SC_SKIP_NONE the whole volume, else the bounding box of what is visible.
+ * That is a voxel wider than the last cell that matters, so that it ends within none of these.
+ * r->tissues has been filled. */
 static void fill_boxes(sc_renderer *r)
 {
     const sc_prepared *v = r->volume;
@@ -101,6 +107,8 @@ static void fill_boxes(sc_renderer *r)
     r->box = (sc_box3){{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
+/* Set all of r->march that does not change from frame to frame, from the other members of the
+ * renderer, which must be complete. */
 static void fill_march(sc_renderer *r)
 {
     const sc_render_settings *s = &r->settings;
@@ -140,11 +148,11 @@ static void fill_march(sc_renderer *r)
     }
 }
 
-/* Decide whether the map of pixels that can show anything may be used. It holds all pixels behind
- * which the masks mark something: a boundary, if boundaries are shown, for every visible tissue
- * ends somewhere. It must not be used for tissues that show only their interior, because a cut face
- * may show a part of them that is not marked; nor for SC_SKIP_NONE, which uses nothing that
- * preprocessing has found. */
+/* Set r->covers_all: true if the map of pixels that can show anything must not be used. The map
+ * holds all pixels behind which the masks mark something: a boundary, if boundaries are shown,
+ * for every visible tissue ends somewhere. It must not be used for tissues that show only their
+ * interior, because a cut face may show a part of them that is not marked; nor for SC_SKIP_NONE,
+ * which uses nothing that preprocessing has found. */
 static void decide_cover(sc_renderer *r)
 {
     r->covers_all = r->settings.skip == SC_SKIP_NONE;
@@ -152,6 +160,7 @@ static void decide_cover(sc_renderer *r)
         r->covers_all = r->covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
 }
 
+/* Set r->hull_box to the bounding box of r->hull; it is inside out if there are no points. */
 static void measure_hull(sc_renderer *r)
 {
     sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -165,8 +174,9 @@ static void measure_hull(sc_renderer *r)
     r->hull_box = (sc_box3){low, high};
 }
 
-/* The masks for the march, what is derived from them, and the hull, which is that of the visible
- * voxels for either surface. */
+/* Set the masks for the march (r->visible), what is derived from them (distances, cells), and
+ * the hull with its box, which is that of the visible voxels for either surface. @param show
+ * what of each label is shown. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
 static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
 {
     const int threads = r->settings.threads;
@@ -188,6 +198,9 @@ out:
     return status;
 }
 
+/* Allocate what depends on the settings and the number of labels: tissues, and per thread stats,
+ * spans and pixels, and room for the map. @return SC_ERR_MEMORY; sc_renderer_free frees what
+ * there is. */
 static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
 {
     const size_t threads = (size_t)r->settings.threads, side = (size_t)r->settings.tile_px + 2;
@@ -208,7 +221,9 @@ out:
     return status;
 }
 
-/* A volume that is too large for the wide kernels is marched by those of SC_SKIP_INTERIOR. */
+/* Set r->kernel. A volume that is too large for the wide kernels is marched by those of
+ * SC_SKIP_INTERIOR. @return SC_ERR_USAGE, with a message, if this processor cannot run
+ * settings.cpu. */
 static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 {
     const sc_render_settings *s = &r->settings;

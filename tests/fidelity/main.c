@@ -12,6 +12,7 @@ static const char usage[] =
     "       fidelity --write FILE.nrrd SHAPE        the voxels of a shape, for other programs\n"
     "shapes: ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n";
 
+/* The command line. mesh and write are NULL unless given. */
 typedef struct options {
     bool json;
     sc_surface surface;
@@ -19,6 +20,8 @@ typedef struct options {
     const char *mesh, *write;
 } options;
 
+/* Print a member of a JSON object, followed by a comma unless @p last; null for what was not
+ * measured. */
 static void print_value(const char *name, double value, bool last)
 {
     if (isnan(value) || value < 0)
@@ -27,6 +30,7 @@ static void print_value(const char *name, double value, bool last)
         printf("\"%s\": %.6g%s", name, value, last ? "" : ", ");
 }
 
+/* Print one element of the JSON array of shapes, preceded by a comma unless @p first. */
 static void print_json(const shape *s, const fidelity *f, bool first)
 {
     printf("%s  {\"shape\": \"%s\", ", first ? "" : ",\n", s->name);
@@ -42,6 +46,8 @@ static void print_json(const shape *s, const fidelity *f, bool first)
     printf("}");
 }
 
+/* Print @p value times @p scale as a cell of the table, with @p digits decimals; "-" for what
+ * was not measured. */
 static void print_cell(double value, int digits, double scale)
 {
     if (isnan(value) || value < 0)
@@ -50,6 +56,7 @@ static void print_cell(double value, int digits, double scale)
         printf(" %9.*f", digits, value * scale);
 }
 
+/* Print a row of the table; its columns are those of the head in main(). */
 static void print_row(const shape *s, const fidelity *f)
 {
     printf("%-10s", s->name);
@@ -64,6 +71,9 @@ static void print_row(const shape *s, const fidelity *f)
     printf("\n");
 }
 
+/* Measure the shape @p name as the options say and print its row or JSON element, or write its
+ * voxels to a file. @p first: nothing has been printed before. @return SC_ERR_USAGE for an
+ * unknown name; errors of measuring, with a message. */
 static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, bool first)
 {
     const shape *known = shape_find(name);
@@ -99,6 +109,8 @@ out:
     return status;
 }
 
+/* Read the options of the command line; the shapes that follow start at optind. @return false if
+ * they are wrong, or --mesh or --write comes with other than one shape. */
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'},

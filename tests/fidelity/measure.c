@@ -42,6 +42,7 @@ void errors_add(errors *e, double position, double angle_deg)
     e->angle[e->count++] = angle_deg;
 }
 
+/* Order of two doubles, for qsort. */
 static int compare(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -71,7 +72,7 @@ void errors_finish(errors *e, fidelity *out)
     *e = (errors){0};
 }
 
-/* A prepared shape, and everything else that rays need. */
+/* A prepared shape, and everything else that rays need. Pointers are borrowed. */
 typedef struct stage {
     const shape *s;
     sc_prepared volume;
@@ -82,7 +83,8 @@ typedef struct stage {
     sc_vec3 middle_mm;
 } stage;
 
-/* Make a ray; one that misses the volume has no parts. */
+/* Fill in a ray from @p eye along the unit vector @p direction, both in RAS mm; one that misses
+ * the volume has no parts. */
 static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ray)
 {
     const double shift = st->kernel->surface == SC_SURFACE_VOXEL ? 1.5 : 1;
@@ -105,6 +107,7 @@ static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ra
     ray->parts[0][0].cap_plane = -1;
 }
 
+/* A random unit vector, uniformly distributed over the sphere (Archimedes). */
 static sc_vec3 random_direction(uint64_t *seed)
 {
     const double z = 2 * random_of(seed) - 1, angle = 2 * M_PI * random_of(seed);
@@ -147,6 +150,9 @@ static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 nor
     return false;
 }
 
+/* Add the errors of what a ray from @p eye has met (@p light) to @p e: the distance of the hit
+ * from the true surface, and the angle between the normals. Rays without a hit, and points of
+ * the phantom that are undetermined, are passed over. */
 static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
                     errors *e)
 {
@@ -165,7 +171,8 @@ static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_ra
     errors_add(e, distance, acos(cosine) * 180 / M_PI);
 }
 
-/* Errors of positions and normals, by rays in random directions through a ball around the shape. */
+/* Measure errors of positions and normals, to @p out (see errors_finish), by rays in random
+ * directions through a ball around the shape. */
 static void measure_hits(const stage *st, fidelity *out)
 {
     static sc_ray rays[BATCH];
@@ -209,8 +216,9 @@ static bool line_meets(const stage *st, sc_vec3 eye, sc_vec3 direction)
     return false;
 }
 
-/* Mean distance between the drawn and the true outline: the area by which they differ, divided by
- * the outline's length; with parallel rays from three sides. */
+/* Measure the mean distance between the drawn and the true outline, to out->silhouette in
+ * voxels: the area by which they differ, divided by the outline's length; with parallel rays
+ * from three sides. Not for the phantom. */
 static void measure_silhouette(const stage *st, fidelity *out)
 {
     const double px_mm = 2 * st->reach_mm / SILHOUETTE_PX;
@@ -249,6 +257,7 @@ static void measure_silhouette(const stage *st, fidelity *out)
     out->silhouette = differing / (edges * M_PI / 4) * px_mm / st->s->voxel_mm;
 }
 
+/* The label that segcast's surface model gives the point @p mm (RAS); 0 outside of the volume. */
 static int owner_at(const stage *st, sc_vec3 mm)
 {
     const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
@@ -265,8 +274,9 @@ static int owner_at(const stage *st, sc_vec3 mm)
             v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x];
 }
 
-/* Share of points with a wrong owner, and of the volume kept, by jittered points: for the owners
- * one in every block of voxels, for the volume NEAR_SAMPLES in each voxel near the surface. */
+/* Measure the share of points with a wrong owner (out->owner_errors) and of the volume kept
+ * (out->volume_kept, NaN for the phantom), by jittered points: for the owners one in every block
+ * of voxels, for the volume NEAR_SAMPLES in each voxel near the surface. */
 static void measure_owners(const stage *st, fidelity *out)
 {
     uint64_t seed = 17;
@@ -314,6 +324,8 @@ static void measure_owners(const stage *st, fidelity *out)
     out->volume_kept = inside / st->s->volume;
 }
 
+/* Fill in the stage, whose s and volume have been set: kernel, geometry, and a march with flat
+ * light. @p cells: masks of what is visible; like @p tissues, they stay borrowed. */
 static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
                       const sc_march_tissue *tissues)
 {
@@ -338,6 +350,8 @@ static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
         .light = {.flat = true}};
 }
 
+/* Measure the packed prepared volume @p block of a shape and fill in @p out. @return errors of
+ * viewing it and SC_ERR_MEMORY. */
 static sc_status measure_prepared(const sc_ctx *ctx, const shape *s, sc_surface surface,
                                   int threads, const void *block, size_t bytes, fidelity *out)
 {

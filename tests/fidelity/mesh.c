@@ -8,12 +8,15 @@
 
 enum { SAMPLES = 200000, MESH_MAX_BYTES = 1 << 30, PROPERTIES_MAX = 32 };
 
+/* A triangle mesh; owns its arrays (mesh_free). Starts as {0}. */
 typedef struct mesh {
     size_t vertex_count, triangle_count, capacity;
-    sc_vec3 *vertices, *normals;
-    uint32_t (*triangles)[3];
+    sc_vec3 *vertices;        /* [vertex_count], in mm */
+    sc_vec3 *normals;         /* [vertex_count]: 0 until finish_mesh sets them */
+    uint32_t (*triangles)[3]; /* [triangle_count], room for capacity */
 } mesh;
 
+/* Free the arrays of a mesh, also of one that was read only in part. */
 static void mesh_free(mesh *m)
 {
     free(m->vertices);
@@ -21,6 +24,8 @@ static void mesh_free(mesh *m)
     free(m->triangles);
 }
 
+/* Append a triangle of three vertices, given by index. @return SC_ERR_DATA, with a message, if
+ * one is beyond m->vertex_count; SC_ERR_MEMORY. */
 static sc_status add_triangle(const sc_ctx *ctx, mesh *m, uint32_t a, uint32_t b, uint32_t c)
 {
     if (a >= m->vertex_count || b >= m->vertex_count || c >= m->vertex_count)
@@ -39,12 +44,14 @@ static sc_status add_triangle(const sc_ctx *ctx, mesh *m, uint32_t a, uint32_t b
     return SC_OK;
 }
 
-/* A PLY file being read: the position in it, and how its numbers are written. */
+/* A PLY file being read: the position in its data, which is borrowed and ends with a 0, and how
+ * its numbers are written. */
 typedef struct ply {
     const char *at, *end;
     bool ascii;
 } ply;
 
+/* Bytes of a number of a PLY type; 0 for a type that does not exist. */
 static size_t bytes_of(const char *type)
 {
     static const struct {
@@ -62,6 +69,9 @@ static size_t bytes_of(const char *type)
     return 0;
 }
 
+/* Read the next number, of a PLY type (which only binary files depend on), to @p out and go on
+ * behind it. Integers are taken as unsigned. @return false, with the position unchanged, at the
+ * end, for a type unknown, or for what is no number. */
 static bool next_number(ply *p, const char *type, double *out)
 {
     const size_t bytes = bytes_of(type);
@@ -94,6 +104,8 @@ static bool next_number(ply *p, const char *type, double *out)
     return true;
 }
 
+/* What the header of a PLY file says: how many vertices and faces there are, the properties of a
+ * vertex in order, and the types of a face's list. */
 typedef struct ply_header {
     size_t vertices, faces;
     char names[PROPERTIES_MAX][32], types[PROPERTIES_MAX][16];
@@ -101,6 +113,9 @@ typedef struct ply_header {
     char count_type[16], index_type[16];
 } ply_header;
 
+/* Read the header up to the line end_header into @p h, which has been cleared, leaving @p p
+ * behind it with p->ascii set. Lines it does not know are ignored. @return SC_ERR_DATA, with a
+ * message. */
 static sc_status read_ply_header(const sc_ctx *ctx, ply *p, ply_header *h)
 {
     bool in_vertex = false;
@@ -140,6 +155,9 @@ static sc_status read_ply_header(const sc_ctx *ctx, ply *p, ply_header *h)
     return sc_fail(ctx, SC_ERR_DATA, "line %d: the header does not end", line_number);
 }
 
+/* Read vertices and faces of a PLY file into @p m, which is {0}; faces of more than three
+ * corners become fans of triangles. The caller frees the mesh, also on failure. @return
+ * SC_ERR_DATA, SC_ERR_MEMORY, with a message. */
 static sc_status read_ply(const sc_ctx *ctx, ply p, mesh *m)
 {
     ply_header h = {0};
@@ -185,8 +203,10 @@ static sc_status read_ply(const sc_ctx *ctx, ply p, mesh *m)
     return status;
 }
 
+/* The vertices that compare_corners compares: qsort passes no argument of ours. */
 static const sc_vec3 *sort_vertices;
 
+/* Order of two indices of vertices by the bytes of these; 0 for equal positions. */
 static int compare_corners(const void *a, const void *b)
 {
     const sc_vec3 *x = &sort_vertices[*(const uint32_t *)a];
@@ -195,7 +215,9 @@ static int compare_corners(const void *a, const void *b)
     return memcmp(x, y, sizeof *x);
 }
 
-/* STL repeats the corners of every triangle: equal ones become one vertex. */
+/* Read a binary STL file into @p m, which is {0}. STL repeats the corners of every triangle:
+ * equal ones become one vertex. The caller frees the mesh, also on failure. @return SC_ERR_DATA,
+ * SC_ERR_MEMORY, with a message. */
 static sc_status read_stl(const sc_ctx *ctx, const char *data, size_t bytes, mesh *m)
 {
     uint32_t triangles = 0, *order, *vertex_of;
@@ -234,8 +256,9 @@ out:
     return status;
 }
 
-/* Vertex normals are the mean of the triangles around, weighted by area. @return the enclosed
- * volume, by the divergence theorem. */
+/* Set the normals of the vertices (the mean of the triangles around, weighted by area; not of
+ * unit length) and @p areas [triangle_count], the area of all triangles up to each one. @return
+ * the enclosed volume, by the divergence theorem; negative if the triangles are turned inside. */
 static double finish_mesh(mesh *m, double *areas)
 {
     double volume = 0, sum = 0;
@@ -254,6 +277,8 @@ static double finish_mesh(mesh *m, double *areas)
     return volume;
 }
 
+/* Add the errors of SAMPLES points, spread evenly over the area of the mesh, to @p e. @param
+ * areas of finish_mesh. @param sign 1, or -1 if the normals of the mesh point inward. */
 static void sample_mesh(const shape *s, const mesh *m, const double *areas, double sign, errors *e)
 {
     uint64_t seed = 23;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The table of shapes, and the exact distances to their surfaces. */
 #include "fidelity.h"
 
 #include <string.h>
@@ -34,8 +35,8 @@ const shape *shape_find(const char *name)
     return NULL;
 }
 
-/* Shapes are tilted about all axes and off the grid, so that no symmetry makes errors look small.
- */
+/* Turn a vector from the axes of a shape to those of its volume (@p sign 1) or back (-1). Shapes
+ * are tilted about all axes and off the grid, so that no symmetry makes errors look small. */
 static sc_vec3 tilt(sc_vec3 v, double sign)
 {
     const sc_vec3 axis = sc_vec3_unit((sc_vec3){0.43, -0.61, 0.37});
@@ -43,12 +44,14 @@ static sc_vec3 tilt(sc_vec3 v, double sign)
     return sc_vec3_rotate(v, axis, sign * 0.83);
 }
 
+/* The middle of a shape, in mm. */
 static sc_vec3 middle_of(const shape *s)
 {
     return (sc_vec3){s->size[0] / 2 - 0.7, s->size[1] / 2 + 0.13, s->size[2] / 2 - 0.29};
 }
 
-/* Distance to an ellipsoid: the foot point by Newton's method on the multiplier t of
+/* Signed distance of @p p, in the axes of the shape, to the ellipsoid, negative inside, and its
+ * outward unit normal to @p normal: the foot point by Newton's method on the multiplier t of
  * foot = p a^2 / (a^2 + t). */
 static double ellipsoid(sc_vec3 p, sc_vec3 *normal)
 {
@@ -74,6 +77,8 @@ static double ellipsoid(sc_vec3 p, sc_vec3 *normal)
     return sc_vec3_dot(sc_vec3_sub(p, (sc_vec3){foot[0], foot[1], foot[2]}), *normal);
 }
 
+/* Signed distance of @p p, in the axes of the shape, to a torus whose tube has the given radius,
+ * negative inside, and its outward unit normal to @p normal. */
 static double torus(double radius, sc_vec3 p, sc_vec3 *normal)
 {
     const double across = hypot(p.x, p.y);
@@ -129,6 +134,8 @@ sc_vec3 shape_middle(const shape *s, double u)
     return sc_vec3_add(tilt(p, 1), middle_of(s));
 }
 
+/* Worker of sc_parallel_for: set the labels of layers [@p begin, @p end) along z. @p user: two
+ * pointers, to the volume and to the shape. */
 static void fill_layers(void *user, size_t begin, size_t end, int thread)
 {
     sc_volume *v = ((void **)user)[0];

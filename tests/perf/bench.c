@@ -23,6 +23,7 @@
 
 enum { LIST_MAX = 8, TURN = 36, FAT = 11 };
 
+/* The values given for one key of the command line; text is cut at its commas into values. */
 typedef struct list {
     const char *key;
     char text[200];
@@ -39,12 +40,13 @@ static list lists[KEYS] = {
     {.key = "threads", .text = "1"},     {.key = "samples", .text = "1"},
     {.key = "frames", .text = "3"},      {.key = "repeat", .text = "3"}};
 
+/* A prepared volume, and the tissues with which it was last drawn. */
 typedef struct prepared_set {
-    void *block;
-    sc_prepared view;
+    void *block;      /* owned: sc_free */
+    sc_prepared view; /* of the block */
     sc_tissue tissues[SC_LABELS_MAX];
-    double cpu_s;
-    bool opaque;
+    double cpu_s; /* that preparing took */
+    bool opaque;  /* prepared for layers=opaque; else for all */
 } prepared_set;
 
 /* One combination of values, and what was measured of it. */
@@ -53,18 +55,20 @@ typedef struct entry {
     sc_renderer *renderer;
     sc_timeline timeline;
     sc_image image;
-    double cpu_s, wall_s;
-    sc_march_counters counters;
+    double cpu_s, wall_s;       /* a frame, the least of all repetitions */
+    sc_march_counters counters; /* of all frames of the last repetition */
 } entry;
 
 static const sc_ctx ctx = {.level = SC_LOG_WARN};
 
+/* End the program with exit code 1 if a call has failed; the library has written why. */
 static void must(sc_status status)
 {
     if (status != SC_OK)
         exit(1);
 }
 
+/* CPU seconds that all threads of the process have used so far. */
 static double process_cpu_s(void)
 {
     struct rusage r;
@@ -74,9 +78,9 @@ static double process_cpu_s(void)
            1e-6 * (double)(r.ru_utime.tv_usec + r.ru_stime.tv_usec);
 }
 
-/* The colours and opacities of the programs that segcast is compared with: of one crossing
- * (smooth), or as they have them for volumes, which draw a boundary two voxel lengths thick
- * (voxel). */
+/* The colour and opacity that the programs segcast is compared with give label @p value (13 and
+ * more: those of 12): the opacity of one crossing (smooth), or as they have it for volumes,
+ * which draw a boundary two voxel lengths thick (@p voxel). Fat is hidden if @p opaque. */
 static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
 {
     static const float rgb[13][3] = {{0},
@@ -101,6 +105,7 @@ static sc_tissue peers_tissue(uint32_t value, bool opaque, bool voxel)
     return t;
 }
 
+/* Set p->tissues: those of the peers, or by the rules of the heart, opaque or by thickness. */
 static void set_tissues(prepared_set *p, bool peers, bool voxel)
 {
     const sc_tissue_rule solid = {.pattern = "*", .has_opacity = true, .opacity = 1};
@@ -115,8 +120,9 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
         p->tissues[id] = peers_tissue((uint32_t)p->view.labels[id].value, p->opaque, voxel);
 }
 
-/* Prepare a volume as a job would: hidden tissues are background, and thickness is measured only
- * where opacity follows it. */
+/* Read and prepare a volume as a job would, to @p out: hidden tissues are background, and
+ * thickness is measured only where opacity follows it. Ends the program on failure. The caller
+ * frees out->block. */
 static void prepare(const char *path, bool peers, bool opaque, prepared_set *out)
 {
     sc_prepare_settings settings = {.smooth = 1, .threads = atoi(lists[THREADS].values[0])};
@@ -143,6 +149,7 @@ static void prepare(const char *path, bool peers, bool opaque, prepared_set *out
     sc_volume_clear(&volume);
 }
 
+/* The camera of the peers at frame @p frame of a turn around the middle of the heart. */
 static sc_camera peers_camera(int frame)
 {
     const sc_vec3 middle = {234, 162, 243};
@@ -153,6 +160,7 @@ static sc_camera peers_camera(int frame)
     return sc_camera_look(eye, middle, (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, tan(0.2617993877991494));
 }
 
+/* Draw a frame of the turn into e->image, and add to e->counters. */
 static void draw(entry *e, int frame)
 {
     sc_scene scene = sc_timeline_scene(&e->timeline, frame);
@@ -178,6 +186,9 @@ static sc_lighting default_light(void)
     return light;
 }
 
+/* Make the renderer, image and timeline of an entry whose values have been set, and draw a first
+ * frame, which is not measured. Ends the program on failure. The caller frees renderer and
+ * image; both borrow @p p. */
 static void start(entry *e, prepared_set *p)
 {
     const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
@@ -220,6 +231,8 @@ static void start(entry *e, prepared_set *p)
     draw(e, 0);
 }
 
+/* Draw the frames of one repetition; keep the counters, and the times of a frame if they are the
+ * least so far. */
 static void measure(entry *e)
 {
     const int frames = atoi(e->value[FRAMES]);
@@ -235,6 +248,7 @@ static void measure(entry *e)
     e->wall_s = wall < e->wall_s ? wall : e->wall_s;
 }
 
+/* Print one line of KEY=VALUE with what was measured of an entry. */
 static void report(const entry *e, const prepared_set *p)
 {
     const double frames = atoi(e->value[FRAMES]);
@@ -253,6 +267,7 @@ static void report(const entry *e, const prepared_set *p)
     fflush(stdout);
 }
 
+/* Cut l->text at its commas into l->values; values beyond LIST_MAX are dropped. */
 static void split(list *l)
 {
     l->count = 0;
@@ -260,7 +275,8 @@ static void split(list *l)
         l->values[l->count++] = at;
 }
 
-/* Combination number @p n of the values of all lists except the layers, which are given. */
+/* Clear @p e and set its values to combination number @p n of the values of all lists except the
+ * layers, which are given. The texts stay borrowed. */
 static void combine(int n, const char *layers, entry *e)
 {
     *e = (entry){0};
@@ -274,6 +290,8 @@ static void combine(int n, const char *layers, entry *e)
     }
 }
 
+/* Prepare the volume for one value of layers, measure all combinations of the other keys with it
+ * and print a line for each. Ends the program if there are more than 128. */
 static void bench_layers(const char *path, const char *layers)
 {
     static entry entries[128];
@@ -302,6 +320,8 @@ static void bench_layers(const char *path, const char *layers)
     free(p);
 }
 
+/* Store KEY=VALUE,... in the list of its key; a text too long for it is cut. @return false if it
+ * is none, or the key is unknown. */
 static bool parse_argument(const char *argument)
 {
     for (int key = 0; key < KEYS; key++) {

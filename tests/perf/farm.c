@@ -19,20 +19,24 @@ enum { WIDTH_PX = 320, HEIGHT_PX = 180 };
 
 /* ---- a communicator whose worker ranks are simulated ---- */
 
+/* Rank 0 of a communicator whose other ranks are simulated. The farm sees only base. */
 typedef struct sim_comm {
     sc_comm base;
-    double draw_s; /* of a frame on a worker rank */
-    events mail;
-    uint8_t *pixels;
+    double draw_s;   /* of a frame on a worker rank */
+    events mail;     /* what the simulated ranks will send, and when */
+    uint8_t *pixels; /* of a frame: [HEIGHT_PX][WIDTH_PX][3], the same for all */
 } sim_comm;
 
+/* All simulated ranks agree with rank 0. */
 static sc_status sim_agree(sc_comm *comm, sc_status mine)
 {
     (void)comm;
     return mine;
 }
 
-/* When the work unit is drawn, its result arrives, and the rank asks for the next. */
+/* Take a work unit that rank 0 hands to rank @p target: when it is drawn, draw_s from now, its
+ * result arrives, and the rank asks for the next. A unit of kind SC_UNIT_NONE is answered at
+ * once with a farewell. */
 static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_t bytes)
 {
     sim_comm *c = (sim_comm *)comm;
@@ -49,6 +53,7 @@ static void sim_post(sc_comm *comm, int target, int tag, const void *data, size_
     push_event(&c->mail, (event){now_s + c->draw_s, target, SC_TAG_READY, unit});
 }
 
+/* Messages are delivered at once: none is ever pending. */
 static int sim_pending(sc_comm *comm)
 {
     (void)comm;
@@ -60,6 +65,8 @@ static void sim_flush(sc_comm *comm)
     (void)comm;
 }
 
+/* Describe the earliest message in @p out, if it is due by now; it stays until sim_receive
+ * fetches it. */
 static bool sim_poll(sc_comm *comm, sc_message *out)
 {
     const sim_comm *c = (const sim_comm *)comm;
@@ -73,6 +80,8 @@ static bool sim_poll(sc_comm *comm, sc_message *out)
     return true;
 }
 
+/* Fetch the message that sim_poll has described and write its contents, message->bytes, to @p
+ * data: a result with its pixels, or zeros. */
 static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
 {
     sim_comm *c = (sim_comm *)comm;
@@ -87,7 +96,8 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
     memcpy((char *)data + sizeof done, c->pixels, message->bytes - sizeof done);
 }
 
-/* Worker ranks are on other nodes: their pixels arrive as messages. */
+/* Worker ranks are on other nodes: no memory is shared with them, so that their pixels arrive as
+ * messages. */
 static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
 {
     (void)comm;
@@ -106,12 +116,14 @@ static const sc_comm_ops sim_ops = {.agree = sim_agree,
 
 /* ---- the farm ---- */
 
+/* What the callbacks of the farm get as user. */
 typedef struct load {
-    double draw_s;
-    int accepted;
-    volatile sig_atomic_t stop;
+    double draw_s;              /* that drawing a frame takes; 0: no time */
+    int accepted;               /* frames that have reached rank 0 */
+    volatile sig_atomic_t stop; /* for the farm; never set */
 } load;
 
+/* Draw nothing: sleep as long as drawing would take. See sc_farm.draw. */
 static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result)
 {
@@ -127,6 +139,7 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     return SC_OK;
 }
 
+/* Count the frame. See sc_farm.accept_frame. */
 static sc_status accept_frame(void *user, const sc_frame_result *result, const sc_image *image)
 {
     (void)result;
@@ -135,6 +148,8 @@ static sc_status accept_frame(void *user, const sc_frame_result *result, const s
     return SC_OK;
 }
 
+/* Run a farm of @p frames frames over @p comm and print on rank 0 what it took. @return an exit
+ * code: 1 if the farm failed or rank 0 has not got all frames. */
 static int run(sc_comm *comm, load *l, int frames)
 {
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
@@ -162,6 +177,8 @@ static int run(sc_comm *comm, load *l, int frames)
     return status == SC_OK && (sc_comm_rank(comm) > 0 || l->accepted == frames) ? 0 : 1;
 }
 
+/* Run the farm on rank 0 alone with simulated worker ranks that together finish @p rate frames a
+ * second. @return an exit code. */
 static int simulate(int workers, double rate, int frames)
 {
     load l = {.draw_s = workers / rate};

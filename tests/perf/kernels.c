@@ -30,7 +30,8 @@ typedef struct stage {
     sc_march march;
 } stage;
 
-/* Balls and walls in much empty space, a grid of single voxels, and noise in a corner. */
+/* The dense id of the voxel at (x, y, z): balls and walls in much empty space, a grid of single
+ * voxels, and noise in a corner. */
 static int scenery(double x, double y, double z)
 {
     const double a = (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 24) * (z - 24);
@@ -50,6 +51,9 @@ static int scenery(double x, double y, double z)
     return (int)x % 8 == 3 && (int)y % 8 == 3 && z > 40 ? 6 : 0;
 }
 
+/* Make and prepare the volume, with one tissue hidden and one in a second clip set, and
+ * everything that kernels of the surface need, except s.march, which set_march sets once the
+ * stage has its final address. The caller frees volume, block, masks, distances and cells. */
 static stage make_stage(sc_surface surface, int label_bytes)
 {
     const double spacing[3] = {1, 1.2, 0.9};
@@ -80,6 +84,7 @@ static stage make_stage(sc_surface surface, int label_bytes)
     return s;
 }
 
+/* Fill in s->march, which points into the stage. */
 static void set_march(stage *s)
 {
     const sc_prepared *v = &s->prepared.view;
@@ -109,6 +114,7 @@ static void set_march(stage *s)
                   .cue_rgb = {1, 1, 1}}};
 }
 
+/* One of @p count values at random. */
 static double pick(uint64_t *seed, const double *values, int count)
 {
     return values[(random_bits(seed) >> 33) % (uint64_t)count];
@@ -122,8 +128,9 @@ static double least_component(uint64_t *seed)
     return pick(seed, values, SC_COUNT_OF(values));
 }
 
-/* Origin and direction of a ray, in grid coordinates. @p kind: 1 to 4: special directions that
- * random ones never have; else random. */
+/* Origin and direction of a random ray, in grid coordinates, to @p from and @p along, which is
+ * not of unit length. @p kind: 1 to 4: special directions that random ones never have; else
+ * random. */
 static void aim(uint64_t *seed, int kind, double from[3], double along[3])
 {
     static const double small[] = {-3, -2, -1, 0, 1, 2, 3};
@@ -154,7 +161,8 @@ static void aim(uint64_t *seed, int kind, double from[3], double along[3])
         along[2] = -1;
 }
 
-/* The stretch of the ray within the volume and a voxel around it, from its origin on. */
+/* The stretch of the ray within the volume and a voxel around it, from its origin on, to @p
+ * begin and @p end (in lengths of @p along). @return false if there is none. */
 static bool within(const double from[3], const double along[3], double *begin, double *end)
 {
     const sc_box3 box = {{-1.5, -1.5, -1.5}, {size[0] + 2.5, size[1] + 2.5, size[2] + 2.5}};
@@ -165,6 +173,8 @@ static bool within(const double from[3], const double along[3], double *begin, d
                              (sc_vec3){along[0], along[1], along[2]}, begin, end);
 }
 
+/* Fill in a part of a ray from @p begin to @p end, in mm, without a cut face; @p step: between
+ * samples, in mm. */
 static void set_part(sc_ray_part *part, double begin, double end, double step)
 {
     *part = (sc_ray_part){.begin_mm = (float)begin,
@@ -174,7 +184,9 @@ static void set_part(sc_ray_part *part, double begin, double end, double step)
                           .cap_plane = -1};
 }
 
-static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
+/* A random ray that meets the volume, with one or two clip sets and parts of several kinds.
+ * @param seed advanced. @param step_mm distance between samples. */
+static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step_mm)
 {
     const int kind = (int)((random_bits(seed) >> 33) % 6);
     const double shift = surface == SC_SURFACE_VOXEL ? 0.5 : 0;
@@ -195,20 +207,20 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
         ray.direction[i] = (float)along[i];
         ray.toward_eye[i] = (float)-along[i];
     }
-    set_part(&ray.parts[0][0], begin, end, step);
+    set_part(&ray.parts[0][0], begin, end, step_mm);
     switch ((random_bits(seed) >> 33) % 8) {
     case 0: /* an empty part */
-        set_part(&ray.parts[0][0], begin, begin, step);
+        set_part(&ray.parts[0][0], begin, begin, step_mm);
         break;
     case 1: /* two clip sets with different parts, one of them with two */
         ray.clip_sets = 2;
         ray.part_count[1] = 2;
-        set_part(&ray.parts[0][0], begin, begin + 0.6 * (end - begin), step);
-        set_part(&ray.parts[1][0], begin, begin + 0.3 * (end - begin), step);
-        set_part(&ray.parts[1][1], begin + 0.5 * (end - begin), end, step);
+        set_part(&ray.parts[0][0], begin, begin + 0.6 * (end - begin), step_mm);
+        set_part(&ray.parts[1][0], begin, begin + 0.3 * (end - begin), step_mm);
+        set_part(&ray.parts[1][1], begin + 0.5 * (end - begin), end, step_mm);
         break;
     case 2: /* a part that begins within the volume */
-        set_part(&ray.parts[0][0], begin + 0.43 * (end - begin), end, step);
+        set_part(&ray.parts[0][0], begin + 0.43 * (end - begin), end, step_mm);
         break;
     default:
         break;
@@ -216,6 +228,7 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step)
     return ray;
 }
 
+/* Fail the test, naming the kernel and the ray, unless every byte of both results is the same. */
 static void expect_equal(const sc_kernel *kernel, const sc_ray *ray, const sc_radiance *expected,
                          const sc_radiance *found)
 {
@@ -230,7 +243,8 @@ static void expect_equal(const sc_kernel *kernel, const sc_ray *ray, const sc_ra
              expected->depth_mm, expected->transmittance);
 }
 
-/* @return how many kernels there are for a surface and a label width, the plain march first. */
+/* Find the kernels for a surface and the label width of a volume that this processor can run, to
+ * @p out, the plain march (SC_SKIP_NONE) first. @return how many. */
 static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kernel *out[8])
 {
     int count = 0;
@@ -244,6 +258,9 @@ static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kerne
     return count;
 }
 
+/* March @p rays random rays (rounded up to whole batches) with every kernel of a surface and
+ * label width; fail unless all results and contributions equal those of the plain march. Prints
+ * the time of each. */
 static void compare(sc_surface surface, int label_bytes, long rays)
 {
     static sc_ray batch[BATCH];
