@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to the fidelity tool: closed shapes whose surface is known exactly, and what is measured
- * of surfaces drawn from their voxels. */
+/* Private to the fidelity tool: closed shapes whose surface is known exactly, and measurements of
+ * the surfaces that are drawn from their voxels. */
 #ifndef SC_FIDELITY_H
 #define SC_FIDELITY_H
 
@@ -37,14 +37,14 @@ sc_vec3 shape_middle(const shape *s, double u);
  * Caller owns @p out: sc_volume_clear. @return SC_ERR_MEMORY. */
 sc_status shape_volume(const sc_ctx *ctx, const shape *s, int threads, sc_volume *out);
 
-/* What was measured. Negative values and NaN stand for what was not. */
+/* What was measured. Negative values and NaN mean: not measured. */
 typedef struct fidelity {
     double position_rms, position_95, position_max; /* voxels */
     double normal_rms;                              /* degrees */
     double volume_kept;                             /* 1: as large as the shape */
-    double owner_errors;                            /* of a million samples */
+    double owner_errors;                            /* points with a wrong owner, in a million */
     double silhouette;                              /* mean distance in voxels */
-    int gaps;                                       /* of 3600 points of the middle line */
+    int gaps; /* points outside, of 3600 on a torus's middle line */
     size_t hits;
 } fidelity;
 
@@ -70,6 +70,7 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, sc_surface surface, 
 
 /* The next 64 random bits, or number in [0, 1), of a sequence whose state is *@p seed. */
 uint64_t random_bits_of(uint64_t *seed);
-double random_of(uint64_t *seed); /* [0, 1) */
+/* @return a random number in [0, 1). */
+double random_of(uint64_t *seed);
 
 #endif

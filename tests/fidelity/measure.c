@@ -79,7 +79,7 @@ typedef struct stage {
     sc_march march;
     const sc_kernel *kernel;
     sc_affine to_voxel;
-    double reach_mm; /* radius of a ball around everything */
+    double reach_mm; /* radius of a ball around the whole volume */
     sc_vec3 middle_mm;
 } stage;
 
@@ -116,10 +116,9 @@ static sc_vec3 random_direction(uint64_t *seed)
     return (sc_vec3){across * cos(angle), across * sin(angle), z};
 }
 
-/* Is the phantom's surface at this point one that its voxels do not determine? So are faces within
+/* Is the phantom's surface not determined by its voxels at this point? That is so for faces within
  * 8 degrees of a plane of the grid (a flat face may lie anywhere within a voxel, and its steps are
- * wider than any filter), and points with an edge within two voxels or a third tissue within three.
- */
+ * wider than any filter), and near an edge (two voxels) or a third tissue (three voxels). */
 static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 normal)
 {
     const double mm = st->s->voxel_mm;

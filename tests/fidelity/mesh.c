@@ -330,7 +330,7 @@ sc_status measure_mesh(const sc_ctx *ctx, const shape *s, const char *path, fide
         SC_TRY(read_ply(ctx, (ply){.at = data, .end = data + bytes}, &m));
     else
         SC_TRY(read_stl(ctx, data, bytes, &m));
-    if (!m.triangle_count) { /* smoothed away */
+    if (!m.triangle_count) { /* smoothing has removed the whole mesh */
         out->position_rms = out->position_95 = out->position_max = out->normal_rms = NAN;
         goto out;
     }

@@ -172,7 +172,7 @@ static void draw(entry *e, int frame)
     sc_add_counters(&e->counters, &stats.counters);
 }
 
-/* The light of a job that says nothing of it. */
+/* @return the light of a job that sets none of its keys. */
 static sc_lighting default_light(void)
 {
     static const sc_setting volume = {"bench", "volume", "phantom", true};
@@ -218,7 +218,7 @@ static void start(entry *e, prepared_set *p)
 
     if (sscanf(e->value[SIZE], "%dx%d", &s.width_px, &s.height_px) != 2)
         exit(64);
-    if (peers) /* the light of those programs: 0.2 from everywhere, 0.8 from the eye */
+    if (peers) /* in those programs 0.2 of the light is ambient, and 0.8 comes from the eye */
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
     if (strcmp(e->value[SCENE], "paper") == 0)
         s.light.flat = true;
@@ -258,12 +258,12 @@ static void report(const entry *e, const prepared_set *p)
 
     for (int key = 0; key <= SAMPLES; key++)
         printf("%s=%s ", lists[key].key, e->value[key]);
-    printf("kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "
-           "rays=%.0f leaps_per_ray=%.2f looks_per_ray=%.2f layers_per_ray=%.3f\n",
-           sc_renderer_kernel(e->renderer)->name, sc_renderer_kernel(e->renderer)->cpu, e->cpu_s,
-           e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays,
-           (double)c->brick_steps / frames / rays, (double)c->cell_visits / frames / rays,
-           (double)c->contributions / frames / rays);
+    printf(
+        "kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "
+        "rays=%.0f brick_steps_per_ray=%.2f cell_visits_per_ray=%.2f contributions_per_ray=%.3f\n",
+        sc_renderer_kernel(e->renderer)->name, sc_renderer_kernel(e->renderer)->cpu, e->cpu_s,
+        e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays, (double)c->brick_steps / frames / rays,
+        (double)c->cell_visits / frames / rays, (double)c->contributions / frames / rays);
     fflush(stdout);
 }
 

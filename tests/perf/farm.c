@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How many frames a second rank 0 can hand out and collect, measured without a renderer.
+/* Measures how many frames a second rank 0 can hand out and collect, without a renderer.
  *
  *   farm_load simulate WORKERS RATE FRAMES
  *       rank 0 with simulated worker ranks that together finish RATE frames a second

@@ -120,7 +120,7 @@ static double pick(uint64_t *seed, const double *values, int count)
     return values[(random_bits(seed) >> 33) % (uint64_t)count];
 }
 
-/* A component of a direction that is zero, denormal or very small. */
+/* @return a component of a direction that is zero, denormal or very small. */
 static double least_component(uint64_t *seed)
 {
     static const double values[] = {0, -0.0, 1e-45, -1e-38, 1e-30, 1e-20, -1.1e-20, 1e-12, -1e-7};
@@ -139,17 +139,17 @@ static void aim(uint64_t *seed, int kind, double from[3], double along[3])
         from[i] = random_real(seed, -1, size[i] + 2);
         along[i] = random_real(seed, -1, 1);
     }
-    if (kind == 1 || kind == 2) { /* along an axis; in a plane of the grid */
+    if (kind == 1 || kind == 2) { /* 1: in a plane of the grid; 2: along an axis, or nearly so */
         for (int i = 0; i < kind; i++)
             along[(random_bits(seed) >> 33) % 3] = least_component(seed);
         for (int i = 0; i < 3; i++)
             from[i] = i == kind ? from[i] : floor(from[i]) + pick(seed, (double[]){0, 0.5}, 2);
-    } else if (kind == 3) { /* through edges and corners */
+    } else if (kind == 3) { /* through edges and corners of cells */
         for (int i = 0; i < 3; i++) {
             from[i] = floor(from[i]);
             along[i] = pick(seed, small, SC_COUNT_OF(small));
         }
-    } else if (kind == 4) { /* grazing: nearly along an axis, nearly in a plane */
+    } else if (kind == 4) { /* nearly along an axis, and nearly in a plane of the grid */
         const int axis = (int)((random_bits(seed) >> 33) % 3);
 
         for (int i = 0; i < 3; i++) {
@@ -198,7 +198,7 @@ static sc_ray make_ray(uint64_t *seed, sc_surface surface, double step_mm)
         length = sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
         for (int i = 0; i < 3; i++) {
             along[i] /= length;
-            if (kind == 5) /* from afar */
+            if (kind == 5) /* the origin lies far outside the volume */
                 from[i] -= 70 * along[i];
         }
     } while (!within(from, along, &begin, &end));

@@ -38,7 +38,7 @@ static inline double random_real(uint64_t *state, double low, double high)
     return low + (high - low) * (double)(random_bits(state) >> 11) / 9007199254740992.0;
 }
 
-/* The last message, and how many errors there were. */
+/* What a context has logged: the last message, and how many errors there were. */
 typedef struct heard {
     char text[2048];
     int errors;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The next events of simulated ranks, earliest first: a binary heap. */
+/* A queue of the next events of simulated ranks, from which the earliest is removed first (a binary
+ * heap). */
 #ifndef SC_TEST_EVENTS_H
 #define SC_TEST_EVENTS_H
 
@@ -7,12 +8,12 @@
 
 typedef struct event {
     double time_s;
-    int rank, tag; /* tag: what happens, a number of the simulation */
+    int rank, tag; /* tag: what happens; the simulation gives the number a meaning */
     sc_work_unit unit;
 } event;
 
 typedef struct events {
-    event *heap; /* from the simulation, with room for all events at a time */
+    event *heap; /* allocated by the simulation, with room for all events at a time */
     int count;
 } events;
 
@@ -25,6 +26,7 @@ static inline void push_event(events *all, event e)
     all->heap[i] = e;
 }
 
+/* Remove the earliest event; there must be one. */
 static inline event pop_event(events *all)
 {
     const event top = all->heap[0], last = all->heap[--all->count];

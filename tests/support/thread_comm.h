@@ -13,6 +13,7 @@
 
 enum { THREAD_RANKS_MAX = 8 };
 
+/* A message that was posted and is not yet received. */
 typedef struct thread_post {
     int source, tag;
     const void *data;
@@ -24,13 +25,15 @@ typedef struct thread_post {
 typedef struct thread_world {
     pthread_mutex_t lock;
     pthread_cond_t all_here;
-    int size, here, generation;
+    int size;       /* number of ranks */
+    int here;       /* ranks that have called the present collective function */
+    int generation; /* number of collective calls that all ranks have made */
     sc_status smallest, agreed;
     const void *sources[THREAD_RANKS_MAX]; /* what each rank offers in a collective call */
     void *block;                           /* of sc_shared_alloc */
     bool shares;                           /* false: sc_shared_alloc fails */
-    thread_post *inbox[THREAD_RANKS_MAX];  /* in order of arrival */
-    int pending[THREAD_RANKS_MAX];         /* posted and not yet received */
+    thread_post *inbox[THREAD_RANKS_MAX];  /* messages to each rank, in order of arrival */
+    int pending[THREAD_RANKS_MAX];         /* messages from each rank that are not yet received */
 } thread_world;
 
 typedef struct thread_comm {
@@ -209,7 +212,8 @@ static void *thread_enter(void *user)
     return NULL;
 }
 
-/* Call @p body on @p ranks threads, each with a communicator of its own; returns when all have. */
+/* Call @p body on @p ranks threads, each with a communicator of its own; returns when all threads
+ * have ended. @param shares whether sc_shared_alloc succeeds. */
 static void run_ranks(int ranks, bool shares, thread_rank_fn *body, void *user)
 {
     thread_world world = {.lock = PTHREAD_MUTEX_INITIALIZER,

@@ -9,21 +9,24 @@ enum { UNITS = 500 };
 
 /* ---- simulated ranks ---- */
 
+/* A simulated run of the farm: ranks are events in time instead of processes. The first five
+ * members are set by the test. */
 typedef struct simulation {
     sc_work work;
     sc_handout handout;
-    double (*cost_s)(int frame); /* of a whole frame on a rank of speed 1 */
+    double (*cost_s)(int frame); /* time that a rank of speed 1 needs for a whole frame */
     double (*speed)(int rank);
-    double latency_s; /* from the end of a work unit to the beginning of the next */
+    double latency_s; /* time between the end of a work unit and the beginning of the next */
     /* state */
     events events;
-    sc_work_unit *units;   /* [ranks]: present ones; SC_UNIT_NONE: the rank waits */
-    int *rows_left;        /* [frames] */
-    double *busy_s;        /* [ranks] */
-    double longest_unit_s; /* of those that belong to frames split into bands */
+    sc_work_unit *units;   /* [ranks]: the unit that the rank draws; SC_UNIT_NONE: it waits */
+    int *rows_left;        /* [frames]: rows that have not come back */
+    double *busy_s;        /* [ranks]: time spent drawing */
+    double longest_unit_s; /* longest time of a unit of a frame that is split into bands */
     double handed_s;       /* when the last work unit went out */
-    double end_s, work_s, units_done;
-    int *waiting, waiting_count;
+    double end_s;          /* when the last work unit came back */
+    double work_s, units_done;
+    int *waiting, waiting_count; /* ranks without a unit; the last one gets the next unit */
 } simulation;
 
 /* Give a rank its next work unit. @return false if it has to wait. */
@@ -47,6 +50,7 @@ static bool begin_unit(simulation *s, int rank, double now_s)
     return true;
 }
 
+/* A rank has drawn its work unit: count its rows, accept frames in order, and let the rank wait. */
 static void end_unit(simulation *s, int rank, double now_s)
 {
     const sc_work_unit *unit = &s->units[rank];
@@ -61,6 +65,8 @@ static void end_unit(simulation *s, int rank, double now_s)
     s->end_s = now_s;
 }
 
+/* Draw all frames of s->work. Allocates the state: clear_simulation. Fails unless every row comes
+ * back exactly once. */
 static void simulate(simulation *s)
 {
     const size_t ranks = (size_t)s->work.ranks;
@@ -106,7 +112,8 @@ static double same_cost(int frame)
     return 0.4;
 }
 
-/* As of a clip plane that sweeps the whole heart away: from 1.2 s down to 0.004 s. */
+/* Costs like those of a clip plane that removes the whole heart: they fall from 1.2 s to 0.004 s.
+ */
 static double falling_cost(int frame)
 {
     return frame < 900 ? 1.2 * (1 - frame / 900.0) + 0.004 : 0.004;
@@ -127,8 +134,8 @@ static double same_speed(int rank)
 
 static double mixed_speed(int rank)
 {
-    return 0.33 +
-           0.67 * (rank % 5) / 4; /* the slowest ranks draw at a third of the fastest's speed */
+    /* the slowest ranks have a third of the speed of the fastest */
+    return 0.33 + 0.67 * (rank % 5) / 4;
 }
 
 static double total_speed(const simulation *s)
@@ -149,9 +156,10 @@ static double total_cost_s(const simulation *s)
     return sum;
 }
 
-/* Every row goes out once and within the window. After the last work unit has gone out, all ranks
- * end within the time of one band. With @p falling costs 1 % of the ideal time is allowed on top: a
- * slow rank may then still draw a costly frame when the cheap ones that followed are done. */
+/* Check that every row goes out once and within the window, and that all ranks end within the time
+ * of one band after the last work unit has gone out. @param falling the costs fall, and 1 % of the
+ * ideal time is allowed on top: a slow rank may still draw a costly frame when the cheap frames
+ * that follow are done. */
 static void check_balance(int ranks, int frames, double (*cost_s)(int), double (*speed)(int),
                           bool falling)
 {
@@ -185,7 +193,8 @@ static void all_ranks_end_within_the_time_of_a_band(void **state)
         check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, false);
         check_balance(ranks[i], 12 * ranks[i], wild_cost, mixed_speed, false);
         if (ranks[i] > 100)
-            continue; /* the window cannot hold as many of these cheap frames as are finished */
+            continue; /* so many cheap frames would be finished that the window could not hold them
+                       */
         check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, same_speed, true);
         check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, mixed_speed, true);
     }

@@ -11,16 +11,19 @@
 #include <unistd.h>
 
 enum { FRAMES = 40, GOP_FRAMES = 4, GOPS = 5, WIDTH_PX = 16, HEIGHT_PX = 64, NEVER = -1 };
-/* Frames of GOPs follow those that are drawn alone. */
+/* The frames of the GOPs follow those that are drawn one by one. */
 enum { TOTAL = FRAMES + GOPS * GOP_FRAMES };
-enum { PAYLOAD_BYTES = 300000 }; /* of a GOP: many messages */
+enum { PAYLOAD_BYTES = 300000 }; /* payload of a GOP, which takes many messages */
 
+/* How the farm is run, and what came of it. */
 typedef struct scenario {
     int ranks;
     sc_partition partition;
-    bool gops, shares, spoils;
-    int fails_at;  /* frame that cannot be drawn, or NEVER */
-    int poor_rank; /* rank whose allocations fail after the first `budget` */
+    bool gops;     /* some GOPs are drawn whole */
+    bool shares;   /* ranks share frames */
+    bool spoils;   /* drawing spoils other rows */
+    int fails_at;  /* the frame that cannot be drawn, or NEVER */
+    int poor_rank; /* the rank on which only the first `budget` allocations succeed, or NEVER */
     long budget;
     volatile sig_atomic_t stop;
     bool accepted[TOTAL];
@@ -121,10 +124,10 @@ static void run_rank(sc_comm *comm, void *user)
     s->outcomes[sc_comm_rank(comm)] = sc_farm_run(&ctx, comm, &farm, &times);
 }
 
-/* @return what all ranks agree to have ended with. */
+/* Run the farm on all ranks. @return the return code, which must be the same on all ranks. */
 static sc_status run(scenario *s)
 {
-    alarm(120); /* a farm that hangs is a failure */
+    alarm(120); /* ends a farm that hangs, which makes the test fail */
     run_ranks(s->ranks, s->shares, run_rank, s);
     alarm(0);
     for (int rank = 1; rank < s->ranks; rank++)
