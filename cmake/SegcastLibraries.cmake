@@ -1,4 +1,4 @@
-# The libraries segcast stands on; each is linked by exactly one module.
+# The libraries that segcast uses. A library is linked only by the modules whose CMakeLists.txt names it.
 find_package(PkgConfig REQUIRED)
 find_package(OpenMP REQUIRED COMPONENTS C)
 find_package(Threads REQUIRED)

@@ -16,7 +16,7 @@ reader.SetFileName(source)
 reader.Update()
 image = vtkImageData()
 image.ShallowCopy(reader.GetOutput())
-image.SetOrigin(0, 0, 0)  # the shapes are measured in voxels
+image.SetOrigin(0, 0, 0)  # so that the mesh has the coordinates of the voxels, as the shapes do
 image.SetSpacing(1, 1, 1)
 image.SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, 1)
 edges = vtkDiscreteFlyingEdges3D()

@@ -1,5 +1,5 @@
-# A job array of four draws slices of one job into one directory, without locks; that which ends last
-# makes the video.
+# A job array of four tasks draws slices of one job into one directory, without locks; the task that ends
+# last makes the video.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 6
 submit --nodes=1 --ntasks=1 --cpus-per-task=1 --array=0-3 -o 'slice.%a.log' "$SOURCE/jobs/slurm/array.sbatch" job.yaml -o out

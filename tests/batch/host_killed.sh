@@ -1,5 +1,5 @@
-# A host loses its power during the run: Slurm requeues the job, which goes on on another host. (Not on
-# the same one: there PMIx fails because of the socket that the killed step has left.)
+# A host loses its power during the run: Slurm requeues the job, which continues on another host. (It cannot
+# continue on the same one, where PMIx fails because of a socket that the killed step has left.)
 HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
 make_job 12

@@ -1,4 +1,4 @@
-# The network is cut for some seconds: the run goes on afterwards, and all files are right.
+# The network is cut for some seconds: the run continues afterwards, and all files are right.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out

@@ -1,4 +1,4 @@
-# After scancel a run outside Slurm goes on with the same directory.
+# After scancel, a run outside Slurm continues in the same directory.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out

@@ -4,8 +4,8 @@
 make_job 45 # far more than the first run has time for, even if the estimate is wrong by half
 cat >late.sbatch <<S
 #!/bin/bash
-trap : USR1   # it may come a minute early, and does
-[ -n "\${SLURM_RESTART_COUNT:-}" ] || sleep 42 & wait; wait   # of the first minute little is left
+trap : USR1   # Slurm may send it up to a minute early
+[ -n "\${SLURM_RESTART_COUNT:-}" ] || sleep 42 & wait; wait   # so that little of the first minute is left for segcast
 export PATH=$PATH
 exec bash $SOURCE/jobs/slurm/requeue.sbatch job.yaml -o out
 S

@@ -60,7 +60,7 @@ printf '8 10 20 30 1 0 0 "left ventricle"\n' >hidden.txt
 "$SEGCAST" views flat.nrrd --point 1,2 -o x.png >/dev/null 2>log.txt && fail "a point of two coordinates was accepted"
 grep -q 'expected \[R, A, S\] in millimetres' log.txt || fail "a point of two coordinates: unexpected message: $(cat log.txt)"
 
-# Small things are told in small units; JSON numbers are exact.
+# Small lengths are printed in small units; numbers in JSON are exact.
 {
     printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 20 20 20\nspace: right-anterior-superior\n'
     printf 'space directions: (0.000004,0,0) (0,0.000004,0) (0,0,0.00004)\nspace origin: (-0.00000000001,0,0)\nencoding: raw\n\n'

@@ -1,5 +1,5 @@
-# What decides the pictures belongs to the identity of a job: also what follows from the names in a
-# label table, though the job file says the same as before.
+# Everything that determines the pictures belongs to the identity of a job, also what follows from the names
+# in a label table while the job file stays the same.
 "$SEGCAST" phantom --size 59x41x61 -o p.nrrd -q >/dev/null
 table() { # table NAME_OF_6 NAME_OF_8
     printf '6 %s 200 40 40 255\n8 %s 200 40 40 255\n' "$1" "$2"
@@ -29,7 +29,7 @@ changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
 changed_by_names 'aorta: {shininess: 3}' 'clip: []'
 changed_by_names 'aorta: {opacity: 1}' 'clip: [{plane: {normal: posterior, at: 50%}, except: [aorta]}]'
 
-# How a job is run does not belong to it.
+# How a job is run does not belong to its identity.
 table aorta ventricle >names.ctbl
 job 'aorta: {specular: 2}' 'clip: []'
 rm -rf out

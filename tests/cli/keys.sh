@@ -36,7 +36,7 @@ for candidate in /usr/bin/python3 python3; do
 done
 [ -n "$python" ] || skip "no Python with jsonschema and yaml to check the schema with"
 
-# validate FILE...: by a validator that is not ours; prints the files that the schema refuses
+# validate FILE...: by a JSON schema validator of another project; prints the files that the schema refuses
 "$SEGCAST" keys --schema >schema.json
 cat >validate.py <<'PY'
 import json, sys, jsonschema, yaml

@@ -1,4 +1,4 @@
-# Options: help and version everywhere, mistakes named, exit code 64.
+# Options: every command has help and version; mistakes are named, with exit code 64.
 "$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
 for word in commit compiler MPI libav; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
 "$SEGCAST" --help | grep -q 'Exit codes' || fail "no help"
@@ -31,7 +31,7 @@ expect 64 'for example 128x96x128' "$SEGCAST" phantom --size 12; one_error
 expect 66 'missing.yaml: No such file' "$SEGCAST" render missing.yaml; one_error
 expect 66 'is a directory' "$SEGCAST" info /; one_error
 
-# Without a job file: a phantom written, looked at, and turned.
+# Without a job file a phantom is written, inspected, drawn and turned.
 "$SEGCAST" phantom --size 40x30x42 -o p.nrrd -q >/dev/null
 "$SEGCAST" info p.nrrd --json | jq -e '.size == [40,30,42] and .axes == "RAS" and
     (.labels | length) == 21 and ([.labels[1:][].voxels] | min) >= 0 and

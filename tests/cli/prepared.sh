@@ -60,7 +60,7 @@ for at in 9 13 30 60 100 "$((size / 2))" "$((size - 2000))"; do
     job bad.segc >bad.yaml
     got=0
     "$SEGCAST" check bad.yaml >/dev/null 2>log.txt || got=$?
-    # behind the last section there are unused bytes, in which a change is no damage
+    # the bytes behind the last section are not used, so that a change there is no damage
     if cmp -s heart.segc bad.segc; then continue; fi
     [ "$got" = 65 ] && grep -q "bad.segc: " log.txt || fail "byte $at was changed: exit code $got, expected 65: $(cat log.txt)"
 done

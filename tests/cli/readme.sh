@@ -8,8 +8,8 @@
 #   (words in capitals, such as read_FORMAT.c, stand for a name that the reader chooses).
 documents=("$SOURCE/README.md" "$SOURCE/CONTRIBUTING.md" "$SOURCE/CHANGELOG.md" "$SOURCE"/docs/*.md)
 
-# Small pictures of a small volume. The command line goes before the environment, so a size that a
-# command gives itself stays.
+# Small pictures of a small volume, set in the environment. A size that a command sets itself is used,
+# because the command line wins over the environment.
 export SEGCAST_VOLUME=phantom:59x41x61 SEGCAST_OUTPUT_SIZE='[96, 72]' SEGCAST_ANIMATION_FRAMES=96
 export SEGCAST_OUTPUT_FPS=24
 mkdir bin
@@ -20,7 +20,7 @@ exec "$SEGCAST" "$@"
 SH
 cat >bin/have <<'SH'
 #!/usr/bin/env bash
-# have PROGRAM: is it here? mpirun is of no use to a build without MPI.
+# have PROGRAM: succeeds if the program is installed; for mpirun, if segcast is built with MPI, too.
 [ "$1" != mpirun ] || ! "$SEGCAST" --version | grep -qx 'MPI  *none' || exit 1
 command -v "$1" >/dev/null
 SH

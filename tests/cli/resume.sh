@@ -98,7 +98,7 @@ damage() { # damage HOW FILE...
         change) printf '\x55' | dd of="$file" bs=1 seek=$(($(stat -c %s "$file") / 2)) conv=notrunc status=none ;;
         empty) : >"$file" ;;
         gone) rm "$file" ;;
-        another) case $file in # an undamaged file of other frames
+        another) case $file in # an undamaged file that belongs to other frames
             *.png) cp out/frames/000003.png "$file" ;;
             *.seg) cp out/segments/000001.seg "$file" ;;
             esac ;;
@@ -109,7 +109,7 @@ for how in cut change empty gone another; do
     for what in 'segments/000000.seg' 'segments/*.part' 'frames/000002.png' manifest.jsonl; do
         stop_in_the_middle out TERM
         # shellcheck disable=SC2086
-        for _ in $(seq 20); do # if it stopped where a GOP ends, there is no partial GOP
+        for _ in $(seq 20); do # again, if the run stopped at the end of a GOP, so that there is no partial GOP
             [ -n "$(ls out/$what 2>/dev/null)" ] && break
             stop_in_the_middle out TERM
         done

@@ -42,7 +42,7 @@ while IFS= read -r -d '' path; do
     case $code in 0 | 65 | 66) ;; *) fail "$path: exit code $code, expected 0, 65 or 66" ;; esac
 done < <(find "$DATA/bad" -path '*/made' -prune -o -type f -print0)
 
-# The same voxels in different files give the same labels; a slope of 2 in the header changes them.
+# The same voxels in different formats give the same labels; a slope of 2 in the header changes them.
 values() { "$SEGCAST" info "$1" --json 2>/dev/null | jq -c '[.labels[] | [.value, .voxels]]'; }
 good=$(values "$DATA/bad/made/good.nii")
 for file in good.nii.gz good_two_gzip_members.nii.gz big_endian.nii pair.hdr good.nrrd ascii_good.nrrd \

@@ -70,7 +70,6 @@ sc_status measure_volume(const sc_ctx *ctx, const shape *s, sc_surface surface, 
 
 /* The next 64 random bits, or number in [0, 1), of a sequence whose state is *@p seed. */
 uint64_t random_bits_of(uint64_t *seed);
-/* @return a random number in [0, 1). */
 double random_of(uint64_t *seed);
 
 #endif

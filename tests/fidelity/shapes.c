@@ -114,8 +114,8 @@ int shape_owner(const shape *s, sc_vec3 p, double *border)
         *border = fabs(distance);
         return distance < 0;
     }
-    /* The phantom's distance is slow to compute: compare owners half a voxel away in 26 directions.
-     */
+    /* The distance to the phantom's surface takes long to compute: compare the owners of points
+     * half a voxel away in 26 directions instead. */
     owner = sc_phantom_owner(s->phantom, p);
     *border = HUGE_VAL;
     for (int n = 0; n < 27 && *border > 0.5; n++) {

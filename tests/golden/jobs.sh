@@ -14,7 +14,7 @@ for job in "$SOURCE"/jobs/*.yaml; do
         keep=$golden/$name-$(basename "$picture")
         [ -z "${GOLDEN_UPDATE:-}" ] || cp "$picture" "$keep"
         [ -e "$keep" ] || fail "there is no picture $keep to compare with"
-        # Decoded pixels are compared: another compiler may change the last bit of some.
+        # Pixels are compared with a tolerance: another compiler may change the last bit of some.
         "$IMAGE_DIFFERENCE" "$picture" "$keep" 255 0.5 || fail "$name: $(basename "$picture") differs from $keep"
     done
     [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: expected 5 pictures in $golden"

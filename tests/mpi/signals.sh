@@ -1,5 +1,5 @@
 # After a deadline or a signal, in one process and under mpirun, the frames that were begun are finished
-# and the exit code is 75; a second TERM ends the run at once. The next run goes on in any case.
+# and the exit code is 75; a second TERM ends the run at once. In both cases the next run continues.
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 5, video: film.mp4/; s/frames: 7/frames: 4000/' job.yaml
 name=sc_signal_$$ # to find the ranks by, under any launcher
@@ -62,7 +62,7 @@ rm -rf out
 pid=$!
 for _ in $(seq 200); do [ -e out/manifest.jsonl ] && break; sleep 0.05; done
 kill -TERM $pid
-sleep 0.02 # two at once are one
+sleep 0.02 # two signals at the same time would be delivered as one
 kill -TERM $pid
 code=0
 wait $pid || code=$?

@@ -1,12 +1,12 @@
-# Processes are killed at random moments, again and again, and each time the next run goes on. In the end
-# all files are those of an undisturbed run. SOAK_KILLS=50 makes it long (tools/soak).
+# Processes are killed at random moments, again and again, and each time the next run continues. In the end
+# all files are those of an undisturbed run. SOAK_KILLS is the number of kills (tools/soak: 50).
 kills=${SOAK_KILLS:-6}
 RANDOM=${SOAK_SEED:-1}
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [480, 360], fps: 6, frames: png, video: film.mp4/; s/frames: 7/frames: 60/' job.yaml
 begin_ms=$(($(date +%s%N) / 1000000))
 "$SEGCAST" render job.yaml -o ref -q --threads 2 >/dev/null
-whole_ms=$(($(date +%s%N) / 1000000 - begin_ms)) # of a run without accidents
+whole_ms=$(($(date +%s%N) / 1000000 - begin_ms)) # duration of an undisturbed run
 name=sc_soak_$$
 ln -s "$SEGCAST" "$name"
 trap 'pkill -KILL -x "$name" 2>/dev/null || true' EXIT
@@ -43,7 +43,7 @@ while :; do
     grep -q 'are there, and verified' stderr.txt && kept=$((kept + 1))
     ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "a run logged an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
-        rm -rf out # complete before its time: once more from the start
+        rm -rf out # the job was complete before all kills: begin again
     elif [ $code = 0 ]; then
         break
     fi

@@ -11,7 +11,7 @@ for surface in smooth voxel; do
     for kernel in none-auto "${cpus[@]/#/leap-}"; do
         settings=(--set render.surface=$surface --set "render.skip=${kernel%-*}" --set "render.cpu=${kernel#*-}" --set animation.frames=3 --set output.size=[400,300])
         name=$surface-$kernel
-        "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # not on this processor
+        "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # this processor cannot run the variant
         "$SEGCAST" render job.yaml -o "$name" -q "${settings[@]}" >/dev/null
         [ "$(hashes "$name" | wc -l)" = 3 ] || fail "$name: expected 3 frames, found $(hashes "$name" | wc -l)"
         [ "$(hashes "$name")" = "$(hashes "$name-release")" ] ||

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Properties that every picture must have, whatever the volume: mainly that it depends on the
- * anatomy, not on how the anatomy is stored. */
+/* Properties that pictures of any volume must have: above all, they depend on the anatomy, and not
+ * on how it is stored. */
 #include "check.h"
 
 #include "scenes.h"
@@ -30,9 +30,9 @@ static void expect_alike(const sc_image *a, const sc_image *b, double rms)
                  d.differing_px);
 }
 
-/* A copy of a volume stored along other axes, in which every voxel keeps its position in RAS: axis
- * i of the copy runs along axis order[i] of the original, backwards where bit i of @p flip is set.
- */
+/* @return a copy of a volume that is stored along other axes, while every voxel keeps its position
+ * in RAS. Axis i of the copy runs along axis order[i] of the original, and backwards if bit i of @p
+ * flip is set. */
 static sc_volume stored_along(const sc_volume *v, const int order[3], int flip)
 {
     sc_volume out = *v;
@@ -105,8 +105,8 @@ static void mirrored_anatomy_gives_another_picture(void **state)
     sc_image_clear(&b);
 }
 
-/* The same tissues under other numbers, their colours following: the picture stays the same. Only
- * on smooth surfaces the owner of a point may change where two labels have the same vote. */
+/* The picture stays the same if tissues get other label numbers, and the label table as well. On
+ * smooth surfaces a point where two labels have the same vote may change its owner. */
 static void relabelling_volume_and_table_together_changes_nothing(void **state)
 {
     sc_volume original = small_phantom(), renamed;
@@ -114,7 +114,7 @@ static void relabelling_volume_and_table_together_changes_nothing(void **state)
 
     (void)state;
     renamed = stored_along(&original, (const int[]){0, 1, 2}, 0);
-    for (int id = 1; id < renamed.label_count; id++) { /* the order of ids is reversed */
+    for (int id = 1; id < renamed.label_count; id++) { /* reverses the order of the ids */
         renamed.labels[renamed.label_count - id] = original.labels[id];
         renamed.labels[renamed.label_count - id].value = 1000 - 3 * id;
     }
@@ -138,9 +138,9 @@ static double difference_rms(const sc_image *a, const sc_image *b)
     return d.rms;
 }
 
-/* The spacing is taken into account: slices of twice the thickness look more like the fine volume
- * than a volume does whose voxels are twice as large along all axes, and much more than the thick
- * slices do if their voxels are taken for cubes. */
+/* Spacing matters: a volume with slices twice as thick gives a picture more like that of the fine
+ * volume than one with voxels twice as large along all axes, and much more than the thick slices
+ * would if their voxels were treated as cubes. */
 static void thick_slices_look_like_the_fine_volume(void **state)
 {
     static const int sizes[3][3] = {{120, 84, 124}, {120, 84, 62}, {60, 42, 62}};

@@ -8,7 +8,7 @@ for module in $modules; do
 done
 [ "${#floor[@]}" -gt 10 ] || fail "src/CMakeLists.txt: no list of modules was found: foreach(module ...)"
 
-# A public header that bears no module's name (phantom.h) belongs to the first module of the list
+# A public header that is not named after a module (phantom.h) belongs to the first module of the list
 # whose sources include it.
 for header in include/segcast/*.h; do
     name=$(basename "$header" .h)

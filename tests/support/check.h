@@ -53,7 +53,7 @@ static inline void hear(void *user, sc_log_level level, const char *text)
     snprintf(h->text, sizeof h->text, "%s", text);
 }
 
-/* A context whose messages go to @p h. */
+/* @return a context that keeps its messages in @p h, which is emptied. */
 static inline sc_ctx listening(heard *h)
 {
     *h = (heard){0};

@@ -1,7 +1,7 @@
 # shellcheck shell=bash
-# Shared by tests that run under a real Slurm of several virtual hosts on this machine. The script that
-# starts such a cluster is not part of the project; name it with cmake -DSC_SLURM_CLUSTER=PATH. Where
-# the tests cannot run they are skipped, and the reason is printed.
+# Shared by the tests that run under a real Slurm with several virtual hosts on this machine. The script that
+# starts such a cluster is not part of the project: cmake -DSC_SLURM_CLUSTER=PATH names it. If the tests
+# cannot run they are skipped, and the reason is printed.
 [ -x "${SLURM_CLUSTER:-}" ] || skip "no script that starts a Slurm cluster (SC_SLURM_CLUSTER)"
 [ "$(id -u)" = 0 ] || skip "starting a Slurm of virtual hosts needs root"
 unshare --mount --pid --net --ipc --uts --fork true 2>/dev/null || skip "namespaces are not permitted here"

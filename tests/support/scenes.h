@@ -8,6 +8,7 @@
 #include "segcast/timeline.h"
 #include "shapes.h"
 
+/* A prepared volume with its tissues, and the settings to draw it with. */
 typedef struct small_scene {
     sc_volume volume;
     prepared_copy prepared;
@@ -27,7 +28,7 @@ static inline sc_volume small_phantom(void)
     return volume;
 }
 
-/* The surface model that make_scene sets. Tests that run for both change it. */
+/* The surface model that make_scene sets. Tests that run for both models change it. */
 static sc_surface tested_surface = SC_SURFACE_SMOOTH;
 
 /* A scene in which every tissue has the given opacity. Takes ownership of @p volume. */
@@ -98,7 +99,7 @@ static inline sc_image draw_view(const small_scene *s, const sc_scene *scene,
     return image;
 }
 
-/* Everything seen from the front: frame 0 of an orbit. */
+/* @return the scene that shows everything from the front: frame 0 of an orbit. */
 static inline sc_scene front_view(const small_scene *s)
 {
     sc_animation a = {0};

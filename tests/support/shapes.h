@@ -43,7 +43,7 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
     return v;
 }
 
-/* A prepared volume; the block owns its memory. */
+/* A prepared volume: a block, which the test frees with sc_free, and the view of it. */
 typedef struct prepared_copy {
     void *block;
     sc_prepared view;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Job files: what is read, what is refused, and with which words. */
+/* Job files: what is read, what is refused, and the messages. */
 #include "check.h"
 
 #include "describe.h"
@@ -147,7 +147,7 @@ static void expect_full(const sc_job *job)
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
 }
 
-/* What is written as resolved reads back as the same job. */
+/* A job that is written as resolved and read again is the same job. */
 static void a_resolved_job_reads_back_the_same(void **state)
 {
     heard h;
@@ -230,7 +230,7 @@ static sc_status check_row(const sc_ctx *ctx, void *user, const sc_key_visit *vi
     return SC_OK;
 }
 
-/* Each row explains itself, and has a variable of the environment that leads back to it. */
+/* Each row of the table has a help text and an environment variable, which names this row again. */
 static void every_row_is_complete(void **state)
 {
     int rows = 0;
@@ -253,7 +253,8 @@ static void resolve(const char *text, const char *setting, const char *variable,
     sc_job_clear(&job);
 }
 
-/* A setting of the command line, the environment, or the file lead to the same job. */
+/* Check that a setting of the command line, an environment variable and a line of the file give the
+ * same job. */
 static void expect_same_job(const char *setting, const char *variable, const char *file)
 {
     sc_text a = {0}, b = {0};
@@ -297,7 +298,7 @@ static void nested_keys_are_set_in_every_way(void **state)
                     "volume: phantom\noutput: {size: [640, 480]}\n");
 }
 
-/* Does the setting, put over the job @p before, give the job @p after? */
+/* Check that the setting, applied to the job file @p before, gives the job of the file @p after. */
 static void expect_change(const char *before, const char *setting, const char *after)
 {
     sc_text a = {0}, b = {0};
@@ -348,7 +349,7 @@ static void a_plane_may_be_given_by_a_point(void **state)
             "both \"at\" and \"at_point\" are given");
 }
 
-/* Names of tissues may hold what YAML uses as marks. */
+/* Names of tissues may hold characters that have a meaning in YAML. */
 static void every_text_is_written_so_that_it_can_be_read(void **state)
 {
     static const char text[] = "volume: phantom\ntissues: {'a \"b\" \\c: #': {opacity: 1}}\n"
@@ -372,7 +373,8 @@ static void every_text_is_written_so_that_it_can_be_read(void **state)
     sc_job_clear(&again);
 }
 
-/* Only "phantom" and "phantom:WxDxH" are the phantom; a file may begin with that word. */
+/* Only "phantom" and "phantom:WxDxH" stand for the phantom; the name of a file may begin in the
+ * same way. */
 static void a_file_named_like_the_phantom_is_a_file(void **state)
 {
     const sc_job_sources sources = {.path = "jobs-below/job.yaml"};
@@ -445,7 +447,7 @@ static void expect_frames(const char *text, int total, int count, int first, int
     sc_free(frames);
 }
 
-/* A mode sets other defaults; keys that are given still win. */
+/* A mode sets other defaults, over which the keys of the file win. */
 static void modes_set_defaults(void **state)
 {
     heard h;
@@ -469,7 +471,7 @@ static void modes_set_defaults(void **state)
     sc_job_clear(&job);
 }
 
-/* A box is six planes that look inwards. */
+/* A box becomes six planes whose normals point inwards. */
 static void a_box_is_six_planes(void **state)
 {
     heard h;
@@ -497,7 +499,7 @@ static void ranges_of_frames(void **state)
     expect_frames(NULL, 10, 10, 0, 9);
     expect_frames("0-9:3", 10, 4, 0, 9);
     expect_frames("7, 1 - 3", 10, 4, 1, 7);
-    expect_frames("1-2:9223372036854775807", 10, 1, 1, 1); /* the step overflows nothing */
+    expect_frames("1-2:9223372036854775807", 10, 1, 1, 1); /* adding the step must not overflow */
     for (size_t i = 0; i < SC_COUNT_OF(bad); i++)
         assert_int_equal(sc_frames_parse(&quiet, bad[i], 10, &frames, &found), SC_ERR_USAGE);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The accelerated kernels must give the same bits as the plain march, which uses nothing that
- * preprocessing has found. */
+/* The accelerated kernels must give the same bits as the plain march, which does not use the
+ * results of preprocessing. */
 #include "check.h"
 
 #include "scenes.h"
@@ -46,7 +46,7 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     if (n % 5 == 0)
         from = axes[n % 3];
     if (n % 7 == 0)
-        from = sc_vec3_scale(from, 0.1); /* inside */
+        from = sc_vec3_scale(from, 0.1); /* inside the volume */
     scene.camera = sc_camera_look(sc_vec3_add(middle, from), middle, (sc_vec3){0, 0.1, 1},
                                   n % 3 ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC, n % 3 ? 0.5 : 21);
     for (int i = 0; i < scene.plane_count; i++) {
@@ -62,8 +62,8 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     return scene;
 }
 
-/* Draw with SC_SKIP_LEAP and every variant that this processor can run: same picture, same counts.
- */
+/* Draw with SC_SKIP_LEAP and every variant that this processor can run: the picture must be @p
+ * expected, and the counters must be equal. */
 static void expect_all_variants_to_agree(small_scene *s, const sc_scene *scene, sc_image *expected,
                                          const sc_march_counters *work)
 {
@@ -162,7 +162,7 @@ static void threads_and_tiles_do_not_change_the_picture(void **state)
     }
 }
 
-/* The counters depend on the scene alone, so that a change of them is a change of the method. */
+/* The counters depend on the scene alone: if they change, the method has changed. */
 static void the_counted_work_of_known_frames_does_not_change(void **state)
 {
     /* rays, cell visits, brick steps, contributions; the last bit of a cosine may change them a
@@ -216,8 +216,8 @@ static const uint8_t *pixel(const sc_image *image, int x, int y)
     return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
 }
 
-/* A ball cut in half shows a flat disc of one colour, and without caps the inside of its far wall.
- */
+/* A ball that is cut in half shows a flat disc of one colour with caps, and the inside of its far
+ * wall without. */
 static void cut_faces_are_solid(void **state)
 {
     const int size[3] = {41, 41, 41};
@@ -326,7 +326,7 @@ static void no_crossing_is_missed(void **state)
             }
             (void)trace(&s, cells, 1e-6f, from, d, (float)length, &contributions);
             assert_true(contributions >=
-                        sampled); /* the points miss what is thinner than their distance */
+                        sampled); /* sheets thinner than the distance of the points are missed */
             found += contributions;
             expected += sampled;
         }
@@ -337,7 +337,7 @@ static void no_crossing_is_missed(void **state)
     assert_in_range(found, expected, expected + expected / 500);
 }
 
-/* A vessel one voxel thick, whose voxels sometimes touch by an edge only. */
+/* A vessel one voxel thick, whose voxels in part share only an edge. */
 static int thread_of_voxels(double x, double y, double z)
 {
     return x == floor(13 + 6 * sin(z / 5)) && y == floor(12 + 5 * cos(z / 4));
@@ -374,7 +374,7 @@ static void every_voxel_keeps_its_label_at_any_strength_of_smoothing(void **stat
     }
 }
 
-/* An opaque ball is lit from the viewer's upper left, and no voxels show: neighbouring pixels
+/* On an opaque ball lit from the viewer's upper left no voxels are visible: neighbouring pixels
  * differ little. */
 static void shading_is_smooth(void **state)
 {

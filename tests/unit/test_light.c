@@ -129,7 +129,7 @@ static small_scene ball_scene(double opacity, sc_scene *scene)
     return s;
 }
 
-/* A translucent ball is most opaque at its rim, and the stronger the edges, the more so. */
+/* A translucent ball is most opaque at its rim, and more so with a larger sc_lighting.edges. */
 static void translucent_edges_stand_out(void **state)
 {
     sc_scene scene;
@@ -164,8 +164,8 @@ static void flat_light_shows_plain_colours(void **state)
     free_scene(&s);
 }
 
-/* More rays on edges alone give nearly the same picture as more rays everywhere, for a third of
- * them. */
+/* More rays at edges alone give nearly the same picture as more rays everywhere, with a third of
+ * the rays. */
 static void more_rays_on_edges_alone_are_nearly_as_good_as_everywhere(void **state)
 {
     small_scene s = make_scene(small_phantom(), 1);

@@ -57,7 +57,7 @@ static void all_tissues_are_there_with_names_and_colours(void **state)
     sc_phantom_free(phantom);
 }
 
-/* Of @p count points at a distance from @p centre, how many the tissue owns. */
+/* @return how many of @p count random points at a distance from @p centre the tissue owns. */
 static int owned_around(const sc_phantom *phantom, int label, sc_vec3 centre, double radius_mm,
                         int count, uint64_t *seed)
 {
@@ -90,7 +90,7 @@ static void distance_is_that_of_the_nearest_surface(void **state)
         double d;
         int inside, near;
 
-        /* cheap: only points beside the tissue are worth the search */
+        /* the search for the surface is slow: only points near the tissue are tested */
         if (!owned && owned_around(phantom, label, p, 2, 6, &seed) == 0)
             continue;
         d = sc_phantom_distance(phantom, label, p, &n);
@@ -107,7 +107,7 @@ static void distance_is_that_of_the_nearest_surface(void **state)
     sc_phantom_free(phantom);
 }
 
-/* Anatomy: apex to the left, front and below of the base; right is right. */
+/* The apex lies to the left, in front of and below the base; right chambers lie to the right. */
 static void the_heart_lies_as_in_a_chest(void **state)
 {
     static const struct {
@@ -146,7 +146,7 @@ static void saving_and_reading_gives_the_same_volume(void **state)
 
         assert_int_equal(a->value, b->value);
         if (a->value == 0)
-            continue; /* background has no look */
+            continue; /* background has no colour or opacity */
         assert_string_equal(a->name, b->name);
         assert_memory_equal(a->rgb, b->rgb, 3);
     }
@@ -157,7 +157,8 @@ static void saving_and_reading_gives_the_same_volume(void **state)
     sc_phantom_free(phantom);
 }
 
-/* A scan says where the labels lie without voxelising: within a voxel of its coarse grid. */
+/* A scan finds the bounding boxes of the labels without voxelising, exact to a voxel of its coarse
+ * grid. */
 static void a_scan_finds_the_boxes_of_the_tissues(void **state)
 {
     const int size[3] = {156, 108, 162};

@@ -33,7 +33,8 @@ static bool bit_at(const sc_prepared *v, int x, int y, int z)
     return v->near[brick] >> ((qx & 3) + 4 * (qy & 3) + 16 * (qz & 3)) & 1;
 }
 
-/* brick.h: what packs and what unpacks agree, and the masks of faces hold what their names say. */
+/* brick.h: packing and unpacking are inverse to each other, and the masks of faces have the right
+ * bits. */
 static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
 {
     const int bricks[3] = {5, 3, 4};
@@ -68,8 +69,8 @@ static void the_layout_of_bricks_and_records_can_be_inverted(void **state)
     assert_int_equal(sc_record_read(records, 0) | sc_record_read(records, 2), 0);
 }
 
-/* The boundary agrees with the paper's rule, applied voxel by voxel, for both label widths and a
- * size that is no multiple of anything. */
+/* The boundary voxels are those of the paper's rule, applied voxel by voxel; for both label widths,
+ * and with sizes that are no multiples of a brick. */
 static void the_boundary_follows_the_rule_of_the_paper(void **state)
 {
     const int size[3] = {23, 9, 11};
@@ -136,7 +137,9 @@ static void normals_of_an_ellipsoid_are_right_to_about_a_degree(void **state)
                           z = low[2] + sc_bit_z(bit) - 1;
                 const sc_vec3 truth =
                     sc_vec3_unit((sc_vec3){(x - 40) / 900., (y - 36.3) / 676, (z - 38) / 1089.});
-                const double sign = id_at(v, x, y, z) ? 1 : -1; /* outward of its own label */
+                const double sign =
+                    id_at(v, x, y, z) ? 1
+                                      : -1; /* the gradient points out of the vertex's own label */
                 float got[3];
                 double angle;
 
@@ -153,8 +156,8 @@ static void normals_of_an_ellipsoid_are_right_to_about_a_degree(void **state)
     }
 }
 
-/* Records keep directions to a degree, weights exactly, and lengths to a factor of the square root
- * of 2. */
+/* A vertex record keeps the direction within one degree, the weight exactly, and the length within
+ * a factor of the square root of 2. */
 static void records_keep_weight_direction_and_length(void **state)
 {
     uint64_t seed = 3;
@@ -326,15 +329,15 @@ static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
     sc_volume_clear(&volume);
 }
 
-/* A plane with ripples, as in a segmentation that was drawn on coarser voxels. */
+/* A plane with steps, as in a segmentation that was drawn on coarser voxels. */
 static int rippled(double x, double y, double z)
 {
     (void)y;
     return z < 20 + 0.8 * sin(x * 0.55);
 }
 
-/* RMS of the sine by which the normals of the rippled plane lean along x. @param count of how many.
- */
+/* @return the RMS of the x components of the normals on the rippled plane. @param count the number
+ * of normals. */
 static double lean_of_normals(const sc_prepared *v, size_t *count)
 {
     double squares = 0;

@@ -128,7 +128,7 @@ static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **sta
     assert_false(tissues[2].visible);
     assert_near(tissues[3].rgb_linear[0], 1, 1e-6);
     assert_near(tissues[3].opacity, 0.5, 0);
-    assert_false(tissues[4].visible); /* hidden by the table */
+    assert_false(tissues[4].visible); /* the table makes it invisible */
     assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 5, tissues));
     assert_true(tissues[4].visible);
     sc_free(p.block);
@@ -180,8 +180,8 @@ static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
     sc_volume_clear(&volume);
 }
 
-/* Hidden are labels that are invisible or have no opacity. The thickness is needed only if the
- * opacity of another label follows it. */
+/* Labels that are invisible or have no opacity are hidden. The thickness is needed only if the
+ * opacity of a label that is not hidden follows it. */
 static void hidden_labels_are_found(void **state)
 {
     const sc_label labels[6] = {{.value = 0, .opacity = -1},

@@ -12,7 +12,7 @@
 enum { RANKS = 3 };
 
 typedef struct scenario {
-    int poor_rank; /* its allocations fail after the first `budget` */
+    int poor_rank; /* the rank on which only the first `budget` allocations succeed */
     long budget;
     sc_status outcomes[RANKS];
     char *received[RANKS];
@@ -25,7 +25,8 @@ static void send_array(sc_comm *comm, void *user)
     long budget = rank == s->poor_rank ? s->budget : 1000;
     sc_ctx ctx = {.alloc_budget = &budget};
     sc_app app = {.ctx = &ctx, .comm = comm};
-    static char stale[] = "rank 0's"; /* an address that means nothing to the other ranks */
+    static char stale[] =
+        "rank 0's"; /* stands for an address of rank 0, which the other ranks must not keep */
     void *array = stale;
 
     if (rank == 0) {
@@ -49,7 +50,7 @@ static void an_array_reaches_all_ranks(void **state)
     }
 }
 
-/* Nobody may be left with rank 0's address, which would be freed. */
+/* No other rank may keep rank 0's address, because it would free it. */
 static void an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone(void **state)
 {
     scenario s = {.poor_rank = 1};
@@ -74,7 +75,7 @@ static void load_job(sc_comm *comm, void *user)
     sc_session session;
 
     s->outcomes[rank] = sc_session_job(&app, "session.yaml", &session);
-    sc_session_clear(&session); /* what is freed must be this rank's own */
+    sc_session_clear(&session); /* must free only what belongs to this rank */
 }
 
 static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state)
@@ -101,7 +102,7 @@ static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state
 /* ---- a prepared file that is not the same for all ranks ---- */
 
 typedef struct mapping {
-    const char *files[RANKS]; /* what the job's path is on each rank */
+    const char *files[RANKS]; /* the file that the job's path means on each rank */
     sc_status outcomes[RANKS];
     heard said[RANKS];
 } mapping;

@@ -9,7 +9,7 @@
 
 enum { RANKS = 4 };
 
-/* Four ranks that drew for the same time and hardly waited. */
+/* Fill in four ranks that drew for the same time and hardly waited. */
 static void balanced(sc_rank_record *ranks, sc_run_record *run)
 {
     *run =
@@ -30,13 +30,13 @@ static void the_bottleneck_is_where_the_time_went(void **state)
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_DRAW);
     ranks[0].phases[SC_PHASE_PREPARE].wall_s = 120;
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_PREPARE);
-    run.from_prepared = true; /* preparing it is no advice then */
+    run.from_prepared = true; /* then it must not be advised to prepare the volume */
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_START);
 
     balanced(ranks, &run);
     ranks[0].accept_wall_s = 97;
     assert_int_equal(sc_run_bottleneck(&run),
-                     SC_BOTTLENECK_DRAW); /* busy, but nobody waits for it */
+                     SC_BOTTLENECK_DRAW); /* it is busy, but no rank waits for it */
     for (int i = 0; i < RANKS; i++)
         ranks[i].farm_idle_s = 60;
     assert_int_equal(sc_run_bottleneck(&run), SC_BOTTLENECK_ENCODE);
@@ -60,7 +60,7 @@ static void the_bottleneck_is_where_the_time_went(void **state)
     assert_near(sc_run_imbalance(&run), 98 * 4 / (98 + 150.0) - 1, 1e-12);
 }
 
-/* Events beyond the room are counted, not written. */
+/* Events for which there is no room are only counted. */
 static void a_trace_keeps_what_it_has_room_for(void **state)
 {
     sc_trace *trace;
@@ -130,7 +130,7 @@ static void earlier_runs_keep_what_they_measured(void **state)
     assert_ok(sc_history_read(&ctx, "stats.json", &job, &first));
     assert_int_equal(first.run_count, 1);
     assert_int_equal(first.frame_count, 5);
-    write_run(20, 4, 6, &first); /* frame 4 again */
+    write_run(20, 4, 6, &first); /* frames from 4 on are drawn again */
     assert_ok(sc_history_read(&ctx, "stats.json", &job, &both));
     assert_int_equal(both.run_count, 2);
     assert_string_equal(both.runs[0].begin, "1970-01-01T00:00:10Z");
@@ -147,7 +147,8 @@ static void earlier_runs_keep_what_they_measured(void **state)
         assert_int_equal(both.frames[i].result.hash, 0xabcdef0000000000u + (uint64_t)i);
     }
     assert_int_equal(count_lines("frames.csv"), 11);
-    assert_ok(sc_history_read(&ctx, "stats.json", &job, &both)); /* the same runs once more */
+    assert_ok(sc_history_read(&ctx, "stats.json", &job,
+                              &both)); /* reads the same runs again, which adds nothing */
     assert_int_equal(both.run_count, 2);
     assert_int_equal(both.frame_count, 10);
     assert_string_equal(h.text, "");
@@ -155,7 +156,7 @@ static void earlier_runs_keep_what_they_measured(void **state)
     sc_history_clear(&both);
 }
 
-/* Each gives a warning, and nothing else. */
+/* Each damaged file gives a warning and adds nothing. */
 static void damaged_statistics_are_left_out(void **state)
 {
     const sc_job_hashes other = {0x1235, 0xfedcba9876543210};
@@ -173,7 +174,7 @@ static void damaged_statistics_are_left_out(void **state)
 
         assert_non_null(run);
         assert_non_null(hash);
-        run[7] = way == 1 ? '7' : '0'; /* no such run */
+        run[7] = way == 1 ? '7' : '0'; /* the frame names a run that does not exist */
         hash[9] = way == 2 ? 'x' : 'a';
         assert_ok(sc_file_write(&quiet, "stats.json", way == 4 ? "{}" : text,
                                 way == 0   ? bytes / 2

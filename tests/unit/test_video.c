@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Videos are written and decoded again: number of frames, size, times and colours are compared, and
- * which files are left when a video is not finished. */
+/* Videos are written and decoded again; number of frames, size, times and colours are compared. And
+ * the files that remain when a video is not finished. */
 #include "check.h"
 
 #include "segcast/video.h"
@@ -37,7 +37,7 @@ static sc_image test_picture(int width, int height, int k)
 
 typedef struct decoded {
     int count, width, height;
-    int largest_error; /* of all colours compared, in levels of 8 bits */
+    int largest_error; /* largest error of all colours compared, in levels of 8 bits */
 } decoded;
 
 static sc_status compare_frame(void *user, int k, double time_s, const sc_image *image)
@@ -174,7 +174,7 @@ static void an_unfinished_video_never_bears_the_final_name(void **state)
     assert_ok(sc_video_decode(&quiet, "w.partial.mp4", compare_frame, &d));
     assert_int_equal(d.count, 5);
     unlink("w.partial.mp4");
-    write_video("w.mp4", 192, 120, 3, true); /* a complete one is not replaced by a partial one */
+    write_video("w.mp4", 192, 120, 3, true); /* a partial video must not replace a complete one */
     write_video("w.mp4", 192, 120, 5, false);
     assert_ok(sc_video_decode(&quiet, "w.mp4", compare_frame, &d));
     assert_int_equal(d.count, 3);

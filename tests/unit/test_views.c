@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Lines and text over pictures; position, orientation and colours of the slices. */
+/* Tests lines and text over pictures, and the position, orientation and colours of the slices. */
 #include "check.h"
 
 #include "scenes.h"
@@ -45,7 +45,7 @@ static void lines_and_frames_are_drawn_at_their_coordinates(void **state)
     sc_image_clear(&image);
 }
 
-/* The bounding box of the dark pixels: left, top, right, bottom. */
+/* Find the bounding box of the dark pixels: left, top, right, bottom. */
 static void ink_box(const sc_image *image, int box[4])
 {
     box[0] = box[1] = 10000;

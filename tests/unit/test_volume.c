@@ -51,7 +51,9 @@ static void expect_values(const sc_volume *v)
         assert_int_equal(v->labels[id_at(v, i)].value, value_of(i));
 }
 
-/* Store the values as an integer or float of some width, perhaps with bytes swapped. */
+/* Write the test's values to @p out as numbers of type @p type, with their bytes swapped if asked
+ * for.
+ * @return how many bytes they take. */
 static size_t store(char *out, const char *type, bool swapped)
 {
     const size_t each = !strcmp(type, "double") || strstr(type, "64")  ? 8
@@ -101,7 +103,8 @@ static void nrrd_of_every_type_encoding_and_byte_order_is_read(void **state)
             write_file("t.nrrd", head, data, bytes, packed);
             assert_ok(sc_volume_read(&quiet, "t.nrrd", &v));
             expect_values(&v);
-            assert_near(v.to_ras_mm.m[0][0], -0.5, 0); /* left-posterior turned to right-anterior */
+            assert_near(v.to_ras_mm.m[0][0], -0.5,
+                        0); /* the axes to the left and posterior become right and anterior */
             assert_near(v.to_ras_mm.m[1][3], -2, 0);
             assert_near(v.to_ras_mm.m[2][2], 2, 0);
             assert_true(v.oriented);
@@ -400,8 +403,7 @@ static void hash_colours_are_stable_and_distinct(void **state)
             same += !memcmp(seen[i], seen[j], 3);
     }
     assert_true(same < 5);
-    assert_int_equal(seen[0][0],
-                     217); /* fixed for ever: colours must not change between versions */
+    assert_int_equal(seen[0][0], 217); /* a known value: colours must not change between versions */
     assert_int_equal(seen[0][1], 128);
     assert_int_equal(seen[0][2], 246);
 }
@@ -437,7 +439,8 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
     unlink("t.nrrd");
 }
 
-/* A scan finds what reading finds, and where each label lies; the header alone names the table. */
+/* Check that a scan finds the labels that reading finds, and where each lies, and that reading the
+ * header finds the label table. */
 static void expect_same_scan(const char *path)
 {
     sc_label_scan scan = {0}, header = {0};
@@ -566,7 +569,7 @@ static void a_header_and_a_table_name_labels_together(void **state)
     unlink("t.nrrd");
 }
 
-/* A scan holds a block of voxels, not the volume. */
+/* A scan holds only a block of voxels in memory, not the volume. */
 static void a_scan_needs_little_memory(void **state)
 {
     enum { SIDE = 512, MOST_BYTES = 16 << 20 };
@@ -589,7 +592,7 @@ static void a_scan_needs_little_memory(void **state)
     unlink("t.nrrd");
 }
 
-/* What is warned of: the last warning, or an empty text. */
+/* For sc_ctx.write: keep the last warning in @p user. */
 static void warned(void *user, sc_log_level level, const char *text)
 {
     if (level == SC_LOG_WARN)
@@ -623,13 +626,14 @@ static void what_is_hardly_a_label_volume_gets_a_warning(void **state)
     uint64_t seed = 1;
 
     (void)state;
-    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* noise over a ramp, padded with one value */
+    for (int i = 0; i < SIDE * SIDE * SIDE;
+         i++) /* noise added to a ramp, with padding of one value */
         data[i] = (int16_t)(i % SIDE < 8 ? 1000 : i / 100 + (int)(random_bits(&seed) % 16));
     assert_non_null(strstr(warning_of(data, SIDE, SIDE, SIDE, mm), "grey-value image"));
-    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* 400 labels in blocks, as of an atlas */
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* 400 labels in blocks, as in an atlas */
         data[i] = (int16_t)(i / SIDE);
     assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, mm), "");
-    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* few labels, however they are mixed */
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) /* few labels in random order */
         data[i] = (int16_t)(random_bits(&seed) % 16);
     assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, mm), "");
     data[0] = -3;
@@ -642,7 +646,7 @@ static void what_is_hardly_a_label_volume_gets_a_warning(void **state)
     assert_string_equal(warning_of(data, SIDE, SIDE, SIDE, "(4e-6,0,0) (0,4e-6,0) (0,0,4e-5)"), "");
 }
 
-/* Files that are no label volumes, and a word of what to do instead. */
+/* Files that are no label volumes are refused with a message that says what to do instead. */
 static void what_is_refused_is_told_what_to_do(void **state)
 {
     static const struct {
@@ -718,7 +722,7 @@ static void directories_are_told_what_to_do(void **state)
     rmdir("t.dir");
 }
 
-/* Written values are label values, whatever their width. */
+/* The values in the file are label values, for any width of the ids. */
 static void a_written_nrrd_holds_the_label_values(void **state)
 {
     static const int64_t most[] = {200, 60000, 100000, 5000000000, -70000};
