@@ -185,8 +185,9 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
     }
 }
 
-/* March the cursor's ray, stretch by stretch, with the cut faces at their beginnings. The result
- * is c->light. */
+/* March the cursor's ray, stretch by stretch, with the cut faces at their beginnings if
+ * c->m->caps, and nothing else if c->m->only_caps. Ends when the ray is opaque. The result is
+ * c->light. */
 static void march_ray(cursor *c)
 {
     float begin, end = -HUGE_VALF, near, far;

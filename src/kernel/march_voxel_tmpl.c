@@ -138,8 +138,8 @@ static void add_sample(cursor *c, int k)
         add_boundary(c, k, tissue, sc_record_index(m->volume, x + 1, y + 1, z + 1), p);
 }
 
-/* March the cursor's ray, part by part, with the cut faces at their beginnings if @p caps. The
- * result is c->light. */
+/* March the cursor's ray, part by part, with the cut faces at their beginnings if @p caps, and
+ * nothing else if c->m->only_caps. Ends when the ray is opaque. The result is c->light. */
 static void march_ray(cursor *c, bool caps)
 {
     int k = INT32_MIN, last, nearest, farthest;

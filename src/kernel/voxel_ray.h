@@ -23,6 +23,7 @@ static inline size_t voxel_index(const sc_prepared *v, int x, int y, int z)
     return ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
 }
 
+/* Is (x, y, z) a voxel of the volume? Any numbers are allowed. */
 static inline bool in_volume(const sc_prepared *v, int x, int y, int z)
 {
     return (unsigned)x < (unsigned)v->size[0] && (unsigned)y < (unsigned)v->size[1] &&

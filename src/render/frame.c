@@ -278,7 +278,9 @@ static void fill_empty(const tile *t)
     }
 }
 
-/* Draw one tile into the image. The caller has set its pixels, bounds and empty queue. */
+/* Draw one tile into the image: the background alone where nothing can be seen; else one ray in
+ * each pixel and more where pixels differ, or with settings.everywhere all rays of each pixel at
+ * once. The caller has set its pixels, bounds and empty queue. */
 static void draw_tile(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;

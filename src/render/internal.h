@@ -22,12 +22,12 @@ typedef struct sc_block {
     float x, y, z;
 } sc_block;
 
-/* Which pixels of a view can show anything: a map of squares of pixels, with one more row and
- * column of squares on every side of the view. */
 enum {
     SC_COVER_SIDE = 512 /* at most this many squares along a side of the map */,
     SC_COVER_SHIFT = 3
 };
+/* Which pixels of a view can show anything: a map of squares of pixels, with one more row and
+ * column of squares on every side of the view. */
 typedef struct sc_cover {
     int columns, rows, shift; /* squares of 2^shift pixels */
     const uint8_t *squares;   /* [rows][columns], 1 where something may be seen; borrowed */

@@ -300,8 +300,10 @@ static void compare(sc_surface surface, int label_bytes, long rays)
     sc_volume_clear(&s.volume);
 }
 
+/* Rays for every surface and label width; main() sets it from the command line. */
 static long ray_count = 100000;
 
+/* For both surfaces and both label widths, with ray_count rays each. */
 static void every_kernel_gives_the_bits_of_the_plain_march(void **state)
 {
     (void)state;
