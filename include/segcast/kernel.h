@@ -91,8 +91,8 @@ typedef struct sc_ray_part {
     int8_t cap_plane;       /**< the clip plane at which the part begins; -1: none */
 } sc_ray_part;
 
-/** One ray. The caller fills in all members; parts beyond part_count and clip sets beyond clip_sets
- *  are not read. */
+/** One ray. The caller fills in all that its surface model reads; parts beyond part_count and
+ *  clip sets beyond clip_sets are not read. */
 typedef struct sc_ray {
     float origin[3];     /**< in grid coordinates; voxel surface: plus 1/2, so that truncation
                               rounds to the nearest vertex */

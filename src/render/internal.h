@@ -24,7 +24,7 @@ typedef struct sc_block {
 
 enum {
     SC_COVER_SIDE = 512 /* at most this many squares along a side of the map */,
-    SC_COVER_SHIFT = 3
+    SC_COVER_SHIFT = 3 /* squares have 2^3 pixels, or more if they would be too many */
 };
 /* Which pixels of a view can show anything: a map of squares of pixels, with one more row and
  * column of squares on every side of the view. */
