@@ -41,6 +41,7 @@ static sc_status find_corners(const sc_app *app, const sc_session *session, sc_v
     return SC_OK;
 }
 
+/* Refuse a job whose render.cpu names a variant that this processor cannot run. */
 static sc_status check_cpu(const sc_app *app, const sc_job *job)
 {
     const char *cpu = sc_cpu_names[job->render.cpu];

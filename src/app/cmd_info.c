@@ -25,6 +25,7 @@ static char axis_letter(sc_vec3 d)
     return d.z > 0 ? 'S' : 'I';
 }
 
+/* Collect what is printed. The result borrows both arguments. */
 static info gather(const sc_prepared *volume, const sc_tissue *tissues)
 {
     info out = {.volume = volume,
@@ -56,6 +57,7 @@ static json_t *label_json(const info *in, int id)
                      "surface_mm2", stats->surface_mm2);
 }
 
+/* Print the object that `info --json` promises to standard output. */
 static sc_status print_json(const sc_ctx *ctx, const info *in)
 {
     const sc_prepared *v = in->volume;
@@ -83,6 +85,7 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     return SC_OK;
 }
 
+/* Print size, axes and matrix, in lines of the text output. */
 static void print_geometry(const info *in)
 {
     const sc_prepared *v = in->volume;
@@ -103,6 +106,7 @@ static void print_geometry(const info *in)
     }
 }
 
+/* Print geometry and a table of labels for people to standard output. */
 static void print_text(const info *in)
 {
     const sc_prepared *v = in->volume;

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+/* Is the argument a job file, judged by the end of its name? */
 static bool is_job(const char *path)
 {
     const char *dot = strrchr(path, '.');

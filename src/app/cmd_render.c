@@ -55,6 +55,7 @@ static sc_store_mode store_mode(const sc_app *app)
                                   : SC_STORE_NEW;
 }
 
+/* @return the name of the slice as the store takes it: NULL for the whole job. */
 static const char *slice_of(const sc_run *run)
 {
     return run->slice[0] ? run->slice : NULL;
@@ -83,6 +84,7 @@ static sc_status name_slice(sc_run *run)
     return SC_OK;
 }
 
+/* Write job.yaml, the job as resolved, into the directory of the run. */
 static sc_status write_job(const sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
@@ -285,6 +287,7 @@ static void clear_run(sc_run *run)
     sc_session_clear(&run->session);
 }
 
+/* On rank 0: log why a run is incomplete and what to do, or print the path of what it has made. */
 static void report_outcome(const sc_run *run, sc_status outcome)
 {
     const sc_ctx *ctx = run->app->ctx;

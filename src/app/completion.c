@@ -23,6 +23,7 @@ static void print_quoted(FILE *stream, const char *text)
     fputc('\'', stream);
 }
 
+/* Print the names of all commands, separated by spaces. */
 static void print_command_names(const sc_command *commands, FILE *stream)
 {
     for (const sc_command *c = commands; c->name; c++)
@@ -31,6 +32,8 @@ static void print_command_names(const sc_command *commands, FILE *stream)
 
 /* ---- bash, and zsh by way of its bash completion ---- */
 
+/* Print a bash script. It completes the command, then options of that command or names of files,
+ * and the keys after --set. */
 static sc_status print_bash(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;
@@ -85,6 +88,8 @@ static void print_zsh_text(FILE *stream, const char *text)
               stream);
 }
 
+/* Print a zsh script. It does the same as that for bash, and also shows the help of each command
+ * and option. */
 static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;
@@ -131,6 +136,7 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
 
 /* ---- fish ---- */
 
+/* Print a fish script: a line for each command and for each of its options. */
 static sc_status print_fish(const sc_ctx *ctx, const sc_command *commands, FILE *stream)
 {
     sc_status status;

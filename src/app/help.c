@@ -108,6 +108,7 @@ static void print_roff(FILE *stream, const char *text)
         fprintf(stream, *text == '-' ? "\\-" : *text == '\\' ? "\\e" : "%c", *text);
 }
 
+/* Print an option as an item of a roff list, with its help and the key that it sets. */
 static void print_option_roff(FILE *stream, const sc_option *row)
 {
     fputs(".TP\n", stream);

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Fill in what sc_volume_scan_labels would find in a phantom of the size in the text @p volume. */
 static sc_status scan_phantom(const sc_app *app, const char *volume, sc_label_scan *out)
 {
     sc_phantom *phantom = NULL;

@@ -39,6 +39,7 @@ sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3])
     return SC_OK;
 }
 
+/* Voxelise the phantom at the size in @p text. Caller owns *out: sc_volume_clear. */
 static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *out)
 {
     sc_phantom *phantom = NULL;
@@ -106,6 +107,7 @@ typedef struct mapped_file {
     char host[64];
 } mapped_file;
 
+/* @return words for what a rank has mapped instead of rank 0's file. */
 static const char *difference_of(const mapped_file *file)
 {
     return file->status == SC_OK            ? "another file"

@@ -35,6 +35,7 @@ static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, 
     return status;
 }
 
+/* Append a setting, whose texts stay borrowed. */
 static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting setting)
 {
     if (options->setting_count == SC_SETTINGS_MAX)
@@ -43,6 +44,8 @@ static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting 
     return SC_OK;
 }
 
+/* Append a setting with copies of both texts. Messages name its key. @param literal see sc_setting.
+ */
 static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *key,
                           const char *value, bool literal)
 {
@@ -77,6 +80,8 @@ void sc_options_default(sc_options *options, const char *key, const char *value)
 
 /* ---- values ---- */
 
+/* Store the value of an option that sets a key of the job: as a setting, which messages call by the
+ * option's name. */
 static sc_status store_key(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                            const char *value)
 {
@@ -133,6 +138,7 @@ static sc_status read_number(const sc_ctx *ctx, const char *name, const char *va
     return SC_OK;
 }
 
+/* Set the number of threads. @param name what messages call its source. */
 static sc_status set_threads(const sc_ctx *ctx, sc_options *options, const char *name,
                              const char *value)
 {
@@ -158,6 +164,7 @@ static sc_status store_frame(const sc_ctx *ctx, sc_options *options, const sc_op
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
+/* Store the address of the value, which is part of argv, in the member at option->offset. */
 static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                             const char *value)
 {
@@ -166,6 +173,7 @@ static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_opt
     return SC_OK;
 }
 
+/* Set the bool at option->offset. */
 static sc_status store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                             const char *value)
 {
@@ -263,6 +271,7 @@ static const sc_option option_rows[] = {
      AT(version), ""},
 };
 
+/* Is @p command one of the names in @p commands, which spaces separate? */
 static bool names_command(const char *commands, const char *command)
 {
     const size_t length = strlen(command);
@@ -276,10 +285,11 @@ static bool names_command(const char *commands, const char *command)
     return false;
 }
 
+/* Lists the options of a command. */
 typedef struct lister {
     const sc_ctx *ctx;
     const sc_command *command;
-    sc_option_list *list;
+    sc_option_list *list; /* rows are appended here */
 } lister;
 
 static sc_status add_row(const lister *l, const sc_option *row)
@@ -291,6 +301,8 @@ static sc_status add_row(const lister *l, const sc_option *row)
     return SC_OK;
 }
 
+/* Append the option of a key to the list, if the command has it. For sc_job_each_key, with a lister
+ * as user. */
 static sc_status add_key(void *user, const sc_key_info *info)
 {
     const lister *l = user;
@@ -367,6 +379,7 @@ static const sc_option *find_option(const sc_option_list *list, int value)
     return NULL;
 }
 
+/* Log that there is no such option, with the nearest name. @return SC_ERR_USAGE. */
 static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
                                 const sc_option_list *list, const char *text)
 {
@@ -399,6 +412,8 @@ static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_o
     return unknown_option(ctx, command, list, text);
 }
 
+/* Store what is left in @p argv after the options: at most one argument, if the command takes one.
+ */
 static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                                 sc_options *options)
 {

@@ -56,6 +56,7 @@ typedef struct host_sum {
     int ranks, threads, cores;
 } host_sum;
 
+/* @return the sums over all ranks on the host of @p one. */
 static host_sum sum_host(const placement *all, int count, const placement *one)
 {
     host_sum sum = {0};
@@ -73,6 +74,7 @@ static host_sum sum_host(const placement *all, int count, const placement *one)
     return sum;
 }
 
+/* Log a line for each rank, up to LINES_MAX. */
 static void log_table(const sc_app *app, const placement *all, int count)
 {
     sc_info(app->ctx, "rank  host              threads  cores             memory share");

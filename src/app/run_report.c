@@ -21,6 +21,7 @@ static void format_seconds(double seconds, char *text, size_t size)
         snprintf(text, size, "%ld:%02ld", s / 60, s % 60);
 }
 
+/* Draw the progress bar. @param left the time that is left, as text. */
 static void show_bar(const sc_run *run, int done, int total, double rate, const char *left)
 {
     enum { WIDTH = 30 };
@@ -46,6 +47,7 @@ static sc_status record_path(const sc_run *run, const char *name, const char *en
     return status;
 }
 
+/* Write status.json. @param ctx where errors go. */
 static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
                               const sc_progress_report *report)
 {
@@ -146,6 +148,7 @@ static int by_frame(const void *a, const void *b)
     return ((const sc_frame_result *)a)->frame - ((const sc_frame_result *)b)->frame;
 }
 
+/* Write trace.json; arguments as of sc_trace_write. */
 static sc_status write_trace(sc_run *run, const sc_rank_record *records, const void *events,
                              const size_t *counts, size_t stride)
 {

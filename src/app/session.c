@@ -105,6 +105,7 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     return sc_comm_agree(app->comm, resolve_tissues(app, session));
 }
 
+/* Make session->renderer from the job, the volume and the tissues. */
 static sc_status make_renderer(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
@@ -220,6 +221,8 @@ static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
             sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
 }
 
+/* Warn, on rank 0, of clip planes given in mm that remove everything or nothing in all frames, and
+ * of frames that are empty because of them. Needs session->timeline. */
 static void warn_of_planes(const sc_app *app, const sc_session *session)
 {
     const sc_timeline *t = &session->timeline;

@@ -7,6 +7,7 @@
 /* The only mutable global variable of segcast: a signal handler can reach nothing else. */
 static volatile sig_atomic_t stop_requested;
 
+/* The first signal asks for a stop. After it, INT or TERM ends the process with exit code 75. */
 static void on_signal(int number)
 {
     if (stop_requested && number != SIGUSR1)

@@ -3,6 +3,7 @@
 
 #include <stdarg.h>
 
+/* Format a message and pass it to ctx->write, unless its level is above that of the context. */
 static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list args)
     SC_PRINTF(3, 0);
 
