@@ -19,7 +19,7 @@
 
 #include "segcast/video.h"
 
-/** The directory of a job, opened by one process. */
+/** The directory of a job, open for one process. */
 typedef struct sc_store sc_store;
 
 /** The job that a directory belongs to. Strings are borrowed for the life of the store. */
@@ -30,10 +30,10 @@ typedef struct sc_store_job {
     const char *video;              /**< name of the video in the directory, or "none" */
     bool png;                       /**< write the frames as PNG files, too */
     sc_video_settings settings;
-    int threads; /**< number of threads that verify PNG files */
+    int threads; /**< for verifying PNG files, at least 1 */
 } sc_store_job;
 
-/** What sc_store_open does with a directory that holds a run. */
+/** What sc_store_open does with a run that the directory holds already. */
 typedef enum sc_store_mode {
     SC_STORE_NEW,      /**< refuse it */
     SC_STORE_RESUME,   /**< continue the run (or begin one, if there is none) */
@@ -42,18 +42,24 @@ typedef enum sc_store_mode {
 
 /** A finished frame: what its line in the manifest holds. */
 typedef struct sc_done_frame {
-    int frame, rank;
-    double render_cpu_s;
-    uint64_t hash; /**< sc_image_hash */
+    int frame;           /**< its number in the animation, from 0 */
+    int rank;            /**< that drew it; 0 if the line was made from what is on disk */
+    double render_cpu_s; /**< CPU seconds of drawing it; 0 likewise */
+    uint64_t hash;       /**< sc_image_hash */
 } sc_done_frame;
 
-/** Check whether sc_store_open would refuse @p directory to a new run, before anything costs time.
- *  @param slice as for sc_store_open. @return SC_ERR_CREATE if so. */
+/** Check whether sc_store_open would refuse @p directory to a new run (SC_STORE_NEW), before
+ *  anything costs time. A run is there if a manifest is: for a slice its own or that of the whole
+ *  job, otherwise any. Nothing is written. @param slice as for sc_store_open.
+ *  @return SC_ERR_CREATE if so; SC_OK also if the directory does not exist; SC_ERR_MISSING if it
+ *  cannot be listed. */
 SC_MUST_USE sc_status sc_store_check_new(const sc_ctx *ctx, const char *directory,
                                          const char *slice);
 /** Open @p directory, which is made if it does not exist, and verify what is there of the job.
- *  @param wanted the frames that this process is to do, in rising order; with none of them the
- * store can only be finished, which joins what others did.
+ *  Unless the job is complete already, the directory then holds a manifest of this process with
+ *  the lines of those wanted frames that are there. Warns of each file that is damaged.
+ *  @param wanted [wanted_count], the frames that this process is to do, in rising order, borrowed
+ *  for the call; with none of them the store can only be finished, which joins what others did.
  *  @param slice NULL for the whole job, or a name for the frames that this process does while
  *  others do other frames in the same directory; borrowed.
  *  @return SC_ERR_CREATE if the directory holds another job, or if @p mode is SC_STORE_NEW and it
@@ -61,59 +67,72 @@ SC_MUST_USE sc_status sc_store_check_new(const sc_ctx *ctx, const char *director
 SC_MUST_USE sc_status sc_store_open(const sc_ctx *ctx, const char *directory,
                                     const sc_store_job *job, const int *wanted, int wanted_count,
                                     const char *slice, sc_store_mode mode, sc_store **out);
-/** Close and free. What was not finished stays on disk for a later run. NULL is allowed. */
+/** Close and free, without sc_store_finish: what was not finished stays on disk for a later run.
+ *  NULL is allowed. */
 void sc_store_close(sc_store *store);
 
-/** @return true if all that is asked for of frame @p k is on disk and verified. */
+/** @return true if all that is asked for of frame @p k, in [0, job.frames), is on disk and
+ *  verified: its line, its PNG file, and its picture in a segment or a partial GOP. */
 bool sc_store_has(const sc_store *store, int k);
-/** @return true if the whole job is finished and verified: there is nothing to do. */
+/** @return true if the whole job is finished and verified: there is nothing to do, and no frame or
+ *  GOP may be added. */
 bool sc_store_is_complete(const sc_store *store);
 /** @return the identity of the job, which ranks that encode GOPs put into the segments. */
 uint64_t sc_store_identity(const sc_store *store);
-/** List the GOPs of which no picture is there and all frames are wanted: any rank may draw and
- * encode them. @p out receives the numbers of their first frames, @p count of them, in rising
- * order.
- *  @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+/** List the GOPs of which no picture is there and all frames are still to be done by this process:
+ *  any rank may draw and encode them. @p out receives the numbers of their first frames, @p count
+ *  of them, in rising order; 0 of them in a job without video.
+ *  @return SC_ERR_MEMORY. Caller owns *out: sc_free, also if @p count is 0. */
 SC_MUST_USE sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **out,
                                           int *count);
 
-/** Accept a wanted frame: keep its picture in a partial GOP, encode it when its turn has come,
- * write its PNG file and its line in the manifest. Returns when this is done, which takes as long
- * as the encoder. Frames of a GOP should come in rising order; otherwise pictures have to be read
- * back.
- *  @return SC_ERR_WRITE, SC_ERR_CREATE, or as sc_encoder_push. After an error the store can only be
- *  closed; a later run continues. */
+/** Accept a frame that was wanted and not there: keep its picture in a partial GOP, encode it,
+ *  write its PNG and its line in the manifest. Blocks until that is written. Frames of a GOP should
+ *  come in rising order; otherwise pictures have to be read back. @p image is borrowed for the
+ * call.
+ *  @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_DATA (a picture that was read back is damaged),
+ *  SC_ERR_MEMORY, or as sc_encoder_push. After an error the store can only be closed; a later run
+ *  continues. */
 SC_MUST_USE sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store,
                                          const sc_done_frame *done, const sc_image *image);
-/** Accept a whole GOP that a rank has drawn and encoded. @param done [count], its frames in order.
- *  @param png [count], the bytes of the PNG files; NULL where none are asked for.
+/** Accept a whole GOP of sc_store_whole_gops that a rank has drawn and encoded: write its PNG
+ *  files, lines and segment. All parameters are borrowed for the call.
+ *  @param done [count], its frames in order.
+ *  @param png [count], the bytes of the PNG files, written unread; NULL where none are asked for.
  *  @return SC_ERR_INTERNAL if the segment is damaged, of another job or of other frames; else as
  *  sc_store_add_frame. */
 SC_MUST_USE sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store,
                                        const sc_done_frame *done, int count,
                                        const sc_segment *segment, const sc_segment *png);
-/** Wall time that callers have spent in a store so far. */
+/** Wall seconds that the calling threads have spent in a store so far. */
 typedef struct sc_store_times {
-    double encode_wall_s, write_wall_s;
+    double encode_wall_s; /**< encoding with the files of partial GOPs, and sc_store_finish */
+    double write_wall_s;  /**< PNG files, manifest, and segments that other ranks have encoded */
 } sc_store_times;
-/** @return the times so far. */
+/** @return the times of @p store so far. */
 sc_store_times sc_store_time(const sc_store *store);
 
-/** Flush everything to disk. If every frame is there, counting what other processes did, join the
- *  video and complete the manifest. Otherwise, and unless this is a slice, join what is there
- *  without a gap from frame 0 on to sc_video_partial_name.
- *  @param missing the number of frames that are not there. @return SC_ERR_WRITE, SC_ERR_CREATE. */
+/** Flush everything to disk; blocks until that is done. If every frame is there, counting what
+ *  other processes did, join the video, complete the manifest and remove the files that are not
+ *  needed any more. Otherwise, and unless this is a slice, join the whole GOPs that are there
+ *  without a gap from frame 0 on to sc_video_partial_name. Does nothing if the job is complete.
+ *  @param missing receives the number of frames of the whole job that are not there, 0 when it is
+ *  complete; written also with an error, and then without meaning.
+ *  @return SC_OK also if frames are missing; SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_MISSING,
+ *  SC_ERR_MEMORY, or as sc_encoder_push and sc_muxer_add. */
 SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing);
 
-/** Read from a manifest in @p directory which job it belongs to. Sets version, hashes, frames and
- * size of @p job, and leaves the rest as it is. @param version room for at least 64 bytes, to which
- *  job->version points afterwards. @return SC_ERR_MISSING if there is no manifest. */
+/** Read from a manifest in @p directory which job it belongs to: version, both hashes, frames and
+ *  the size in settings of @p job are set, the rest is left as it is. @param version room for at
+ *  least 64 bytes, to which job->version points then. @return SC_ERR_MISSING if there is no
+ *  manifest with a head, SC_ERR_DATA if one is too large. */
 SC_MUST_USE sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                                         char *version);
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and
  *  its pixels hashed, the bytes of the video are hashed, its frames decoded, counted, and their
  * sizes and times compared. @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA
- * naming the first thing that is wrong. */
+ * naming the first thing that is wrong, SC_ERR_MISSING without a manifest. @param job
+ *  as sc_store_identify and the job file have it; its hashes and version are not compared. */
 SC_MUST_USE sc_status sc_store_verify(const sc_ctx *ctx, const char *directory,
                                       const sc_store_job *job);
 

@@ -18,7 +18,8 @@ out:
     return status;
 }
 
-/* Finish the GOP in the encoder and write its segment. */
+/* End the GOP that the encoder works on, and write its segment; no GOP is begun then, after an
+ * error, too. */
 static sc_status finish_gop(const sc_ctx *ctx, sc_store *store)
 {
     const int gop = store->encoding;
@@ -56,8 +57,8 @@ sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
     return sc_encoder_open(ctx, path, &store->job.settings, &store->encoder);
 }
 
-/* Begin a GOP in the encoder. One that was begun before is dropped: its pictures stay in partial
- * GOPs and are encoded later. */
+/* Set store->encoding to @p gop, with the encoder open and empty. A GOP that was begun before is
+ * dropped; its pictures are in partial GOPs. */
 static sc_status begin_gop(const sc_ctx *ctx, sc_store *store, int gop)
 {
     sc_status status = sc_store_open_encoder(ctx, store);
@@ -70,9 +71,9 @@ static sc_status begin_gop(const sc_ctx *ctx, sc_store *store, int gop)
     return SC_OK;
 }
 
-/* Encode the next pictures of the GOP in the encoder, up to the first one that is in no partial
- * GOP, and finish the GOP after its last picture. @param picture that of @p frame, so that it need
- * not be read back; all others are. */
+/* Encode the next pictures of the GOP store->encoding up to the first one that is in no partial
+ * GOP, and write its segment if that was its last. Pictures are read back from the partial GOPs,
+ * except that of @p frame, which is given (-1 and NULL: all are read). */
 static sc_status encode_available(const sc_ctx *ctx, sc_store *store, int frame,
                                   const void *picture)
 {

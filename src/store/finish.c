@@ -5,8 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Join the segments that are there without a gap from the first frame on to a partial video, which
- * lets people see how far the job is. */
+/* Join the segments that are there without a gap from the first frame on to the partial video, for
+ * people to look at. Does nothing if the first segment is missing, or in a job without video. */
 static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];
@@ -26,6 +26,7 @@ out:
     return status;
 }
 
+/* Set @p out to the end line of a job with the video @p path: its size and hash. */
 static sc_status hash_video(const sc_ctx *ctx, const char *path, sc_manifest_end *out)
 {
     const void *data;
@@ -39,7 +40,8 @@ static sc_status hash_video(const sc_ctx *ctx, const char *path, sc_manifest_end
     return SC_OK;
 }
 
-/* Write manifest.jsonl with the lines of all frames and @p end. */
+/* Write manifest.jsonl with the lines of all frames, which must be known, and @p end, and flush it
+ * to disk. It becomes store->manifest; the manifest that was open before is closed. */
 static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store,
                                       const sc_manifest_end *end)
 {
@@ -60,9 +62,10 @@ out:
     return status;
 }
 
-/* When every frame is there: make the video and the whole manifest, then remove what is not needed
- * any more. In this order nothing is lost if the process is killed in between. */
-static sc_status complete(const sc_ctx *ctx, sc_store *store)
+/* Complete a job of which every line, PNG file and segment is there: make the video and the whole
+ * manifest, then remove what is not needed any more, and set store->complete. In this order, so
+ * that an accident in between costs nothing. */
+static sc_status complete_job(const sc_ctx *ctx, sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];
     sc_manifest_end end = {.known = true};
@@ -86,6 +89,7 @@ out:
     return status;
 }
 
+/* @return the number of frames of the whole job that are not there (sc_store_has). */
 static int count_missing(const sc_store *store)
 {
     int missing = 0;
@@ -95,7 +99,8 @@ static int count_missing(const sc_store *store)
     return missing;
 }
 
-/* Add the number of lines in a manifest to data.count of the store. For sc_each_file. */
+/* For sc_each_file with the store as user: add the number of frame lines in a manifest to
+ * store->data.count. Other files, and a manifest that is gone, add nothing. */
 static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
@@ -112,9 +117,9 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
     return status;
 }
 
-/* Complete the job if every frame is there. @param missing how many are not. A slice first counts
- * the lines of all manifests, which is quick, and scans the directory only if there are enough of
- * them. */
+/* Complete the job if every frame is there, and set @p missing to the number that is not. A slice
+ * counts the lines of all manifests first, which is quick, and scans the directory only if this
+ * process may be the last. */
 static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missing)
 {
     sc_status status = SC_OK;
@@ -130,7 +135,7 @@ static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missin
         goto out;
     if (store->has_video)
         SC_TRY(sc_store_encode_partial(ctx, store));
-    SC_TRY(complete(ctx, store));
+    SC_TRY(complete_job(ctx, store));
 out:
     return status;
 }

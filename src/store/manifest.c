@@ -12,8 +12,8 @@
 enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* about ten million lines */
 
 struct sc_manifest_writer {
-    FILE *stream;
-    char *path;
+    FILE *stream; /* open for appending */
+    char *path;   /* owned; for messages */
 };
 
 /* @return a hash as a text of 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
@@ -25,8 +25,9 @@ static json_t *hash_to_json(uint64_t value)
     return json_string(text);
 }
 
-/* Append a line to a manifest. Takes ownership of @p line; NULL means that there was no memory for
- * it. */
+/* Append @p line to the stream and hand it to the system (fflush). Takes ownership of @p line, of
+ * which NULL stands for no memory. @param path for messages.
+ * @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, json_t *line)
 {
     char *text = line ? json_dumps(line, JSON_COMPACT) : NULL;
@@ -41,6 +42,8 @@ static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, jso
     return status;
 }
 
+/* Make the first line: schema, version, both hashes, number of frames and their size. Like
+ * frame_to_json: a new reference that the caller owns, or NULL if there is no memory. */
 static json_t *head_to_json(const sc_store_job *job)
 {
     return json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i]}", "schema", SCHEMA, "version",
@@ -49,12 +52,15 @@ static json_t *head_to_json(const sc_store_job *job)
                      job->settings.width_px, job->settings.height_px);
 }
 
+/* Make the line of a frame: number, hash, rank and CPU time. */
 static json_t *frame_to_json(const sc_done_frame *done)
 {
     return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash", hash_to_json(done->hash),
                      "rank", done->rank, "render_cpu_s", done->render_cpu_s);
 }
 
+/* Write the head of @p job and the lines k for which keep[k] is set; without @p lines the head
+ * alone, and @p keep is not read. */
 static sc_status write_lines(const sc_ctx *ctx, FILE *stream, const char *path,
                              const sc_store_job *job, const sc_frame_line *lines, const bool *keep)
 {
@@ -138,6 +144,8 @@ void sc_manifest_close(sc_manifest_writer *manifest)
 
 /* ---- reading ---- */
 
+/* Both return the value at @p key of an object, or 0 if it is missing or of another type. A hash is
+ * a text of hexadecimal digits. */
 static uint64_t get_hash(const json_t *line, const char *key)
 {
     const char *text = json_string_value(json_object_get(line, key));
@@ -150,6 +158,7 @@ static int get_int(const json_t *line, const char *key)
     return (int)json_integer_value(json_object_get(line, key));
 }
 
+/* Fill all of @p head from the first line; what the line lacks is 0 or "". */
 static void read_head(const json_t *line, sc_manifest_head *head)
 {
     const char *version = json_string_value(json_object_get(line, "version"));
@@ -164,7 +173,9 @@ static void read_head(const json_t *line, sc_manifest_head *head)
         head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
 }
 
-/* Store what a line says in @p data. @return false if it is not a line of a manifest. */
+/* Put the line into @p data: a head or an end replaces the one before; a frame's line goes to
+ * data->lines, if that is not NULL, and adds to data->count. @return false, with @p data untouched,
+ * if the line is not that of a manifest, or of a frame out of range. */
 static bool read_line(const json_t *line, sc_manifest_data *data)
 {
     sc_done_frame done;

@@ -18,12 +18,15 @@ bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash)
     return same;
 }
 
+/* The parameters of sc_verify_png_files, for its threads. */
 typedef struct png_check {
     const char *directory;
     const sc_frame_line *lines;
     bool *out;
 } png_check;
 
+/* For sc_parallel_for with a png_check as user: set out[k] for the frames k of [begin, end) whose
+ * files can be read; the others keep their false. */
 static void verify_png_range(void *user, size_t begin, size_t end, int thread)
 {
     const sc_ctx silent = {.rank = 0};

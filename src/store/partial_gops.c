@@ -11,13 +11,18 @@
 
 #define MAGIC "segpart\x01"
 
+/* What precedes each picture in a file, in the byte order of the machine. */
 typedef struct picture_head {
     char magic[8];
-    uint64_t hash; /* of what follows in the head, and of the picture */
-    uint64_t identity, bytes, pixel_hash;
+    uint64_t hash;       /* of what follows in the head, and of the picture */
+    uint64_t identity;   /* of the job */
+    uint64_t bytes;      /* of the picture */
+    uint64_t pixel_hash; /* sc_image_hash of the frame */
     int64_t frame;
 } picture_head;
 
+/* @return what head->hash has to be: covers the members behind it, which must be set, and
+ * head->bytes bytes of the picture. */
 static uint64_t hash_of(const picture_head *head, const void *picture)
 {
     const size_t from = offsetof(picture_head, identity);
@@ -45,7 +50,8 @@ sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t ide
     return SC_OK;
 }
 
-/* Append a path to the list of files. */
+/* Append a copy of @p path to the list of files, and set @p index to its place in it.
+ * @return SC_ERR_MEMORY. */
 static sc_status add_file(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int *index)
 {
     sc_text copy = {0};
@@ -69,8 +75,8 @@ out:
     return status;
 }
 
-/* Read the next head and its picture. @return false at the end, and if they are damaged or of
- * another job. */
+/* Read the next head and its picture, of partial->picture_bytes, from the stream. @return false at
+ * the end, and if they are damaged or of another job; @p head and @p picture hold anything then. */
 static bool read_picture(const sc_partial_gops *partial, FILE *stream, picture_head *head,
                          void *picture)
 {
@@ -105,6 +111,9 @@ out:
     return status;
 }
 
+/* Flush and close the file that is being written, if any, and open that of GOP @p gop of this
+ * process (NNNNNN.HOST.PID.part) for appending: sets stream, stream_gop and stream_file, and adds
+ * it to the files. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status open_stream(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
 {
     char path[2 * SC_NAME_BYTES], host[64] = "host";

@@ -5,6 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
+/* The functions for sc_each_file get the store as user and the name of a file in the directory, in
+ * segments/ or in frames/. They remove it if segcast writes files of such names, and never fail.
+ *
+ * Remove any file of segments/. */
 static sc_status remove_segment(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_store *store = user;
@@ -16,6 +20,7 @@ static sc_status remove_segment(const sc_ctx *ctx, void *user, const char *name)
     return SC_OK;
 }
 
+/* Remove a manifest, of the whole job or of a slice. */
 static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_store *store = user;
@@ -28,6 +33,7 @@ static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name
     return SC_OK;
 }
 
+/* Remove a manifest of a slice. */
 static sc_status remove_slice(const sc_ctx *ctx, void *user, const char *name)
 {
     return strcmp(name, "manifest.jsonl") != 0 ? remove_manifest(ctx, user, name) : SC_OK;

@@ -10,8 +10,8 @@
 
 enum { REASON_BYTES = 160 };
 
-/* Compare a manifest with the job. @return false, with a reason that completes "was written ...",
- * if it belongs to another job. */
+/* Compare a manifest with the job. @return false if it is of another one; @p reason then holds what
+ * differs, as words that follow "was written", and is untouched otherwise. */
 static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
                        char reason[REASON_BYTES])
 {
@@ -35,6 +35,9 @@ static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
     return false;
 }
 
+/* For sc_each_file with the store as user: read a manifest into store->data. Other files, and
+ * manifests without a head, are ignored. @return SC_ERR_CREATE, with a message, if it belongs to
+ * another job. */
 static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
@@ -55,6 +58,7 @@ static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
 
 /* ---- segments and partial GOPs ---- */
 
+/* @return the hash of frame number @p i, from 0, of the segment. */
 static uint64_t segment_frame_hash(const sc_segment_info *info, int i)
 {
     uint64_t hash;
@@ -63,7 +67,8 @@ static uint64_t segment_frame_hash(const sc_segment_info *info, int i)
     return hash;
 }
 
-/* Do the frames of the segment have the hashes that the manifest names? */
+/* @return whether the frames of the segment have the hashes that the manifest names; a frame
+ * without a line may have any. */
 static bool has_known_hashes(const sc_store *store, const sc_segment_info *info)
 {
     for (int i = 0; i < info->frame_count; i++) {
@@ -75,8 +80,8 @@ static bool has_known_hashes(const sc_store *store, const sc_segment_info *info)
     return true;
 }
 
-/* Add the lines of a segment's frames that are missing: after an accident the segment may be on
- * disk although its lines in the manifest are not. */
+/* A segment may have reached the disk before the lines of its frames did: add those that are not
+ * known to store->data.lines (not to the file), with rank and CPU time 0. */
 static void add_lines(sc_store *store, const sc_segment_info *info)
 {
     for (int i = 0; i < info->frame_count; i++) {
@@ -88,6 +93,8 @@ static void add_lines(sc_store *store, const sc_segment_info *info)
     }
 }
 
+/* Set has_segment[gop] to whether the file @p path is a sound segment of this GOP of this job.
+ * Warns if it is not, except if it was removed meanwhile. Frames that have no line get one. */
 static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, int gop)
 {
     const sc_ctx silent = {.rank = 0};
@@ -114,8 +121,8 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
         sc_file_unmap(data, segment.bytes);
 }
 
-/* Scan a file of the folder segments: NNNNNN.seg or NNNNNN.HOST.PID.part; others are ignored. For
- * sc_each_file. */
+/* For sc_each_file with the store as user and a file of segments/: scan NNNNNN.seg or
+ * NNNNNN.HOST.PID.part. Other names, and numbers beyond the last GOP, are ignored. */
 static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
@@ -134,8 +141,8 @@ static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
     return SC_OK;
 }
 
-/* Drop pictures in partial GOPs whose hash is not that of their frame's line, and add the lines
- * that are missing: after an accident the picture may be on disk although its line is not. */
+/* Remove the locations of pictures in partial GOPs whose hash is not that of their frame's line. A
+ * picture may have reached the disk before the line did; then add that to store->data.lines. */
 static void compare_partial_gops(sc_store *store)
 {
     for (int k = 0; k < store->job.frames; k++) {
@@ -151,7 +158,8 @@ static void compare_partial_gops(sc_store *store)
     }
 }
 
-/* Is the job finished: does a manifest have an end line, and are the outputs what it says? */
+/* @return whether the job is finished: the manifest has an end line and a line for each frame, and
+ * the outputs are what it says. Warns if the video is not. Needs has_png. */
 static bool is_complete(const sc_ctx *ctx, const sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];

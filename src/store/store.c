@@ -19,6 +19,7 @@ sc_store_times sc_store_time(const sc_store *store)
     return store->times;
 }
 
+/* @return the hash of what sc_store_identity stands for: both hashes, number of frames, version. */
 static uint64_t identity_of(const sc_store_job *job)
 {
     const uint64_t numbers[] = {job->job_hash, job->volume_hash, (uint64_t)job->frames};
@@ -29,14 +30,15 @@ static uint64_t identity_of(const sc_store_job *job)
 
 /* ---- opening ---- */
 
-/* Which manifests there are in the directory. */
+/* Which manifests are in the directory: filled by find_manifest, from all false. */
 typedef struct manifest_search {
-    const sc_store *store;
-    bool own;   /* the manifest of this process: see sc_store_manifest_path */
-    bool whole; /* the manifest of the whole job */
-    bool any;   /* a manifest, that of another slice included */
+    const sc_store *store; /* only directory and slice are read */
+    bool own;              /* that of this slice, or of the whole job if this process does it */
+    bool whole, any;       /* that of the whole job; any manifest */
 } manifest_search;
 
+/* For sc_each_file with a manifest_search as user: set its flags. Files other than manifests are
+ * ignored. */
 static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
     manifest_search *search = user;
@@ -52,8 +54,9 @@ static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
     return SC_OK;
 }
 
-/* Refuse a directory that holds a run. For a slice only a run of the same slice or of the whole job
- * counts, because slices share the directory. */
+/* Refuse, with a message, a directory that holds a run: any manifest. A slice shares it with other
+ * slices, and is refused only by its own manifest and by that of the whole job.
+ * @return SC_ERR_CREATE. Reads directory and slice of the store alone. */
 static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
 {
     manifest_search search = {.store = store};
@@ -75,6 +78,8 @@ sc_status sc_store_check_new(const sc_ctx *ctx, const char *directory, const cha
     return refuse_run(ctx, &probe);
 }
 
+/* Allocate the arrays of the store, zeroed, and the buffer for a picture. Needs job and gop_count.
+ * Also after an error sc_store_close frees them. */
 static sc_status allocate(const sc_ctx *ctx, sc_store *store)
 {
     const size_t frames = (size_t)store->job.frames, gops = (size_t)store->gop_count;
@@ -95,6 +100,7 @@ out:
     return status;
 }
 
+/* Make segments/ and frames/, as far as the job needs them. */
 static sc_status make_folders(const sc_ctx *ctx, const sc_store *store)
 {
     char path[2 * SC_NAME_BYTES];
@@ -112,9 +118,11 @@ out:
     return status;
 }
 
-/* Prepare for accepting frames: make the folders, fill store->wanted with the wanted frames that
- * are not there, and write a manifest with the lines of those that are. */
-static sc_status begin(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
+/* Begin the run after a scan: set store->wanted to the frames of @p wanted that are not there, make
+ * the folders, open the encoder, and write the manifest of this process with the lines of those
+ * that are. Lines of frames that are not there become unknown. Without any wanted frames the
+ * encoder and the manifest are left out. */
+static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
     char path[2 * SC_NAME_BYTES];
     void *block = NULL;
@@ -172,7 +180,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
         SC_TRY(sc_store_remove_run(ctx, store));
     SC_TRY(sc_store_scan(ctx, store));
     if (!store->complete)
-        SC_TRY(begin(ctx, store, wanted, wanted_count));
+        SC_TRY(begin_run(ctx, store, wanted, wanted_count));
     *out = store;
     return SC_OK;
 out:
@@ -220,7 +228,8 @@ sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *store, int **ou
 
 /* ---- accepting frames and GOPs ---- */
 
-/* Write the line of a frame. The manifest is flushed to disk once a second at most. */
+/* Write the line of a frame to the manifest and to store->data.lines. The manifest is flushed to
+ * disk once a second at most. */
 static sc_status add_line(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done)
 {
     const double now_s = sc_wall_s();
@@ -234,7 +243,8 @@ static sc_status add_line(const sc_ctx *ctx, sc_store *store, const sc_done_fram
     return status;
 }
 
-/* Convert the picture of a frame, keep it in a partial GOP unless it is in one, and encode it. */
+/* Keep the picture of a frame in a partial GOP, unless one is there, and encode it as far as
+ * sc_store_encode can. Only for a GOP without a segment. */
 static sc_status add_picture(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done,
                              const sc_image *image)
 {

@@ -5,12 +5,14 @@
 #include <math.h>
 #include <string.h>
 
+/* For read_head. */
 typedef struct head_search {
     const char *directory;
-    sc_manifest_head head;
+    sc_manifest_head head; /* the result; known is false until one is found */
 } head_search;
 
-/* Read the head of the first manifest that has one. */
+/* For sc_each_file with a head_search as user: put the head of the first manifest that has one into
+ * it. Once it is found, all further files are ignored. */
 static sc_status read_head(const sc_ctx *ctx, void *user, const char *name)
 {
     head_search *search = user;
@@ -48,13 +50,16 @@ sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_j
     return SC_OK;
 }
 
+/* For check_video_frame; pointers are borrowed. */
 typedef struct video_check {
     const sc_ctx *ctx;
-    const char *path;
+    const char *path; /* for messages */
     const sc_store_job *job;
-    int frames;
+    int frames; /* decoded so far */
 } video_check;
 
+/* For sc_video_decode with a video_check as user: compare time (within 1 ms) and size of a frame
+ * with the job, and count it. Its pixels are not compared. @return SC_ERR_DATA, with a message. */
 static sc_status check_video_frame(void *user, int k, double time_s, const sc_image *image)
 {
     video_check *check = user;
@@ -72,6 +77,8 @@ static sc_status check_video_frame(void *user, int k, double time_s, const sc_im
     return SC_OK;
 }
 
+/* Compare size and hash of the video with @p end, then decode it, and compare its frames and their
+ * number with @p job. @return SC_ERR_DATA naming the first thing that is wrong. */
 static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                               const sc_manifest_end *end)
 {
@@ -93,6 +100,8 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
     return status;
 }
 
+/* Decode all PNG files, and compare their pixels with the hashes in @p lines ([job->frames], all
+ * known). @return SC_ERR_DATA naming the first one that is wrong, SC_ERR_MEMORY. */
 static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                                   const sc_frame_line *lines)
 {
