@@ -88,8 +88,7 @@ SC_MUST_USE sc_status sc_store_whole_gops(const sc_ctx *ctx, const sc_store *sto
 
 /** Accept a frame that was wanted and not there: keep its picture in a partial GOP, encode it,
  *  write its PNG and its line in the manifest. Blocks until that is written. Frames of a GOP should
- *  come in rising order; otherwise pictures have to be read back. @p image is borrowed for the
- * call.
+ *  come in rising order; otherwise pictures have to be read back. @p image is only read.
  *  @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_DATA (a picture that was read back is damaged),
  *  SC_ERR_MEMORY, or as sc_encoder_push. After an error the store can only be closed; a later run
  *  continues. */
@@ -131,8 +130,8 @@ SC_MUST_USE sc_status sc_store_identify(const sc_ctx *ctx, const char *directory
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and
  *  its pixels hashed, the bytes of the video are hashed, its frames decoded, counted, and their
  * sizes and times compared. @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA
- * naming the first thing that is wrong, SC_ERR_MISSING without a manifest. @param job
- *  as sc_store_identify and the job file have it; its hashes and version are not compared. */
+ *  naming the first thing that is wrong, SC_ERR_MISSING without a manifest. @param job as
+ *  sc_store_identify and the job file have it; its hashes and version are not compared. */
 SC_MUST_USE sc_status sc_store_verify(const sc_ctx *ctx, const char *directory,
                                       const sc_store_job *job);
 

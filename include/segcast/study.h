@@ -21,20 +21,20 @@ typedef enum sc_phase {
     SC_PHASE_COUNT
 } sc_phase;
 
-/** Time spent in a phase. */
+/** What one rank spent on a phase. */
 typedef struct sc_phase_time {
-    double wall_s, cpu_s;
+    double wall_s, cpu_s; /**< seconds; cpu_s: of all its threads together */
 } sc_phase_time;
 
 /** The timing record of a rank. A plain value, sent as bytes. */
 typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
-    double cpu_s;
-    double farm_idle_s;   /**< how long its worker thread that draws had no task */
-    double accept_wall_s; /**< rank 0: time of accepting frames, while others are drawn */
-    int32_t threads;
-    char host[64];
+    double cpu_s;         /**< CPU seconds of the whole process */
+    double farm_idle_s;   /**< for how long its worker thread had no task */
+    double accept_wall_s; /**< rank 0: encoding and writing, beside the drawing; else 0 */
+    int32_t threads;      /**< that draw */
+    char host[64];        /**< name of its node, NUL-terminated */
 } sc_rank_record;
 
 /* ---- runs before this one ---- */
@@ -46,11 +46,11 @@ typedef struct sc_job_hashes {
 
 /** One run on the job: an element of `runs` in stats.json. */
 typedef struct sc_run_entry {
-    char begin[32]; /**< "2026-11-21T19:44:38Z" */
-    char host[64];  /**< host of rank 0 */
-    int ranks, threads, nodes;
-    double wall_s, cpu_s;
-    int frames; /**< how many it drew */
+    char begin[32];            /**< "2026-11-21T19:44:38Z" */
+    char host[64];             /**< of rank 0 */
+    int ranks, threads, nodes; /**< threads: of rank 0 */
+    double wall_s, cpu_s;      /**< seconds; cpu_s: of all ranks together */
+    int frames;                /**< that it drew */
 } sc_run_entry;
 
 /** A frame that an earlier run drew. */
@@ -68,13 +68,13 @@ typedef struct sc_history {
     int frame_count;
 } sc_history;
 
-/** Add to @p history what the stats.json at @p path says of earlier runs on the job @p job. A file
- * that does not exist adds nothing; one that is damaged or of another job adds nothing and gives a
- *  warning. Runs that @p history holds already are not added again. @return SC_ERR_MEMORY, with
- *  @p history untouched. */
+/** Add what the stats.json under @p path says of earlier runs on the job @p job. A file that cannot
+ *  be read adds nothing; one that is damaged, too large or of another job adds nothing and gives a
+ *  warning. Runs that @p history has already are not added again; of a frame that several runs drew
+ *  the one of the run with the highest index stays. @return SC_ERR_MEMORY, @p history untouched. */
 SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
                                       sc_history *history);
-/** Free both arrays; the history is empty then. */
+/** Free both arrays; the history is empty then. An empty one is allowed. */
 void sc_history_clear(sc_history *history);
 
 /* ---- this run ---- */
@@ -86,25 +86,27 @@ void sc_history_clear(sc_history *history);
  *  runs that were killed are missing: these wrote no file. All other keys of stats.json are of this
  *  run, the last one: sums over all runs can be had from `runs`. */
 typedef struct sc_run_record {
-    const char *version, *host;
+    const char *version, *host; /**< of segcast; of rank 0 */
     sc_job_hashes job;
-    int64_t begin_unix_s;
+    int64_t begin_unix_s;      /**< when the run began, in seconds since 1970 (UTC) */
     const sc_history *earlier; /**< or NULL */
     int ranks, nodes;
-    double wall_s;
-    const sc_rank_record *rank_records; /**< [ranks] */
+    double wall_s;                      /**< seconds of the whole run */
+    const sc_rank_record *rank_records; /**< [ranks], at least 1 */
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
-    uint64_t volume_bytes, prepared_bytes;
-    double farm_wall_s; /**< from the first work unit to the last */
+    uint64_t volume_bytes, prepared_bytes; /**< memory of the volume, read and prepared */
+    double farm_wall_s; /**< seconds from the first work unit to the last; 0: none was drawn */
     bool wrote_png;     /**< frames were written as PNG */
     bool from_prepared; /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
 
-/** @return the largest of the ranks' render times over their mean, minus 1; 0 is perfect balance.
- */
+/** @return the largest of the ranks' render times (wall) over their mean, minus 1: 0 is perfect
+ *  balance, or nothing was drawn. */
 double sc_run_imbalance(const sc_run_record *run);
-/** Write stats.json and frames.csv under the given paths. @return SC_ERR_WRITE. */
+/** Write stats.json under @p json, and then frames.csv under @p csv; each replaces an earlier file
+ *  when it is complete. After an error with the first the second is not written.
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
                                    const char *csv);
 
@@ -120,13 +122,14 @@ typedef enum sc_bottleneck {
 } sc_bottleneck;
 /** @return what limited @p run, judged by the shares of time in its records. */
 sc_bottleneck sc_run_bottleneck(const sc_run_record *run);
-/** Log a summary: speed, time per phase, waiting, the slowest frames and ranks, and the bottleneck
- *  with what can be done about it. @return SC_ERR_MEMORY. */
+/** Log a summary with sc_info: speed, time per phase, waiting, the slowest frames and ranks, and
+ * the bottleneck with what can be done about it. Of a run that drew no frame, only speed and times.
+ *  @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run);
 
 /* ---- the trace: what each thread did when ---- */
 
-/** What a thread did in an event of the trace. */
+/** What a thread did; SC_TRACE_FINISH: sc_store_finish and what else ends a run. */
 typedef enum sc_trace_kind {
     SC_TRACE_READ,
     SC_TRACE_PREPARE,
@@ -137,12 +140,11 @@ typedef enum sc_trace_kind {
     SC_TRACE_FINISH
 } sc_trace_kind;
 
-/** An event of the trace: what a thread did during some time. A plain value, sent as bytes. */
+/** What a thread did from when to when. A plain value, sent as bytes. */
 typedef struct sc_trace_event {
-    double begin_s, duration_s; /**< begin_s: seconds since sc_trace_new */
-    int32_t frame;              /**< the frame that it belongs to, or -1 */
-    int16_t kind;               /**< sc_trace_kind */
-    int16_t thread;             /**< number of the thread, as of sc_trace_write */
+    double begin_s, duration_s; /**< begin: counted from sc_trace_new */
+    int32_t frame;              /**< number of the frame it was done for, or -1 */
+    int16_t kind, thread;       /**< an sc_trace_kind; number of the thread in its rank, from 0 */
 } sc_trace_event;
 
 /** The trace of one rank. */
@@ -151,33 +153,36 @@ typedef struct sc_trace sc_trace;
  *  after having agreed on something (sc_comm_agree) have a common time. @return SC_ERR_MEMORY.
  * Caller owns *out: sc_trace_free. */
 SC_MUST_USE sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out);
-/** NULL is allowed. */
+/** Free a trace with its events. NULL is allowed. */
 void sc_trace_free(sc_trace *trace);
-/** Add an event, if there is room. @param begin_s, end_s by sc_wall_s. Threads: any, at any time.
- */
+/** Add an event, if there is room; otherwise it is only counted. Does not wait. @param frame or -1.
+ *  @param begin_s, end_s by sc_wall_s. Threads: any, at any time. */
 void sc_trace_add(sc_trace *trace, sc_trace_kind kind, int thread, int frame, double begin_s,
                   double end_s);
-/** @return the number of events in the trace. */
+/** @return the number of events of sc_trace_events. */
 size_t sc_trace_count(const sc_trace *trace);
 /** @return how many events were not added because there was no room. */
 size_t sc_trace_dropped(const sc_trace *trace);
-/** @return the events, in the order in which they were added; borrowed from the trace. Not while
- * other threads add some. */
+/** @return the events in the order in which they were added, borrowed from @p trace. No thread may
+ *  be adding one while they are read. */
 const sc_trace_event *sc_trace_events(const sc_trace *trace);
-/** Write the events of all ranks as Chrome trace events. Those of rank i are the counts[i] events
- *  from events[i * stride] on. The threads of a rank are numbered from 0; number
- *  records[i].threads is the one that encodes and writes. @return SC_ERR_WRITE. */
+/** Write the events of all ranks as Chrome trace events into the file @p path, which appears when
+ *  it is complete. Those of rank i are the counts[i] events from events[i * stride] on; of
+ *  @p records [ranks] host and threads are used. The threads of a rank are numbered from 0; number
+ *  records[i].threads is the one that encodes and writes.
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                                      const sc_rank_record *records, const sc_trace_event *events,
                                      const size_t *counts, size_t stride);
 
 /* ---- progress: how far a run is ---- */
 
-/** The content of status.json. */
+/** How far a run is, as status.json has it. */
 typedef struct sc_progress_report {
-    const char *state; /**< "running", "complete", "incomplete" or "failed" */
-    int done, total;   /**< frames */
-    double elapsed_s, frames_per_s, remaining_s;
+    const char *state; /**< "running", "complete", "incomplete" or "failed"; borrowed */
+    int done, total;   /**< frames, those of earlier runs included */
+    double elapsed_s;  /**< since the run began */
+    double frames_per_s, remaining_s; /**< remaining_s: estimated, 0 if unknown or at the end */
 } sc_progress_report;
 /** Write @p report to @p path, that of a status.json. Readers never see a part of it
  * (sc_file_write).

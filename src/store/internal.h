@@ -63,10 +63,9 @@ typedef struct sc_partial_gops {
 struct sc_store {
     char directory[SC_NAME_BYTES];
     sc_store_job job;
-    const char *slice; /* NULL: this process does the whole job */
-    bool
-        has_video; /* job.video is not "none"; without one there are no segments and partial GOPs */
-    bool complete; /* the job is finished and verified */
+    const char *slice;         /* NULL: this process does the whole job */
+    bool has_video;            /* job.video is not "none"; without one there are no segments */
+    bool complete;             /* the job is finished and verified */
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
@@ -133,8 +132,7 @@ bool sc_store_has_picture(const sc_store *store, int k);
 
 /* ---- outputs.c: verifying finished files against the manifest ---- */
 
-/* Decode the PNG files of the frames that have a line, on @p threads threads. @param lines
- * [frames].
+/* Decode the PNG files of the frames that have one of the @p lines [frames], on @p threads threads.
  * @param out [frames], set to whether the pixels have the hash that the line names: false without a
  * line or a file. Prints no messages. */
 void sc_verify_png_files(const char *directory, const sc_frame_line *lines, int frames, int threads,

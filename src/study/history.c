@@ -10,6 +10,10 @@
 /* The largest stats.json that is read: that of about 4 million frames. */
 #define STATS_BYTES_MAX ((size_t)1 << 30)
 
+/* The three readers below set @p out from JSON. They return false, with @p out untouched, if a
+ * value is missing, of another type, or out of range.
+ *
+ * Read the 16 hexadecimal digits at @p key of an object. */
 static bool read_hash(const json_t *object, const char *key, uint64_t *out)
 {
     const char *text = json_string_value(json_object_get(object, key));
@@ -21,6 +25,7 @@ static bool read_hash(const json_t *object, const char *key, uint64_t *out)
     return !*end;
 }
 
+/* Read an element of `runs`; names that are too long are cut off. */
 static bool read_run(json_t *json, sc_run_entry *out)
 {
     const char *begin, *host;
@@ -36,6 +41,7 @@ static bool read_run(json_t *json, sc_run_entry *out)
     return true;
 }
 
+/* Read an element of `frames`, whose run is one of @p run_count. */
 static bool read_frame(json_t *json, int run_count, sc_past_frame *out)
 {
     sc_past_frame past = {.run = 0};
@@ -55,7 +61,8 @@ static bool read_frame(json_t *json, int run_count, sc_past_frame *out)
     return true;
 }
 
-/* Read runs and frames into @p h, which has room for them. @return false if they are damaged. */
+/* Append all runs and frames to @p h, whose arrays the caller has made large enough. @return false
+ * if one is damaged; those before it stay appended. */
 static bool read_arrays(const json_t *runs, const json_t *frames, sc_history *h)
 {
     for (size_t i = 0; i < json_array_size(runs); i++) {
@@ -71,6 +78,8 @@ static bool read_arrays(const json_t *runs, const json_t *frames, sc_history *h)
     return true;
 }
 
+/* Allocate both arrays of @p out, for so many runs and frames; the counts are left as they are.
+ * After an error, too, sc_history_clear frees them. */
 static sc_status allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out)
 {
     void *block;
@@ -84,8 +93,10 @@ out:
     return status;
 }
 
-/* Read the runs and frames in the text of a stats.json. @param out owned by the caller, also after
- * an error. @param problem set to what is wrong with the file, if anything is. */
+/* Fill the empty history @p out with the runs and frames in @p text, the content of a stats.json.
+ * If it cannot be used, *problem is set to what is wrong with it (static; it follows the file's
+ * name),
+ * @p out may hold a part of it, and the return code is SC_OK. @return SC_ERR_MEMORY. */
 static sc_status parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                        sc_history *out, const char **problem)
 {
@@ -111,12 +122,15 @@ static sc_status parse(const sc_ctx *ctx, const char *text, const sc_job_hashes 
     return status;
 }
 
+/* @return whether both are entries of the same run. */
 static bool same_run(const sc_run_entry *a, const sc_run_entry *b)
 {
     return !strcmp(a->begin, b->begin) && !strcmp(a->host, b->host) && a->ranks == b->ranks &&
            a->frames == b->frames && a->wall_s == b->wall_s;
 }
 
+/* For qsort of sc_past_frame: by number of the frame, and of the same frame the latest run first.
+ */
 static int by_frame_and_age(const void *a, const void *b)
 {
     const sc_past_frame *x = a, *y = b;
@@ -125,8 +139,9 @@ static int by_frame_and_age(const void *a, const void *b)
                                               : y->run - x->run;
 }
 
-/* Add to @p to the runs of @p more that it does not have, and their frames. Of a frame that several
- * runs drew, only the record of the latest run is kept. */
+/* Add a copy of what @p more holds to @p to: runs that are not there yet, at the end, and of each
+ * frame the record of its latest run. The runs of the added frames get their index in @p to.
+ * @return SC_ERR_MEMORY, @p to untouched. */
 static sc_status merge(const sc_ctx *ctx, sc_history *to, const sc_history *more)
 {
     sc_history all = {0};

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes status.json, which tells users and scripts how far a run is. */
 #include "segcast/study.h"
 
 #include <jansson.h>

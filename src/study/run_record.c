@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes stats.json and frames.csv from the timing record of a run. All functions *_json return a
+ * new reference that the caller owns, or NULL if there is no memory. */
 #include "segcast/study.h"
 
 #include <jansson.h>
@@ -22,8 +24,8 @@ double sc_run_imbalance(const sc_run_record *run)
     return sum > 0 ? most * run->ranks / sum - 1 : 0;
 }
 
-/* @return the phases as JSON: the wall time of the rank that took longest, and the CPU time of all
- * ranks together. */
+/* The object `phases`. Wall time: that of the rank that took longest; CPU time: the sum over all
+ * ranks. */
 static json_t *phases_json(const sc_run_record *run)
 {
     json_t *phases = json_object();
@@ -43,47 +45,51 @@ static json_t *phases_json(const sc_run_record *run)
     return phases;
 }
 
+/* Write a hash as 16 hexadecimal digits into @p text. */
 static void format_hash(uint64_t hash, char text[17])
 {
     snprintf(text, 17, "%016llx", (unsigned long long)hash);
 }
 
-/* A position in the frames of this run and of earlier ones, which are visited in rising order. */
+/* A position in the frames of this run and of earlier ones, in rising order; {.run = run} is the
+ * beginning. */
 typedef struct frame_cursor {
     const sc_run_record *run;
-    int own, past;
+    int own, past; /* indices of the next ones in run->frames and in run->earlier->frames */
 } frame_cursor;
 
-/* Move to the next frame: *out becomes its timing record, with the index of its run. Of a frame
- * that was drawn twice that of this run. @return false at the end. */
-static bool next_frame(frame_cursor *at, sc_past_frame *out)
+/* Put the next frame into @p out, and move the cursor behind it. Of a frame that was drawn in this
+ * run and before, that of this run comes alone; its run is the number of earlier ones. @return
+ * false, with @p out untouched, at the end. */
+static bool next_frame(frame_cursor *cursor, sc_past_frame *out)
 {
-    const sc_run_record *run = at->run;
+    const sc_run_record *run = cursor->run;
     const sc_history *earlier = run->earlier;
     const int past_count = earlier ? earlier->frame_count : 0;
-    const bool has_own = at->own < run->frame_count;
+    const bool has_own = cursor->own < run->frame_count;
 
-    while (has_own && at->past < past_count &&
-           earlier->frames[at->past].result.frame == run->frames[at->own].frame)
-        at->past++; /* this run drew it again */
-    if (has_own && (at->past == past_count ||
-                    run->frames[at->own].frame < earlier->frames[at->past].result.frame)) {
-        *out = (sc_past_frame){run->frames[at->own++], earlier ? earlier->run_count : 0};
+    while (has_own && cursor->past < past_count &&
+           earlier->frames[cursor->past].result.frame == run->frames[cursor->own].frame)
+        cursor->past++; /* drawn again */
+    if (has_own && (cursor->past == past_count ||
+                    run->frames[cursor->own].frame < earlier->frames[cursor->past].result.frame)) {
+        *out = (sc_past_frame){run->frames[cursor->own++], earlier ? earlier->run_count : 0};
         return true;
     }
-    if (at->past == past_count)
+    if (cursor->past == past_count)
         return false;
-    *out = earlier->frames[at->past++];
+    *out = earlier->frames[cursor->past++];
     return true;
 }
 
+/* The array `frames`: of this run and of earlier ones. */
 static json_t *frames_json(const sc_run_record *run)
 {
     json_t *frames = json_array();
-    frame_cursor at = {.run = run};
+    frame_cursor cursor = {.run = run};
     sc_past_frame past;
 
-    while (next_frame(&at, &past)) {
+    while (next_frame(&cursor, &past)) {
         const sc_frame_result *f = &past.result;
         char hash[17];
 
@@ -99,6 +105,7 @@ static json_t *frames_json(const sc_run_record *run)
     return frames;
 }
 
+/* @return the CPU seconds of all ranks together. */
 static double total_cpu_s(const sc_run_record *run)
 {
     double cpu_s = 0;
@@ -108,6 +115,7 @@ static double total_cpu_s(const sc_run_record *run)
     return cpu_s;
 }
 
+/* @return what stats.json will say of this run to later ones; the host is cut off if too long. */
 static sc_run_entry entry_of(const sc_run_record *run)
 {
     const time_t begin = (time_t)run->begin_unix_s;
@@ -125,6 +133,7 @@ static sc_run_entry entry_of(const sc_run_record *run)
     return entry;
 }
 
+/* An element of the array `runs`. */
 static json_t *entry_json(const sc_run_entry *run)
 {
     return json_pack("{s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:i}", "begin", run->begin, "host",
@@ -132,6 +141,7 @@ static json_t *entry_json(const sc_run_entry *run)
                      "wall_s", run->wall_s, "cpu_s", run->cpu_s, "frames", run->frames);
 }
 
+/* The array `runs`: the earlier ones, and at the end this one. */
 static json_t *runs_json(const sc_run_record *run)
 {
     const sc_run_entry this_run = entry_of(run);
@@ -143,6 +153,7 @@ static json_t *runs_json(const sc_run_record *run)
     return runs;
 }
 
+/* All of stats.json. */
 static json_t *run_json(const sc_run_record *run)
 {
     json_t *peaks = json_array();
@@ -170,6 +181,7 @@ static json_t *run_json(const sc_run_record *run)
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run));
 }
 
+/* Write stats.json under @p path. */
 static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const char *path)
 {
     json_t *json = run_json(run);
@@ -182,9 +194,10 @@ static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const c
     return status;
 }
 
+/* Write frames.csv under @p path: a line of headings, and one for each frame. */
 static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const char *path)
 {
-    frame_cursor at = {.run = run};
+    frame_cursor cursor = {.run = run};
     sc_past_frame past;
     sc_text text = {0};
     sc_status status;
@@ -192,7 +205,7 @@ static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const ch
     SC_TRY(sc_text_add(ctx, &text,
                        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
                        "contributions,hash,run\n"));
-    while (next_frame(&at, &past)) {
+    while (next_frame(&cursor, &past)) {
         const sc_frame_result *f = &past.result;
 
         SC_TRY(sc_text_add(ctx, &text, "%d,%d,%.6f,%.6f,%.6f,%llu,%llu,%llu,%016llx,%d\n", f->frame,

@@ -16,10 +16,11 @@ enum { SLOWEST_SHOWN = 3 }; /* number of slow frames, and of slow ranks, that ar
 
 /* The speed at which a rank drew. */
 typedef struct rank_speed {
-    int rank, frames;
-    double wall_s_per_frame;
+    int rank, frames;        /* frames: how many it drew */
+    double wall_s_per_frame; /* mean; 0 if it drew none */
 } rank_speed;
 
+/* @return the CPU seconds of a phase: the sum over all ranks. */
 static double phase_cpu_s(const sc_run_record *run, sc_phase phase)
 {
     double sum = 0;
@@ -29,6 +30,7 @@ static double phase_cpu_s(const sc_run_record *run, sc_phase phase)
     return sum;
 }
 
+/* @return the wall seconds of a phase: those of the rank that took longest. */
 static double phase_wall_s(const sc_run_record *run, sc_phase phase)
 {
     double longest = 0;
@@ -41,7 +43,8 @@ static double phase_wall_s(const sc_run_record *run, sc_phase phase)
     return longest;
 }
 
-/* @return the share of the farm's time in which worker threads had no task, averaged over ranks. */
+/* @return for which share of the farm's time, 0 to 1, worker threads had no task, averaged over
+ * ranks; 0 if the farm took no time. */
 static double waiting_share(const sc_run_record *run)
 {
     double idle_s = 0;
@@ -72,6 +75,8 @@ sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
     return SC_BOTTLENECK_DRAW;
 }
 
+/* @return the bottleneck and what can be done about it, as words that follow "limited by"; static.
+ */
 static const char *advice(sc_bottleneck bottleneck)
 {
     static const char *const texts[] = {
@@ -96,6 +101,7 @@ static const char *advice(sc_bottleneck bottleneck)
     return texts[bottleneck];
 }
 
+/* For qsort of sc_frame_result: the one with the most CPU time first. */
 static int by_cost(const void *a, const void *b)
 {
     const double x = ((const sc_frame_result *)a)->render_cpu_s;
@@ -104,6 +110,7 @@ static int by_cost(const void *a, const void *b)
     return x < y ? 1 : x > y ? -1 : 0;
 }
 
+/* For qsort of rank_speed: the slowest first; of equal ones the lowest rank. */
 static int by_speed(const void *a, const void *b)
 {
     const rank_speed *x = a, *y = b;
@@ -113,7 +120,8 @@ static int by_speed(const void *a, const void *b)
                                                        : x->rank - y->rank;
 }
 
-/* Append the costliest frames: "12 (0.310 s), 7 (0.298 s)". */
+/* Append the SLOWEST_SHOWN frames that took most CPU time to @p text: "12 (0.310 s), 7 (0.298 s)".
+ * @return SC_ERR_MEMORY. */
 static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     void *block;
@@ -133,7 +141,8 @@ static sc_status slow_frames(const sc_ctx *ctx, const sc_run_record *run, sc_tex
     return status;
 }
 
-/* Append the ranks that took longest for a frame: "3 on n2 (0.310 s a frame)". */
+/* Append the SLOWEST_SHOWN ranks that took longest for a frame to @p text: "3 on n2 (0.310 s a
+ * frame)". A frame that several ranks drew counts for the last one. @return SC_ERR_MEMORY. */
 static sc_status slow_ranks(const sc_ctx *ctx, const sc_run_record *run, sc_text *text)
 {
     void *block;

@@ -10,12 +10,13 @@
 #include <string.h>
 
 struct sc_trace {
-    double zero_s; /* by sc_wall_s */
-    sc_trace_event *events;
+    double zero_s;          /* by sc_wall_s */
+    sc_trace_event *events; /* [capacity], owned */
     size_t capacity;
     atomic_size_t added; /* number of events added so far, those without room included */
 };
 
+/* In the order of sc_trace_kind. */
 static const char *const kinds[] = {"read",   "prepare", "share", "draw",
                                     "encode", "write",   "finish"};
 
@@ -76,6 +77,10 @@ size_t sc_trace_dropped(const sc_trace *trace)
     return atomic_load(&trace->added) - sc_trace_count(trace);
 }
 
+/* Both write elements of the array of trace events to @p stream, each after the first with a comma
+ * before it. Errors of the stream are found when the file is committed.
+ *
+ * Write the name of a thread. @param encoder the number of the one that encodes and writes. */
 static void name_thread(FILE *stream, int rank, int thread, int encoder)
 {
     char name[32];
@@ -87,6 +92,7 @@ static void name_thread(FILE *stream, int rank, int thread, int encoder)
             rank, thread, thread == encoder ? "encode, write" : name);
 }
 
+/* Write the names of a rank and of its threads, and its events. */
 static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
                        const sc_trace_event *events, size_t count)
 {
