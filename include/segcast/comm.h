@@ -4,11 +4,11 @@
  *  two implementations: MPI (comm_mpi.c, the only file that includes <mpi.h>) and a single process
  *  (comm_self.c).
  *
- *  All functions are called from the main thread of a rank only. "Collective" means: called by all
- *  ranks, in the same order; a collective function may block until all have called it. A rank that
- *  waits sleeps between two tests instead of spinning, so that the cores stay free for threads that
- *  compute. An error within the message layer itself (a lost
- *  connection, a killed rank) ends all ranks. */
+ *  All functions but sc_comm_library are called from the main thread of a rank only. "Collective"
+ * means: called by all ranks, in the same order; a collective function may block until all have
+ * called it. A rank that waits sleeps between two tests instead of spinning, so that the cores stay
+ * free for threads that compute. An error within the message layer itself (a lost connection, a
+ * killed rank) ends all ranks. */
 #ifndef SEGCAST_COMM_H
 #define SEGCAST_COMM_H
 
@@ -21,7 +21,7 @@ typedef struct sc_shared sc_shared;
 
 /** A message that has arrived and can be received without waiting. */
 typedef struct sc_message {
-    int source, tag;
+    int source, tag; /**< the rank that has posted it, and the tag it gave */
     size_t bytes;
 } sc_message;
 
@@ -43,17 +43,19 @@ int sc_comm_node_count(const sc_comm *comm);
 /** @return whether this rank runs on the node of rank 0, so that both see the same block of
  *  sc_shared_alloc. */
 bool sc_comm_is_near_root(const sc_comm *comm);
-/** Write name and version of the message layer into @p text, which has room for @p size bytes.
- *  Callable before sc_comm_open. */
+/** Write name and version of the message layer, or "none" in a build without MPI, into @p text, of
+ *  @p size bytes; what is too long is cut off. Callable before sc_comm_open. */
 void sc_comm_library(char *text, size_t size);
 
 /** @return on every rank the smallest return code that any rank has passed, so that all take the
  *  same branch. Blocks until all ranks have called it. Collective. */
 SC_MUST_USE sc_status sc_comm_agree(sc_comm *comm, sc_status mine);
-/** Copy @p bytes from rank 0's @p data to that of all others. Collective. */
+/** Copy @p bytes (the same number on all ranks) from rank 0's @p data to that of all others, where
+ *  it has to be allocated; blocks until they are here. Collective. */
 void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
 /** Copy @p bytes (the same number on all ranks, at most INT32_MAX) of each rank's @p mine to rank
- *  0's @p all, in the order of ranks; @p all is NULL on the others. Collective. */
+ *  0's @p all, in the order of ranks, where it has to be allocated; @p all is NULL on the others.
+ *  Blocks on rank 0 until all are here. Collective. */
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
 
 /** Allocate one block of memory per node, common to all its ranks; not initialised. All ranks of a
@@ -63,13 +65,14 @@ SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t b
                                       sc_shared **out);
 /** @return the block at its address in this process. */
 void *sc_shared_data(const sc_shared *shared);
-/** Copy the block of rank 0's node to those of the other nodes; returns when all ranks may read.
- *  Collective. */
+/** Copy the block of rank 0's node to those of the other nodes, in place of what they hold; blocks
+ *  until all ranks may read. Collective. */
 void sc_shared_publish(sc_comm *comm, sc_shared *shared);
-/** Free the block. Collective; NULL is allowed (on all ranks). */
+/** Free the block, which no rank may use any more. Collective; NULL is allowed (on all ranks). */
 void sc_shared_free(sc_shared *shared);
 
-/** Start sending @p bytes, at most INT32_MAX, to rank @p target. @p data stays borrowed until the
+/** Start sending @p bytes, at most INT32_MAX, to rank @p target, another one; @p tag, from 0, tells
+ *  it what they are. A single process sends nothing. @p data stays borrowed until the
  *  message has left (sc_comm_pending, sc_comm_flush). Messages between two ranks arrive in the
  * order in which they were posted. Cannot fail, so that no rank waits for a message that was never
  * sent. Returns at once, except that without memory to keep track of one more message it waits

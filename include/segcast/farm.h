@@ -17,10 +17,10 @@
 typedef struct sc_frame_result {
     int32_t frame;
     int32_t rank;                       /**< the rank that drew it; of several the last one */
-    double render_wall_s, render_cpu_s; /**< time of drawing it: of bands, their sum */
-    double wait_s;                      /**< how long the worker thread had no task before it */
-    uint64_t rays, samples, contributions;
-    uint64_t hash; /**< sc_image_hash */
+    double render_wall_s, render_cpu_s; /**< seconds of drawing it: of bands, their sum */
+    double wait_s; /**< seconds that the worker thread had no task before it: likewise */
+    uint64_t rays, samples, contributions; /**< numbers of them: of bands, their sums */
+    uint64_t hash;                         /**< sc_image_hash of the whole frame */
 } sc_frame_result;
 
 /** How frames are shared out. */
@@ -79,8 +79,8 @@ typedef enum sc_handout_answer {
 /** Hand out the next work unit; @p out is written only with SC_HANDOUT_UNIT. After a stop the
  *  remaining bands of a frame of which some went out still follow, so that it becomes whole. */
 sc_handout_answer sc_handout_next(sc_handout *handout, sc_work_unit *out);
-/** Count a work unit that has come back; frames also count as accepted when the caller says so in
- *  handout->accepted. */
+/** Count a work unit that has come back, whichever it was, also one that could not be drawn. Frames
+ *  count as accepted only when the caller adds them to handout->accepted. */
 void sc_handout_unit_done(sc_handout *handout);
 /** @return whether no work unit is out and nothing more will go out. */
 bool sc_handout_finished(const sc_handout *handout);
@@ -91,9 +91,9 @@ int sc_handout_gops(int gops, int ranks, bool always);
 
 /* ---- the farm ---- */
 
-/** Where the time of this rank went. */
+/** Where the time of this rank went, in seconds. */
 typedef struct sc_farm_times {
-    double render_wall_s, render_cpu_s;
+    double render_wall_s, render_cpu_s; /**< what draw and draw_gop have put into their results */
     /** Of the main thread, which passes messages: wall time of the turns in which there was
      *  something to do, CPU time of all turns. */
     double gather_wall_s, gather_cpu_s;
@@ -120,15 +120,18 @@ typedef struct sc_farm {
     int gop_frames;   /**< length of a GOP; the last one of the animation may be shorter */
     int total_frames; /**< length of the animation */
     /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
-     *  frame. After an error the frame is neither hashed nor accepted, and the farm ends with that
+     *  frame and whose other rows hold anything. @p result has frame and wait_s and is zero
+     *  otherwise; times and numbers are for draw to fill, rank and hash for the farm. After an
+     *  error the frame is neither hashed nor accepted, and the farm ends with that
      *  error on all ranks. Threads: a worker thread of any rank, one call at a time on each. */
     sc_status (*draw)(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
     bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
-    /** Draw @p count frames from number @p first on and encode them. Fills the @p count elements of
-     *  @p results, which are zero, and @p out, whose memory the farm takes ownership of. May give
-     *  up after a stop by leaving @p out empty. Errors and threads as with draw. */
+    /** Draw @p count frames from number @p first on and encode them. Fills @p results [count],
+     * which are zero but for the first one's wait_s, frames and hashes included, and the empty @p
+     * out, whose memory the farm takes ownership of. It leaves @p out empty if it fails or gives
+     * up, which it may do after a stop. Errors and threads as with draw. */
     sc_status (*draw_gop)(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out);
     /** Accept a finished frame, in the order of `frames`. After an error nothing more is accepted,
@@ -138,14 +141,15 @@ typedef struct sc_farm {
     /** Accept a finished GOP, in any order; otherwise as accept_frame. */
     sc_status (*accept_gop)(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload);
-    /** Called on rank 0's main thread several times a second. NULL is allowed. */
+    /** Called on rank 0's main thread several times a second, with the numbers of frames that are
+     *  accepted and that this farm has, those of GOPs included. NULL is allowed. */
     void (*on_progress)(void *user, int done, int total);
     /** Not NULL. Once a signal handler of any rank has set it, no more is handed out. */
     const volatile sig_atomic_t *stop;
     /** Rank 0: end before this time of sc_wall_s, judged by the measured cost of work units; 0: no
      *  limit. */
     double deadline_s;
-    void *user;
+    void *user; /**< the first argument of all callbacks */
 } sc_farm;
 
 /** Memory that a farm holds for frames and messages, in bytes. */
@@ -154,7 +158,8 @@ typedef struct sc_farm_memory {
     size_t root;   /**< what rank 0 holds beside the window */
     size_t worker; /**< what every other rank holds */
 } sc_farm_memory;
-/** @return what sc_farm_run will hold at most with @p ranks ranks, finished GOPs left out. */
+/** @return what sc_farm_run will hold at most with @p ranks ranks, finished GOPs left out. Of
+ *  @p farm no callback is called and no array read. */
 sc_farm_memory sc_farm_memory_of(const sc_farm *farm, int ranks);
 
 /** Draw everything; blocks until all is accepted or the farm has stopped. Collective. @param times

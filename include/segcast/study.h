@@ -96,7 +96,7 @@ typedef struct sc_run_record {
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
     uint64_t volume_bytes, prepared_bytes; /**< memory of the volume, read and prepared */
-    double farm_wall_s; /**< seconds from the first work unit to the last; 0: none was drawn */
+    double farm_wall_s; /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
     bool wrote_png;     /**< frames were written as PNG */
     bool from_prepared; /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
@@ -129,7 +129,7 @@ SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *r
 
 /* ---- the trace: what each thread did when ---- */
 
-/** What a thread did; SC_TRACE_FINISH: sc_store_finish and what else ends a run. */
+/** What a thread did; SC_TRACE_FINISH: completing the outputs after the last frame. */
 typedef enum sc_trace_kind {
     SC_TRACE_READ,
     SC_TRACE_PREPARE,
@@ -179,10 +179,11 @@ SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ra
 
 /** How far a run is, as status.json has it. */
 typedef struct sc_progress_report {
-    const char *state; /**< "running", "complete", "incomplete" or "failed"; borrowed */
-    int done, total;   /**< frames, those of earlier runs included */
-    double elapsed_s;  /**< since the run began */
-    double frames_per_s, remaining_s; /**< remaining_s: estimated, 0 if unknown or at the end */
+    const char *state;   /**< "running", "complete", "incomplete" or "failed"; borrowed */
+    int done, total;     /**< frames, those of earlier runs included */
+    double elapsed_s;    /**< since the run began */
+    double frames_per_s; /**< those that were drawn in this run alone */
+    double remaining_s;  /**< estimated; 0 if unknown, or at the end */
 } sc_progress_report;
 /** Write @p report to @p path, that of a status.json. Readers never see a part of it
  * (sc_file_write).

@@ -4,6 +4,9 @@
  * Ranks exchange messages only; one-sided communication is not used, because between nodes it fails
  * in widely used builds of MPI. The ranks of a node also share windows of memory. Waiting is a loop
  * of test and sleep: a blocking MPI call would spin on a core that the threads of other ranks need.
+ * Errors of MPI are fatal (they end all ranks) except where a call is checked.
+ *
+ * The functions mpi_* are those of sc_comm_ops and of sc_shared: segcast/comm.h has their contract.
  */
 #include "comm_ops.h"
 
@@ -12,13 +15,15 @@
 
 typedef struct mpi_comm {
     sc_comm base;
-    MPI_Comm world, node;
+    MPI_Comm world;        /* all ranks; a copy of MPI_COMM_WORLD, owned like the next two */
+    MPI_Comm node;         /* the ranks of this node */
     MPI_Comm leaders;      /* the first rank of each node; MPI_COMM_NULL on the others */
-    MPI_Request *requests; /* [request_capacity]: of posted messages that have not left */
+    MPI_Request *requests; /* [request_capacity], owned: of posted messages that have not left */
     int request_count, request_capacity;
     sc_ctx silent; /* for an allocation whose failure is no error: see reserve_request */
 } mpi_comm;
 
+/* A block of memory that the ranks of a node share; base.data points into the window. */
 typedef struct mpi_shared {
     sc_shared base;
     MPI_Win window;
@@ -39,7 +44,8 @@ enum { FIRST_REQUESTS = 64 }; /* posted messages that can be pending before the 
 #define COLLECTIVE_NAP_S 0.001
 #define RECEIVE_NAP_S 200e-6
 
-/* Block until @p request is complete, asleep between two tests for at most @p longest_nap_s. */
+/* Block until @p request is complete, asleep between two tests for about @p longest_nap_s at most.
+ * MPI frees the request. */
 static void wait_asleep(MPI_Request *request, double longest_nap_s)
 {
     double nap_s = FIRST_NAP_S;
@@ -54,7 +60,8 @@ static void wait_asleep(MPI_Request *request, double longest_nap_s)
     }
 }
 
-/* Copy @p bytes of rank 0 of @p comm to all its other ranks; blocks until they are here. */
+/* Copy @p bytes at @p data of rank 0 of @p comm to @p data of all its other ranks; blocks until
+ * they are here. Collective in @p comm; any number of bytes. */
 static void broadcast_in(MPI_Comm comm, char *data, size_t bytes)
 {
     MPI_Request requests[PIECES];
@@ -77,6 +84,7 @@ static void mpi_broadcast(sc_comm *base, void *data, size_t bytes)
     broadcast_in(((mpi_comm *)base)->world, data, bytes);
 }
 
+/* Errors are negative, and the worst is the smallest: see sc_status. */
 static sc_status mpi_agree(sc_comm *base, sc_status mine)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -88,6 +96,7 @@ static sc_status mpi_agree(sc_comm *base, sc_status mine)
     return (sc_status)smallest;
 }
 
+/* Block until this rank's part has left; on rank 0, until all parts are in @p all. */
 static void mpi_gather(sc_comm *base, const void *mine, size_t bytes, void *all)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -97,6 +106,7 @@ static void mpi_gather(sc_comm *base, const void *mine, size_t bytes, void *all)
     wait_asleep(&request, COLLECTIVE_NAP_S);
 }
 
+/* Block until all ranks have called it. */
 static void mpi_barrier(sc_comm *base)
 {
     MPI_Request request;
@@ -105,6 +115,7 @@ static void mpi_barrier(sc_comm *base)
     wait_asleep(&request, COLLECTIVE_NAP_S);
 }
 
+/* Free the block and its window. Collective among the ranks of a node, and blocks for them. */
 static void mpi_unshare(sc_shared *base)
 {
     mpi_shared *shared = (mpi_shared *)base;
@@ -114,7 +125,8 @@ static void mpi_unshare(sc_shared *base)
 }
 
 /* The first rank of each node allocates the whole block, the others nothing; then every rank asks
- * for the address of the first one's part. */
+ * for the address of the first one's part. All ranks agree on the return code twice: before the
+ * window is made, which is collective, and after it. */
 static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_shared **out)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -148,6 +160,8 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_sh
     return SC_OK;
 }
 
+/* Copy the block between the first ranks of the nodes; the fence makes the bytes visible to the
+ * other ranks of each node, and the barrier lets no rank go on before all may read. */
 static void mpi_publish(sc_comm *base, sc_shared *shared)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -158,7 +172,8 @@ static void mpi_publish(sc_comm *base, sc_shared *shared)
     mpi_barrier(base);
 }
 
-/* Remove the requests of messages that have left from the list. @return how many remain. */
+/* Test all posted messages, which lets them progress, and remove the requests of those that have
+ * left from the list. @return how many remain. */
 static int mpi_pending(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -175,9 +190,10 @@ static int mpi_pending(sc_comm *base)
     return comm->request_count;
 }
 
-/* Make room for one more request. Where there is no memory for a longer list, wait until a message
- * has left: the other rank receives it without waiting for this one, because it sends nothing that
- * is too large to be buffered (see server.c). */
+/* Make room in the list for one more request, which blocks only without memory: where there is no
+ * memory for a longer list, wait until a message has left: the other rank receives it without
+ * waiting for this one, because it sends nothing that is too large to be buffered (see server.c).
+ */
 static void reserve_request(mpi_comm *comm)
 {
     const int capacity = 2 * comm->request_capacity;
@@ -196,6 +212,7 @@ static void reserve_request(mpi_comm *comm)
     comm->request_capacity = capacity;
 }
 
+/* Start sending, and put the request at the end of the list. */
 static void mpi_post(sc_comm *base, int target, int tag, const void *data, size_t bytes)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -206,6 +223,7 @@ static void mpi_post(sc_comm *base, int target, int tag, const void *data, size_
               &comm->requests[comm->request_count++]);
 }
 
+/* Block until all posted messages have left; the list is empty then. */
 static void mpi_flush(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -215,6 +233,7 @@ static void mpi_flush(sc_comm *base)
     comm->request_count = 0;
 }
 
+/* Look for a message without receiving it. MPI also makes progress in the call. */
 static bool mpi_poll(sc_comm *base, sc_message *out)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -229,6 +248,7 @@ static bool mpi_poll(sc_comm *base, sc_message *out)
     return true;
 }
 
+/* Receive the message that mpi_poll has described: the next one of this source and tag. */
 static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
 {
     MPI_Request request;
@@ -239,6 +259,7 @@ static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
     wait_asleep(&request, RECEIVE_NAP_S);
 }
 
+/* Send what is posted, free everything, and end MPI. Collective. */
 static void mpi_close(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -267,7 +288,8 @@ static const sc_comm_ops mpi_ops = {
     .receive = mpi_receive,
 };
 
-/* Find the ranks of this node and the first rank of each node, from comm->world. Collective. */
+/* Set node, leaders and all numbers of comm->base from comm->world, which has to be there.
+ * Collective. */
 static void fill_ranks(mpi_comm *comm)
 {
     int leader, nodes, root;

@@ -6,6 +6,7 @@
 
 #include "segcast/comm.h"
 
+/* None is NULL. */
 typedef struct sc_comm_ops {
     void (*close)(sc_comm *comm);
     sc_status (*agree)(sc_comm *comm, sc_status mine);
@@ -29,13 +30,18 @@ struct sc_comm {
 
 /* The first member of each implementation's own struct for a shared block. */
 struct sc_shared {
-    void *data;
+    void *data; /* address in this process */
     size_t bytes;
     void (*free)(sc_shared *shared);
 };
 
+/* The two implementations of sc_comm_open, for a single process and for those that an MPI launcher
+ * has started. The second starts MPI, blocks until all ranks have called it, and is collective.
+ * @return SC_ERR_MEMORY, SC_ERR_INTERNAL if MPI cannot be started. Caller owns *out:
+ * sc_comm_close. */
 sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out);
 sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out);
+/* As sc_comm_library, in a build with MPI. */
 void sc_comm_mpi_library(char *text, size_t size);
 
 #endif

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The communicator of a single process: it never waits, and no message is ever sent or received. */
+/* The communicator of a single process: it never waits, and no message is ever sent or received.
+ * The functions self_* are those of sc_comm_ops; where there is no other rank to deal with they do
+ * nothing. */
 #include "comm_ops.h"
 
 #include <string.h>
@@ -22,6 +24,7 @@ static void self_broadcast(sc_comm *comm, void *data, size_t bytes)
     (void)bytes;
 }
 
+/* The only rank is rank 0, so that @p all is never NULL. */
 static void self_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
 {
     (void)comm;
@@ -39,6 +42,7 @@ static void self_unshare(sc_shared *shared)
     sc_free(shared);
 }
 
+/* Allocate the block from the heap, zeroed; self_unshare frees it. */
 static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
 {
     void *block, *data = NULL;
@@ -80,6 +84,7 @@ static int self_pending(sc_comm *comm)
     return 0;
 }
 
+/* No message ever arrives, so that self_receive is never called. */
 static bool self_poll(sc_comm *comm, sc_message *out)
 {
     (void)comm;

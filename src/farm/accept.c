@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Finished frames and GOPs are given to the callbacks of the farm, on a worker thread of rank 0. */
 #include "internal.h"
 
 #include <string.h>
 
-/* Frames drawn in bands get their hash here; all others were hashed where they were drawn. */
+/* Accept the full frame in @p slot; frames drawn in bands get their hash here, all others were
+ * hashed where they were drawn. @return the error of drawing it, if any; it is not accepted then.
+ */
 static sc_status accept_frame(const sc_farm *farm, sc_frame_slot *slot)
 {
     if (slot->drawn != SC_OK)

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Draws work units by the callbacks of the farm, on a worker thread. */
 #include "internal.h"
 
 #include <string.h>
 
+/* Both draw the unit of @p task and fill its members that are results (see sc_draw_task).
+ *
+ * A GOP: zero its results, and call farm->draw_gop. */
 static void draw_gop(const sc_farm *farm, sc_draw_task *task)
 {
     const int count = sc_farm_gop_frames(farm, task->unit.index);
@@ -14,6 +18,7 @@ static void draw_gop(const sc_farm *farm, sc_draw_task *task)
                                   &task->payload);
 }
 
+/* A frame or band: draw its rows into task->image; only a whole frame that was drawn is hashed. */
 static void draw_rows(const sc_farm *farm, sc_draw_task *task)
 {
     const sc_work_unit *unit = &task->unit;

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Begins and ends a farm: the shared window, the role of this rank, and the common return code. */
 #include "internal.h"
 
 enum { PAGE_BYTES = 4096 }; /* slots begin at pages of their own */
 
 /* Put rank 0's window into memory that the ranks of its node share, if there is room and the farm
- * asks for it; otherwise pixels are sent as messages. out->pixels is set on the ranks of that node.
- * Collective. @return the block, or NULL if nothing is shared, which is the same on all ranks. */
+ * asks for it; otherwise pixels are sent as messages. @p out is set on all ranks, with pixels NULL
+ * on other nodes. Collective; no failure is an error. @return the block, which the caller frees
+ * after the farm (sc_shared_free), or NULL if nothing is shared, which is the same on all ranks. */
 static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
 {
     const sc_work work = sc_farm_work(farm, comm);

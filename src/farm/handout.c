@@ -17,12 +17,12 @@ enum {
     GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank, ranks would end far apart */
 };
 
-static int least(int a, int b)
+static int min_int(int a, int b)
 {
     return a < b ? a : b;
 }
 
-static int most(int a, int b)
+static int max_int(int a, int b)
 {
     return a > b ? a : b;
 }
@@ -41,7 +41,7 @@ static int window_for(const sc_work *work)
 }
 
 /* @return the index of the first frame that goes out in bands; the frames before it go out whole.
- */
+ * @param window its size in frames. */
 static int first_split(const sc_work *work, int window)
 {
     if (work->partition == SC_PARTITION_FRAMES)
@@ -52,14 +52,14 @@ static int first_split(const sc_work *work, int window)
         return work->frames;
     /* If the window cannot hold two frames for each rank, whole frames would leave ranks without
      * work. Then several ranks draw each frame. */
-    return window < 2 * work->ranks ? 0 : most(work->frames - SPLIT_PER_RANK * work->ranks, 0);
+    return window < 2 * work->ranks ? 0 : max_int(work->frames - SPLIT_PER_RANK * work->ranks, 0);
 }
 
 sc_handout sc_handout_begin(const sc_work *work)
 {
     const int window = window_for(work), from = first_split(work, window);
     /* number of frames that are split at the same time */
-    const int together = most(least(work->frames - from, least(work->ranks, window)), 1);
+    const int together = max_int(min_int(work->frames - from, min_int(work->ranks, window)), 1);
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
     const long rows = work->height_px / (bands > 0 ? bands : 1);
 
@@ -68,7 +68,7 @@ sc_handout sc_handout_begin(const sc_work *work)
                         .height_px = work->height_px,
                         .window = window,
                         .split_from = from,
-                        .band_rows = most((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS)};
+                        .band_rows = max_int((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS)};
 }
 
 /* @return whether no GOP or frame is left to be begun, and no frame is handed out in part only. */
@@ -89,7 +89,7 @@ sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
     } else if (h->next_frame < h->split_from) {
         *out = (sc_work_unit){SC_UNIT_FRAME, h->next_frame++, 0, h->height_px};
     } else {
-        const int rows = least(h->band_rows, h->height_px - h->next_row);
+        const int rows = min_int(h->band_rows, h->height_px - h->next_row);
 
         *out = (sc_work_unit){SC_UNIT_BAND, h->next_frame, h->next_row, rows};
         h->next_row += rows;
@@ -115,9 +115,9 @@ bool sc_handout_finished(const sc_handout *h)
 int sc_handout_gops(int gops, int ranks, bool always)
 {
     /* the last GOPs, which go out as frames: as many as rank 0 can encode meanwhile */
-    const int last = most(least(ranks / 2, 4), 1);
+    const int last = max_int(min_int(ranks / 2, 4), 1);
 
     return always || (ranks >= RANKS_TO_FEED && gops >= GOPS_PER_RANK * ranks)
-               ? most(gops - last, 0)
+               ? max_int(gops - last, 0)
                : 0;
 }

@@ -50,7 +50,8 @@ enum { SC_WORKER_BUFFERS = 4 };
 #define SC_NAP_S 50e-6
 #define SC_NAP_GROWTH 1.5
 
-/* @return the length of the longest message of the farm, in bytes. */
+/* @return the length of the longest message of the farm, in bytes: a whole frame, or the results of
+ * a GOP. The payload of a GOP is sent in pieces of this length. */
 size_t sc_farm_message_bytes(const sc_farm *farm);
 
 /* ---- units.c: what a work unit amounts to ---- */
@@ -59,24 +60,28 @@ size_t sc_farm_message_bytes(const sc_farm *farm);
 sc_work sc_farm_work(const sc_farm *farm, const sc_comm *comm);
 /* @return the number of frames of the GOP at @p index of farm->gops. */
 int sc_farm_gop_frames(const sc_farm *farm, int index);
-/* @return the number of rows of pixels in a work unit, as a measure of its cost. */
+/* @return the number of rows of pixels in a work unit, above 0, as a measure of its cost. */
 double sc_farm_unit_rows(const sc_farm *farm, const sc_work_unit *unit);
 
 /* ---- worker_thread.c: a thread that does tasks in order while the main thread passes messages --
  */
 
+/* A thread with a queue of tasks to do and one of finished tasks. Its functions are called by the
+ * thread that has started it; only sc_worker_thread_stop waits for a task. */
 typedef struct sc_worker_thread sc_worker_thread;
 /* The first member of every task, by which the thread handles it. The rest of the task is known
  * only to the code that gives it and to the function that does it. */
 typedef struct sc_task {
-    struct sc_task *next;
-    double waited_s; /* set before the task is begun: how long the thread had no task */
-    double wall_s;   /* set after it: how long it took */
+    struct sc_task *next; /* used by the thread: the task behind this one in a queue */
+    double waited_s;      /* set before the task is begun: how long the thread had no task */
+    double wall_s;        /* set after it: how long it took */
 } sc_task;
+/* Does one task, on the worker thread; it leaves the outcome in the task. */
 typedef void sc_task_fn(void *user, sc_task *task);
 
-/* Start a thread that calls @p run for each task. @return SC_ERR_MEMORY, also if the system starts
- * no more threads. Caller owns *out: sc_worker_thread_stop. */
+/* Start a thread that calls @p run with @p user, which stays borrowed, for each task. @return
+ * SC_ERR_MEMORY, also if the system starts no more threads. Caller owns *out:
+ * sc_worker_thread_stop. */
 sc_status sc_worker_thread_start(const sc_ctx *ctx, sc_task_fn *run, void *user,
                                  sc_worker_thread **out);
 /* Give the thread a task; returns at once. @p task belongs to the thread until
@@ -95,19 +100,20 @@ double sc_worker_thread_stop(sc_worker_thread *thread);
 
 /* ---- draw_task.c: drawing a work unit ---- */
 
+/* A work unit that is to be drawn: unit, image and results are set by who gives the task. */
 typedef struct sc_draw_task {
     sc_task task;
     sc_work_unit unit;
-    sc_status status; /* of the callback */
-    sc_image *image;  /* frame or band: where to draw it */
-    sc_frame_result result;
-    sc_frame_result *results; /* GOP: [gop_frames], owned */
-    sc_payload payload;       /* GOP: owned */
+    sc_status status;         /* result: the return code of the callback */
+    sc_image *image;          /* frame or band: the frame to draw it in, borrowed */
+    sc_frame_result result;   /* frame or band: result; the hash only of a whole frame */
+    sc_frame_result *results; /* GOP: result, room for [gop_frames], owned by who gives the task */
+    sc_payload payload;       /* GOP: result, empty if it was given up; whoever collects owns it */
 } sc_draw_task;
 static_assert(offsetof(sc_draw_task, task) == 0, "a task is cast to what it is the start of");
 
-/* Draw the work unit of a task, and store the outcome in the task. For sc_worker_thread_start, with
- * the farm as user. */
+/* Draw the work unit of a task (an sc_draw_task), and store the outcome in it. For
+ * sc_worker_thread_start, with the farm as user. */
 void sc_draw_task_run(void *user, sc_task *task);
 
 /* ---- accept.c: finished frames and GOPs, on a worker thread of rank 0 ---- */
@@ -125,11 +131,11 @@ typedef struct sc_accept_task {
 typedef struct sc_frame_slot {
     sc_accept_task accept;
     sc_image image;
-    sc_frame_result result;
-    int rows_missing;
-    bool in_bands;   /* drawn in bands, so that rank 0 has to hash the whole frame */
-    bool full;       /* no rows are missing, and the frame is not yet accepted */
-    sc_status drawn; /* SC_OK, or the error by which some of its rows could not be drawn */
+    sc_frame_result result; /* sums over the rows that are there */
+    int rows_missing;       /* pixel rows that have not come back yet */
+    bool in_bands;          /* drawn in bands, so that rank 0 has to hash the whole frame */
+    bool full;              /* no rows are missing, and the frame is not yet accepted */
+    sc_status drawn;        /* SC_OK, or the error by which some of its rows could not be drawn */
 } sc_frame_slot;
 static_assert(offsetof(sc_frame_slot, accept.task) == 0, "a task is cast to its slot");
 
@@ -137,9 +143,9 @@ static_assert(offsetof(sc_frame_slot, accept.task) == 0, "a task is cast to its 
 typedef struct sc_gop {
     sc_accept_task accept;
     struct sc_gop *next;      /* next one in the list of GOPs whose payload is arriving */
-    int source;               /* the rank that sends it */
+    int source;               /* the rank that sends it; not used for rank 0's own */
     sc_frame_result *results; /* [count], owned */
-    int count;
+    int count;                /* of its frames */
     sc_payload payload; /* owned; data NULL: there was no memory, and what arrives is dropped */
     size_t received_bytes;
 } sc_gop;
@@ -151,11 +157,13 @@ typedef struct sc_acceptor {
     sc_status status; /* the first error; after one nothing more is accepted */
 } sc_acceptor;
 
-/* Accept a frame or GOP, and store the return code in its task. For sc_worker_thread_start, with
- * the acceptor as user. */
+/* Accept a frame or GOP (its sc_accept_task), and store the return code in the task; after an error
+ * of an earlier one do nothing and store SC_OK. For sc_worker_thread_start, with the acceptor as
+ * user. */
 void sc_accept_task_run(void *user, sc_task *task);
 /* Make a GOP with a copy of @p results and no payload. Caller owns *out: sc_gop_free. */
 sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out);
+/* Free a GOP with its results and payload. Not NULL. */
 void sc_gop_free(sc_gop *gop);
 
 /* ---- slots that ranks share ---- */
@@ -163,23 +171,29 @@ void sc_gop_free(sc_gop *gop);
 /* The frame buffers of rank 0's window, in memory that the ranks of its node share: they draw into
  * it instead of sending pixels. */
 typedef struct sc_slots {
-    char *pixels; /* NULL: not shared */
-    size_t stride;
-    int window;
+    char *pixels;  /* NULL: this rank does not share them, and its pixels are sent */
+    size_t stride; /* bytes from one slot to the next */
+    int window;    /* number of slots */
 } sc_slots;
 
-/* @return the picture of the slot of the frame at @p index, which stays owned by the slots. */
+/* @return the picture of the slot of the frame at @p index of farm->frames; its pixels stay owned
+ * by the slots. Only if they are shared. */
 static inline sc_image sc_slot_image(const sc_slots *slots, const sc_farm *farm, int index)
 {
     return (sc_image){farm->width_px, farm->height_px,
                       (uint8_t *)slots->pixels + (size_t)(index % slots->window) * slots->stride};
 }
 
-/* ---- the two roles of a rank: rank 0 serves, all others draw. Both block until the farm ends.
- * Collective. ---- */
+/* ---- the two roles of a rank: rank 0 serves, all others draw. Both block until the farm ends and
+ * add to @p times, except wall_s. Collective. ---- */
 
+/* Rank 0: hand out, draw and accept everything. @return as sc_farm_run, which agrees with the other
+ * ranks on it afterwards. */
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
                         const sc_slots *slots, sc_farm_times *times);
+/* Other ranks: draw what rank 0 hands out, until it dismisses this rank and all results have left.
+ * Errors of drawing are sent to rank 0. @return SC_OK, or an error if the farm cannot begin
+ * (SC_ERR_MEMORY), which is the same on all ranks. */
 sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, const sc_slots *slots,
                        sc_farm_times *times);
 

@@ -20,33 +20,37 @@
  */
 #define FORGET 0.05
 
+/* Rank 0 of a farm. All members are used by its main thread alone, except what a worker thread has
+ * been given (a task, with the slot or GOP around it), and acceptor, which belongs to the accepting
+ * thread. */
 typedef struct server {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
-    const sc_slots *shared;
-    sc_farm_times *times;
-    sc_status status; /* the return code with which the farm will end */
+    const sc_slots
+        *shared;          /* borrowed like all above; pixels NULL: slots have memory of their own */
+    sc_farm_times *times; /* of this rank; added to */
+    sc_status status;     /* the return code with which the farm will end */
     sc_handout handout;
     char *inbox; /* [sc_farm_message_bytes]: the message that was received last */
 
     /* frames and GOPs on their way to be accepted */
     sc_frame_slot *slots; /* [window] */
     int next_to_accept;   /* index of the first frame that the accepting thread does not have yet */
-    sc_gop *arriving;     /* GOPs whose payload is arriving */
+    sc_gop *arriving;     /* list of GOPs whose payload is arriving, owned */
     int gops_in_hand;     /* arriving or being accepted */
-    int gop_frames_accepted;
+    int gop_frames_accepted; /* frames of GOPs that were accepted */
     sc_acceptor acceptor;
     sc_worker_thread *accepting;
 
     /* drawing on this rank */
     sc_worker_thread *drawing;
     sc_draw_task own[SC_UNITS_PER_RANK];
-    bool own_used[SC_UNITS_PER_RANK];
+    bool own_used[SC_UNITS_PER_RANK];      /* given to the drawing thread and not yet collected */
     sc_image own_bands[SC_UNITS_PER_RANK]; /* if draw spoils other rows: bands are drawn here and
                                               copied */
     double own_rows;                       /* rows of the work unit that was begun last */
-    double own_row_s;                      /* cost of a row in the unit that was finished last */
+    double own_row_s;                      /* wall s of a row in the unit that was finished last */
 
     /* ranks that wait for an answer, oldest first: [SC_UNITS_PER_RANK * ranks] */
     int *ready;
@@ -80,6 +84,7 @@ static double recent_most(double before, double value)
 
 /* ---- accepting ---- */
 
+/* Give a GOP that is whole to the thread that accepts it; collect_accepted frees it afterwards. */
 static void give_gop(server *s, sc_gop *gop)
 {
     sc_worker_thread_give(s->accepting, &gop->accept.task);
@@ -110,6 +115,7 @@ static bool collect_accepted(server *s)
     return true;
 }
 
+/* @return the slot of the frame at @p index of farm->frames. */
 static sc_frame_slot *slot_of(server *s, int index)
 {
     return &s->slots[index % s->handout.window];
@@ -139,7 +145,7 @@ static void unit_done(server *s, double wall_s)
     s->unit_s = recent_most(s->unit_s, wall_s);
 }
 
-/* Prepare the slot of a frame when its first rows are handed out. */
+/* Prepare the slot of a frame when its first rows are handed out; does nothing for further ones. */
 static void begin_slot(server *s, const sc_work_unit *unit)
 {
     sc_frame_slot *slot = slot_of(s, unit->index);
@@ -152,7 +158,7 @@ static void begin_slot(server *s, const sc_work_unit *unit)
     slot->result = (sc_frame_result){.frame = s->farm->frames[unit->index]};
 }
 
-/* Add the timing record of a frame or band to that of its frame. */
+/* Add the timing record of a frame or band to slot->result; rank and hash are replaced. */
 static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
 {
     sc_frame_result *sum = &slot->result;
@@ -167,8 +173,9 @@ static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
     sum->hash = part->hash;
 }
 
-/* Count the rows of a frame or band as present. The caller has put them into their slot, unless
- * @p drawn is an error. */
+/* Count the rows of a frame or band as present, and its work unit as back. The caller has put them
+ * into their slot, unless @p drawn is an error: then the farm is stopped with it, and the frame
+ * will not be accepted. The slot is full when no rows are missing. */
 static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result *result,
                       sc_status drawn)
 {
@@ -184,8 +191,8 @@ static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result
     unit_done(s, result->render_wall_s);
 }
 
-/* @return a new GOP with a copy of @p results; NULL if there is no memory, and then the farm is
- * stopped. */
+/* @return a new GOP with a copy of @p results [count] and no payload, counted in gops_in_hand,
+ * which the caller owns; NULL if there is no memory, and then the farm is stopped. */
 static sc_gop *begin_gop(server *s, const sc_frame_result *results, int count)
 {
     sc_gop *gop = NULL;
@@ -200,8 +207,9 @@ static sc_gop *begin_gop(server *s, const sc_frame_result *results, int count)
 
 /* ---- messages ---- */
 
-/* Handle the first message of a GOP's result, which is in the inbox. The payload follows in pieces,
- * unless its size is 0: then the GOP was given up. */
+/* Handle the first message of a GOP's result from rank @p source, which is in the inbox; @p message
+ * is a copy of its head. The GOP is put into s->arriving, since its payload follows in pieces,
+ * unless the size of that is 0: then the GOP was given up. Errors stop the farm. */
 static void receive_gop(server *s, int source, const sc_result_message *message)
 {
     const char *behind = s->inbox + sizeof *message;
@@ -253,8 +261,8 @@ static void receive_piece(server *s, const sc_message *mail)
     }
 }
 
-/* Handle the result in the inbox: of a GOP, or of a frame or band, whose rows are copied into their
- * slot unless the rank has written them there itself. */
+/* Handle the result in the inbox, described by @p mail: of a GOP, or of a frame or band, whose rows
+ * are copied into their slot unless the rank has written them there itself. */
 static void receive_result(server *s, const sc_message *mail)
 {
     sc_result_message message;
@@ -276,7 +284,8 @@ static void receive_result(server *s, const sc_message *mail)
     rows_done(s, &message.unit, &message.result, (sc_status)message.status);
 }
 
-/* Receive and handle one message, if one has arrived. @return false if none has. */
+/* Receive one message into the inbox and handle it, if one has arrived. A rank that asks for work
+ * is put at the end of s->ready. @return false if none has arrived. */
 static bool receive_message(server *s)
 {
     sc_message mail;
@@ -302,6 +311,7 @@ static bool receive_message(server *s)
 
 /* ---- hand-out ---- */
 
+/* Send a work unit to a rank that has asked for one; returns at once. */
 static void answer(server *s, int rank, const sc_work_unit *unit)
 {
     const int slot = s->next_answer[rank]++ % SC_UNITS_PER_RANK;
@@ -311,6 +321,7 @@ static void answer(server *s, int rank, const sc_work_unit *unit)
     sc_comm_post(s->comm, rank, SC_TAG_UNIT, word, sizeof *word);
 }
 
+/* Hand out the next work unit, as sc_handout_next, and prepare the slot of a frame or band. */
 static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
 {
     const sc_handout_answer found = sc_handout_next(&s->handout, unit);
@@ -320,9 +331,9 @@ static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
     return found;
 }
 
-/* May a work unit begin on this rank? Only if no other rank waits for work, and if the one that is
- * drawn here ends soon. And not while half the window waits to be accepted, because then encoding
- * needs the cores more. */
+/* @return whether a work unit may be given to the drawing thread of this rank: only if no other
+ * rank waits for work, and if the one that is drawn here ends soon. And not while half the window
+ * waits to be accepted, because then encoding needs the cores more. */
 static bool may_draw_here(server *s)
 {
     const int waiting = s->next_to_accept - s->handout.accepted;
@@ -335,7 +346,9 @@ static bool may_draw_here(server *s)
             s->own_rows * s->own_row_s - sc_worker_thread_task_age_s(s->drawing) < SC_ASK_AHEAD_S);
 }
 
-/* Give work units to the worker thread that draws on this rank, as far as may_draw_here allows. */
+/* Give work units to the worker thread that draws on this rank, as far as may_draw_here and the
+ * hand-out allow. A frame is drawn into its slot, and so is a band, unless drawing would spoil rows
+ * that other ranks draw: then into own_bands. */
 static void draw_here(server *s)
 {
     sc_work_unit unit;
@@ -357,7 +370,8 @@ static void draw_here(server *s)
     }
 }
 
-/* Give a GOP that was drawn here to the thread that accepts it; takes ownership of its payload. */
+/* Give a GOP that was drawn here to the thread that accepts it, unless it was given up; takes
+ * ownership of its payload. Errors stop the farm. */
 static void own_gop_done(server *s, const sc_draw_task *task)
 {
     const int count = sc_farm_gop_frames(s->farm, task->unit.index);
@@ -381,7 +395,9 @@ static void own_gop_done(server *s, const sc_draw_task *task)
     give_gop(s, gop);
 }
 
-/* Collect one work unit that was drawn on this rank. @return false if none is finished. */
+/* Collect one work unit that was drawn on this rank, and put what was drawn elsewhere into its
+ * slot.
+ * @return false if none is finished. */
 static bool collect_own(server *s)
 {
     sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);
@@ -423,8 +439,9 @@ static void hand_out(server *s)
 
 /* ---- the loop ---- */
 
-/* Would a work unit that is begun now be accepted after the deadline only? It may have to wait
- * until its rank has drawn another one, and until all frames before it are accepted. */
+/* @return whether a work unit that is begun now would be accepted after the deadline only. It may
+ * have to wait until its rank has drawn another one, and until all frames before it are accepted.
+ */
 static bool is_late(const server *s)
 {
     const int waiting = s->handout.next_frame - s->handout.accepted;
@@ -434,6 +451,7 @@ static bool is_late(const server *s)
                s->farm->deadline_s;
 }
 
+/* @return whether everything that was handed out is accepted and nothing more will go out. */
 static bool is_done(const server *s)
 {
     return sc_handout_finished(&s->handout) && s->gops_in_hand == 0 && !s->arriving &&
@@ -445,6 +463,7 @@ static int frames_done(const server *s)
     return s->handout.accepted + s->gop_frames_accepted;
 }
 
+/* @return the number of frames that the farm is to draw, those of GOPs included. */
 static int frames_in_all(const server *s)
 {
     int total = s->farm->frame_count;
@@ -454,7 +473,8 @@ static int frames_in_all(const server *s)
     return total;
 }
 
-/* The loop of the main thread, until everything that was handed out is accepted. */
+/* The loop of the main thread, until everything that was handed out is accepted; s->status is the
+ * outcome. After a stop or an error no more is begun, and what is out is waited for. */
 static void serve(server *s)
 {
     const int total = frames_in_all(s);
@@ -487,7 +507,7 @@ static void serve(server *s)
     }
 }
 
-/* Answer every rank that asks with SC_UNIT_NONE, until all have sent SC_TAG_BYE. */
+/* Answer every rank that asks with SC_UNIT_NONE; blocks until all have sent SC_TAG_BYE. */
 static void dismiss(server *s)
 {
     const int workers = sc_comm_size(s->comm) - 1;
@@ -506,6 +526,7 @@ static void dismiss(server *s)
     sc_comm_flush(s->comm);
 }
 
+/* Allocate s->slots, and where the window is not shared their pictures. Needs handout.window. */
 static sc_status open_slots(server *s)
 {
     const sc_farm *farm = s->farm;
@@ -524,7 +545,8 @@ out:
     return status;
 }
 
-/* Allocate everything and start both worker threads; close_server, also after an error. */
+/* Allocate everything and start both worker threads; the caller calls close_server, also after an
+ * error. Sends nothing. @return SC_ERR_MEMORY. */
 static sc_status open_server(server *s)
 {
     const sc_farm *farm = s->farm;
@@ -556,6 +578,8 @@ out:
     return status;
 }
 
+/* Wait for the worker threads to end, add the idle time of the drawing one to times, and free
+ * everything. */
 static void close_server(server *s)
 {
     s->times->idle_s += sc_worker_thread_stop(s->drawing);

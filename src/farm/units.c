@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* What the work units of a farm amount to: frames, rows, bytes. */
 #include "internal.h"
 
+/* @return what there is to do for @p ranks ranks. */
 static sc_work work_of(const sc_farm *farm, int ranks)
 {
     return (sc_work){.ranks = ranks,

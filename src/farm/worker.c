@@ -22,15 +22,18 @@ typedef enum buffer_state {
     BUFFER_SENDING  /* the message layer, until no posted message is pending */
 } buffer_state;
 
+/* What a work unit is drawn into and sent from. */
 typedef struct buffer {
-    sc_draw_task task;
+    sc_draw_task task; /* owns results; the payload, too, until it is sent */
     buffer_state state;
-    char *message;  /* what is sent: a sc_result_message, then pixels or results */
+    char *message;  /* [sc_farm_message_bytes]: a sc_result_message, then pixels or results */
     sc_image image; /* a picture whose pixels lie within the message */
     sc_image slot;  /* the frame's slot in rank 0's window, where that is shared */
 } buffer;
 static_assert(offsetof(buffer, task) == 0, "a task is cast to its buffer");
 
+/* A worker rank of a farm. All members are used by its main thread alone, except the tasks that the
+ * worker thread has been given. */
 typedef struct worker {
     const sc_ctx *ctx;
     sc_comm *comm;
@@ -43,9 +46,10 @@ typedef struct worker {
     int waiting_count;
     int in_hand;      /* work units that were received and whose result is not yet sent */
     int asked;        /* requests without an answer */
-    double row_s;     /* cost of a row in the unit that was finished last */
+    double row_s;     /* wall s of a row in the unit that was finished last */
     double unit_rows; /* rows of the unit that was begun last */
-    bool stop_told, dismissed;
+    bool stop_told;   /* rank 0 was told of a stop */
+    bool dismissed;   /* rank 0 has no more work for this rank */
 } worker;
 
 static void post(worker *w, int tag, const void *data, size_t bytes)
@@ -53,7 +57,8 @@ static void post(worker *w, int tag, const void *data, size_t bytes)
     sc_comm_post(w->comm, 0, tag, data, bytes);
 }
 
-/* Is it time to ask for a work unit: does this rank have none, or only one that ends soon? */
+/* @return whether it is time to ask for a work unit: this rank has none, or only one that ends
+ * soon, and no request is without an answer. */
 static bool should_ask(worker *w)
 {
     double left_s;
@@ -83,8 +88,8 @@ static bool ask(worker *w)
     return true;
 }
 
-/* Receive an answer of rank 0, if one has arrived, and put the work unit in it into w->waiting.
- * @return false if none has arrived. */
+/* Receive an answer of rank 0, if one has arrived, and put the work unit in it at the end of
+ * w->waiting; SC_UNIT_NONE sets w->dismissed instead. @return false if none has arrived. */
 static bool receive_answer(worker *w)
 {
     sc_message mail;
@@ -103,6 +108,7 @@ static bool receive_answer(worker *w)
     return true;
 }
 
+/* @return a buffer whose state is BUFFER_FREE, or NULL. */
 static buffer *find_free(worker *w)
 {
     for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
@@ -112,8 +118,8 @@ static buffer *find_free(worker *w)
     return NULL;
 }
 
-/* @return a free buffer, or NULL. When no message is pending any more, all buffers that were being
- * sent become free. */
+/* @return a free buffer, or NULL; does not wait. When none is free and no message is pending any
+ * more, all buffers that were being sent become free, and their payloads are freed. */
 static buffer *free_buffer(worker *w)
 {
     buffer *found = find_free(w);
@@ -132,9 +138,9 @@ static buffer *free_buffer(worker *w)
     return find_free(w);
 }
 
-/* Give a work unit to the worker thread, which draws it into @p b. Where rank 0's window is shared,
- * a frame is drawn into its slot instead, and so is a band, unless drawing would spoil rows that
- * other ranks draw. */
+/* Give a work unit to the worker thread, which draws it into the free buffer @p b. Where rank 0's
+ * window is shared, a frame is drawn into its slot instead, and so is a band, unless drawing would
+ * spoil rows that other ranks draw. */
 static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
 {
     const bool shared = w->slots->pixels && unit->kind != SC_UNIT_GOP;
@@ -149,8 +155,8 @@ static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
     sc_worker_thread_give(w->drawing, &b->task.task);
 }
 
-/* Give waiting work units to the worker thread, as long as a buffer is free. @return whether it
- * gave any. */
+/* Give the work units in w->waiting to the worker thread in order, as long as a buffer is free.
+ * @return whether it gave any. */
 static bool begin_tasks(worker *w)
 {
     bool any = false;
@@ -165,7 +171,8 @@ static bool begin_tasks(worker *w)
     return any;
 }
 
-/* Post a payload in pieces, which stay borrowed from it until they have left. */
+/* Post a payload in pieces of sc_farm_message_bytes, which stay borrowed from it until they have
+ * left. An empty one has none. */
 static void send_payload(worker *w, const sc_payload *payload)
 {
     const size_t piece_bytes = sc_farm_message_bytes(w->farm);
@@ -178,7 +185,9 @@ static void send_payload(worker *w, const sc_payload *payload)
     }
 }
 
-/* Send the results of a GOP's frames, the size of its payload, and then the payload. */
+/* Post the results of a GOP's frames, the size of its payload, and then the payload. @p message has
+ * unit, status and stop; its result gets the time of drawing. send_gop
+ * and send_rows copy it to b->message and add to w->times. */
 static void send_gop(worker *w, buffer *b, sc_result_message *message)
 {
     const int count = sc_farm_gop_frames(w->farm, b->task.unit.index);
@@ -200,7 +209,7 @@ static void send_gop(worker *w, buffer *b, sc_result_message *message)
     send_payload(w, &b->task.payload);
 }
 
-/* Send the result of a frame or band. Its rows go into the frame's slot where that is shared, and
+/* Post the result of a frame or band. Its rows go into the frame's slot where that is shared, and
  * into the message otherwise. */
 static void send_rows(worker *w, buffer *b, sc_result_message *message)
 {
@@ -228,7 +237,8 @@ static void send_rows(worker *w, buffer *b, sc_result_message *message)
     post(w, SC_TAG_RESULT, b->message, sizeof *message + sent_bytes);
 }
 
-/* Collect one finished task, and start sending its result. @return false if none is finished. */
+/* Collect one finished task, and start sending its result, also of one that failed. @return false
+ * if none is finished. */
 static bool send_finished(worker *w)
 {
     buffer *b = (buffer *)sc_worker_thread_collect(w->drawing);
@@ -249,8 +259,8 @@ static bool send_finished(worker *w)
     return true;
 }
 
-/* @return how long to sleep now. @param busy whether anything happened since the last sleep, which
- * took @p nap_s. */
+/* @return how many seconds to sleep now. @param busy whether anything happened since the last
+ * sleep, which took @p nap_s. */
 static double next_nap_s(worker *w, bool busy, double nap_s)
 {
     if (busy)
@@ -260,7 +270,8 @@ static double next_nap_s(worker *w, bool busy, double nap_s)
     return nap_s < LONGEST_NAP_S ? nap_s * SC_NAP_GROWTH : nap_s;
 }
 
-/* The loop of the main thread, until rank 0 has dismissed this rank and all results are posted. */
+/* The loop of the main thread, until rank 0 has dismissed this rank and all results are posted;
+ * then SC_TAG_BYE is. They may not have left yet: sc_comm_flush. */
 static void pass_messages(worker *w)
 {
     static const int32_t bye = 0;
@@ -283,8 +294,10 @@ static void pass_messages(worker *w)
     post(w, SC_TAG_BYE, &bye, sizeof bye);
 }
 
-/* Allocate the buffers and start the worker thread. @param messages memory of the buffers, to be
- * freed by the caller, also after an error. */
+/* Allocate the buffers with their results and start the worker thread; sends nothing. The caller
+ * frees all of it, also after an error. @param messages receives the memory of the buffers'
+ * messages.
+ * @return SC_ERR_MEMORY. */
 static sc_status open_worker(worker *w, void **messages)
 {
     const sc_farm *farm = w->farm;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A thread that does tasks in the order in which they are given. */
 #include "internal.h"
 
 #include <pthread.h>
@@ -15,12 +16,15 @@ struct sc_worker_thread {
     pthread_mutex_t lock; /* guards all members below */
     pthread_cond_t given; /* a task was given, or the thread is to stop */
     task_queue waiting, done;
-    int load;
-    double began_s; /* when the present task was begun, or 0 */
+    int load;       /* tasks that were given and are not finished */
+    double began_s; /* by sc_wall_s: when the present task was begun, or 0 */
     bool stopping;
-    double idle_s;
+    double idle_s; /* how long the thread had no task so far */
 };
 
+/* Both are called with the lock held.
+ *
+ * Put a task at the end of a queue. */
 static void enqueue(task_queue *queue, sc_task *task)
 {
     task->next = NULL;
@@ -28,6 +32,7 @@ static void enqueue(task_queue *queue, sc_task *task)
     queue->last = &task->next;
 }
 
+/* @return the first task, removed from the queue, or NULL if that is empty. */
 static sc_task *dequeue(task_queue *queue)
 {
     sc_task *task = queue->first;
