@@ -129,9 +129,9 @@ typedef struct sc_farm {
     bool share_frames;      /**< ranks on rank 0's node draw into its memory, if there is room */
     bool spoils_other_rows; /**< draw may write to rows that it was not asked for */
     /** Draw @p count frames from number @p first on and encode them. Fills @p results [count],
-     * which are zero but for the first one's wait_s, frames and hashes included, and the empty @p
-     * out, whose memory the farm takes ownership of. It leaves @p out empty if it fails or gives
-     * up, which it may do after a stop. Errors and threads as with draw. */
+     *  frames and hashes included; they are zero before, but for the first one's wait_s. Puts bytes
+     *  into @p out, whose memory the farm takes ownership of, or leaves it empty if it fails or
+     *  gives up, which it may do after a stop. Errors and threads as with draw. */
     sc_status (*draw_gop)(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out);
     /** Accept a finished frame, in the order of `frames`. After an error nothing more is accepted,
