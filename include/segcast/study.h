@@ -33,7 +33,7 @@ typedef struct sc_rank_record {
     double cpu_s;         /**< CPU seconds of the whole process */
     double farm_idle_s;   /**< for how long its worker thread had no task */
     double accept_wall_s; /**< rank 0: encoding and writing, beside the drawing; else 0 */
-    int32_t threads;      /**< that draw */
+    int32_t threads;      /**< number of threads that draw */
     char host[64];        /**< name of its node, NUL-terminated */
 } sc_rank_record;
 
@@ -47,10 +47,10 @@ typedef struct sc_job_hashes {
 /** One run on the job: an element of `runs` in stats.json. */
 typedef struct sc_run_entry {
     char begin[32];            /**< "2026-11-21T19:44:38Z" */
-    char host[64];             /**< of rank 0 */
+    char host[64];             /**< host of rank 0 */
     int ranks, threads, nodes; /**< threads: of rank 0 */
     double wall_s, cpu_s;      /**< seconds; cpu_s: of all ranks together */
-    int frames;                /**< that it drew */
+    int frames;                /**< how many it drew */
 } sc_run_entry;
 
 /** A frame that an earlier run drew. */
@@ -86,7 +86,7 @@ void sc_history_clear(sc_history *history);
  *  runs that were killed are missing: these wrote no file. All other keys of stats.json are of this
  *  run, the last one: sums over all runs can be had from `runs`. */
 typedef struct sc_run_record {
-    const char *version, *host; /**< of segcast; of rank 0 */
+    const char *version, *host; /**< version of segcast; host of rank 0 */
     sc_job_hashes job;
     int64_t begin_unix_s;      /**< when the run began, in seconds since 1970 (UTC) */
     const sc_history *earlier; /**< or NULL */

@@ -69,11 +69,11 @@ struct sc_store {
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
-    bool *wanted;              /* [frames]: not there when opened; this process accepts them */
+    bool *wanted;              /* [frames]: not there when opened, and this process accepts it */
     bool *has_png;             /* [frames]: the PNG file is verified, or was written here */
     bool *has_segment;         /* [gop_count]: the segment is verified, or was written here */
     sc_partial_gops partial;
-    sc_manifest_writer *manifest; /* that of this process; NULL: complete, or nothing wanted */
+    sc_manifest_writer *manifest; /* of this process; NULL: complete, or nothing wanted */
     double synced_s;              /* when the manifest was last flushed to disk, by sc_wall_s */
     sc_encoder *encoder;          /* NULL until sc_store_open_encoder */
     int encoding;                 /* the GOP that the encoder works on, or -1 */
@@ -86,9 +86,9 @@ struct sc_store {
 /* Open store->encoder unless it is open. Only in a job with video. @return as sc_encoder_open. */
 sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store);
 /* Encode @p picture of frame @p frame, which the caller has put into a partial GOP, and the
- * pictures that follow it there; when the GOP is whole, write its segment. Does nothing, and
- * returns SC_OK, if another process will accept a picture of the GOP. A GOP that the encoder had
- * begun before is dropped; its pictures are in partial GOPs. */
+ * pictures that follow it there; when the GOP is whole, write its segment. Nothing is encoded while
+ * a picture before it is missing, nor if another process has to deliver some of the GOP; that is no
+ * error. A GOP that the encoder had begun before is dropped; its pictures are in partial GOPs. */
 sc_status sc_store_encode(const sc_ctx *ctx, sc_store *store, int frame, const void *picture);
 /* Encode the GOPs without a segment of which all pictures are in partial GOPs, and write their
  * segments. Reads the pictures back from disk. */
@@ -143,7 +143,8 @@ bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash);
 
 /* ---- partial_gops.c: pictures of GOPs that are not whole yet ---- */
 
-/* Begin with no files and no pictures; @p directory is copied. @return SC_ERR_MEMORY. Caller owns:
+/* Begin with no files and no pictures. @param directory that of the segments, copied.
+ * @param picture_bytes as of sc_picture_bytes. @return SC_ERR_MEMORY. Caller owns *out:
  * sc_partial_close. */
 sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t identity,
                           size_t picture_bytes, int frames, sc_partial_gops *out);
@@ -181,9 +182,10 @@ void sc_partial_close(sc_partial_gops *partial);
  * data->frames; head.known is false if that is the first. @return SC_ERR_MISSING, SC_ERR_DATA if
  * the file is too large, SC_ERR_MEMORY. */
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
-/* Write @p path anew, with the head and the lines k for which keep[k] is set, so that it appears
- * complete, and keep it open for more lines. @param lines [job->frames], with @p keep, or NULL for
- * the head alone. @return SC_ERR_CREATE, too. Caller owns *out: sc_manifest_close. */
+/* Write a new manifest @p path, with a head and the lines of those frames k for which keep[k] is
+ * set; it replaces an older one in one step, and stays open for more lines. @param lines
+ * [job->frames], with @p keep, or NULL for the head alone. @return SC_ERR_CREATE, too. Caller owns
+ * *out: sc_manifest_close. */
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
                              const sc_frame_line *lines, const bool *keep,
                              sc_manifest_writer **out);
