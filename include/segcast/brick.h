@@ -39,42 +39,45 @@ enum {
 #define SC_BRICK_LOW_Z 0x000000000000ffffull
 _Static_assert(SC_BRICK_VERTICES == 8 * sizeof(uint64_t), "a brick is one 64-bit mask");
 
-/** The brick of a vertex along one axis. Negative coordinates are rounded down too, as GCC and
- *  Clang shift them arithmetically. */
+/** @return the coordinate, in bricks, of the brick that holds a vertex, along one axis. Negative
+ * coordinates are rounded down too, as GCC and Clang shift them arithmetically. */
 static inline int sc_brick_of(int vertex)
 {
     return vertex >> SC_BRICK_SHIFT;
 }
 
-/** The bit of a vertex in the mask of its brick. */
+/** @return the bit, 0 to 63, of the vertex at (x, y, z) of the grid in the mask of its brick. */
 static inline int sc_brick_bit(int x, int y, int z)
 {
     return (x & SC_BRICK_MASK) | (y & SC_BRICK_MASK) << SC_BRICK_Y_SHIFT |
            (z & SC_BRICK_MASK) << SC_BRICK_Z_SHIFT;
 }
 
-/** Where in its brick the vertex of a bit lies: the inverse of sc_brick_bit. */
+/** @return x, 0 to 3, of the vertex of bit @p bit in its brick: the inverse of sc_brick_bit. */
 static inline int sc_bit_x(int bit)
 {
     return bit & SC_BRICK_MASK;
 }
 
+/** As sc_bit_x, for y. */
 static inline int sc_bit_y(int bit)
 {
     return bit >> SC_BRICK_Y_SHIFT & SC_BRICK_MASK;
 }
 
+/** As sc_bit_x, for z. */
 static inline int sc_bit_z(int bit)
 {
     return bit >> SC_BRICK_Z_SHIFT;
 }
 
-/** Bricks that cover an edge of the volume of @p voxels, the vertices around it included. */
+/** @return how many bricks cover an edge of @p voxels voxels and one vertex more on either side. */
 static inline int sc_bricks_along(int voxels)
 {
     return (voxels + 2 + SC_BRICK - 1) / SC_BRICK;
 }
 
+/** @return the number of bricks in an array of @p bricks along x, y and z. */
 static inline size_t sc_brick_count(const int bricks[3])
 {
     return (size_t)bricks[0] * (size_t)bricks[1] * (size_t)bricks[2];
@@ -86,7 +89,8 @@ static inline size_t sc_brick_index(const int bricks[3], int x, int y, int z)
     return ((size_t)z * (size_t)bricks[1] + (size_t)y) * (size_t)bricks[0] + (size_t)x;
 }
 
-/** The brick at an index: the inverse of sc_brick_index. */
+/** Write the coordinates x, y, z, in bricks, of the brick at @p index of an array without a frame
+ *  to @p out: the inverse of sc_brick_index. */
 static inline void sc_brick_at(const int bricks[3], size_t index, int out[3])
 {
     const size_t bx = (size_t)bricks[0], by = (size_t)bricks[1];
@@ -96,7 +100,8 @@ static inline void sc_brick_at(const int bricks[3], size_t index, int out[3])
     out[2] = (int)(index / bx / by);
 }
 
-/** The lowest vertex of the brick at an index. */
+/** Write the grid coordinates x, y, z of the lowest vertex of the brick at @p index (see
+ * sc_brick_index) to @p out. */
 static inline void sc_brick_low(const int bricks[3], size_t index, int out[3])
 {
     sc_brick_at(bricks, index, out);
@@ -104,33 +109,35 @@ static inline void sc_brick_low(const int bricks[3], size_t index, int out[3])
         out[i] *= SC_BRICK;
 }
 
-/** Size of an array of bricks with a frame of empty ones around it:
- *  [bricks z + 2][bricks y + 2][bricks x + 2]. */
+/** Write the size x, y, z of an array of @p bricks with a frame of empty ones around it,
+ *  [bricks z + 2][bricks y + 2][bricks x + 2], to @p out. */
 static inline void sc_framed_size(const int bricks[3], int out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = bricks[i] + 2 * SC_BRICK_FRAME;
 }
 
-/** Steps from a brick to the next along y and z in an array with a frame. */
+/** @return the step of the index from a brick to the next along y in an array with a frame. */
 static inline int sc_framed_row(const int bricks[3])
 {
     return bricks[0] + 2 * SC_BRICK_FRAME;
 }
 
+/** @return the step of the index from a brick to the next along z in an array with a frame. */
 static inline int sc_framed_layer(const int bricks[3])
 {
     return (bricks[0] + 2 * SC_BRICK_FRAME) * (bricks[1] + 2 * SC_BRICK_FRAME);
 }
 
-/** Index of brick (x, y, z) in an array with a frame, by the steps of sc_framed_row and
- *  sc_framed_layer. Fits an int: see sc_kernel_find. */
+/** @return the index of brick (x, y, z) in an array with a frame. The frame has the coordinates -1
+ *  and one beyond the last brick. It fits an int: see sc_kernel_find.
+ *  @param row of sc_framed_row. @param layer of sc_framed_layer. */
 static inline int sc_framed_index(int row, int layer, int x, int y, int z)
 {
     return (z + SC_BRICK_FRAME) * layer + (y + SC_BRICK_FRAME) * row + x + SC_BRICK_FRAME;
 }
 
-/** Bits set in @p mask. */
+/** @return how many bits are set in @p mask. */
 static inline unsigned sc_count_bits(uint64_t mask)
 {
 #ifdef __POPCNT__
@@ -143,8 +150,8 @@ static inline unsigned sc_count_bits(uint64_t mask)
 #endif
 }
 
-/** How many vertices of @p mask come before the one at @p bit: its rank among what is packed of a
- *  brick. */
+/** @return how many vertices of @p mask come before the one at @p bit: where it stands among what
+ * is packed of its brick. */
 static inline unsigned sc_brick_rank(uint64_t mask, int bit)
 {
     return sc_count_bits(mask & ((1ull << bit) - 1));
@@ -176,9 +183,10 @@ enum {
 /** A direction's octahedral coordinate of 1. */
 #define SC_RECORD_OCTANT_ONE 127
 
-/** Pack a record. @param weight 1 to SC_WEIGHT_MAX.
- *  @param outward of any length but zero.
- *  @param strength length of the gradient as a share of that at a flat interface. */
+/** @return a packed record. @param weight 0 to SC_WEIGHT_MAX; stored records have 1 at least.
+ *  @param outward direction of the gradient, RAS, of any length but zero.
+ *  @param strength length of the gradient as a share of that at a flat interface; stored as the
+ *  nearest power of two from 1 down to 2^-7, which also stands for everything smaller. */
 static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
 {
     const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
@@ -204,7 +212,7 @@ static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double streng
            packed[1] << SC_RECORD_Y_SHIFT;
 }
 
-/** Read the record at an index of an array of records. */
+/** @return the record at @p index of an array of packed records of SC_RECORD_BYTES each. */
 static inline uint32_t sc_record_read(const uint8_t *records, size_t index)
 {
     const uint8_t *at = records + index * SC_RECORD_BYTES;
@@ -212,24 +220,27 @@ static inline uint32_t sc_record_read(const uint8_t *records, size_t index)
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16;
 }
 
+/** Store @p record at @p index of such an array; its bits from 24 on are dropped. */
 static inline void sc_record_write(uint8_t *records, size_t index, uint32_t record)
 {
     for (int i = 0; i < SC_RECORD_BYTES; i++)
         records[index * SC_RECORD_BYTES + (size_t)i] = (uint8_t)(record >> (8 * i));
 }
 
+/** @return the weight in a record, 0 to SC_WEIGHT_MAX. */
 static inline int sc_record_weight(uint32_t record)
 {
     return (int)(record & SC_RECORD_WEIGHT_MASK);
 }
 
-/** The length of the gradient is 2^-m of that at a flat interface. @return 2^m. */
+/** @return 2^m, 1 to 128: the length of the gradient is 2^-m of that at a flat interface. */
 static inline int sc_record_inverse_length(uint32_t record)
 {
     return 1 << (record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
 }
 
-/** The direction, unpacked but not of unit length: its absolute coordinates add up to 127. */
+/** Write the direction of the gradient, RAS, to @p out. It is not of unit length: its absolute
+ *  coordinates add up to 127. */
 static inline void sc_record_octant(uint32_t record, float out[3])
 {
     const float x = (float)(int8_t)(record >> SC_RECORD_X_SHIFT);
@@ -242,7 +253,7 @@ static inline void sc_record_octant(uint32_t record, float out[3])
     out[2] = z;
 }
 
-/** The gradient: unit direction times length. */
+/** Write the gradient, RAS, to @p out: a unit direction times the length, 2^-m. */
 static inline void sc_record_normal(uint32_t record, float out[3])
 {
     float inverse;
@@ -260,12 +271,13 @@ static inline void sc_record_normal(uint32_t record, float out[3])
 enum { SC_CELL_FIELD_BITS = 6, SC_CELL_LOW_FIELDS = 5, SC_CELL_WORD_BITS = 32 };
 #define SC_CELL_MANY (1ull << 63) /**< there are more than two labels */
 
-/** Where the field of a corner begins in its word, and which word it is (0 or 1). */
+/** @return the lowest bit, within its word, of the field of corner @p corner, 0 to 7. */
 static inline int sc_cell_field_shift(int corner)
 {
     return SC_CELL_FIELD_BITS * (corner % SC_CELL_LOW_FIELDS);
 }
 
+/** @return the word that holds the field of a corner: 0, the lower, or 1. */
 static inline int sc_cell_field_word(int corner)
 {
     return corner / SC_CELL_LOW_FIELDS;

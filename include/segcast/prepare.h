@@ -36,15 +36,17 @@ typedef struct sc_label_stats {
  *  its vertices, brick by brick (brick.h). A vertex is near an interface if its 3x3x3 neighbourhood
  *  holds another label; then it has a vertex record. */
 typedef struct sc_prepared {
-    int size[3], bricks[3];
-    int label_bytes, label_count;
-    bool oriented;
-    sc_affine to_ras_mm;
-    uint64_t volume_hash;
+    int size[3];             /**< voxels along x, y, z */
+    int bricks[3];           /**< bricks along x, y, z, without a frame: sc_bricks_along(size) */
+    int label_bytes;         /**< of an id: 1 or 2 */
+    int label_count;         /**< the background, id 0, included */
+    bool oriented;           /**< false: the file does not say where left is; RAS was taken */
+    sc_affine to_ras_mm;     /**< voxel index -> patient mm, RAS+ */
+    uint64_t volume_hash;    /**< sc_volume_hash of what was prepared */
     uint64_t file_hash;      /**< checksum of the prepared file it was mapped from; 0: of no file */
     uint64_t boundary_count; /**< boundary voxels that are not background */
     uint64_t near_count;     /**< vertices near an interface */
-    const void *ids;         /**< [size z][size y][size x], 1 or 2 bytes */
+    const void *ids;         /**< [size z][size y][size x] dense ids */
     const sc_label *labels;  /**< [label_count] */
     const sc_label_stats *stats; /**< [label_count] */
     const uint64_t *near;        /**< [bricks z][y][x]: masks of the vertices near an interface.
@@ -56,57 +58,64 @@ typedef struct sc_prepared {
                                       0 for background; NULL if it was not asked for */
     /* how it was prepared */
     double smooth;                   /**< sc_prepare_settings.smooth */
-    bool has_thickness, has_surface; /**< the labels were measured so */
+    bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
     const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
 } sc_prepared;
 
 /** What to prepare, and how. */
 typedef struct sc_prepare_settings {
     double smooth;        /**< strength of the smoothing of surfaces, 0 (crisp) to SC_SMOOTH_MAX */
-    bool thickness;       /**< measure the mean thickness of every label */
-    bool local_thickness; /**< store the local thickness at every vertex near an interface */
+    bool thickness;       /**< measure the mean thickness of every label: sc_label_stats */
+    bool local_thickness; /**< store the local thickness at every boundary voxel */
     bool surface;         /**< measure the surface of every label */
     const bool *hidden;   /**< [label_count]: the hidden labels, which the caller has turned into
                                background; only noted in the result. NULL: none. Borrowed during
                                the call. */
-    int threads;
+    int threads;          /**< how many to use, at least 1 */
 } sc_prepare_settings;
+/** The strongest smoothing. */
 #define SC_SMOOTH_MAX 1.25
 
 /** A preparation in memory, before it is packed or saved. */
 typedef struct sc_preparation sc_preparation;
 
 /** Preprocess a volume. A boundary voxel is one whose 3x3x3 neighbourhood holds another label
- *  (paper, section 2.3). @p volume stays borrowed until sc_preparation_free. The result does not
- *  depend on the number of threads. @param out caller owns: sc_preparation_free.
+ *  (paper, section 2.3). Blocks until @p settings->threads threads are done. The result does not
+ *  depend on their number. @param volume stays borrowed until sc_preparation_free.
+ *  @param out caller owns: sc_preparation_free.
  *  @return SC_ERR_MEMORY, also for more vertices near an interface than 32 bits can count. */
 SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                                  const sc_prepare_settings *settings, sc_preparation **out);
+/** Free a preparation; the volume is left alone. NULL is allowed. */
 void sc_preparation_free(sc_preparation *preparation);
-/** @return size of the block that sc_preparation_pack fills. */
+/** @return the size in bytes of the block that sc_preparation_pack fills. */
 size_t sc_preparation_bytes(const sc_preparation *preparation);
-/** Copy everything into one block, which may be moved or mapped to any address.
+/** Copy everything into one block, which may be moved or mapped to any 64-byte aligned address and
+ *  needs neither the preparation nor the volume any more. Read it by sc_prepared_view.
  *  @param block of sc_preparation_bytes, 64-byte aligned. */
 void sc_preparation_pack(const sc_preparation *preparation, void *block);
 /** Write the same block as a file, with a checksum: the prepared file (.segc). It can be read by
  *  this version of segcast on machines of the same byte order. The file appears whole or not at
  *  all.
- *  @return SC_ERR_CREATE, SC_ERR_WRITE. */
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
                                           const char *path);
-/** @return whether a file can be read and begins as a prepared file does. */
+/** @return whether the file at @p path can be read and begins as a prepared file does. What follows
+ *  is not looked at. Nothing is logged. */
 bool sc_is_prepared_file(const char *path);
-/** View a mapped prepared file, after its checksum has been compared. @p block stays borrowed.
- *  @param path for messages. @return SC_ERR_DATA if the file is damaged, cut off, or of another
- *  version or byte order. */
+/** Check a prepared file, checksum included, for which all of it is read, and fill @p out with
+ *  pointers into it. @param path for messages. @param block the whole mapped file, of @p bytes
+ * bytes, 64-byte aligned; stays borrowed as long as @p out is used. @return SC_ERR_DATA if the file
+ * is damaged, cut off, or of another version or byte order. */
 SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
                                             size_t bytes, sc_prepared *out);
-/** View a packed block, which stays borrowed. Its contents are not checked.
- *  @return SC_ERR_DATA if it is no block of this version. */
+/** Fill @p out with pointers into a packed block, which stays borrowed as long as @p out is used.
+ *  Its contents are not checked; file_hash is 0. @param block of at least @p bytes bytes, 64-byte
+ *  aligned. @return SC_ERR_DATA if it is no block of this version, or cut off. */
 SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes,
                                        sc_prepared *out);
 
-/** The dense id at a grid vertex; background outside of the volume. */
+/** @return the dense id at a grid vertex; 0, the background, outside of the volume. */
 static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z)
 {
     const size_t index =
@@ -119,7 +128,8 @@ static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z
                                : ((const uint16_t *)v->ids)[index];
 }
 
-/** Is the vertex near an interface? It must be one of the label grid. */
+/** @return whether the vertex (x, y, z), which must be one of the label grid, is near an interface.
+ */
 static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
@@ -127,7 +137,8 @@ static inline bool sc_is_near(const sc_prepared *v, int x, int y, int z)
     return v->near[brick] >> sc_brick_bit(x, y, z) & 1;
 }
 
-/** Index of the record of vertex (x, y, z), which must be near an interface. */
+/** @return the index, in records and thickness, of vertex (x, y, z), which must be near an
+ *  interface. */
 static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
 {
     const size_t brick = sc_brick_index(v->bricks, sc_brick_of(x), sc_brick_of(y), sc_brick_of(z));
@@ -139,60 +150,68 @@ static inline size_t sc_record_index(const sc_prepared *v, int x, int y, int z)
  *  SC_THICKNESS_LEAST_MM. */
 enum { SC_THICKNESS_STEPS = 16 };
 #define SC_THICKNESS_LEAST_MM 0.05
-/** @return the thickness of a code. */
+/** @return the thickness in mm that a code, 0 to 255, of sc_prepared.thickness stands for. */
 double sc_thickness_mm(int code);
 
-/** How a label takes part in a picture. */
+/** What of a label takes part in a picture: bits, either or both. */
 enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
-/** Masks of the voxels that can contribute to a picture: boundary voxels of labels with
- *  SC_SHOW_BOUNDARY in @p show (by dense id) and interior voxels of labels with SC_SHOW_INTERIOR.
+/** Write masks of the voxels that can contribute to a picture to @p out: boundary voxels of labels
+ *  with SC_SHOW_BOUNDARY and interior voxels of labels with SC_SHOW_INTERIOR.
+ *  @param show [label_count] bits by dense id; 0 for the background.
  *  Shape [bricks z + 2][bricks y + 2][bricks x + 2]: with a frame of empty bricks, so that kernels
- *  need not test whether a position is just outside. @return SC_ERR_MEMORY. Caller owns: sc_free.
- */
+ *  need not test whether a position is just outside. Blocks until @p threads threads are done.
+ *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
-/** Masks of the cells (cubes between 2x2x2 neighbouring vertices, named by the lowest) that hold
- *  more than one label, one of them with SC_SHOW_BOUNDARY. Shape, errors and owner as of
- *  sc_visible_masks. */
+/** Write masks of the cells (cubes between 2x2x2 neighbouring vertices, named by the lowest) that
+ *  hold more than one label, one of them with SC_SHOW_BOUNDARY, to @p out. Parameters, shape,
+ * errors and owner as of sc_visible_masks. */
 SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
                                        const uint8_t *show, int threads, uint64_t **out);
-/** Chessboard distance, in bricks, from every brick to the nearest one that is not empty: 0 for a
- *  brick that is not empty itself, and 254 for distances beyond. SC_GATHER_BYTES more may be read.
- *  @param masks of sc_visible_masks or sc_visible_cells. @param out of the same shape.
+/** Write the chessboard distance, in bricks, from every brick to the nearest one that is not empty
+ *  to @p out: 0 for a brick that is not empty itself; 254 also stands for all larger distances, and
+ *  for no such brick at all. SC_GATHER_BYTES more may be read.
+ *  @param masks of sc_visible_masks or sc_visible_cells. @param out one byte for each brick of
+ *  @p masks, the frame included.
  *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
 SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
                                          const uint64_t *masks, uint8_t **out);
-/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. */
+/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. Owns
+ *  its arrays. */
 typedef struct sc_cells {
-    uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index of the brick's first cell */
-    uint64_t *cells; /**< [count] */
+    uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index in cells of the brick's first one */
+    uint64_t *cells; /**< [count] packed cells */
     size_t count;
 } sc_cells;
-/** Pack the cells of @p masks. The result does not depend on @p threads. Caller owns:
- *  sc_cells_clear.
- *  @return SC_ERR_MEMORY. */
+/** Fill @p out with the packed cells of @p masks (of sc_visible_cells; only borrowed). Blocks until
+ *  @p threads threads are done; the result does not depend on their number. Caller owns:
+ *  sc_cells_clear. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume,
                                      const uint64_t *masks, int threads, sc_cells *out);
+/** Free the arrays; @p cells is all zero then, which is allowed too. */
 void sc_cells_clear(sc_cells *cells);
 /** How much of the surroundings of a brick is filled with visible tissue, from which the kernels
  *  estimate how much light reaches a point in a cavity, and shadows: the opacity of the voxels,
  *  blurred by two Gaussians; 255 stands for opaque tissue everywhere. */
 typedef struct sc_occlusion {
     int size[3];               /**< bricks along each axis, the frame of empty ones included */
-    uint8_t (*filled)[2];      /**< [z][y][x]: by the narrow and by the wide blur */
+    uint8_t (*filled)[2];      /**< [z][y][x], owned: by the narrow [0] and by the wide [1] blur */
     float brick_offset;        /**< a grid coordinate / SC_BRICK + brick_offset is the coordinate
                                     in this array, whole numbers being the middles of bricks */
     double narrow_mm, wide_mm; /**< standard deviations of the blurs */
     double mm_per_step;        /**< the shortest edge of a brick */
 } sc_occlusion;
-/** Make one. @param opacity by dense id, 0 for tissues that are not visible. The result does not
- *  depend on @p threads. Caller owns: sc_occlusion_clear. @return SC_ERR_MEMORY. */
+/** Fill @p out. Blocks until @p threads threads are done; the result does not depend on their
+ *  number. @param opacity [label_count] by dense id, 0 to 1; 0 for tissues that are not visible and
+ *  for the background. Caller owns: sc_occlusion_clear. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume,
                                          const float *opacity, int threads, sc_occlusion *out);
+/** Free the array; @p occlusion is all zero then, which is allowed too. */
 void sc_occlusion_clear(sc_occlusion *occlusion);
-/** The centres, in RAS mm, of the first and the last voxel of every row that is set in @p masks (of
- *  sc_visible_masks or sc_visible_cells). All corners of the convex hull of what can be seen are
- *  among them. @param out [count]; caller owns: sc_free. @return SC_ERR_MEMORY. */
+/** Write the centres, in RAS mm, of the first and the last voxel of each row along x that are
+ *  set in @p masks (of sc_visible_masks) to @p out. All corners of the convex hull of the visible
+ * voxels' centres are among them. @param count how many were found; 0 if nothing is visible.
+ *  @param out [count]; caller owns, also if count is 0: sc_free. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume,
                                      const uint64_t *masks, sc_vec3 **out, size_t *count);
 

@@ -12,8 +12,9 @@
 _Static_assert(sizeof(uint64_t) == 8 * sizeof(uint8_t) && sizeof(uint64_t) == 4 * sizeof(uint16_t),
                "a word holds eight labels of one byte or four of two");
 
-/* Add to @p out[x] the bits in which row[x] differs from other[x - 1], other[x] and other[x + 1].
- * Columns 0 and n - 1, which lie on the faces of the volume, are left to the caller. */
+/* Define a function that ORs into @p out[x] the bits in which row[x] differs from other[x - 1],
+ * other[x] and other[x + 1]. Columns 0 and n - 1, which lie on the faces of the volume, are left to
+ * the caller. */
 /* NOLINTBEGIN(bugprone-macro-parentheses): the argument is a type */
 #define DEFINE_ROW_DIFFERENCE(name, type)                                                          \
     static void name(const type *row, const type *other, size_t n, type *out)                      \
@@ -26,14 +27,16 @@ _Static_assert(sizeof(uint64_t) == 8 * sizeof(uint8_t) && sizeof(uint64_t) == 4 
 DEFINE_ROW_DIFFERENCE(row_difference_8, uint8_t)
 DEFINE_ROW_DIFFERENCE(row_difference_16, uint16_t)
 
+/* What the threads that find the boundary share. */
 typedef struct finder {
-    sc_preparation *p;
-    sc_label_stats *stats; /* [threads][label_count] */
+    sc_preparation *p;     /* borrowed; its masks are filled */
+    sc_label_stats *stats; /* [threads][label_count]: of the voxels that each thread has visited */
     uint16_t *rows;        /* [threads][size x]: room for the differences of one row each */
 } finder;
 
-/* The bits in which the voxels of row (y, z) differ from their neighbours, for a row that does not
- * lie on a face of the volume. @param out as wide as the labels. */
+/* Write to @p out, an array of labels of the width of the volume's, for each voxel of row (y, z)
+ * the bits in which it differs from its neighbours. The row must not lie on a face of the volume.
+ * Columns 0 and size x - 1 become 0. */
 static void difference_of_row(const sc_volume *v, int y, int z, void *out)
 {
     const size_t nx = (size_t)v->size[0], each = (size_t)v->label_bytes;
@@ -54,7 +57,8 @@ static void difference_of_row(const sc_volume *v, int y, int z, void *out)
     }
 }
 
-/* The same rule for one voxel, which may lie on a face of the volume or just outside it. */
+/* Does the 3x3x3 neighbourhood of a voxel hold another label? The voxel may lie on a face of the
+ * volume or just outside it. */
 static bool is_near(const sc_volume *v, int x, int y, int z)
 {
     const uint32_t id = sc_id_or_background(v, x, y, z);
@@ -66,7 +70,7 @@ static bool is_near(const sc_volume *v, int x, int y, int z)
     return false;
 }
 
-/* The masks of the bricks that the row of voxels (y, z) passes through. */
+/* The masks, [bricks x] in p->near, of the bricks that the row of voxels (y, z) passes through. */
 static uint64_t *masks_of_row(const finder *f, int y, int z)
 {
     return f->p->near + sc_brick_index(f->p->bricks, 0, sc_brick_of(y + 1), sc_brick_of(z + 1));
@@ -83,7 +87,8 @@ static void extend_box(sc_label_stats *s, int x0, int x1, int y, int z)
     }
 }
 
-/* The end of the run of equal labels that begins at column @p x of a row. */
+/* @return the column after the run of equal labels that begins at column @p x of a row. @param row
+ * index of the voxel in column 0. */
 static int end_of_run(const sc_volume *v, size_t row, int x)
 {
     const uint32_t id = sc_id_at(v, row + (size_t)x);
@@ -105,7 +110,8 @@ static int end_of_run(const sc_volume *v, size_t row, int x)
     return end;
 }
 
-/* Count the voxels of a row for their labels, a run of equal labels at a time. */
+/* Add the voxels of row (y, z) to voxels and boxes of @p stats [label_count], a run of equal labels
+ * at a time. */
 static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
 {
     const sc_volume *v = f->p->volume;
@@ -121,7 +127,8 @@ static void count_row(const finder *f, int y, int z, sc_label_stats *stats)
     }
 }
 
-/* Set the bit of a voxel near an interface, and count it if it is a boundary voxel of a label. */
+/* Set the bit of a voxel near an interface in the masks of its row, and count it in @p stats
+ * [label_count] unless it is background. */
 static void mark(const sc_volume *v, uint64_t *masks, int x, int y, int z, sc_label_stats *stats)
 {
     const uint32_t id = sc_id_or_background(v, x, y, z);
@@ -130,8 +137,8 @@ static void mark(const sc_volume *v, uint64_t *masks, int x, int y, int z, sc_la
     stats[id].boundary_voxels += id != 0;
 }
 
-/* The next column from @p x on with a difference; the last column of the row if there is none
- * before it. */
+/* @return the first column from @p x on with a difference; the last column of the row if there is
+ * none before it. @param difference of difference_of_row. */
 static int next_difference(const sc_volume *v, const uint16_t *difference, int x)
 {
     const int end = v->size[0] - 1, stride = 8 / v->label_bytes;
@@ -152,9 +159,9 @@ static int next_difference(const sc_volume *v, const uint16_t *difference, int x
     return end;
 }
 
-/* Mark the vertices of one row that are near an interface, and count its voxels. @p y and @p z are
- * voxels: as the label grid is one vertex wider than the volume, they run from -1 to their sizes,
- * and so do the columns. */
+/* Set the bits of the vertices of one row that are near an interface in the masks, and add its
+ * voxels to @p stats. @p y and @p z are voxels: as the label grid is one vertex wider than the
+ * volume, they run from -1 to their sizes, and so do the columns. @param difference scratch. */
 static void mark_row(finder *f, int y, int z, uint16_t *difference, sc_label_stats *stats)
 {
     const sc_volume *v = f->p->volume;
@@ -182,8 +189,8 @@ static void mark_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
     }
 }
 
-/* Layers of bricks [begin, end) along z. A layer belongs to one thread, so that no two threads
- * write to the same mask. */
+/* Mark and count layers of bricks [begin, end) along z; an sc_range_fn on a finder. A layer belongs
+ * to one thread, so that no two threads write to the same mask. */
 static void find_layers(void *user, size_t begin, size_t end, int thread)
 {
     finder *f = user;
@@ -198,6 +205,7 @@ static void find_layers(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Add the statistics of all threads to those of the preparation. */
 static void merge_stats(const finder *f)
 {
     const int labels = f->p->volume->label_count;
@@ -217,6 +225,7 @@ static void merge_stats(const finder *f)
     }
 }
 
+/* Set @p count statistics to those of no voxels. */
 static void clear_stats(sc_label_stats *stats, size_t count)
 {
     for (size_t i = 0; i < count; i++) {

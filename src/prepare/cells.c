@@ -8,28 +8,32 @@
 
 enum { SIDE = SC_BRICK + 1, VERTICES = SIDE * SIDE * SIDE };
 
+/* What the packing threads share. The arrays are as of sc_cells and sc_visible_cells. */
 typedef struct cell_packer {
     const sc_prepared *volume;
-    const uint64_t *masks;
-    uint32_t *start;
-    uint64_t *cells;
+    const uint64_t *masks; /* which cells to pack */
+    uint32_t *start;       /* filled before packing begins */
+    uint64_t *cells;       /* filled by pack_bricks */
 } cell_packer;
 
 /* Labels and weights of the vertices that are corners of a brick's cells: those of the brick, and
- * the first layer of those after it along each axis. [z][y][x] */
+ * the first layer of those after it along each axis. Arrays are [z][y][x]. */
 typedef struct brick_corners {
-    uint16_t labels[VERTICES];
-    uint8_t weights[VERTICES];
+    uint16_t labels[VERTICES]; /* dense ids */
+    uint8_t weights[VERTICES]; /* 0 for vertices that are not near an interface */
 } brick_corners;
 
-/* Where the vertex of a bit stands in those arrays, @p at being where its brick begins in them. */
+/* @return the index, in the arrays of brick_corners, of the vertex of a bit. @param at x, y, z of
+ * its brick's lowest vertex in them: 0 or SC_BRICK each. */
 static inline int box_index(const int at[3], int bit)
 {
     return ((at[2] + sc_bit_z(bit)) * SIDE + at[1] + sc_bit_y(bit)) * SIDE + at[0] + sc_bit_x(bit);
 }
 
-/* Fetch the weights of those vertices of brick (x, y, z) that are corners of the cells in work; see
- * box_index for @p at. Bricks beyond the last have no vertices. */
+/* Write the weights of those vertices of brick (x, y, z) that are corners of the cells in work to
+ * out->weights, which must be zeroed before; see box_index for @p at. Of a brick whose at is
+ * SC_BRICK along an axis, only the lowest layer is wanted. Bricks beyond the last have no vertices.
+ */
 static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
                           brick_corners *out)
 {
@@ -50,7 +54,7 @@ static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int a
     }
 }
 
-/* Fetch the corners of the cells of a brick. */
+/* Fill both arrays of @p out for brick @p brick (x, y, z; without a frame). */
 static void fetch_corners(const sc_prepared *v, const int brick[3], brick_corners *out)
 {
     int n = 0;
@@ -70,7 +74,7 @@ static void fetch_corners(const sc_prepared *v, const int brick[3], brick_corner
     }
 }
 
-/* Pack the cell whose lowest vertex is @p first of the arrays. */
+/* @return the packed cell (brick.h) whose lowest vertex has index @p first in the arrays. */
 static uint64_t pack_cell(const brick_corners *c, int first)
 {
     static const int corner[8] = {0,
@@ -103,6 +107,8 @@ static uint64_t pack_cell(const brick_corners *c, int first)
     return out;
 }
 
+/* Write the packed cells of bricks [begin, end) of the array with a frame to their place in cells;
+ * an sc_range_fn on a cell_packer. */
 static void pack_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const cell_packer *p = user;

@@ -11,8 +11,8 @@
 enum { FARTHEST = 254 }; /* larger distances count as this one */
 
 typedef struct distance_grid {
-    int size[3];
-    uint8_t *at; /* [z][y][x] */
+    int size[3]; /* bricks along x, y, z, the frame included */
+    uint8_t *at; /* [z][y][x] distances in bricks, at most FARTHEST */
 } distance_grid;
 
 static inline uint8_t least(uint8_t a, uint8_t b)
@@ -20,7 +20,8 @@ static inline uint8_t least(uint8_t a, uint8_t b)
     return a < b ? a : b;
 }
 
-/* out[x] becomes the least of itself and of row[x - 1], row[x] and row[x + 1]. */
+/* out[x] becomes the least of itself and of row[x - 1], row[x] and row[x + 1], as far as they
+ * exist. Both rows have @p size elements, at least 1. */
 static void lower_to_row(const uint8_t *restrict row, int size, uint8_t *restrict out)
 {
     out[0] = least(out[0], least(row[0], row[size > 1]));
@@ -29,8 +30,11 @@ static void lower_to_row(const uint8_t *restrict row, int size, uint8_t *restric
     out[size - 1] = least(out[size - 1], least(row[size - 1], row[size > 1 ? size - 2 : 0]));
 }
 
-/* One row of a pass: from the four neighbouring rows that the pass has already visited, and then
- * along the row itself. @param near room for one row. */
+/* Lower the distances of row (y, z) of the grid, in place, to one more than the least of those
+ * neighbours that the pass has already visited: in the rows (y - step, z - step), (y, z - step),
+ * (y + step, z - step) and (y - step, z), as far as they exist, and then along the row itself. They
+ * never exceed FARTHEST. @param step 1 in the first pass, -1 in the second. @param near scratch of
+ * size[0] bytes. */
 static void pass_row(const distance_grid *g, int y, int z, int step, uint8_t *near)
 {
     const int nx = g->size[0], ny = g->size[1], nz = g->size[2];

@@ -49,30 +49,32 @@ typedef float quad __attribute__((vector_size(16)));
 
 /* A row of the window in which the filter for weights is not 0. */
 typedef struct weight_row {
-    int offset;       /* from the first row of the window */
+    int offset;       /* rows of the window before it, for the brick's vertices at y = z = 0 */
     int table;        /* which table applies to it: rows at the same distance share one */
-    const quad *sums; /* that table */
+    const quad *sums; /* that table, [PATTERNS], borrowed from filters.weight_tables */
 } weight_row;
 
 /* A filter for normals: a Gaussian and its derivative, scaled so that the gradient at a flat
  * interface has length 1. */
 typedef struct normal_filter {
-    quad (*table)[2]; /* [PATTERNS]: a row's smoothed value and derivative along x */
-    float value[3][TAPS], slope[3][TAPS]; /* along each axis */
+    quad (*table)[2];     /* [PATTERNS], owned: a row's smoothed value and derivative along x */
+    float value[3][TAPS]; /* taps of the Gaussian along each axis, of sum 1 */
+    float slope[3][TAPS]; /* taps of its derivative along each axis */
 } normal_filter;
 
+/* The filters of a volume, which the threads share. The tables are owned. */
 typedef struct filters {
     const sc_preparation *p;
-    weight_row rows[TAPS * TAPS];
+    weight_row rows[TAPS * TAPS]; /* [row_count] of them */
     int row_count, table_count;
     quad *weight_tables; /* [table_count][PATTERNS]; NULL where surfaces are crisp (smooth 0) */
     normal_filter wide, narrow;
     double to_mm[3][3]; /* gradient in grid coordinates -> RAS */
 } filters;
 
-/* The length of a voxel along each axis in reference voxels, which are cubes of the same volume.
- * With it the smoothing is isotropic in millimetres. The lengths are limited, because along a
- * coarse axis the filter must still reach the next voxels, and along a fine one little of it may
+/* Write the length of a voxel along each axis in reference voxels, cubes of the same volume, to @p
+ * steps. With it the smoothing is isotropic in millimetres. The lengths are limited, because along
+ * a coarse axis the filter must still reach the next voxels, and along a fine one little of it may
  * lie outside the window. */
 static void steps_of(const sc_volume *v, double steps[3])
 {
@@ -85,8 +87,10 @@ static void steps_of(const sc_volume *v, double steps[3])
         steps[i] = fmin(fmax(spacing[i] / reference, 1 / 1.2), 1 / 0.7);
 }
 
-/* The filter for weights at a squared distance, not normalised. The orders of the series are powers
- * of the Laplacian, and those of a Gaussian are Laguerre polynomials of u. */
+/* @return the filter for weights at a squared distance in reference voxels, not normalised; 0
+ * beyond its reach. @param smooth the strength, above 0, by which all its lengths are multiplied.
+ * The orders of the series are powers of the Laplacian, and those of a Gaussian are Laguerre
+ * polynomials of u. */
 static double weight_filter(double square, double smooth)
 {
     const double s = WEIGHT_WIDTH * smooth, u = square / (s * s), k = WEIGHT_EXCESS / 2;
@@ -102,7 +106,8 @@ static double squared(double x)
     return x * x;
 }
 
-/* The table of the rows at a squared distance, added if it is new. */
+/* @return the index of the table of the rows at a squared distance, which is appended to @p squares
+ * [*count] if it is new. */
 static int table_of(double *squares, int *count, double square)
 {
     for (int i = 0; i < *count; i++) {
@@ -129,7 +134,8 @@ static void fill_table(quad *table, size_t stride, const float taps[TAPS])
     }
 }
 
-/* The rows and tables of the filter for weights. */
+/* Fill rows, row_count, table_count and weight_tables of @p f, which must be zero. @param steps of
+ * steps_of. Returns SC_ERR_MEMORY. */
 static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
 {
     const double smooth = f->p->settings.smooth;
@@ -167,8 +173,9 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
     return SC_OK;
 }
 
-/* The filter for normals of a given width: a Gaussian, lowered so that it ends at zero, and its
- * derivative. */
+/* Fill @p b with the filter for normals of a given width: a Gaussian, lowered so that it ends at
+ * zero, and its derivative. @param steps of steps_of. @param width standard deviation in reference
+ * voxels. Returns SC_ERR_MEMORY. */
 static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const double steps[3],
                                     double width)
 {
@@ -205,6 +212,8 @@ static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const d
     return SC_OK;
 }
 
+/* Fill all of @p f but p, which must be set, the rest being zero. Returns SC_ERR_MEMORY; the caller
+ * frees the tables in any case. */
 static sc_status fill_filters(const sc_ctx *ctx, filters *f)
 {
     const sc_volume *v = f->p->volume;
@@ -230,20 +239,22 @@ out:
 
 /* The work on one brick. "The label at hand" is the one being filtered. */
 typedef struct brick_work {
-    uint16_t ids[ROWS][WINDOW];
+    uint16_t ids[ROWS][WINDOW];           /* labels of the window, [z and y][x] */
     uint32_t bits[ROWS];                  /* which vertices of a row carry the label at hand */
     quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
     quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
     quad along_xy[WINDOW][SC_BRICK][2];   /* likewise, the derivatives along x and y */
-    float gradient[SC_BRICK_VERTICES][3]; /* of the label at hand */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the label at hand, in grid coordinates */
     uint16_t labels[ROWS * WINDOW];       /* the distinct labels of the window */
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
     float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, outward */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated, grid
+                                            coordinates */
 } brick_work;
 
-/* Fetch the labels of the window around the brick whose lowest vertex is @p low. */
+/* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids; vertices
+ * outside of the volume are background. */
 static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
 {
     const int x0 = low[0] - 1 - RADIUS;
@@ -272,7 +283,8 @@ static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
     }
 }
 
-/* The vertices of a row that carry @p id, as bits. */
+/* @return the vertices of a row of the window that carry @p id, as bits. @param ids [WINDOW]
+ * labels. */
 #ifdef __SSE2__
 static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 {
@@ -295,15 +307,15 @@ static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 }
 #endif
 
-/* Make @p id the label at hand. */
+/* Make @p id the label at hand: fill w->bits. Needs w->ids. */
 static void fill_bits(brick_work *w, uint16_t id)
 {
     for (int row = 0; row < ROWS; row++)
         w->bits[row] = row_bits(w->ids[row], id);
 }
 
-/* The gradients of the label at hand at all vertices of the brick: filtered along x by the table,
- * then along y and z tap by tap. */
+/* Write the gradients of the label at hand (w->bits) at all vertices of the brick to w->gradient,
+ * in grid coordinates: filtered along x by the table, then along y and z tap by tap. */
 static void find_gradients(const normal_filter *b, brick_work *w)
 {
     for (int row = 0; row < ROWS; row++) {
@@ -343,8 +355,9 @@ static void find_gradients(const normal_filter *b, brick_work *w)
     }
 }
 
-/* The smoothed memberships of the label at hand at the sixteen vertices of layer z of the brick.
- * The four sums do not depend on each other, so that the processor adds to all of them at once. */
+/* Write the smoothed memberships of the label at hand at the sixteen vertices of layer @p z of the
+ * brick to @p out, [y][x]. The four sums do not depend on each other, so that the processor adds to
+ * all of them at once. */
 static void memberships_of(const filters *f, const brick_work *w, int z, quad out[SC_BRICK])
 {
     const uint32_t *bits = w->bits + z * WINDOW;
@@ -360,14 +373,14 @@ static void memberships_of(const filters *f, const brick_work *w, int z, quad ou
     memcpy(out, sum, sizeof sum);
 }
 
-/* The label of a vertex of the brick. */
+/* @return the label, in w->ids, of the vertex of a bit of the brick. */
 static uint16_t id_of_bit(const brick_work *w, int bit)
 {
     return w
         ->ids[(sc_bit_z(bit) + RADIUS) * WINDOW + sc_bit_y(bit) + RADIUS][sc_bit_x(bit) + RADIUS];
 }
 
-/* The vertices of @p mask that carry @p id. */
+/* @return those vertices of @p mask that carry @p id. */
 static uint64_t vertices_of(const brick_work *w, uint64_t mask, uint16_t id)
 {
     uint64_t vertices = 0;
@@ -381,8 +394,9 @@ static uint64_t vertices_of(const brick_work *w, uint64_t mask, uint16_t id)
     return vertices;
 }
 
-/* Update own and other by the label at hand. @param mask vertices near an interface; whole layers
- * without one are left out. @param own those that carry the label. */
+/* Set w->own of the vertices of @p own, which carry the label at hand, to its smoothed membership,
+ * and raise w->other of all others to it. Does nothing where surfaces are crisp.
+ * @param mask vertices near an interface; whole layers without one are left out. */
 static void update_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
     for (int first = 0; first < SC_BRICK_VERTICES && f->weight_tables; first += SC_BRICK_LAYER) {
@@ -407,8 +421,8 @@ static float length_of(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Set the outward gradients of the vertices of @p mask from the label at hand: by the wide filter,
- * and where tissue is thin, by a blend with the narrow one. */
+/* Set w->outward of the vertices of @p mask against the rise of the label at hand: by the wide
+ * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradient. */
 static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
 {
     uint64_t thin = 0;
@@ -435,7 +449,7 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
     }
 }
 
-/* Reverse the gradients of the vertices of @p mask. */
+/* Reverse w->outward of the vertices of @p mask. */
 static void turn_gradients(brick_work *w, uint64_t mask)
 {
     for (; mask; mask &= mask - 1) {
@@ -444,8 +458,9 @@ static void turn_gradients(brick_work *w, uint64_t mask)
     }
 }
 
-/* Find the distinct labels of the window. Those that vertices of @p mask carry come first, and the
- * first one becomes the label at hand. @return how many there are. */
+/* Write the distinct labels of the window to w->labels. Those that vertices of @p mask carry come
+ * first, and the first one becomes the label at hand. @param mask not empty. @return how many there
+ * are. */
 static int find_labels(brick_work *w, uint64_t mask)
 {
     int count = 0, carried;
@@ -471,8 +486,9 @@ static int find_labels(brick_work *w, uint64_t mask)
     return count;
 }
 
-/* Memberships and gradients at the vertices of @p mask. If the window holds two labels, one label
- * tells about both: their memberships add up to 1, and their gradients are opposite. */
+/* Write own, other and outward of @p w at the vertices of @p mask, from w->ids. If the window holds
+ * two labels, one label tells about both: their memberships add up to 1, and their gradients are
+ * opposite. */
 static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
 {
     const int count = find_labels(w, mask);
@@ -503,7 +519,9 @@ static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
     }
 }
 
-/* The record of a vertex. A gradient of no length gets some direction and the least strength. */
+/* @return the vertex record of the vertex of a bit, from own, other and outward of @p w. The weight
+ * is kept within WEIGHT_LEAST and SC_WEIGHT_MAX, and is the latter where surfaces are crisp. A
+ * gradient of no length gets the direction z and the least strength. */
 static uint32_t record_of(const filters *f, const brick_work *w, int bit)
 {
     const float *g = w->outward[bit];
@@ -523,6 +541,7 @@ static uint32_t record_of(const filters *f, const brick_work *w, int bit)
     return sc_record_pack(weight, (sc_vec3){n[0], n[1], n[2]}, length);
 }
 
+/* Write the records of a brick's vertices near an interface to the preparation. */
 static void store_records(const filters *f, const brick_work *w, size_t brick)
 {
     size_t index = f->p->near_start[brick];
@@ -531,6 +550,7 @@ static void store_records(const filters *f, const brick_work *w, size_t brick)
         sc_record_write(f->p->records, index++, record_of(f, w, __builtin_ctzll(left)));
 }
 
+/* Fill the records of bricks [begin, end); an sc_range_fn on filters. */
 static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const filters *f = user;

@@ -7,21 +7,22 @@
 #include "segcast/brick.h"
 #include "segcast/prepare.h"
 
+/* The arrays are owned, NULL until their stage has run, and have the shapes of sc_prepared. */
 struct sc_preparation {
-    const sc_volume *volume;
-    sc_prepare_settings settings;
+    const sc_volume *volume;      /* borrowed */
+    sc_prepare_settings settings; /* its hidden is NULL */
     int bricks[3];
-    size_t brick_count;
+    size_t brick_count; /* product of bricks */
     uint64_t *near;
     uint32_t *near_start;
-    uint8_t *records, *thickness;
+    uint8_t *records, *thickness; /* thickness is NULL unless settings.local_thickness */
     uint64_t near_count, boundary_count;
     sc_label_stats *stats;
     uint64_t volume_hash;
     uint8_t *hidden; /* [label_count] */
 };
 
-/* The dense id of the voxel at an index of the volume. */
+/* The dense id of the voxel at an index of the volume, which is not checked. */
 static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)
 {
     return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[index]
@@ -39,22 +40,35 @@ static inline uint32_t sc_id_or_background(const sc_volume *v, int x, int y, int
 
 /* A boundary voxel that is not background, as sc_each_boundary passes it on. */
 typedef struct sc_boundary_voxel {
-    int x, y, z;
+    int x, y, z;   /* voxel, not grid vertex */
     size_t record; /* index of its vertex record */
     uint32_t id;
 } sc_boundary_voxel;
+/* Called with the @p user of sc_each_boundary; @p voxel is valid during the call. */
 typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
-/* Visit the boundary voxels of bricks [begin, end) in the order of their records. */
+/* Call @p visit for each boundary voxel of bricks [begin, end) that is not background, in the order
+ * of their records, by the calling thread. Needs near and near_start. */
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user);
 
-/* The stages, in their order. Each fills what it names and may read what the ones before it filled.
- * After an error the preparation can only be freed. */
-sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p); /* near; voxels, boxes of stats */
-sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p); /* near_start and the counts */
-sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);    /* records */
-sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);  /* smoother directions in them */
-sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);   /* surface_mm2 of stats */
-sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p); /* thickness_mm, thickness */
+/* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
+ * read what the ones before it filled. It blocks until its settings.threads threads are done.
+ * Returns SC_ERR_MEMORY; after an error the preparation can only be freed. */
+
+/* Find the vertices near an interface: near; and in stats all but thickness and surface, which are
+ * set to 0. */
+sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
+/* Number the vertex records: near_start, near_count and boundary_count. SC_ERR_MEMORY also if there
+ * are more than 32 bits can count. */
+sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
+/* Make the vertex records: records. */
+sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Smooth the directions in the records, in place; nothing is done where surfaces are crisp. */
+sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Measure the surface of each label: surface_mm2 of stats. */
+sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
+/* Measure the thickness of each label, thickness_mm of stats, and if settings.local_thickness is
+ * set that at each boundary voxel, thickness. */
+sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p);
 
 #endif

@@ -11,19 +11,21 @@
 #define WIDE_BRICKS 3.0
 enum { REACH = 9 /* bricks: the largest half width of the filter */ };
 
+/* A blur in work, which its threads share. */
 typedef struct blur {
     const sc_prepared *volume;
-    const float *opacity;
-    int size[3];
+    const float *opacity;      /* [label_count], 0 to 1 */
+    int size[3];               /* bricks along x, y, z, the frame included */
     float *from, *to;          /* source and target of a pass, [z][y][x] */
     int axis;                  /* of the pass in work */
-    float taps[2 * REACH + 1]; /* of its filter, whose half width is reach */
-    int reach;
-    uint8_t (*filled)[2]; /* the results */
-    int which;            /* of them is being made: 0 narrow, 1 wide */
+    float taps[2 * REACH + 1]; /* of its filter: taps[REACH + i] for -reach <= i <= reach */
+    int reach;                 /* half width of that filter, in bricks */
+    uint8_t (*filled)[2];      /* the results, as of sc_occlusion */
+    int which;                 /* of them is being made: 0 narrow, 1 wide */
 } blur;
 
-/* Sum of the opacities at all vertices of a brick, for a brick inside the volume. */
+/* @return the sum of the opacities at all vertices of a brick, all of which must be voxels of the
+ * volume. @param low its lowest vertex. */
 static float sum_inside(const blur *b, const int low[3])
 {
     const sc_prepared *v = b->volume;
@@ -42,7 +44,8 @@ static float sum_inside(const blur *b, const int low[3])
     return sum;
 }
 
-/* Mean opacity of the vertices of a brick. @param low its lowest vertex. */
+/* @return the mean opacity of the vertices of a brick, those outside the volume being background.
+ * @param low its lowest vertex. */
 static float occupancy(const blur *b, size_t brick, const int low[3])
 {
     const int *size = b->volume->size;
@@ -60,6 +63,8 @@ static float occupancy(const blur *b, size_t brick, const int low[3])
     return sum / SC_BRICK_VERTICES;
 }
 
+/* Write the occupancy of bricks [begin, end) (without the frame) to b->from; an sc_range_fn on a
+ * blur. The frame must be zero already. */
 static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
@@ -75,8 +80,9 @@ static void fill_occupancy(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Rows of bricks [begin, end) of a pass along one axis, one tap of the filter after the other, so
- * that the inner loop runs along x. */
+/* Write rows of bricks [begin, end) of b->to from b->from, filtered along b->axis; an sc_range_fn
+ * on a blur. Outside of the array everything is empty. One tap of the filter is added after the
+ * other, so that the inner loop runs along x. */
 static void blur_rows(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
@@ -103,6 +109,8 @@ static void blur_rows(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Round rows [begin, end) of b->from, 0 to 1, to 255ths and store them in b->filled; an sc_range_fn
+ * on a blur. */
 static void store_rows(void *user, size_t begin, size_t end, int thread)
 {
     const blur *b = user;
@@ -112,6 +120,8 @@ static void store_rows(void *user, size_t begin, size_t end, int thread)
         b->filled[at][b->which] = (uint8_t)(b->from[at] * 255 + 0.5f);
 }
 
+/* Set reach and taps to a Gaussian whose taps add up to 1. @param width its standard deviation, in
+ * bricks; the filter ends at three of them or at REACH. */
 static void fill_taps(blur *b, double width)
 {
     double taps[2 * REACH + 1], sum = 0;
@@ -125,7 +135,9 @@ static void fill_taps(blur *b, double width)
         b->taps[i + REACH] = (float)(taps[i + REACH] / sum);
 }
 
-/* Blur b->from by a Gaussian of this width along all axes and store the result. */
+/* Blur b->from by a Gaussian of this standard deviation along all axes and store the result in
+ * b->filled at b->which. It stays in b->from too; b->to is overwritten. The two may be exchanged.
+ * @param brick_mm edges of a brick. */
 static void run_blur(blur *b, const double brick_mm[3], double width_mm, int threads)
 {
     const size_t rows = (size_t)b->size[1] * (size_t)b->size[2];

@@ -35,6 +35,7 @@ _Static_assert(sizeof(sc_label_stats) == 56 && offsetof(sc_label_stats, thicknes
 _Static_assert(SC_RECORD_BYTES == 3 && SC_BRICK_VERTICES == 64,
                "the layout of records or bricks has changed: raise VERSION");
 
+/* The first bytes of a block. The fields are those of sc_prepared of the same name. */
 typedef struct block_header {
     char magic[8];
     uint32_t version, byte_order, header_bytes;
@@ -50,13 +51,15 @@ _Static_assert(sizeof(block_header) % sizeof(uint64_t) == 0 &&
                    offsetof(block_header, checksum) + sizeof(uint64_t) == sizeof(block_header),
                "the header ends with the checksum, without a gap");
 
+/* @return @p bytes rounded up to a multiple of ALIGN_BYTES. */
 static uint64_t aligned(uint64_t bytes)
 {
     return (bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES;
 }
 
-/* Find where the sections of a block lie and how long they are, from what its header says of the
- * volume: fills offset and total_bytes of the header. */
+/* Find where the sections of a block lie and how long they are, from the sizes and counts in its
+ * header, which must be set: fills offset and total_bytes of the header, and the lengths in @p
+ * bytes, without the bytes that follow an array for gathers. */
 static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
 {
     const uint64_t voxels = (uint64_t)h->size[0] * (uint64_t)h->size[1] * (uint64_t)h->size[2];
@@ -77,6 +80,8 @@ static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
     }
 }
 
+/* @return the header of a preparation's block, with 0 as checksum. Writes the lengths of the
+ * sections to @p bytes. */
 static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
 {
     const sc_volume *v = p->volume;
@@ -111,7 +116,7 @@ size_t sc_preparation_bytes(const sc_preparation *preparation)
     return header_of(preparation, bytes).total_bytes;
 }
 
-/* The array of each section. */
+/* Write the array of each section, borrowed from preparation and volume, to @p out. */
 static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
 {
     const void *const sources[SECTIONS] = {
@@ -137,7 +142,8 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
     }
 }
 
-/* The checksum of a block. @param h its header, with 0 as checksum. */
+/* @return the checksum of a block. @param h its header, with 0 as checksum. @param bytes the
+ * lengths of the sections. */
 static uint64_t checksum_of(const block_header *h, const void *const sections[SECTIONS],
                             const uint64_t bytes[SECTIONS])
 {
@@ -148,7 +154,9 @@ static uint64_t checksum_of(const block_header *h, const void *const sections[SE
     return sum;
 }
 
-/* Write a header or section at offset @p at, then zeros up to offset @p end. @p at is moved on. */
+/* Write a header or section at offset *at of the stream, then zeros up to offset @p end. *at is
+ * moved on past all that has been written. @return false, without a message, if something could not
+ * be. */
 static bool put(FILE *stream, const void *data, uint64_t bytes, uint64_t *at, uint64_t end)
 {
     static const char zeros[ALIGN_BYTES + SC_GATHER_BYTES];
@@ -206,7 +214,8 @@ bool sc_is_prepared_file(const char *path)
     return is_prepared;
 }
 
-/* Are the sizes in a header possible, and do they agree with each other? */
+/* Are the sizes in a header possible, and do they agree with each other, with offset and with
+ * total_bytes? */
 static bool is_sound(const block_header *h)
 {
     block_header again = *h;

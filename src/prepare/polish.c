@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum {
-    ENTRIES = 4, /* labels of a brick that are summed; vertices of a fifth one stay as they are */
+    ENTRIES = 4, /* labels of a brick that are summed; directions of a fifth one are left out */
     SPREADS = 2  /* times that the sums are spread, each by (1 2 1) / 4 along every axis */
 };
 
@@ -29,21 +29,24 @@ typedef struct entry {
     uint32_t label;
 } entry;
 
+/* What the threads share. The arrays are owned. */
 typedef struct polish {
-    const sc_preparation *p;
+    const sc_preparation *p; /* borrowed; its records are changed */
     uint32_t *slot; /* [bricks]: where a brick's entries are; all bricks without any share slot 0 */
     size_t slot_count;
-    entry *entries, *spread;              /* [slots][ENTRIES] */
+    entry *entries, *spread; /* [slot_count][ENTRIES]: the sums, and room for the next spreading.
+                                Used entries come first; slot 0 has none. */
     float weights[SC_BRICK_VERTICES][27]; /* B-spline: of the 27 bricks around a vertex */
 } polish;
 
-/* The unit direction of a record's gradient. */
+/* Write the unit direction of a record's gradient, RAS, to @p out. */
 static void direction_of(uint32_t record, float out[3])
 {
     sc_record_normal(record & SC_RECORD_DIRECTION_BITS, out);
 }
 
-/* The labels of a brick's vertices near an interface; the others are not written. */
+/* Write the dense ids of a brick's vertices near an interface to @p labels, by bit; those of other
+ * vertices are not written. */
 static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_BRICK_VERTICES])
 {
     int low[3];
@@ -58,7 +61,8 @@ static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_
     }
 }
 
-/* The entry of a brick for a label, made if need be; NULL if there is no room for another. */
+/* @return the entry of a brick for a label, or the first free one, to which the label is written
+ * (it stays free until the caller raises count); NULL if all ENTRIES belong to other labels. */
 static entry *entry_of(entry *entries, uint32_t label)
 {
     for (int i = 0; i < ENTRIES; i++) {
@@ -70,7 +74,7 @@ static entry *entry_of(entry *entries, uint32_t label)
     return NULL;
 }
 
-/* Sum the directions of a brick's vertices into its entries. */
+/* Add the directions of a brick's vertices to its entries, @p entries [ENTRIES]. */
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
     size_t index = w->p->near_start[brick];
@@ -90,6 +94,7 @@ static void sum_brick(const polish *w, size_t brick, entry *entries)
     }
 }
 
+/* Fill the entries of bricks [begin, end); an sc_range_fn on a polish. They must be zero before. */
 static void sum_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const polish *w = user;
@@ -101,7 +106,8 @@ static void sum_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* The entries of the 27 bricks around a brick, itself included; slot 0 for bricks outside. */
+/* Point @p out at the entries [ENTRIES] of each of the 27 bricks around a brick, x fastest; out[13]
+ * is the brick itself. Bricks outside of the volume get slot 0, without entries. */
 static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
 {
     const sc_preparation *p = w->p;
@@ -118,6 +124,7 @@ static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
     }
 }
 
+/* @return the entry for a label of a brick's @p entries [ENTRIES]; NULL if there is none. */
 static const entry *find_label(const entry *entries, uint32_t label)
 {
     for (int i = 0; i < ENTRIES && entries[i].count > 0; i++) {
@@ -127,6 +134,9 @@ static const entry *find_label(const entry *entries, uint32_t label)
     return NULL;
 }
 
+/* Spread the sums once: write to spread, for each label in the entries of bricks [begin, end), the
+ * sum over the 27 bricks around weighted by (1 2 1) / 4 along every axis. An sc_range_fn on a
+ * polish. */
 static void spread_bricks(void *user, size_t begin, size_t end, int thread)
 {
     static const float share[3] = {0.25f, 0.5f, 0.25f};
@@ -156,7 +166,8 @@ static void spread_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* The sums of one label in the 27 bricks around, each followed by the number of directions. */
+/* Write the sums of one label in the 27 bricks around to @p out, as x, y, z and count; zeros for
+ * bricks without the label. */
 static void gather_label(const entry *const around[27], uint32_t label, quad out[27])
 {
     for (int n = 0; n < 27; n++) {
@@ -167,7 +178,10 @@ static void gather_label(const entry *const around[27], uint32_t label, quad out
     }
 }
 
-/* The mean direction around a vertex. @return the share in which it replaces the vertex's own. */
+/* Find the mean direction around the vertex of bit @p bit. @param sums of gather_label, for the
+ * vertex's label. @param out the unit mean; not written if the share is 0. @return the share, 0 to
+ * 1, in which it replaces the vertex's own; 0 where the directions do not agree, or there are none.
+ */
 static float mean_direction(const polish *w, int bit, const quad sums[27], float out[3])
 {
     quad total = {0};
@@ -185,6 +199,10 @@ static float mean_direction(const polish *w, int bit, const quad sums[27], float
     return agree * agree * (3 - 2 * agree);
 }
 
+/* Smooth the direction in record @p index, of the vertex of bit @p bit: turn it towards the mean of
+ * its label around it, by the share of mean_direction times the strength of the smoothing (1 at
+ * most). Weight and length in the record stay. @param sums of gather_label, for the vertex's label.
+ */
 static void polish_vertex(const polish *w, int bit, size_t index, const quad sums[27])
 {
     const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
@@ -204,6 +222,8 @@ static void polish_vertex(const polish *w, int bit, size_t index, const quad sum
     sc_record_write(w->p->records, index, smoothed);
 }
 
+/* Smooth the directions in the records of all vertices of a brick near an interface, one label at a
+ * time. */
 static void polish_brick(const polish *w, size_t brick)
 {
     const entry *around[27];
@@ -229,6 +249,7 @@ static void polish_brick(const polish *w, size_t brick)
     }
 }
 
+/* Smooth the directions in the records of bricks [begin, end); an sc_range_fn on a polish. */
 static void polish_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const polish *w = user;
@@ -240,6 +261,8 @@ static void polish_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Give a slot to each brick with a vertex near an interface, and allocate zeroed entries for them.
+ * Returns SC_ERR_MEMORY; what has been allocated until then is in @p w, for the caller to free. */
 static sc_status allocate(const sc_ctx *ctx, polish *w)
 {
     void *block;
@@ -260,7 +283,7 @@ out:
     return status;
 }
 
-/* Fill the weights of the quadratic B-spline. */
+/* Fill w->weights with the weights of the quadratic B-spline, which add up to 1 for each vertex. */
 static void fill_weights(polish *w)
 {
     float along[SC_BRICK][3];

@@ -6,16 +6,18 @@
 
 enum { UNITS_PER_FACE = 1 << 20 }; /* of the largest face of a voxel */
 
+/* The sums in work. Each thread has a copy, with its own number in thread. */
 typedef struct surface_sum {
-    const sc_preparation *p;
-    sc_vec3 face[3]; /* area vector of the faces across each axis, mm2 */
+    const sc_preparation *p; /* borrowed; near and records must be filled */
+    sc_vec3 face[3];         /* area vector of the faces across each axis, mm2 */
     double units_per_mm2;
     uint64_t *sums; /* [threads][label_count]: areas in whole units, because sums of integers do not
                        depend on the order in which threads add to them */
     int thread;
 } surface_sum;
 
-/* Does the neighbour one step along an axis hold another label? */
+/* Does the neighbour one step (-1 or 1) along an axis hold another label? Outside of the volume is
+ * background, hence another label than that of @p voxel. */
 static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis, int step)
 {
     int at[3] = {voxel->x, voxel->y, voxel->z};
@@ -27,7 +29,8 @@ static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis
                            (size_t)at[0]) != voxel->id;
 }
 
-/* Add the faces of one boundary voxel. Where the normal is not known, faces count in full. */
+/* Add the projected area of the faces of one boundary voxel, in whole units, to the sum of its
+ * label; an sc_boundary_fn on a surface_sum. Without a normal, faces would count in full. */
 static void add_faces(void *user, const sc_boundary_voxel *voxel)
 {
     const surface_sum *s = user;
@@ -49,6 +52,8 @@ static void add_faces(void *user, const sc_boundary_voxel *voxel)
         (uint64_t)(area_mm2 * s->units_per_mm2 + 0.5);
 }
 
+/* Add the boundary voxels of bricks [begin, end) to the sums of the thread; an sc_range_fn on a
+ * surface_sum. */
 static void add_bricks(void *user, size_t begin, size_t end, int thread)
 {
     surface_sum mine = *(const surface_sum *)user;

@@ -14,17 +14,18 @@ enum {
     COLUMNS = 32 /* lines that are processed side by side: they share cache lines */
 };
 
+/* The transform in work, which its threads share. The arrays belong to sc_measure_thickness. */
 typedef struct transform {
-    const sc_preparation *p;
-    uint16_t *distance;    /* [voxels], in units */
-    double step_units[3];  /* one voxel along each axis */
-    float flank_units[27]; /* see is_medial: by neighbour */
-    int axis;              /* of the pass in work: 1 or 2 */
-    float *half_inverse;   /* [longest axis + 2]: 1 / (2 i) */
-    char *scratch;         /* [threads][scratch_bytes] */
-    size_t scratch_bytes;  /* of one workspace */
-    double smallest_mm;    /* the smallest spacing */
-    uint64_t *sums;        /* [threads][label_count][2]: of distance squared and cubed */
+    const sc_preparation *p; /* borrowed; thickness and stats are filled */
+    uint16_t *distance;      /* [size z][y][x], in units; 0 in the background */
+    double step_units[3];    /* length of one voxel along each axis */
+    float flank_units[27];   /* rise to a neighbour that makes a voxel lie on a flank: is_medial */
+    int axis;                /* of the pass in work: 1 or 2 */
+    float *half_inverse;     /* [longest axis + 2]: 1 / (2 i) */
+    char *scratch;           /* [threads][scratch_bytes] */
+    size_t scratch_bytes;    /* of one workspace */
+    double smallest_mm;      /* the smallest spacing */
+    uint64_t *sums;          /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 double sc_thickness_mm(int code)
@@ -32,13 +33,15 @@ double sc_thickness_mm(int code)
     return SC_THICKNESS_LEAST_MM * exp2((double)code / SC_THICKNESS_STEPS);
 }
 
-/* Round to units; what does not fit becomes the largest value. */
+/* Round a positive number of units; what does not fit becomes UNITS_MAX. */
 static uint16_t to_units(double value)
 {
     return value < UNITS_MAX ? (uint16_t)(value + 0.5) : UNITS_MAX;
 }
 
-/* First pass, along x: the distance to the nearer end of the run of equal labels. */
+/* First pass, along x: set the distance of the voxels of rows [begin, end) to that from the nearest
+ * voxel of another label in the row, those beyond its ends included; an sc_range_fn on a transform.
+ */
 static void rows_pass(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -72,12 +75,13 @@ typedef struct workspace {
     int *root;                /* [n + 2]: where the parabolas of the envelope have their vertices */
 } workspace;
 
+/* @return the size of a workspace for lines of @p n voxels. */
 static size_t workspace_bytes(int n)
 {
     return (size_t)n * COLUMNS * 2 * sizeof(uint16_t) + ((size_t)n + 3) * 3 * sizeof(float);
 }
 
-/* Lay out the workspace in a block of workspace_bytes. */
+/* @return a workspace whose arrays lie in @p block, of workspace_bytes(n), which stays borrowed. */
 static workspace lay_out_workspace(char *block, int n)
 {
     workspace w = {.n = n, .ids = (uint16_t *)(void *)block};
@@ -89,8 +93,9 @@ static workspace lay_out_workspace(char *block, int n)
     return w;
 }
 
-/* Build the lower envelope of the parabolas f[q] + step^2 (x - q)^2, q being 0 to count - 1.
- * The first and the last f are zero, so that voxels beyond them cannot matter.
+/* Write the lower envelope of the parabolas w->f[q] + step^2 (x - q)^2, q being 0 to count - 1, to
+ * w->root and w->bound, from left to right; the last bound is count.
+ * The first and the last f must be zero, so that voxels beyond them cannot matter.
  * @param inverse_step2 one over the squared length of a voxel. */
 static void build_envelope(const transform *t, const workspace *w, int count, float inverse_step2)
 {
@@ -116,7 +121,9 @@ static void build_envelope(const transform *t, const workspace *w, int count, fl
     w->bound[top + 1] = (float)count;
 }
 
-/* The transform of one line, in place, a run of equal labels at a time. */
+/* Transform one line of w->n voxels along t->axis, a run of equal labels at a time: @p distance, in
+ * units, holds the result of the passes before, and then also of this one. Uses the envelope of @p
+ * w as scratch. */
 static void line_pass(const transform *t, const workspace *w, const uint16_t *ids,
                       uint16_t *distance)
 {
@@ -144,7 +151,9 @@ static void line_pass(const transform *t, const workspace *w, const uint16_t *id
     }
 }
 
-/* Second and third pass: lines along y or z, COLUMNS neighbours in x at a time. */
+/* Second and third pass, in place in t->distance: lines along t->axis, y or z. An item of
+ * [begin, end) is COLUMNS lines that are neighbours in x, or fewer at the end of a row. An
+ * sc_range_fn on a transform. */
 static void lines_pass(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -192,6 +201,8 @@ static void lines_pass(void *user, size_t begin, size_t end, int thread)
 static const uint8_t neighbours[26] = {4,  10, 12, 14, 16, 22, 1, 3, 5, 7,  9,  11, 15,
                                        17, 19, 21, 23, 25, 0,  2, 6, 8, 18, 20, 24, 26};
 
+/* Is the voxel (x, y, z), at @p index of the volume, medial? Only neighbours of the same label
+ * count. */
 static bool is_medial(const transform *t, int x, int y, int z, size_t index)
 {
     const sc_volume *v = t->p->volume;
@@ -212,7 +223,8 @@ static bool is_medial(const transform *t, int x, int y, int z, size_t index)
     return true;
 }
 
-/* Rows [begin, end): sum the squared and cubed depths of the medial voxels by label. */
+/* Add the squared and the cubed depths, in units, of the medial voxels of rows [begin, end) to the
+ * thread's sums by label; an sc_range_fn on a transform. */
 static void sum_medial(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -234,8 +246,8 @@ static void sum_medial(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Step to the deepest neighbour of the same label. @return false if none is deeper than the voxel.
- */
+/* Move @p at, a voxel x, y, z, to its deepest neighbour of the same label. @return false, with @p
+ * at unchanged, if none is deeper than the voxel. */
 static bool climb(const transform *t, int at[3])
 {
     const sc_volume *v = t->p->volume;
@@ -265,6 +277,7 @@ static bool climb(const transform *t, int at[3])
     return true;
 }
 
+/* @return the code nearest to a thickness: the inverse of sc_thickness_mm, clamped to 0 to 255. */
 static uint8_t thickness_code(double mm)
 {
     const double code = SC_THICKNESS_STEPS * log2(mm / SC_THICKNESS_LEAST_MM) + 0.5;
@@ -272,9 +285,10 @@ static uint8_t thickness_code(double mm)
     return code < 0 ? 0 : code > 255 ? 255 : (uint8_t)code;
 }
 
-/* Store the local thickness at a boundary voxel: twice the depth at which the steepest ascent ends,
- * less half a voxel on either side, because depth is measured to the centre of the next tissue's
- * voxel. */
+/* Store the code of the local thickness at a boundary voxel in thickness, at the index of its
+ * record; an sc_boundary_fn on a transform. It is twice the depth at which the steepest ascent
+ * ends, less half a voxel on either side, because depth is measured to the centre of the next
+ * tissue's voxel. */
 static void store_local(void *user, const sc_boundary_voxel *voxel)
 {
     const transform *t = user;
@@ -290,6 +304,8 @@ static void store_local(void *user, const sc_boundary_voxel *voxel)
         thickness_code(t->smallest_mm * (2.0 * t->distance[index] / UNITS_PER_VOXEL - 1));
 }
 
+/* Store the local thickness at the boundary voxels of bricks [begin, end); an sc_range_fn on a
+ * transform. */
 static void local_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
@@ -298,6 +314,8 @@ static void local_bricks(void *user, size_t begin, size_t end, int thread)
     sc_each_boundary(t->p, begin, end, store_local, user);
 }
 
+/* Fill t->distance, then t->sums and, if it is asked for, the local thickness. All other members
+ * must be set, and the sums zero. */
 static void run_passes(transform *t)
 {
     const sc_volume *v = t->p->volume;
@@ -314,10 +332,11 @@ static void run_passes(transform *t)
         sc_parallel_for(t->p->settings.threads, t->p->brick_count, 1024, local_bricks, t);
 }
 
-/* Store the thickness of each label: twice the mean depth of the medial voxels, each weighted by
- * the square of its depth. In a tube that square is proportional to the tissue around the medial
- * voxel, and the small depths that rough surfaces cause hardly count. Depth is measured to the
- * centre of the next tissue's voxel, which is half a voxel beyond the surface. */
+/* Store the thickness of each label in thickness_mm of its stats; a label without medial voxels,
+ * and the background, keep 0. It is twice the mean depth of the medial voxels, each weighted by the
+ * square of its depth. In a tube that square is proportional to the tissue around the medial voxel,
+ * and the small depths that rough surfaces cause hardly count. Depth is measured to the centre of
+ * the next tissue's voxel, which is half a voxel beyond the surface. */
 static void store_thickness(const transform *t)
 {
     const int labels = t->p->volume->label_count;

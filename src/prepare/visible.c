@@ -2,14 +2,16 @@
 /* Which voxels and cells a picture can show, and the points that their convex hull is made of. */
 #include "segcast/prepare.h"
 
+/* What the threads that build masks share. */
 typedef struct mask_builder {
     const sc_prepared *volume;
-    const uint8_t *show;
-    bool interior; /* some label shows its interior */
-    uint64_t *masks;
+    const uint8_t *show; /* as of sc_visible_masks */
+    bool interior;       /* some label shows its interior */
+    uint64_t *masks;     /* the result, with a frame; zero before */
 } mask_builder;
 
-/* The vertices of a brick that are voxels of the volume. @param low its lowest vertex. */
+/* @return the vertices of a brick that are voxels of the volume, as bits. @param low its lowest
+ * vertex. */
 static uint64_t inside_bits(const sc_prepared *v, const int low[3])
 {
     uint64_t bits = 0;
@@ -24,13 +26,15 @@ static uint64_t inside_bits(const sc_prepared *v, const int low[3])
     return bits;
 }
 
-/* Where the mask of the brick that holds vertex @p low stands in the array with its frame. */
+/* @return the index, in an array with a frame, of the brick that holds vertex @p low. */
 static size_t framed_index(const sc_prepared *v, const int low[3])
 {
     return (size_t)sc_framed_index(sc_framed_row(v->bricks), sc_framed_layer(v->bricks),
                                    sc_brick_of(low[0]), sc_brick_of(low[1]), sc_brick_of(low[2]));
 }
 
+/* Store the masks of visible voxels of bricks [begin, end) (without the frame); an sc_range_fn on a
+ * mask_builder. */
 static void build_masks(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -73,8 +77,9 @@ static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
     return mixed && shown;
 }
 
-/* All corners of a cell with more than one label are near an interface, so that only cells whose
- * lowest vertex is need to be examined. */
+/* Store the masks of visible cells of bricks [begin, end) (without the frame); an sc_range_fn on a
+ * mask_builder. All corners of a cell with more than one label are near an interface, so that only
+ * cells whose lowest vertex is need to be examined. */
 static void build_cells(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -97,6 +102,8 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Allocate masks and have @p body, build_masks or build_cells, fill them. Parameters, return code
+ * and owner are those of sc_visible_masks. */
 static sc_status build(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
                        int threads, sc_range_fn *body, uint64_t **out)
 {
@@ -129,7 +136,8 @@ sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume, const u
     return build(ctx, volume, show, threads, build_cells, out);
 }
 
-/* The first or the last vertex of row (y, z) that is set in the masks; -1 if there is none. */
+/* @return the x of the first (or the last) vertex of row (y, z) of the grid that is set in @p
+ * masks, which have a frame; -1 if there is none. */
 static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
 {
     const int shift = sc_brick_bit(0, y, z);
