@@ -10,7 +10,7 @@
 
 /* ---- transfer function (paper, section 2.1) ---- */
 
-/** How a surface reflects light. */
+/** How a surface reflects light; all are at least 0. */
 typedef struct sc_material {
     double diffuse;  /**< share of the tissue's colour */
     double specular; /**< strength of the highlight */
@@ -38,29 +38,33 @@ typedef struct sc_tissue_rule {
 
 /** The look of one label. */
 typedef struct sc_tissue {
-    bool visible;
+    bool visible;   /**< false: nothing of it is shown, whatever its opacities */
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
     bool opacity_auto;       /**< the opacity follows from the thickness: sc_auto_opacity */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     bool interior_given;     /**< a rule has set the opacity of the interior */
-    float rgb_linear[3];
+    float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
     sc_material material;
     uint8_t clip_set; /**< which planes cut it: index into sc_scene.clip_sets */
 } sc_tissue;
 
-/** @return whether @p label matches a pattern: a number matches the label's value, "*" matches
- *  every label, and everything else is a glob for the name, case ignored. */
+/** @return whether @p label matches a pattern: a whole number matches the label's value only, "*"
+ *  matches every label, and everything else is a name or a glob for it, ASCII case ignored, which a
+ *  label without a name never matches. */
 bool sc_label_matches(const sc_label *label, const char *pattern);
 /** Log that @p pattern matches no label, and name the label whose name is nearest.
- *  @param where "file:line" of the pattern; may be empty. @return SC_ERR_DATA, or SC_ERR_MEMORY. */
+ *  @param where "file:line" of the pattern; may be empty, not NULL. @return SC_ERR_DATA, or
+ *  SC_ERR_MEMORY; never SC_OK. */
 sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
                             const char *where);
-/** The automatic opacity of a tissue: thicker tissues are more opaque (paper, section 2.1), from
- *  0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9
- *  where the thickness is not known or all are equally thick. */
+/** @return the automatic opacity of a tissue: thicker tissues are more opaque (paper, section 2.1),
+ *  from 0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9
+ *  where the thickness is not known (0) or all are equally thick. A thickness outside of that range
+ *  is not clamped. */
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
- *  which later ones win. @param out [label_count] by dense id; clip_set is left 0.
+ *  which later ones win. @param out [label_count] by dense id; clip_set is set to 0, and the
+ * background is invisible.
  *  @return SC_ERR_DATA (logged, with the nearest name) for a rule that matches no label, and
  *  SC_ERR_MEMORY; nothing is written then. */
 SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
@@ -70,12 +74,14 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
 /** Find the hidden labels: those that table and rules make invisible or give no opacity. They are
  *  treated as background, because otherwise surfaces would be drawn between a visible tissue and
  *  each of the tissues around it that nobody sees. A rule that matches no label is no error here.
- *  @param hidden [label_count] by dense id. @param needs_thickness whether the opacity of a label
- *  that is not hidden follows its thickness. */
+ *  @param labels [label_count] by dense id.
+ *  @param hidden [label_count] by dense id; false for the background. @param needs_thickness set to
+ *  whether the opacity of a label that is not hidden follows its thickness. */
 void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
                       size_t rule_count, bool *hidden, bool *needs_thickness);
-/** Thickness of the thinnest and of the thickest visible tissue: the ends of the scale of
- *  sc_auto_opacity. Both are 0 if no tissue is visible or none has been measured. */
+/** Write the mean thickness of the thinnest and of the thickest visible tissue, the ends of the
+ * scale of sc_auto_opacity. Both are 0 if no tissue is visible or none has been measured.
+ *  @param tissues [label_count] by dense id; only visible is read. */
 void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
                         double *thickest_mm);
 
@@ -97,17 +103,20 @@ typedef struct sc_lighting {
 
 /* ---- camera ---- */
 
+/** How points are projected into the picture. */
 typedef enum sc_projection { SC_PERSPECTIVE, SC_ORTHOGRAPHIC } sc_projection;
 
+/** A camera. */
 typedef struct sc_camera {
     sc_projection projection;
     sc_vec3 position_mm;
-    sc_vec3 right, up, forward; /**< unit, orthogonal */
+    sc_vec3 right, up, forward; /**< unit, orthogonal: of the picture, and the direction of view */
     double half_height; /**< half the height of the picture: the tangent of half the field of view
                              (perspective), or mm (orthographic) */
 } sc_camera;
 
-/** A camera at @p position_mm that looks towards @p target_mm. @p up points upwards in the picture;
+/** @return a camera at @p position_mm that looks towards @p target_mm, a different point. @p up, of
+ *  any length but zero, points upwards in the picture;
  *  where it is parallel to the direction of view, some perpendicular direction replaces it.
  *  @param half_height see sc_camera. */
 sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
@@ -115,6 +124,7 @@ sc_camera sc_camera_look(sc_vec3 position_mm, sc_vec3 target_mm, sc_vec3 up,
 
 /* ---- clip planes (paper, section 2.2) ---- */
 
+/** The most clip planes of a scene, and the most different sets of them. */
 enum { SC_PLANES_MAX = 16, SC_CLIP_SETS_MAX = 8 };
 
 /** A clip plane keeps the points p with normal . p + offset_mm >= 0. */
@@ -123,6 +133,7 @@ typedef struct sc_plane {
     double offset_mm;
 } sc_plane;
 
+/** What several clip planes keep together. */
 typedef enum sc_clip_mode {
     SC_CLIP_KEEP, /**< keep what all planes keep */
     SC_CLIP_CUT   /**< remove only what every plane removes: a wedge, a corner */
@@ -131,27 +142,31 @@ typedef enum sc_clip_mode {
 /** A part of a ray that the clip planes keep. */
 typedef struct sc_interval {
     double begin_mm, end_mm; /**< distances from the origin of the ray */
-    int begin_plane;         /**< the plane at which the part begins; -1: it begins at no plane */
+    int begin_plane;         /**< index of the plane at which the part begins; -1: at none */
 } sc_interval;
 
-/** Clip the stretch [begin, end] of a ray by those planes whose bit is set in @p which.
+/** Clip the stretch [begin, end] of a ray by those planes whose bit is set in @p which; with no bit
+ *  set all of it is kept. @param planes by bit of @p which.
  *  @param direction unit, RAS. @param out room for 2: the kept parts, in order along the ray.
- *  @return how many there are: 0 to 2. */
+ *  @return how many there are: 0 to 2; 0 also if begin_mm >= end_mm. */
 int sc_clip_ray(const sc_plane *planes, uint32_t which, sc_clip_mode mode, sc_vec3 origin_mm,
                 sc_vec3 direction, double begin_mm, double end_mm, sc_interval out[2]);
 
 /** Tissues that one clip plane does not cut. */
 typedef struct sc_clip_exception {
-    int plane;
+    int plane;                   /**< index of the plane */
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_clip_exception;
 
 /** Find the clip sets: the different sets of clip planes by which tissues are cut. Tissues with the
- *  same planes share one. Set 0 holds all planes. Fills clip_set of each tissue.
+ *  same planes share one. Set 0 holds all planes, even if no tissue uses it.
+ *  @param tissues [label_count] by dense id; clip_set of all but the background is set.
  *  @param clip_sets room for SC_CLIP_SETS_MAX: the planes of each set, as bits.
+ *  @param clip_set_count how many sets there are, at least 1.
  *  @return SC_ERR_DATA for an exception that matches no label, SC_ERR_USAGE for more than
- *  SC_CLIP_SETS_MAX sets (both logged); @p clip_set_count is not written then. */
+ *  SC_CLIP_SETS_MAX sets (both logged), SC_ERR_MEMORY; @p clip_set_count is not written then, the
+ *  others may be in part. */
 SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
                                         int plane_count, const sc_clip_exception *exceptions,
                                         size_t exception_count, sc_tissue *tissues,
@@ -160,10 +175,10 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
 /** Everything that changes from frame to frame. */
 typedef struct sc_scene {
     sc_camera camera;
-    sc_plane planes[SC_PLANES_MAX];
+    sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
     int plane_count;
     sc_clip_mode clip_mode;
-    uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< the planes of each clip set, as bits */
+    uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
     bool slice; /**< draw nothing but the cut faces: a slice through the volume */
 } sc_scene;

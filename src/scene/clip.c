@@ -3,8 +3,10 @@
  * crossing lacks the minus sign. */
 #include "segcast/scene.h"
 
-/* Cut *kept down to the side of a plane on which sign (normal . p + offset) >= 0. A ray parallel to
- * the plane is kept or removed whole. @return whether anything is left. */
+/* Cut *kept down to the side of a plane on which sign (normal . p + offset) >= 0; where it begins
+ * at the plane then, begin_plane becomes @p index. A ray parallel to the plane is kept or removed
+ * whole. @param sign 1 or -1. @param direction unit. @return whether anything is left; if not,
+ * *kept is unspecified. */
 static bool clip_by_plane(const sc_plane *plane, int index, double sign, sc_vec3 origin,
                           sc_vec3 direction, sc_interval *kept)
 {
@@ -24,7 +26,8 @@ static bool clip_by_plane(const sc_plane *plane, int index, double sign, sc_vec3
     return kept->begin_mm < kept->end_mm;
 }
 
-/* SC_CLIP_KEEP. @return how many parts are kept. */
+/* SC_CLIP_KEEP: write the part of @p whole that all planes of the set @p which keep to out[0].
+ * @return how many parts are kept: 0 or 1. */
 static int keep_all(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                     sc_interval whole, sc_interval out[2])
 {
@@ -36,7 +39,9 @@ static int keep_all(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_v
     return 1;
 }
 
-/* The plane through which the ray leaves the removed part, which ends at @p end_mm. */
+/* @return the plane of the set @p which through which the ray leaves the removed part: the one that
+ * it crosses, towards what it keeps, nearest to @p end_mm, where that part ends; -1 if there is
+ * none. */
 static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                          double end_mm)
 {
@@ -58,7 +63,8 @@ static int leaving_plane(const sc_plane *planes, uint32_t which, sc_vec3 origin,
     return best;
 }
 
-/* SC_CLIP_CUT. @return how many parts are kept. */
+/* SC_CLIP_CUT: write the parts of @p whole outside of what all planes of the set @p which remove to
+ * @p out. The set must not be empty. @return how many parts are kept: 0 to 2. */
 static int cut_away(const sc_plane *planes, uint32_t which, sc_vec3 origin, sc_vec3 direction,
                     sc_interval whole, sc_interval out[2])
 {

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Which clip planes cut which tissues. */
 #include "segcast/scene.h"
 
-/* The clip set with these planes, added if it is new. @return its index; -1 if there are already
- * SC_CLIP_SETS_MAX others. */
+/* Find the clip set with these planes, and append it to clip_sets [*count] if it is new. @return
+ * its index; -1 if there are already SC_CLIP_SETS_MAX others. */
 static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
 {
     for (int i = 0; i < *count; i++) {
@@ -15,6 +16,7 @@ static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
     return (*count)++;
 }
 
+/* Returns SC_ERR_DATA, logged, for the first exception that matches no label, else SC_OK. */
 static sc_status check_exceptions(const sc_ctx *ctx, const sc_prepared *volume,
                                   const sc_clip_exception *exceptions, size_t count)
 {

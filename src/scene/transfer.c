@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The looks of tissues, from the label table and the rules of the job. */
 #include "segcast/image.h"
 #include "segcast/scene.h"
 
@@ -7,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Copy a name of at most SC_NAME_BYTES - 1 characters in lower case. */
+/* Copy the first SC_NAME_BYTES - 1 bytes of a string, ASCII letters in lower case, to @p to, which
+ * has SC_NAME_BYTES, and terminate it. */
 static void lower(const char *from, char *to)
 {
     size_t i = 0;
@@ -41,14 +43,15 @@ double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_
            (most - least) * log(thickness_mm / thinnest_mm) / log(thickest_mm / thinnest_mm);
 }
 
+/* Convert a colour from sRGB levels to linear light, 0 to 1. */
 static void color_of(const uint8_t rgb[3], float out[3])
 {
     for (int i = 0; i < 3; i++)
         out[i] = (float)sc_srgb_to_linear(rgb[i] / 255.0);
 }
 
-/* The look that the label table gives a label. A table that names no opacity leaves it to the
- * thickness of the tissue. */
+/* @return the look that the label table gives a label, with clip_set 0. A table that names no
+ * opacity leaves it to the thickness of the tissue. */
 static sc_tissue tissue_of_table(const sc_label *label)
 {
     sc_tissue tissue = {.visible = !label->hidden,
@@ -62,6 +65,7 @@ static sc_tissue tissue_of_table(const sc_label *label)
     return tissue;
 }
 
+/* Overwrite what a rule sets in @p tissue. Whether the rule matches is up to the caller. */
 static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
 {
     if (rule->has_visible)
@@ -83,8 +87,9 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
 }
 
-/* The look of a label by table and rules. Where its opacity is automatic, the value is still to be
- * filled in: that takes the measured thickness of all tissues. */
+/* @return the look of a label by table and rules, of which later ones win. Where its opacity is
+ * automatic, the value is still to be filled in: that takes the measured thickness of all tissues.
+ */
 static sc_tissue tissue_of(const sc_label *label, const sc_tissue_rule *rules, size_t rule_count)
 {
     sc_tissue tissue = tissue_of_table(label);
@@ -147,7 +152,8 @@ void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, dou
     *thinnest_mm = fmin(*thinnest_mm, *thickest_mm);
 }
 
-/* Fill in the automatic opacities. */
+/* Set opacity where opacity_auto is set, by the thickness in the volume's stats; 0 for invisible
+ * tissues. @param tissues [label_count]. */
 static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
 {
     double thinnest, thickest;
@@ -163,7 +169,8 @@ static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
     }
 }
 
-/* Every rule but "*" must match a label. */
+/* Returns SC_ERR_DATA, logged, for the first rule that matches no label, else SC_OK. The pattern
+ * "*" is allowed even where there are no labels. */
 static sc_status check_rules(const sc_ctx *ctx, const sc_prepared *volume,
                              const sc_tissue_rule *rules, size_t rule_count)
 {

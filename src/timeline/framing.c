@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Framing of an orbit: see framing.h. The tissues are given by points, in RAS mm. */
 #include "framing.h"
 
+/* Slices of the swept body along the axis, and points of the rim of each. */
 enum { SLICES = 48, ANGLES = 96 };
 #define MARGIN 1.06 /* the picture shows this multiple of what must be in it */
 
@@ -26,7 +28,8 @@ sc_vec3 sc_orbit_reference(sc_vec3 axis)
     return sc_vec3_unit(out);
 }
 
-/* The middle of the points' extent along the axis and across it. */
+/* @return the middle of the points' extent along the unit @p axis and two directions across it, in
+ * mm. */
 static sc_vec3 middle(const sc_vec3 *points, size_t count, sc_vec3 axis)
 {
     const sc_vec3 side = sc_orbit_reference(axis);
@@ -42,12 +45,14 @@ static sc_vec3 middle(const sc_vec3 *points, size_t count, sc_vec3 axis)
     return out;
 }
 
-/* The body that the points sweep out when turned about the axis through the target. */
+/* The body that the points sweep out when turned about the axis through the target. Lengths in mm.
+ */
 typedef struct swept {
     double low, high;      /* its extent along the axis, from the target */
     double radius[SLICES]; /* the largest radius in each of as many slices of that extent */
 } swept;
 
+/* @return the swept body of @p points. @param axis unit. */
 static swept sweep_points(const sc_vec3 *points, size_t count, sc_vec3 axis, sc_vec3 target)
 {
     swept s = {0};
@@ -67,8 +72,9 @@ static swept sweep_points(const sc_vec3 *points, size_t count, sc_vec3 axis, sc_
     return s;
 }
 
-/* The smallest distance (perspective) or half height (orthographic) at which every point of the
- * swept body is in the picture. The body is round, so that one direction of view stands for all.
+/* @return the smallest distance (perspective) or half height (orthographic), in mm, at which every
+ * point of the swept body is in the picture, with a margin. The body is round, so that one
+ * direction of view stands for all.
  * @param tangent of half the vertical field of view. */
 static double needed(const swept *s, const sc_orbit *orbit, double aspect, double tangent)
 {

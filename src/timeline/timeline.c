@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The scene of each frame, from the animation and the extent of the visible tissues. */
 #include "framing.h"
 
 #include <string.h>
 #include <strings.h>
 
-/* Anatomical words and the directions that they stand for. */
+/* Anatomical words and, in the same order, the directions that they stand for, RAS. */
 static const char *const words[] = {"right",    "left",  "anterior", "posterior", "superior",
                                     "inferior", "front", "back",     "head",      "feet"};
 static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},
@@ -42,8 +43,8 @@ double sc_ease_value(sc_ease ease, double u)
     return u;
 }
 
-/* The share of its way, 0 to 1, that a ramp over the part [begin, end] of the animation has covered
- * in frame k. */
+/* @return the share of its way, 0 to 1, that a ramp over the part [begin, end] of the animation has
+ * covered in frame k. */
 static double progress(double begin, double end, sc_ease ease, int k, int frames)
 {
     const double at = frames > 1 ? (double)k / (frames - 1) : 0;
@@ -52,7 +53,8 @@ static double progress(double begin, double end, sc_ease ease, int k, int frames
     return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
 }
 
-/* A plane position in mm. @param low and @param high the extent of the visible tissues. */
+/* @return a plane position in mm along the normal. @param low and @param high the extent of the
+ * visible tissues along it, in mm. */
 static double position_mm(const sc_plane_position *position, double low, double high)
 {
     return position->percent ? low + position->value / 100 * (high - low) : position->value;
@@ -79,6 +81,7 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     *out = t;
 }
 
+/* @return the camera of frame @p k, in [0, frames). */
 static sc_camera camera_at(const sc_timeline *t, int k)
 {
     const sc_orbit *orbit = &t->animation.camera;
