@@ -11,14 +11,14 @@
  *  row first, without padding. */
 typedef struct sc_image {
     int width_px, height_px;
-    uint8_t *rgb;
+    uint8_t *rgb; /**< owned unless a function says otherwise; NULL if empty */
 } sc_image;
 
 /** Allocate the pixels, not initialised. @return SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out);
 /** Free the pixels; the image is empty then (all zero). An empty image is allowed. */
 void sc_image_clear(sc_image *image);
-/** @return the size of the pixels in bytes. */
+/** @return the size of the pixels in bytes: 3 width_px height_px. */
 size_t sc_image_bytes(const sc_image *image);
 
 /** @return a 64-bit hash (XXH3) of size and pixels, the same on every machine. */
@@ -30,7 +30,8 @@ typedef struct sc_image_difference {
     double rms;          /**< root mean square over all channels, in levels */
     size_t differing_px; /**< pixels with any difference */
 } sc_image_difference;
-/** Compare two pictures. @return false, with @p out untouched, if their sizes differ. */
+/** Compare two pictures and write how they differ to @p out. @return false, with @p out untouched,
+ * if their sizes differ. */
 bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out);
 
 /** Write a PNG to an open stream, which stays open. @param name of the file, for messages.
@@ -54,7 +55,7 @@ typedef struct sc_srgb_table {
     uint8_t start[4097];  /**< [i]: level of the linear value i / 4096; at most one level begins
                                between i / 4096 and (i + 1) / 4096 */
 } sc_srgb_table;
-/** Fill the table. */
+/** Fill all of @p table. */
 void sc_srgb_table_init(sc_srgb_table *table);
 /** @return the sRGB level of @p linear, clamped to [0, 1]; a NaN counts as 0. */
 static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Vectors, affine maps and boxes: the functions that are not inline. */
 #include "segcast/geom.h"
 
 sc_vec3 sc_vec3_perpendicular(sc_vec3 a)
@@ -70,7 +71,8 @@ bool sc_affine_invert(const sc_affine *a, sc_affine *out)
     return true;
 }
 
-/* Clip a line to slab[0] <= coordinate <= slab[1], along one axis. */
+/* Clip a line to slab[0] <= coordinate <= slab[1], along one axis: shorten [*begin, *end] as
+ * sc_box3_clip_line does. @return false if nothing is left. */
 static bool clip_slab(const double slab[2], double origin, double direction, double *begin,
                       double *end)
 {

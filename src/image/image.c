@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Buffers of pixels, their hash and comparison, and the conversion between sRGB and linear light.
+ */
 #include "segcast/image.h"
 
 #include <math.h>

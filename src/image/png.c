@@ -13,6 +13,8 @@ typedef struct png_target {
     const char *name;
 } png_target;
 
+/* libpng's callback for an error in writing, on a png_target: log it and jump back to
+ * sc_image_write_png. errno, if not 0, tells the reason. */
 static void on_error(png_structp png, png_const_charp message)
 {
     const png_target *target = png_get_error_ptr(png);
@@ -22,12 +24,14 @@ static void on_error(png_structp png, png_const_charp message)
     png_longjmp(png, 1);
 }
 
+/* Its callback for warnings, which are dropped. */
 static void on_warning(png_structp png, png_const_charp message)
 {
     (void)png;
     (void)message;
 }
 
+/* Write header and pixels. An error leaves by longjmp: the caller has called setjmp. */
 static void write_pixels(png_structp png, png_infop info, const sc_image *image, FILE *stream)
 {
     png_init_io(png, stream);
