@@ -113,8 +113,8 @@ typedef struct sc_length_unit {
     const char *name; /**< "mm", "um" or "nm" */
     double mm;        /**< the length of one unit, in mm */
 } sc_length_unit;
-/** The largest of millimetres, micrometres and nanometres in which @p finest_mm, the smallest
- * length that is to be told apart, is at least a tenth; mm for 0. */
+/** @return the largest of millimetres, micrometres and nanometres in which @p finest_mm, the
+ * smallest length that matters, is at least a tenth of a unit; millimetres for 0. */
 sc_length_unit sc_length_unit_for(double finest_mm);
 /** @return @p value, or 0 if it would be printed as zero with @p decimals digits behind the point:
  * so that nothing is printed as "-0.0". */

@@ -13,7 +13,7 @@ static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
 static const sc_choice layouts[] = {
     {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
-/* Presets of x264; VP9 is told a speed that corresponds to them. */
+/* The presets of x264. VP9 (.webm) has none and ignores the choice. */
 static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                       "medium",    "slow",      "slower",   "veryslow", NULL};
 

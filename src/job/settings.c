@@ -259,8 +259,8 @@ sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *
 
 /* ---- names of environment variables ---- */
 
-/* Does @p name begin with @p key, case ignored, and then end or go on with "_"? @return the length
- * of the key, or 0. */
+/* Does @p name begin with @p key, case ignored, and then end or continue with "_"? @return the
+ * length of the key, or 0. */
 static size_t match_key(const char *name, const char *key)
 {
     const size_t length = strlen(key);

@@ -249,7 +249,7 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* Is nothing visible in the tile, by the map? Does not look at its border. */
+/* Is nothing visible in the tile, by the map? Its border is not examined. */
 static bool is_empty(const tile *t)
 {
     const sc_cover *cover = &t->f->cover;
