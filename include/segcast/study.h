@@ -185,9 +185,8 @@ typedef struct sc_progress_report {
     double frames_per_s; /**< those that were drawn in this run alone */
     double remaining_s;  /**< estimated; 0 if unknown, or at the end */
 } sc_progress_report;
-/** Write @p report to @p path, that of a status.json. Readers never see a part of it
- * (sc_file_write).
- *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+/** Write @p report to @p path, that of a status.json, of which readers never see a part: see
+ *  sc_file_write. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_progress_write(const sc_ctx *ctx, const char *path,
                                         const sc_progress_report *report);
 

@@ -6,7 +6,7 @@
 
 #include "segcast/comm.h"
 
-/* None is NULL. */
+/* One function for each of sc_comm_* and sc_shared_*, with the same contract; none is NULL. */
 typedef struct sc_comm_ops {
     void (*close)(sc_comm *comm);
     sc_status (*agree)(sc_comm *comm, sc_status mine);
@@ -24,7 +24,9 @@ typedef struct sc_comm_ops {
 /* What all implementations have in common, as the first member of their own structs. */
 struct sc_comm {
     const sc_comm_ops *ops;
-    int rank, size, node_rank, node_count;
+    int rank, size; /* number of this rank, and number of ranks */
+    int node_rank;  /* number of this rank among those of its node, from 0 */
+    int node_count; /* number of nodes */
     bool near_root; /* on the node of rank 0 */
 };
 

@@ -84,7 +84,7 @@ static int self_pending(sc_comm *comm)
     return 0;
 }
 
-/* No message ever arrives, so that self_receive is never called. */
+/* Find no message: there is nobody who could send one, so that self_receive is never called. */
 static bool self_poll(sc_comm *comm, sc_message *out)
 {
     (void)comm;

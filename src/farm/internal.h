@@ -125,9 +125,8 @@ typedef struct sc_accept_task {
     sc_status status; /* result: the return code of the callback */
 } sc_accept_task;
 
-/* A slot of rank 0's window: frame i is collected in slot i % window, and waits there to be
- * accepted.
- */
+/* A slot of rank 0's window: the frame at index i of farm->frames is collected in slot i % window,
+ * and waits there to be accepted. */
 typedef struct sc_frame_slot {
     sc_accept_task accept;
     sc_image image;

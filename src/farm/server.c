@@ -13,6 +13,7 @@
 
 /* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.7e-3
+/* The shortest time between two calls of farm->on_progress. */
 #define PROGRESS_INTERVAL_S 0.1
 
 /* For the deadline, the largest costs measured lately are remembered (see recent_most). With each
@@ -27,10 +28,9 @@ typedef struct server {
     const sc_ctx *ctx;
     sc_comm *comm;
     const sc_farm *farm;
-    const sc_slots
-        *shared;          /* borrowed like all above; pixels NULL: slots have memory of their own */
-    sc_farm_times *times; /* of this rank; added to */
-    sc_status status;     /* the return code with which the farm will end */
+    const sc_slots *shared; /* pixels NULL: slots have memory of their own */
+    sc_farm_times *times;   /* those of this rank; what is measured is added to them */
+    sc_status status;       /* the return code with which the farm will end */
     sc_handout handout;
     char *inbox; /* [sc_farm_message_bytes]: the message that was received last */
 
@@ -61,7 +61,8 @@ typedef struct server {
     int *next_answer; /* [ranks]: number of answers so far */
     int byes;         /* ranks that have left */
 
-    double unit_s, accept_s; /* recent_most of drawing a work unit, of accepting a frame or GOP */
+    /* recent_most of drawing a work unit, and of accepting a frame or GOP, in wall seconds */
+    double unit_s, accept_s;
 } server;
 
 /* Begin no more GOPs and frames, and end the farm with @p status. Of several errors the first
@@ -90,8 +91,9 @@ static void give_gop(server *s, sc_gop *gop)
     sc_worker_thread_give(s->accepting, &gop->accept.task);
 }
 
-/* Collect one frame or GOP that has been accepted, and free its slot or memory. @return false if
- * there is none. */
+/* Collect one frame or GOP that the accepting thread is done with, and free its slot or memory. One
+ * that it could not accept stops the farm, and is counted like the others. @return false if there
+ * is none. */
 static bool collect_accepted(server *s)
 {
     sc_accept_task *accept = (sc_accept_task *)sc_worker_thread_collect(s->accepting);
@@ -395,9 +397,8 @@ static void own_gop_done(server *s, const sc_draw_task *task)
     give_gop(s, gop);
 }
 
-/* Collect one work unit that was drawn on this rank, and put what was drawn elsewhere into its
- * slot.
- * @return false if none is finished. */
+/* Collect one work unit that was drawn on this rank: rows that are not in their slot yet are copied
+ * there, a GOP is given to the accepting thread. @return false if none is finished. */
 static bool collect_own(server *s)
 {
     sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);

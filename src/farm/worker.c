@@ -295,9 +295,8 @@ static void pass_messages(worker *w)
 }
 
 /* Allocate the buffers with their results and start the worker thread; sends nothing. The caller
- * frees all of it, also after an error. @param messages receives the memory of the buffers'
- * messages.
- * @return SC_ERR_MEMORY. */
+ * frees all of it, also after an error. @param messages receives the memory that the messages of
+ * all buffers lie in. @return SC_ERR_MEMORY. */
 static sc_status open_worker(worker *w, void **messages)
 {
     const sc_farm *farm = w->farm;

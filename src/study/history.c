@@ -94,9 +94,9 @@ out:
 }
 
 /* Fill the empty history @p out with the runs and frames in @p text, the content of a stats.json.
- * If it cannot be used, *problem is set to what is wrong with it (static; it follows the file's
- * name),
- * @p out may hold a part of it, and the return code is SC_OK. @return SC_ERR_MEMORY. */
+ * If it cannot be used, the return code is SC_OK, *problem is set to words that follow the name of
+ * the file (static), and @p out may hold a part of it. The caller clears @p out, also after an
+ * error. @return SC_ERR_MEMORY. */
 static sc_status parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                        sc_history *out, const char **problem)
 {

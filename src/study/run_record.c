@@ -70,7 +70,7 @@ static bool next_frame(frame_cursor *cursor, sc_past_frame *out)
 
     while (has_own && cursor->past < past_count &&
            earlier->frames[cursor->past].result.frame == run->frames[cursor->own].frame)
-        cursor->past++; /* drawn again */
+        cursor->past++; /* this run drew it again */
     if (has_own && (cursor->past == past_count ||
                     run->frames[cursor->own].frame < earlier->frames[cursor->past].result.frame)) {
         *out = (sc_past_frame){run->frames[cursor->own++], earlier ? earlier->run_count : 0};
