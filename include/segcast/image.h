@@ -41,7 +41,8 @@ SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *imag
 /** Write a PNG file that appears under @p path only when it is complete.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path);
-/** Read a PNG file of any kind as 8-bit RGB. @return SC_ERR_MISSING if it cannot be opened,
+/** Read a PNG file of any kind as 8-bit RGB; where it is transparent, the colours are unspecified.
+ *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
 

@@ -7,7 +7,7 @@
 #include <setjmp.h>
 #include <string.h>
 
-/* What the callbacks of libpng need for messages. */
+/* What the callbacks of libpng need for messages; both are borrowed. */
 typedef struct png_target {
     const sc_ctx *ctx;
     const char *name;

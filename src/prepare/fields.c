@@ -45,6 +45,7 @@ enum {
 #define THIN_FROM 0.45f
 #define THIN_ALL 0.30f
 
+/* One value for each of the four vertices of a brick along x. */
 typedef float quad __attribute__((vector_size(16)));
 
 /* A row of the window in which the filter for weights is not 0. */
@@ -416,6 +417,7 @@ static void update_memberships(const filters *f, brick_work *w, uint64_t mask, u
     }
 }
 
+/* @return the Euclidean length. */
 static float length_of(const float v[3])
 {
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);

@@ -21,9 +21,11 @@ enum {
 #define AGREE_LEAST 0.90f
 #define AGREE_ALL 0.965f
 
+/* The x, y and z of a sum of directions, and how many they are. */
 typedef float quad __attribute__((vector_size(16)));
 
-/* The sum of the directions of one label in a brick, and how many there are; 0: no entry. */
+/* The sum of the unit directions of one label in a brick, and how many there are, which spreading
+ * makes a fraction; count 0: a free entry, whose other fields say nothing. */
 typedef struct entry {
     float sum[3], count;
     uint32_t label;
