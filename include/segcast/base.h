@@ -22,7 +22,7 @@
  *  (sc_comm_agree), so that the most severe error wins. */
 typedef enum sc_status {
     SC_OK = 0,
-    SC_ERR_INCOMPLETE = -1, /**< stopped early on request; another run goes on */
+    SC_ERR_INCOMPLETE = -1, /**< stopped early on request; another run can continue */
     SC_ERR_USAGE = -2,      /**< the request itself is wrong: command line, settings */
     SC_ERR_DATA = -3,       /**< an input, also a job file, exists and is broken */
     SC_ERR_MISSING = -4,    /**< an input does not exist or cannot be opened */

@@ -18,7 +18,7 @@ typedef struct sc_frame_result {
     int32_t frame;
     int32_t rank;                       /**< the rank that drew it; of several the last one */
     double render_wall_s, render_cpu_s; /**< seconds of drawing it: of bands, their sum */
-    double wait_s; /**< seconds that the worker thread had no task before it: likewise */
+    double wait_s; /**< seconds that the worker thread had no task before it; of bands, their sum */
     uint64_t rays, samples, contributions; /**< numbers of them: of bands, their sums */
     uint64_t hash;                         /**< sc_image_hash of the whole frame */
 } sc_frame_result;

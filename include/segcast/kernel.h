@@ -61,7 +61,7 @@ typedef struct sc_march {
                                          along y and z */
     const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
     const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and SC_SKIP_LEAP only */
-    const uint64_t *cells;         /**< sc_cells.cells; likewise */
+    const uint64_t *cells;         /**< sc_cells.cells; smooth and SC_SKIP_LEAP only */
     float box_low[3], box_high[3]; /**< in grid coordinates: rays are marched only within this box,
                                         which holds all that can be seen and reaches at most 3
                                         vertices beyond those of the volume */

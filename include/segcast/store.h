@@ -40,11 +40,12 @@ typedef enum sc_store_mode {
     SC_STORE_OVERWRITE /**< remove what the run has left, and begin anew */
 } sc_store_mode;
 
-/** A finished frame: what its line in the manifest holds. */
+/** A finished frame: what its line in the manifest holds. Rank and time are not known if the line
+ * was made anew from a segment or partial GOP on disk. */
 typedef struct sc_done_frame {
     int frame;           /**< its number in the animation, from 0 */
-    int rank;            /**< that drew it; 0 if the line was made from what is on disk */
-    double render_cpu_s; /**< CPU seconds of drawing it; 0 likewise */
+    int rank;            /**< the rank that drew it; 0 if it is not known */
+    double render_cpu_s; /**< CPU seconds of drawing it; 0 if they are not known */
     uint64_t hash;       /**< sc_image_hash */
 } sc_done_frame;
 

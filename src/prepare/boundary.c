@@ -300,7 +300,7 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
             voxel.z = low[2] + sc_bit_z(bit) - 1;
             voxel.id = sc_id_or_background(volume, voxel.x, voxel.y, voxel.z);
             if (!voxel.id)
-                continue; /* voxel.record counts it all the same */
+                continue; /* background; it has a vertex record, which was counted above */
             visit(user, &voxel);
         }
     }

@@ -30,8 +30,8 @@ static inline int box_index(const int at[3], int bit)
     return ((at[2] + sc_bit_z(bit)) * SIDE + at[1] + sc_bit_y(bit)) * SIDE + at[0] + sc_bit_x(bit);
 }
 
-/* Write the weights of those vertices of brick (x, y, z) that are corners of the cells in work to
- * out->weights, which must be zeroed before; see box_index for @p at. Of a brick whose at is
+/* Write the weights of those vertices of brick (x, y, z) that are corners of the cells to be packed
+ * to out->weights, which must be zeroed before; see box_index for @p at. Of a brick whose at is
  * SC_BRICK along an axis, only the lowest layer is wanted. Bricks beyond the last have no vertices.
  */
 static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],

@@ -238,14 +238,14 @@ out:
     return status;
 }
 
-/* The work on one brick. "The label at hand" is the one being filtered. */
+/* The work on one brick. "The current label" is the one that is being filtered. */
 typedef struct brick_work {
     uint16_t ids[ROWS][WINDOW];           /* labels of the window, [z and y][x] */
-    uint32_t bits[ROWS];                  /* which vertices of a row carry the label at hand */
+    uint32_t bits[ROWS];                  /* which vertices of a row carry the current label */
     quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
     quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
-    quad along_xy[WINDOW][SC_BRICK][2];   /* likewise, the derivatives along x and y */
-    float gradient[SC_BRICK_VERTICES][3]; /* of the label at hand, in grid coordinates */
+    quad along_xy[WINDOW][SC_BRICK][2];   /* the derivatives along x and y, in the same layout */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the current label, in grid coordinates */
     uint16_t labels[ROWS * WINDOW];       /* the distinct labels of the window */
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
@@ -308,14 +308,14 @@ static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
 }
 #endif
 
-/* Make @p id the label at hand: fill w->bits. Needs w->ids. */
+/* Make @p id the current label: fill w->bits. Needs w->ids. */
 static void fill_bits(brick_work *w, uint16_t id)
 {
     for (int row = 0; row < ROWS; row++)
         w->bits[row] = row_bits(w->ids[row], id);
 }
 
-/* Write the gradients of the label at hand (w->bits) at all vertices of the brick to w->gradient,
+/* Write the gradients of the current label (w->bits) at all vertices of the brick to w->gradient,
  * in grid coordinates: filtered along x by the table, then along y and z tap by tap. */
 static void find_gradients(const normal_filter *b, brick_work *w)
 {
@@ -356,7 +356,7 @@ static void find_gradients(const normal_filter *b, brick_work *w)
     }
 }
 
-/* Write the smoothed memberships of the label at hand at the sixteen vertices of layer @p z of the
+/* Write the smoothed memberships of the current label at the sixteen vertices of layer @p z of the
  * brick to @p out, [y][x]. The four sums do not depend on each other, so that the processor adds to
  * all of them at once. */
 static void memberships_of(const filters *f, const brick_work *w, int z, quad out[SC_BRICK])
@@ -395,7 +395,7 @@ static uint64_t vertices_of(const brick_work *w, uint64_t mask, uint16_t id)
     return vertices;
 }
 
-/* Set w->own of the vertices of @p own, which carry the label at hand, to its smoothed membership,
+/* Set w->own of the vertices of @p own, which carry the current label, to its smoothed membership,
  * and raise w->other of all others to it. Does nothing where surfaces are crisp.
  * @param mask vertices near an interface; whole layers without one are left out. */
 static void update_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
@@ -423,7 +423,7 @@ static float length_of(const float v[3])
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Set w->outward of the vertices of @p mask against the rise of the label at hand: by the wide
+/* Set w->outward of the vertices of @p mask against the rise of the current label: by the wide
  * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradient. */
 static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
 {
@@ -461,7 +461,7 @@ static void turn_gradients(brick_work *w, uint64_t mask)
 }
 
 /* Write the distinct labels of the window to w->labels. Those that vertices of @p mask carry come
- * first, and the first one becomes the label at hand. @param mask not empty. @return how many there
+ * first, and the first one becomes the current label. @param mask not empty. @return how many there
  * are. */
 static int find_labels(brick_work *w, uint64_t mask)
 {

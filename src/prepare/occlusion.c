@@ -11,17 +11,17 @@
 #define WIDE_BRICKS 3.0
 enum { REACH = 9 /* bricks: the largest half width of the filter */ };
 
-/* A blur in work, which its threads share. */
+/* A blur that is being computed; its threads share it. */
 typedef struct blur {
     const sc_prepared *volume;
     const float *opacity;      /* [label_count], 0 to 1 */
     int size[3];               /* bricks along x, y, z, the frame included */
     float *from, *to;          /* source and target of a pass, [z][y][x] */
-    int axis;                  /* of the pass in work */
+    int axis;                  /* axis of the present pass */
     float taps[2 * REACH + 1]; /* of its filter: taps[REACH + i] for -reach <= i <= reach */
     int reach;                 /* half width of that filter, in bricks */
     uint8_t (*filled)[2];      /* the results, as of sc_occlusion */
-    int which;                 /* of them is being made: 0 narrow, 1 wide */
+    int which;                 /* which result is being computed: 0 narrow, 1 wide */
 } blur;
 
 /* @return the sum of the opacities at all vertices of a brick, all of which must be voxels of the

@@ -6,7 +6,7 @@
 
 enum { UNITS_PER_FACE = 1 << 20 }; /* of the largest face of a voxel */
 
-/* The sums in work. Each thread has a copy, with its own number in thread. */
+/* The sums that are being computed. Each thread has a copy, with its own number in thread. */
 typedef struct surface_sum {
     const sc_preparation *p; /* borrowed; near and records must be filled */
     sc_vec3 face[3];         /* area vector of the faces across each axis, mm2 */

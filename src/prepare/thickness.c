@@ -14,13 +14,14 @@ enum {
     COLUMNS = 32 /* lines that are processed side by side: they share cache lines */
 };
 
-/* The transform in work, which its threads share. The arrays belong to sc_measure_thickness. */
+/* The transform that is being computed; its threads share it. The arrays belong to
+ * sc_measure_thickness. */
 typedef struct transform {
     const sc_preparation *p; /* borrowed; thickness and stats are filled */
     uint16_t *distance;      /* [size z][y][x], in units; 0 in the background */
     double step_units[3];    /* length of one voxel along each axis */
     float flank_units[27];   /* rise to a neighbour that makes a voxel lie on a flank: is_medial */
-    int axis;                /* of the pass in work: 1 or 2 */
+    int axis;                /* axis of the present pass: 1 or 2 */
     float *half_inverse;     /* [longest axis + 2]: 1 / (2 i) */
     char *scratch;           /* [threads][scratch_bytes] */
     size_t scratch_bytes;    /* of one workspace */
@@ -66,7 +67,7 @@ static void rows_pass(void *user, size_t begin, size_t end, int thread)
 }
 
 /* Memory of one thread: COLUMNS lines, copied so that each is contiguous, and the envelope of the
- * run in work. */
+ * present run of equal labels. */
 typedef struct workspace {
     int n;                    /* length of a line */
     uint16_t *ids, *distance; /* [COLUMNS][n] */

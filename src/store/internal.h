@@ -192,7 +192,7 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);
-/* Append the end line, likewise. Size and hash of the video are left out in a job without one. */
+/* Append the end line, in the same way. A job without a video has neither its size nor its hash. */
 sc_status sc_manifest_add_end(const sc_ctx *ctx, sc_manifest_writer *manifest,
                               const sc_store_job *job, const sc_manifest_end *end);
 /* Flush to disk; blocks until it is there. NULL is allowed. */
