@@ -161,7 +161,7 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_sh
 }
 
 /* Copy the block between the first ranks of the nodes; the fence makes the bytes visible to the
- * other ranks of each node, and the barrier lets no rank go on before all may read. */
+ * other ranks of each node, and the barrier lets no rank continue before all may read. */
 static void mpi_publish(sc_comm *base, sc_shared *shared)
 {
     mpi_comm *comm = (mpi_comm *)base;
@@ -233,7 +233,7 @@ static void mpi_flush(sc_comm *base)
     comm->request_count = 0;
 }
 
-/* Look for a message without receiving it. MPI also makes progress in the call. */
+/* Test for a message without receiving it. MPI also makes progress in the call. */
 static bool mpi_poll(sc_comm *base, sc_message *out)
 {
     mpi_comm *comm = (mpi_comm *)base;

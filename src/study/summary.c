@@ -7,10 +7,14 @@
 
 /* Thresholds for finding the bottleneck of a run, as shares of the farm's time. They are rules of
  * thumb; test_study.c shows which bottleneck they find in typical runs. */
-#define MUCH_WAITING 0.1  /* worker threads without a task: more than this is not only the end */
-#define GREAT_WAITING 0.2 /* the same, for the verdict that messages are too slow */
-#define BUSY 0.8          /* a single thread that spends more than this on one thing is the limit */
-#define IMBALANCE 0.15    /* see sc_run_imbalance */
+/* Worker threads had no task for more than this share of the time, averaged over ranks: something
+ * other than drawing may be the bottleneck. GREAT_WAITING is asked for before messages are called
+ * it. */
+#define MUCH_WAITING 0.1
+#define GREAT_WAITING 0.2
+/* A single thread that spends more than this share on one thing is the bottleneck. */
+#define BUSY 0.8
+#define IMBALANCE 0.15 /* see sc_run_imbalance */
 
 enum { SLOWEST_SHOWN = 3 }; /* number of slow frames, and of slow ranks, that are named */
 
