@@ -8,36 +8,45 @@
 
 #include "segcast/volume.h"
 
+/** The shapes and labels of the heart. */
 typedef struct sc_phantom sc_phantom;
 
+/** Default size of the phantom volume, in voxels along x, y, z. */
 enum { SC_PHANTOM_WIDTH = 469, SC_PHANTOM_DEPTH = 325, SC_PHANTOM_HEIGHT = 487 };
 
-/** Build the shapes. Caller owns: sc_phantom_free. Immutable afterwards: any thread. */
+/** Build the shapes. Immutable afterwards: any thread. @return SC_ERR_MEMORY. Caller owns *out:
+ *  sc_phantom_free. */
 SC_MUST_USE sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out);
+/** Free the phantom; NULL is allowed. */
 void sc_phantom_free(sc_phantom *phantom);
 
-/** Number of tissues; labels are 1 to this number, in this order. */
+/** @return the number of tissues; labels are 1 to this number. Where shapes overlap, the tissue
+ *  with the lower label owns the points. */
 int sc_phantom_tissue_count(const sc_phantom *phantom);
-/** Name, colour and label value of tissue @p label in [1, count]. */
+/** @return name, colour and label value of tissue @p label in [1, count], borrowed from the
+ *  phantom. */
 const sc_label *sc_phantom_label(const sc_phantom *phantom, int label);
-/** The label that owns a point; 0 outside the heart. */
+/** @return the label that owns a point; 0 outside the heart. */
 int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
-/** Signed distance in mm from a point to the surface of what tissue @p label owns, negative
- *  inside, and the outward unit normal of the nearest surface point, by iteration. Tests hold that
- *  a ball of 0.95 times the distance is free of surface (98 % of points within some mm) and that
- *  the foot point lies within 0.1 mm of it (90 %): along edges where three tissues meet the
- *  iteration need not settle. */
+/** @return the signed distance in mm from a point to the surface of what tissue @p label, in [1,
+ *  count], owns, negative inside, by iteration. @param normal receives the outward unit normal
+ *  of the nearest surface point; may be NULL.
+ *  Tests hold that a ball of 0.95 times the distance is free of surface (98 % of points within
+ *  some mm) and that the foot point lies within 0.1 mm of it (90 %): along edges where three
+ *  tissues meet the iteration need not settle. */
 double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal);
 
-/** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part of
- *  space at any size (voxels are 1/3 mm at the default size).
- *  @param size voxels along x, y, z, each 2 to 4096. @return SC_ERR_USAGE, SC_ERR_MEMORY. */
+/** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part
+ *  of space at any size (voxels are 1/3 mm at the default size). @param size voxels along x, y,
+ *  z, each 2 to 4096. @param threads as of sc_parallel_for. @return SC_ERR_USAGE for another
+ *  size, SC_ERR_MEMORY. Caller owns *out: sc_volume_clear. */
 SC_MUST_USE sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom,
                                         const int size[3], int threads, sc_volume *out);
 
-/** The labels of a phantom volume of @p size and where they lie, without making it: from a grid of
- *  at most 64 voxels along each axis, so that the bounding boxes are exact only to a voxel of that
- *  grid and the numbers of voxels are estimates. Size and errors as of sc_phantom_volume. */
+/** The labels of a phantom volume of @p size and where they lie, without making it: from a grid
+ *  of at most 64 voxels along each axis, so that the bounding boxes are exact only to a voxel of
+ *  that grid and the numbers of voxels are estimates. Size, threads and errors as of
+ *  sc_phantom_volume. Caller owns *out: sc_label_scan_clear. */
 SC_MUST_USE sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom,
                                              const int size[3], int threads, sc_label_scan *out);
 

@@ -23,14 +23,14 @@ enum {
 /** One distinct label of a volume, or one row of a label table. */
 typedef struct sc_label {
     int64_t value;            /**< as stored in the file */
-    char name[SC_NAME_BYTES]; /**< UTF-8; empty: none given */
+    char name[SC_NAME_BYTES]; /**< UTF-8; empty: none given; longer names are cut */
     uint8_t rgb[3];           /**< sRGB */
-    bool has_color;
-    bool hidden;   /**< a table says that it is not shown */
-    float opacity; /**< of a boundary, 0 to 1; negative: not given */
+    bool has_color; /**< rgb was given by a file; else a volume's label has sc_label_hash_color */
+    bool hidden;    /**< a table says that it is not shown */
+    float opacity;  /**< of a boundary, 0 to 1; negative: not given */
 } sc_label;
 
-/** A segmented volume. Zero-initialise; sc_volume_clear frees. */
+/** A segmented volume; owns ids and labels. Zero-initialise; sc_volume_clear frees. */
 typedef struct sc_volume {
     int size[3];      /**< voxels along x (fastest), y, z */
     int label_bytes;  /**< width of a dense id: 1 for up to 256 labels, else 2 */
@@ -41,84 +41,100 @@ typedef struct sc_volume {
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
 } sc_volume;
 
-/** Free what the volume owns and set it to zero. */
+/** Free what the volume owns and set it to zero. A zeroed volume is allowed. */
 void sc_volume_clear(sc_volume *volume);
-/** Number of voxels. */
+/** @return the number of voxels, from the size alone. */
 size_t sc_volume_voxels(const sc_volume *volume);
-/** Hash of ids, label values, size and geometry; independent of names, colours and file format. */
+/** @return a hash of ids, label values, size and geometry, independent of names, colours and
+ *  file format. It reads all ids. */
 uint64_t sc_volume_hash(const sc_volume *volume);
 
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
  *  the file where it has some, else colours are distinct and depend on the label value alone.
- *  @return SC_ERR_MISSING, SC_ERR_DATA (logged with what was found, what was expected, and for
- *  known other formats how to convert them), SC_ERR_MEMORY.
+ *  Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory), SC_ERR_DATA
+ *  (logged with what was found, what was expected, and for known other formats how to convert
+ *  them), SC_ERR_MEMORY.
  *  Threads: the libraries behind it keep global state: one call at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
 
-/** Write a volume as NRRD, gzip-compressed, with the label names and colours in the keys that 3D
- *  Slicer uses for segmentations (Segment0_Name and so on). The voxels are written as label values
- *  in the narrowest integer type that holds them.
- *  @return SC_ERR_CREATE, SC_ERR_WRITE: nothing stays under @p path. */
+/** Write a volume, with its ids, as NRRD, gzip-compressed, with the label names and colours in
+ *  the keys that 3D Slicer uses for segmentations (Segment0_Name and so on; none for
+ *  background). The voxels are written as label values in the narrowest integer type that holds
+ *  them. The file gets its name only when it is complete; an older one is replaced. @return
+ *  SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; what was under @p path before stays then. */
 SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
                                           const char *path);
 
 /** What one label of a volume covers. */
 typedef struct sc_label_tally {
     uint64_t voxels;
-    int low[3], high[3]; /**< bounding box in voxels, inclusive; low > high if there are none */
+    int low[3],
+        high[3]; /**< bounding box in voxels, inclusive: x, y, z; low > high if there are none */
 } sc_label_tally;
 
-/** What can be known of a volume file without keeping its voxels. Zero-initialise;
- *  sc_label_scan_clear frees. */
+/** What can be known of a volume file without keeping its voxels; owns both members.
+ *  Zero-initialise; sc_label_scan_clear frees. */
 typedef struct sc_label_scan {
-    sc_volume volume;        /**< ids is NULL and label_bytes 0 if the voxels were not read */
+    sc_volume volume;        /**< ids is NULL */
     sc_label_tally *tallies; /**< [volume.label_count]; NULL if the voxels were not read */
 } sc_label_scan;
+/** Free the volume and the tallies, and set the scan to zero. A zeroed scan is allowed. */
 void sc_label_scan_clear(sc_label_scan *scan);
 
 /** Find the labels of a volume file in one pass over its voxels, in bounded memory (a few MB).
- *  NRRD files in a rare form (encoding ascii, hex or bzip2; several data files; data counted from
- *  the end of a compressed file) are read whole by Teem first. Names, colours, warnings, errors and
- *  threads as of sc_volume_read: what the one refuses, the other refuses. */
+ *  NRRD files in a rare form (encoding ascii, hex or bzip2; several data files; data counted
+ *  from the end of a compressed file) are read whole by Teem first. Names, colours, warnings,
+ *  errors and threads as of sc_volume_read: what the one refuses, the other refuses. Caller owns
+ *  *out: sc_label_scan_clear. */
 SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
-/** Read the header of a volume file only. The labels are those that its own label table names,
- * which need not occur in the voxels; damage behind the header is not noticed. Else as
- *  sc_volume_scan_labels. */
+/** Read the header of a volume file only: tallies stays NULL. The labels are background and
+ *  those that the file's own label table names, which need not occur in the voxels; damage
+ *  behind the header is not noticed. Else as sc_volume_scan_labels. */
 SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
 
+/** How a label table is written: one label a line. */
 typedef enum sc_table_format {
-    SC_TABLE_AUTO,
-    SC_TABLE_SLICER,     /**< id name R G B A, A = opacity */
-    SC_TABLE_FREESURFER, /**< id name R G B T, T = transparency */
-    SC_TABLE_ITKSNAP     /**< id R G B A VIS MSH "name" */
+    SC_TABLE_AUTO,       /**< to be guessed from the text */
+    SC_TABLE_SLICER,     /**< id name R G B A, A = opacity, 0 to 255 */
+    SC_TABLE_FREESURFER, /**< id name R G B T, T = transparency, 0 to 255 */
+    SC_TABLE_ITKSNAP     /**< id R G B A VIS MSH "name", A = opacity, 0 to 1 */
 } sc_table_format;
 
-/** Rows of a label table, in the order of the file. Caller owns: sc_label_table_clear. */
+/** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */
 typedef struct sc_label_table {
-    sc_label *rows;
-    size_t count, capacity;
+    sc_label *rows;         /**< [capacity], the first count of which are used; owned */
+    size_t count, capacity; /**< in rows */
 } sc_label_table;
 /** Free the rows and set the table to zero. */
 void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */
 SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table,
                                          const sc_label *row);
-/** Read a label table. SC_TABLE_AUTO guesses and says which. Of doubled ids the first wins.
- *  @return SC_ERR_MISSING, SC_ERR_DATA with the line. */
+/** Read a label table, a text of at most 64 MiB. SC_TABLE_AUTO guesses the format and logs
+ *  which. Rows of label 0 are left out; lines of another form, too, with a warning. A value may
+ *  have several rows. Caller owns *out: sc_label_table_clear. @return SC_ERR_MISSING;
+ *  SC_ERR_DATA if no line has the form of the table (with the first line) or the file is no such
+ *  text; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
-/** Give the labels of @p volume the names and colours of the rows with their values. */
+/** Give the labels of @p volume what the rows with their values hold: name, colour and opacity
+ *  if the row has them, and hidden in any case. The first row of a value wins. Rows of values
+ *  that the volume has not, or of 0, are ignored. Labels that have no colour get
+ *  sc_label_hash_color. */
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table);
-/** Give @p volume also those labels of the rows that it has not, sorted in; for a volume without
- *  voxels (sc_volume_read_header). */
+/** Give @p volume also those labels of the rows that it has not, sorted in, and then apply the
+ *  table. For a volume without voxels (sc_volume_read_header), since dense ids change; it has
+ *  background at least. @return SC_ERR_MEMORY, the volume unchanged. */
 SC_MUST_USE sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume,
                                            const sc_label_table *table);
-/** Turn the voxels of some labels into background; the labels themselves stay in the table.
- *  @param hidden [label_count] by dense id. @param threads as of sc_parallel_for. */
+/** Turn the voxels of some labels into background in the ids; the labels themselves stay in the
+ *  table. @param hidden [label_count] by dense id; that of background does not matter.
+ *  @param threads as of sc_parallel_for. */
 void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);
-/** A distinct, stable colour for a label value, by integer hash. */
+/** Write a distinct, stable colour for a label value to @p rgb (sRGB), by integer hash: bright,
+ *  moderately saturated, the same on every machine. */
 void sc_label_hash_color(int64_t value, uint8_t rgb[3]);
 
 #endif

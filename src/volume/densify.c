@@ -14,27 +14,30 @@ enum {
     NARROW_LABELS = 256     /* so many distinct labels fit into ids of one byte */
 };
 
-/* Open-addressing set of label values, each with the id it got when it was first met. */
+/* Open-addressing set of label values, each with its first id: the number that it got when it was
+ * first met. */
 typedef struct value_set {
-    int64_t *values;
-    int32_t *ids; /* -1: slot free */
-    int count;
+    int64_t *values; /* [SLOTS] */
+    int32_t *ids;    /* [SLOTS], first ids; -1: slot free */
+    int count;       /* distinct values so far */
 } value_set;
 
+/* The pass over the voxels. The arrays are owned by sc_read_labels. */
 typedef struct label_pass {
     const sc_ctx *ctx;
     const char *path;
     const sc_source *source;
     size_t voxels;
     value_set set;
-    sc_label_tally *tallies; /* [SC_LABELS_MAX], in the order of the first voxels */
-    uint64_t *runs;          /* [SC_LABELS_MAX], likewise: of equal voxels along x */
+    sc_label_tally *tallies; /* [SC_LABELS_MAX], by first id */
+    uint64_t *runs;          /* [SC_LABELS_MAX], by first id: runs of equal voxels along x */
     bool keep_ids;
-    int id_bytes;
-    void *ids; /* [voxels] of id_bytes, in the order of the first voxels; or NULL */
+    int id_bytes; /* 1 or 2 */
+    void *ids;    /* [voxels] of id_bytes each, first ids; NULL unless keep_ids */
 } label_pass;
 
-/* Fibonacci hashing (Knuth, volume 3, section 6.4), then linear probing. */
+/* The slot that holds @p value, or else the free one where it belongs: Fibonacci hashing
+ * (Knuth, volume 3, section 6.4), then linear probing. */
 static size_t slot_of(const value_set *set, int64_t value)
 {
     size_t slot = (size_t)(((uint64_t)value * 0x9e3779b97f4a7c15u) >> (64 - SLOT_BITS));
@@ -44,7 +47,8 @@ static size_t slot_of(const value_set *set, int64_t value)
     return slot;
 }
 
-/* One byte per id no longer suffices: the @p done ids so far get two. */
+/* Replace pass->ids by ids of two bytes, of which the first @p done are copied, since one byte
+ * per id no longer suffices. @return SC_ERR_MEMORY; nothing has changed then. */
 static sc_status widen_ids(label_pass *pass, size_t done)
 {
     void *block;
@@ -61,7 +65,9 @@ static sc_status widen_ids(label_pass *pass, size_t done)
     return SC_OK;
 }
 
-/* The id of a value, which may be new; @p done voxels have their ids. */
+/* Write the first id of a value to *id. A new value is added to the set with an empty tally;
+ * ids become wider when needed, of which the first @p done are valid. @return SC_ERR_DATA for
+ * more than SC_LABELS_MAX labels, SC_ERR_MEMORY. */
 static sc_status id_of(label_pass *pass, int64_t value, size_t done, int32_t *id)
 {
     value_set *set = &pass->set;
@@ -93,6 +99,7 @@ static int most(int a, int b)
     return a > b ? a : b;
 }
 
+/* Add a run of @p length voxels along x, the first of which lies at @p first, to the tally. */
 static void count_run(sc_label_tally *tally, const int first[3], int length)
 {
     tally->voxels += (uint64_t)length;
@@ -104,6 +111,7 @@ static void count_run(sc_label_tally *tally, const int first[3], int length)
     }
 }
 
+/* Set the ids of @p length voxels from voxel @p begin on to @p id. pass->ids is not NULL. */
 static void fill_ids(label_pass *pass, size_t begin, int length, int32_t id)
 {
     if (pass->id_bytes == 1) {
@@ -116,8 +124,9 @@ static void fill_ids(label_pass *pass, size_t begin, int length, int32_t id)
     }
 }
 
-/* Voxels [begin, begin + count), which hold @p values; @p at: where the first of them lies, moved
- * on to where the next one will. */
+/* Tally voxels [begin, begin + count), which hold @p values, and set their ids if they are
+ * kept. @p at: where the first of them lies, moved on to where the next one will. The value 0
+ * has the first id 0 already. @return the errors of id_of. */
 static sc_status visit_block(label_pass *pass, const int64_t *values, size_t begin, int count,
                              int at[3])
 {
@@ -151,6 +160,9 @@ static sc_status visit_block(label_pass *pass, const int64_t *values, size_t beg
     return SC_OK;
 }
 
+/* Read all voxels into the set, the tallies, the runs and, if kept, the ids of @p pass.
+ * Background gets the first id 0, also if no voxel has it. @return the errors of the stream and
+ * of id_of. */
 static sc_status visit_voxels(label_pass *pass)
 {
     sc_voxel_stream *stream = NULL;
@@ -176,6 +188,7 @@ out:
     return status;
 }
 
+/* For qsort of sc_label: rising by value. */
 static int by_value(const void *a, const void *b)
 {
     const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;
@@ -183,7 +196,9 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The labels in their final order. @param final [SC_LABELS_MAX]: the final id of each first one. */
+/* Make the labels in their final order: labels and label_count of @p volume, and *tallies,
+ * [label_count]. The caller owns and frees them, also after an error. @param final
+ * [SC_LABELS_MAX], receives the dense id of each first id. @return SC_ERR_MEMORY. */
 static sc_status order_labels(const label_pass *pass, sc_volume *volume, sc_label_tally **tallies,
                               uint16_t *final)
 {
@@ -214,6 +229,8 @@ static sc_status order_labels(const label_pass *pass, sc_volume *volume, sc_labe
     return SC_OK;
 }
 
+/* Turn the first ids in pass->ids, which is not NULL, into dense ids by @p final (of
+ * order_labels). */
 static void renumber(label_pass *pass, const uint16_t *final)
 {
     bool in_order = true;
@@ -239,8 +256,9 @@ static void renumber(label_pass *pass, const uint16_t *final)
  */
 enum { GREY_LABELS = 32, GREY_RUN_VOXELS = 2 };
 
-/* Equal values seldom lie side by side in noise. The commonest value is left out: a grey-value
- * image is often padded with a value of its own. */
+/* Does the volume look like a grey-value image? Equal values seldom lie side by side in noise.
+ * Neither background nor the commonest other value counts: a grey-value image is often padded
+ * with a value of its own. */
 static bool looks_grey(const label_pass *pass)
 {
     uint64_t voxels = 0, runs = 0;
@@ -259,6 +277,8 @@ static bool looks_grey(const label_pass *pass)
     return voxels < GREY_RUN_VOXELS * runs;
 }
 
+/* Warn if the volume looks like a grey-value image, or else if it has negative values.
+ * @p volume has its labels in their final order. */
 static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
 {
     const int64_t lowest = volume->label_count > 1 ? volume->labels[1].value : 0;

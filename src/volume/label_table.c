@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TABLE_MAX_BYTES = 64 << 20 };
+enum { TABLE_MAX_BYTES = 64 << 20 }; /* longer files are refused */
 
 void sc_label_table_clear(sc_label_table *table)
 {
@@ -34,9 +34,8 @@ sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_
     return SC_OK;
 }
 
-/* The next word, which blanks or tabs separate, as a string of its own; NULL at the end of the
- * line.
- * @p at moves behind it. */
+/* The next word of a line, which blanks or tabs separate, as a string of its own: the text is
+ * cut behind it, and *at moves behind that. NULL at the end of the line. */
 static char *next_word(char **at)
 {
     char *word;
@@ -53,6 +52,8 @@ static char *next_word(char **at)
     return word;
 }
 
+/* Read the next word as a finite number into *out. The text is cut and *at moves as in
+ * next_word, also if there is no number: false, and *out may have changed. */
 static bool next_number(char **at, double *out)
 {
     char *word = next_word(at), *end;
@@ -63,13 +64,15 @@ static bool next_number(char **at, double *out)
     return end != word && !*end && isfinite(*out);
 }
 
+/* Round a colour level, and clamp it to 0 to 255. */
 static uint8_t level(double value)
 {
     return value <= 0 ? 0 : value >= 255 ? 255 : (uint8_t)(value + 0.5);
 }
 
-/* A row "id name R G B [A]". @p transparency: the last number is 255 minus the opacity, and
- * underscores belong to the name; else it is the opacity, and they stand for blanks. */
+/* Read a row "id name R G B [A]" as the parsers below do. @p transparency: the last number is
+ * 255 minus the opacity, and underscores belong to the name; else it is the opacity, and they
+ * stand for blanks. Colours and opacity are clamped to 0 to 255. */
 static bool parse_named(char *line, bool transparency, sc_label *row)
 {
     double id, rgb[3], last;
@@ -95,6 +98,10 @@ static bool parse_named(char *line, bool transparency, sc_label *row)
     return true;
 }
 
+/* The parsers of the formats: read one line, which is cut into words, into @p row, whose
+ * opacity is -1 and all else zero. They set value, name, rgb and has_color, opacity if it is
+ * given and below 1, and hidden. Longer names are cut. @return false if the line has not this
+ * form; @p row may have changed then. */
 static bool parse_slicer(char *line, sc_label *row)
 {
     return parse_named(line, false, row);
@@ -105,8 +112,8 @@ static bool parse_freesurfer(char *line, sc_label *row)
     return parse_named(line, true, row);
 }
 
-/* A row: id R G B A VIS MSH "name". A is the opacity from 0 to 1; MSH says whether the label is
- * shown in 3D; VIS, whether it is shown in slices, is not used. */
+/* A row: id R G B A VIS MSH "name", with an id from 0 to 65535. A is the opacity from 0 to 1;
+ * MSH says whether the label is shown in 3D; VIS, whether it is shown in slices, is not used. */
 static bool parse_itksnap(char *line, sc_label *row)
 {
     double number[7];
@@ -131,6 +138,7 @@ static bool parse_itksnap(char *line, sc_label *row)
     return true;
 }
 
+/* By sc_table_format: the name for messages, and the parser; SC_TABLE_AUTO has none. */
 static const struct {
     const char *name;
     bool (*parse)(char *line, sc_label *row);
@@ -155,8 +163,10 @@ static bool looks_like_itksnap(const char *line)
     return end > 0 && line[end] == '"';
 }
 
-/* ITK-SNAP is known by its header or by names in quotes. The tables of Slicer and FreeSurfer look
- * alike, but most of their labels are opaque, which is 255 in the one and 0 in the other. */
+/* @return the format of the table @p text, never SC_TABLE_AUTO. ITK-SNAP is known by its header
+ * or by names in quotes. The tables of Slicer and FreeSurfer look alike, but most of their
+ * labels are opaque, which is 255 in the one and 0 in the other; if neither is more frequent,
+ * Slicer is taken. */
 static sc_table_format guess(const char *text)
 {
     size_t opaque_255 = 0, opaque_0 = 0;
@@ -180,6 +190,10 @@ static sc_table_format guess(const char *text)
     return opaque_0 > opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 
+/* Append the rows of @p text, which is cut into lines and words, to @p table. Blank lines,
+ * comments and label 0 are left out. Lines of another form are left out with one warning;
+ * SC_ERR_DATA with the first of them if there is no row at all. @param format not
+ * SC_TABLE_AUTO. @return also SC_ERR_MEMORY. */
 static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_format format,
                              char *text, sc_label_table *table)
 {
@@ -248,6 +262,8 @@ out:
     return status;
 }
 
+/* The label of a volume with this value, by binary search, borrowed from the volume; NULL if
+ * there is none. Background is not found. */
 static sc_label *find_label(sc_volume *volume, int64_t value)
 {
     int low = 1, high = volume->label_count - 1; /* all but background are sorted */
@@ -265,6 +281,7 @@ static sc_label *find_label(sc_volume *volume, int64_t value)
     return NULL;
 }
 
+/* For qsort of sc_label: rising by value. */
 static int by_value(const void *a, const void *b)
 {
     const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;

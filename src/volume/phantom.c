@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+/* Index into sc_phantom.shapes. */
 typedef enum shape_id {
     LV,
     LV_CAVITY,
@@ -25,19 +26,25 @@ typedef enum shape_id {
     SHAPES
 } shape_id;
 
-enum { NONE = -1, TUBE_POINTS = 40, TUBES = 24, COURSES = 6 };
+enum {
+    NONE = -1,        /* no shape_id */
+    TUBE_POINTS = 40, /* of each tube */
+    TUBES = 24,       /* most tubes there can be */
+    COURSES = 6       /* coronary arteries */
+};
 
 /* A tissue fills its shape after the surface has been moved outward by grow_mm; where `within`
  * names a second shape, only the part that also lies inside that one, moved by within_grow_mm. */
 typedef struct tissue {
     const char *name;
-    uint8_t rgb[3];
-    int shape;
+    uint8_t rgb[3]; /* sRGB */
+    int shape;      /* shape_id */
     double grow_mm;
-    int within;
+    int within; /* shape_id or NONE */
     double within_grow_mm;
 } tissue;
 
+/* By label value minus 1. */
 static const tissue tissues[] = {
     {"aortic valve", {250, 240, 200}, AORTIC_VALVE, 0, NONE, 0},
     {"pulmonary valve", {235, 240, 215}, PULMONARY_VALVE, 0, NONE, 0},
@@ -64,12 +71,16 @@ static const tissue tissues[] = {
 enum { TISSUES = SC_COUNT_OF(tissues) };
 
 struct sc_phantom {
-    sc_shape shapes[SHAPES];
-    sc_vec3 points[TUBES][TUBE_POINTS];
-    int tubes;
-    sc_label labels[TISSUES];
+    sc_shape shapes[SHAPES];            /* by shape_id */
+    sc_vec3 points[TUBES][TUBE_POINTS]; /* of the tubes, in mm; parts borrow them */
+    int tubes;                          /* rows of points in use */
+    sc_label labels[TISSUES];           /* by label value minus 1 */
 };
 
+/* The functions add_* append a part (or a cut) to the shape @p id. Lengths and positions are in
+ * mm, and @p blend_mm is the width of the smooth union with the parts before it. The limits
+ * SC_SHAPE_PARTS, SC_SHAPE_CUTS and TUBES are not checked: the heart below fits into them.
+ * add_part returns the part as stored in the phantom. */
 static sc_part *add_part(sc_phantom *phantom, shape_id id, sc_part part)
 {
     sc_shape *shape = &phantom->shapes[id];
@@ -78,27 +89,32 @@ static sc_part *add_part(sc_phantom *phantom, shape_id id, sc_part part)
     return &shape->parts[shape->part_count++];
 }
 
-static void add_cone(sc_phantom *phantom, shape_id id, sc_vec3 a, double radius_a, sc_vec3 b,
-                     double radius_b, double blend)
+/* Two spheres, around @p a and @p b, and the cone between them. */
+static void add_cone(sc_phantom *phantom, shape_id id, sc_vec3 a, double radius_a_mm, sc_vec3 b,
+                     double radius_b_mm, double blend_mm)
 {
     add_part(phantom, id,
              (sc_part){.kind = SC_PART_CONE,
-                       .blend_mm = blend,
+                       .blend_mm = blend_mm,
                        .a = a,
                        .b = b,
-                       .radius_a_mm = radius_a,
-                       .radius_b_mm = radius_b});
+                       .radius_a_mm = radius_a_mm,
+                       .radius_b_mm = radius_b_mm});
 }
 
+/* An ellipsoid with its axes along x, y and z. */
 static void add_ellipsoid(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 radii,
-                          double blend)
+                          double blend_mm)
 {
     add_part(phantom, id,
-             (sc_part){.kind = SC_PART_ELLIPSOID, .blend_mm = blend, .a = centre, .b = radii});
+             (sc_part){.kind = SC_PART_ELLIPSOID, .blend_mm = blend_mm, .a = centre, .b = radii});
 }
 
+/* A tube along the Catmull-Rom spline through @p count controls, whose radius changes evenly
+ * from radius_a_mm to radius_b_mm. Its blend_mm is 4. @return the points [TUBE_POINTS] of its
+ * course, stored in the phantom; moving them moves the tube. */
 static sc_vec3 *add_tube(sc_phantom *phantom, shape_id id, const sc_vec3 *controls, int count,
-                         double radius_a, double radius_b)
+                         double radius_a_mm, double radius_b_mm)
 {
     sc_vec3 *points = phantom->points[phantom->tubes++];
 
@@ -108,36 +124,43 @@ static sc_vec3 *add_tube(sc_phantom *phantom, shape_id id, const sc_vec3 *contro
                        .blend_mm = 4,
                        .points = points,
                        .point_count = TUBE_POINTS,
-                       .radius_a_mm = radius_a,
-                       .radius_b_mm = radius_b});
+                       .radius_a_mm = radius_a_mm,
+                       .radius_b_mm = radius_b_mm});
     return points;
 }
 
-static void add_cut(sc_phantom *phantom, shape_id id, sc_vec3 point, sc_vec3 normal, double blend)
+/* Cut off what lies beyond the plane through @p point, where @p normal points to; the edge is
+ * rounded over @p blend_mm. */
+static void add_cut(sc_phantom *phantom, shape_id id, sc_vec3 point, sc_vec3 normal,
+                    double blend_mm)
 {
     sc_shape *shape = &phantom->shapes[id];
 
     shape->cuts[shape->cut_count++] =
-        (sc_cut){.point = point, .normal = sc_vec3_unit(normal), .blend_mm = blend};
+        (sc_cut){.point = point, .normal = sc_vec3_unit(normal), .blend_mm = blend_mm};
 }
 
+/* A valve, 1.8 mm thick: a cap of a spherical shell, radius_mm wide from its middle at
+ * @p centre to its rim, that bulges along @p axis. */
 static void add_leaflet(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 axis,
-                        double radius)
+                        double radius_mm)
 {
     add_part(phantom, id,
              (sc_part){.kind = SC_PART_LEAFLET,
                        .a = centre,
                        .b = sc_vec3_unit(axis),
-                       .radius_a_mm = radius,
+                       .radius_a_mm = radius_mm,
                        .radius_b_mm = 0.9});
 }
 
-/* From the apex (left, front, below) towards the base. */
+/* Positions in mm. base_axis points from the apex (left, front, below) towards the base. */
 static const sc_vec3 base_axis = {0.62, -0.42, 0.66};
 static const sc_vec3 mitral_centre = {1, -14, 9};
 static const sc_vec3 tricuspid_centre = {27, 6, 3};
 static const sc_vec3 tricuspid_axis = {0.78, -0.52, 0.34};
 
+/* The functions build_* add the parts of their organs to the shapes of a zeroed phantom.
+ * build_fat and build_coronaries use the shapes of those before them. */
 static void build_ventricles(sc_phantom *phantom)
 {
     add_cone(phantom, LV, (sc_vec3){-7, -9, 2}, 32, (sc_vec3){-43, 17, -38}, 19, 0);
@@ -224,7 +247,8 @@ static void build_fat(sc_phantom *phantom)
     }
 }
 
-/* The heart's outer surface, on which the coronary arteries run. */
+/* Field of the heart's outer surface at @p p (mm), on which the coronary arteries run. Needs
+ * fat and great arteries. */
 static double surface_field(const sc_phantom *phantom, sc_vec3 p)
 {
     const double arteries = sc_smooth_min(sc_shape_field(&phantom->shapes[AORTA], p),
@@ -233,8 +257,13 @@ static double surface_field(const sc_phantom *phantom, sc_vec3 p)
     return sc_smooth_min(sc_shape_field(&phantom->shapes[FAT], p), arteries, 4);
 }
 
+/* A field in mm, negative inside, at a point in mm; @p which is a label for those that have
+ * several.
+ */
 typedef double field_fn(const sc_phantom *phantom, int which, sc_vec3 p);
 
+/* Gradient of a field at @p p, by central differences over 1e-4 mm: about a unit vector,
+ * pointing outward. */
 static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, sc_vec3 p)
 {
     const double h = 1e-4;
@@ -248,13 +277,15 @@ static sc_vec3 gradient(field_fn *field, const sc_phantom *phantom, int which, s
     return (sc_vec3){out[0], out[1], out[2]};
 }
 
+/* surface_field as a field_fn; @p which is ignored. */
 static double outer_surface(const sc_phantom *phantom, int which, sc_vec3 p)
 {
     (void)which;
     return surface_field(phantom, p);
 }
 
-/* Move a course onto the surface, @p lift_mm above it, and make it smooth again. */
+/* Move points[TUBE_POINTS], the course of a tube, onto the heart's outer surface, @p lift_mm
+ * above it, by Newton steps, and make the course smooth in between; the last pass only moves. */
 static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double lift_mm)
 {
     for (int pass = 0; pass < 6; pass++) {
@@ -372,7 +403,7 @@ int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
 }
 
 /* Field of what the tissue owns: negative inside its own shape and outside those of all tissues
- * before it in the table, which own what they share with it. */
+ * before it in the table, which own what they share with it. A field_fn. */
 static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
 {
     double field = sc_phantom_field(phantom, label, p);

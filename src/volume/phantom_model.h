@@ -6,7 +6,8 @@
 #include "phantom_shapes.h"
 #include "segcast/phantom.h"
 
-/* Field of one tissue before earlier ones are taken out of it; at most SC_SHAPE_LIPSCHITZ steep. */
+/* Field in mm of tissue @p label, in [1, count], at @p p (mm), before earlier tissues are taken
+ * out of it: negative inside. It changes by at most SC_SHAPE_LIPSCHITZ mm per mm. */
 double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p);
 
 #endif

@@ -11,7 +11,8 @@ double sc_smooth_min(double a, double b, double width)
     return least - overlap * overlap / (4 * width);
 }
 
-/* Distance to a segment minus a radius that changes linearly along it. */
+/* The functions *_field: the field of one kind of part at @p p, in mm, negative inside. For a
+ * cone, the distance to a segment minus a radius that changes linearly along it. */
 static double cone_field(sc_vec3 a, sc_vec3 b, double radius_a, double radius_b, sc_vec3 p)
 {
     const sc_vec3 along = sc_vec3_sub(b, a);
@@ -23,7 +24,8 @@ static double cone_field(sc_vec3 a, sc_vec3 b, double radius_a, double radius_b,
            (radius_a + s * (radius_b - radius_a));
 }
 
-/* The scaled-sphere bound: exact on the surface up to the ratio of the radii, never too steep. */
+/* By scaling to a unit sphere: zero on the surface, never steeper than the distance, and
+ * between it and the distance times the ratio of the smallest radius to the largest. */
 static double ellipsoid_field(sc_vec3 centre, sc_vec3 radii, sc_vec3 p)
 {
     const sc_vec3 d = sc_vec3_sub(p, centre);
@@ -34,6 +36,7 @@ static double ellipsoid_field(sc_vec3 centre, sc_vec3 radii, sc_vec3 p)
     return (sc_vec3_length(unit) - 1) * least;
 }
 
+/* The union of the cones along part->points. */
 static double tube_field(const sc_part *part, sc_vec3 p)
 {
     const double step = (part->radius_b_mm - part->radius_a_mm) / (part->point_count - 1);
@@ -48,7 +51,8 @@ static double tube_field(const sc_part *part, sc_vec3 p)
     return best;
 }
 
-/* A cap of a spherical shell of radius 1.4 times its own, bulging along the axis. */
+/* A cap, of radius part->radius_a_mm across, of a spherical shell of 1.4 times that radius; it
+ * goes through part->a and bulges along part->b. */
 static double leaflet_field(const sc_part *part, sc_vec3 p)
 {
     const double sphere = 1.4 * part->radius_a_mm;
@@ -62,6 +66,7 @@ static double leaflet_field(const sc_part *part, sc_vec3 p)
     return -sc_smooth_min(-shell, -inside, part->radius_b_mm);
 }
 
+/* Field of a part of any kind. */
 static double part_field(const sc_part *part, sc_vec3 p)
 {
     switch (part->kind) {
@@ -92,6 +97,7 @@ double sc_shape_field(const sc_shape *shape, sc_vec3 p)
     return field;
 }
 
+/* The point at @p s, from 0 at p[1] to 1 at p[2], of a Catmull-Rom spline. */
 static sc_vec3 catmull_rom(const sc_vec3 p[4], double s)
 {
     const double w[4] = {0.5 * s * (-1 + s * (2 - s)), 0.5 * (2 + s * s * (3 * s - 5)),

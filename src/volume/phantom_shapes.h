@@ -8,6 +8,7 @@
 
 #include "segcast/geom.h"
 
+/* Most that a field changes from point to point, in mm per mm. */
 #define SC_SHAPE_LIPSCHITZ 1.3
 
 typedef enum sc_part_kind {
@@ -17,22 +18,25 @@ typedef enum sc_part_kind {
     SC_PART_LEAFLET    /* a piece of spherical shell: a valve */
 } sc_part_kind;
 
+/* One part of a shape; positions and radii in mm. */
 typedef struct sc_part {
     sc_part_kind kind;
     double blend_mm; /* width of the smooth union with the parts before it */
-    sc_vec3 a, b;    /* cone: ends; ellipsoid: centre, radii; leaflet: centre, axis */
-    double radius_a_mm, radius_b_mm; /* cone: at the ends; leaflet: radius, half thickness */
-    const sc_vec3 *points;           /* tube */
-    int point_count;
+    sc_vec3 a, b;    /* cone: ends; ellipsoid: centre, radii; leaflet: centre, unit axis */
+    double radius_a_mm, radius_b_mm; /* cone, tube: at the ends; leaflet: radius, half thickness */
+    const sc_vec3 *points;           /* tube: [point_count], its course; borrowed */
+    int point_count;                 /* tube: at least 2 */
 } sc_part;
 
+/* A half-space that is taken out of a shape. */
 typedef struct sc_cut {
     sc_vec3 point, normal; /* what lies beyond, along the unit normal, is cut off */
-    double blend_mm;
+    double blend_mm;       /* over how much the edge is rounded */
 } sc_cut;
 
 enum { SC_SHAPE_PARTS = 8, SC_SHAPE_CUTS = 4 };
 
+/* The smooth union of its parts, at least one, less its cuts. */
 typedef struct sc_shape {
     sc_part parts[SC_SHAPE_PARTS];
     int part_count;
@@ -40,10 +44,14 @@ typedef struct sc_shape {
     int cut_count;
 } sc_shape;
 
+/* Field of the shape at @p p (mm), in mm, negative inside. */
 double sc_shape_field(const sc_shape *shape, sc_vec3 p);
-/* Polynomial smooth minimum: equals the smaller value where they differ by more than @p width. */
+/* Polynomial smooth minimum: equals the smaller value where they differ by more than @p width,
+ * and lies below it, by up to a quarter of @p width, where they do not. A @p width of 0 gives
+ * the minimum. */
 double sc_smooth_min(double a, double b, double width);
-/* @p count points evenly over a Catmull-Rom spline through @p controls. */
+/* Write @p count points, at least 2, of the Catmull-Rom spline through @p controls, at least 2,
+ * to @p out: from the first control to the last, evenly by the spline's parameter. */
 void sc_spline_points(const sc_vec3 *controls, int control_count, sc_vec3 *out, int count);
 
 #endif

@@ -13,18 +13,22 @@ enum {
     SCAN_VOXELS = 64        /* along an axis, of the grid that sc_phantom_scan_labels looks at */
 };
 
+/* What the threads of sc_phantom_volume share; all is borrowed. */
 typedef struct voxeliser {
     const sc_phantom *phantom;
-    int size[3], blocks[3];
+    int size[3];   /* voxels along x, y, z */
+    int blocks[3]; /* blocks of BLOCK_VOXELS along x, y, z, the last one maybe smaller */
     double spacing_mm[3];
     sc_vec3 origin_mm; /* centre of voxel (0, 0, 0) */
-    uint8_t *ids;
+    uint8_t *ids;      /* [size z][size y][size x], the result */
 } voxeliser;
 
+/* A box of voxels: the lowest one, and how many along each axis. */
 typedef struct block {
     int low[3], extent[3];
 } block;
 
+/* Set the ids of all voxels of the block to @p label. */
 static void fill(const voxeliser *v, const block *b, uint8_t label)
 {
     for (int z = b->low[2]; z < b->low[2] + b->extent[2]; z++) {
@@ -35,8 +39,9 @@ static void fill(const voxeliser *v, const block *b, uint8_t label)
     }
 }
 
-/* Keep of @p candidates those that can own some voxel of the block. @return how many; the first
- * kept owns the whole block if *settled. */
+/* Write those of @p count candidates (labels in order of precedence) that may own some voxel of
+ * the block to @p kept, in the same order, with room for all. @return how many; none: the block
+ * is background. *settled: the first one kept owns the whole block. */
 static int prune(const voxeliser *v, const block *b, const uint8_t *candidates, int count,
                  uint8_t *kept, bool *settled)
 {
@@ -67,6 +72,9 @@ static int prune(const voxeliser *v, const block *b, const uint8_t *candidates, 
     return left;
 }
 
+/* Set the ids of all voxels of the block, each of which belongs to one of @p count candidates
+ * (labels in order of precedence) or to background. Halves the block along each axis until one
+ * of them owns the whole. */
 static void descend(const voxeliser *v, const block *b, const uint8_t *candidates, int count)
 {
     uint8_t kept[TISSUES_MAX];
@@ -94,6 +102,8 @@ static void descend(const voxeliser *v, const block *b, const uint8_t *candidate
     }
 }
 
+/* An sc_range_fn over blocks, numbered with x fastest: sets the ids of their voxels. @p user is
+ * a voxeliser. */
 static void voxelise_blocks(void *user, size_t begin, size_t end, int thread)
 {
     const voxeliser *v = user;
@@ -119,6 +129,8 @@ static void voxelise_blocks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Set labels, label_count and label_bytes of @p volume, which owns them: background and the
+ * tissues. @return SC_ERR_MEMORY. */
 static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_volume *volume)
 {
     const int count = sc_phantom_tissue_count(phantom) + 1;
@@ -135,7 +147,8 @@ static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_vo
     return SC_OK;
 }
 
-/* Size and geometry of the grid: the same part of space at any size. */
+/* Set size, to_ras_mm and oriented of @p volume, which is zero: the grid covers the same part
+ * of space at any size. @return SC_ERR_USAGE for sizes out of range. */
 static sc_status make_grid(const sc_ctx *ctx, const int size[3], sc_volume *volume)
 {
     static const double grid_mm[3] = {SC_PHANTOM_WIDTH / 3.0, SC_PHANTOM_DEPTH / 3.0,
@@ -185,7 +198,8 @@ out:
     return status;
 }
 
-/* Count voxels and find boxes in a coarse volume, and say them in voxels of a grid of @p size. */
+/* Fill tallies[coarse->label_count]: count the voxels and find the boxes in a coarse volume,
+ * and convert both to voxels of a grid of @p size, which covers the same part of space. */
 static void tally(const sc_volume *coarse, const int size[3], sc_label_tally *tallies)
 {
     const uint8_t *id = coarse->ids;

@@ -12,18 +12,21 @@
 
 enum { HEADER_MAX_BYTES = 1 << 16, VALUE_BYTES = 512 };
 
+/* The header while it is read. Keys that the file does not give keep their zero, except for
+ * dimensions. */
 typedef struct meta {
     const sc_ctx *ctx;
-    const char *path;
+    const char *path; /* of the header; borrowed */
     int64_t size[3];
     int dimensions;
-    double spacing[3], offset[3], matrix[9];
+    double spacing[3], offset[3]; /* in mm, along the voxel axes and the file's world axes */
+    double matrix[9];             /* [voxel axis][world axis] */
     char anatomy[8], element_type[32], data_file[VALUE_BYTES];
     bool compressed, msb, has_matrix, has_size;
     long header_bytes; /* where the voxels of an .mha begin */
 } meta;
 
-/* Read up to @p count numbers separated by blanks. @return how many there were. */
+/* Read up to @p count numbers separated by blanks into out[count]. @return how many there were. */
 static int numbers(const char *text, int count, double *out)
 {
     char *end;
@@ -40,11 +43,14 @@ static int numbers(const char *text, int count, double *out)
     return found;
 }
 
+/* Is a value of MetaImage true: "True", "T" or "1"? */
 static bool truth(const char *value)
 {
     return value[0] == 'T' || value[0] == 't' || value[0] == '1';
 }
 
+/* Set m->size and m->has_size. A size that is negative or too large becomes -1, which
+ * sc_grid_voxels refuses. @return false unless there are three numbers. */
 static bool parse_size(meta *m, const char *value)
 {
     double size[3];
@@ -55,7 +61,8 @@ static bool parse_size(meta *m, const char *value)
     return m->has_size;
 }
 
-/* One "Key = value" line. @return false if the value cannot be read. */
+/* Store the value of one "Key = value" line in @p m; keys that segcast does not need are
+ * ignored. @return false if the value cannot be read or is not supported. */
 static bool parse_field(meta *m, const char *key, const char *value)
 {
     if (!strcmp(key, "NDims"))
@@ -84,6 +91,8 @@ static bool parse_field(meta *m, const char *key, const char *value)
     return true;
 }
 
+/* Cut off the blanks at both ends of @p text, which is changed. @return its first character
+ * that is not blank. */
 static char *trim(char *text)
 {
     char *end;
@@ -96,6 +105,8 @@ static char *trim(char *text)
     return text;
 }
 
+/* Read lines into @p m up to ElementDataFile, which is the last key, and set header_bytes
+ * behind it. @return SC_ERR_DATA with the line, also if that key does not come within 64 KiB. */
 static sc_status parse_header(meta *m, FILE *stream)
 {
     char line[VALUE_BYTES];
@@ -121,6 +132,8 @@ static sc_status parse_header(meta *m, FILE *stream)
     return sc_fail(m->ctx, SC_ERR_DATA, "%s: has no ElementDataFile", m->path);
 }
 
+/* Write the type of the voxels to *out. @return SC_ERR_DATA with the nearest name that is
+ * known. */
 static sc_status element_type(const meta *m, sc_voxel_type *out)
 {
     static const char *const names[] = {"MET_CHAR",  "MET_UCHAR", "MET_SHORT",     "MET_USHORT",
@@ -139,8 +152,10 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
                    m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
 }
 
-/* The file's world axes point to the left, posterior and superior (as in DICOM). TransformMatrix
- * lists the direction of one voxel axis after the other. */
+/* Set to_ras_mm and oriented of @p source. The file's world axes point to the left, posterior
+ * and superior (as in DICOM). TransformMatrix lists the direction of one voxel axis after the
+ * other; without it the voxel axes are the world axes. A spacing that is 0 or not given is 1
+ * mm. */
 static void geometry(const meta *m, sc_source *source)
 {
     static const double ras[3] = {-1, -1, 1};
@@ -157,8 +172,9 @@ static void geometry(const meta *m, sc_source *source)
     source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
-/* The file with the voxels. Refused are names of files outside the header's folder, so that a
- * volume cannot make segcast read any file of the machine, and series of files. */
+/* Make the path of the file with the voxels. Refused with SC_ERR_DATA are names of files
+ * outside the header's folder, so that a volume cannot make segcast read any file of the
+ * machine, and series of files. Caller owns *out: sc_free. */
 static sc_status data_path(const meta *m, char **out)
 {
     const char *slash = strrchr(m->path, '/');
@@ -181,7 +197,9 @@ static sc_status data_path(const meta *m, char **out)
     return sc_path_join(m->ctx, directory, m->data_file, out);
 }
 
-/* Where the voxels are, after a check that the file can hold as many as the header promises. */
+/* Set size, file, encoding, offset_bytes and swapped of @p source, whose type is set. @return
+ * SC_ERR_DATA if the file with the voxels is not there or cannot hold as many as the header
+ * promises. */
 static sc_status find_voxels(const meta *m, sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);

@@ -13,16 +13,19 @@
 
 /* The fields that can mislead a reader, of either version of the header. */
 typedef struct fields {
-    int version;
+    int version; /* 1 or 2 */
     int64_t dim[8];
     double pixdim[8];
     int datatype, bitpix;
-    double voxel_offset;
+    double voxel_offset; /* vox_offset, in bytes of the file that holds the voxels */
     char magic[4];
 } fields;
 
 enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };
 
+/* Read the first bytes of a file, unpacked if it is a gzip file, into bytes[HEADER2_BYTES];
+ * *count is how many there are. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if
+ * there are fewer than HEADER1_BYTES. */
 static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char *bytes, int *count)
 {
     gzFile file = gzopen(path, "rb");
@@ -37,6 +40,8 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char 
     return SC_OK;
 }
 
+/* Fill *out from the bytes of a header of version 1, and of version 2 below. @p swapped: the
+ * header is in the byte order that this machine does not have. */
 static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *out)
 {
     nifti_1_header header;
@@ -73,6 +78,10 @@ static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *
     memcpy(out->magic, header.magic, 4);
 }
 
+/* Fill *out from the header of the file, in this machine's byte order. What is not of version 1
+ * by its size field is taken for version 2, in the other byte order if that size is wrong, too:
+ * check_magic refuses other files afterwards. @return SC_ERR_MISSING, SC_ERR_DATA if the file
+ * is too short. */
 static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 {
     unsigned char bytes[HEADER2_BYTES] = {0};
@@ -93,6 +102,8 @@ static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
     return SC_OK;
 }
 
+/* Write the type of the voxels to *out. A bitpix that contradicts it gives a warning. @return
+ * SC_ERR_DATA for types other than integers of 8 to 64 bits and floats of 32 and 64. */
 static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f,
                             sc_voxel_type *out)
 {
@@ -118,6 +129,8 @@ static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f
                    f->datatype, nifti_datatype_string(f->datatype));
 }
 
+/* Fill size[3], with 1 for axes that the file does not have. @return SC_ERR_DATA if a number of
+ * dimensions or samples or a voxel size cannot be used, or if the file is a series. */
 static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f, int64_t size[3])
 {
     if (f->dim[0] < 1 || f->dim[0] > 7)
@@ -143,7 +156,8 @@ static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f
     return SC_OK;
 }
 
-/* Check the byte at which the voxels begin in the file that holds them. */
+/* @return SC_ERR_DATA unless the voxels begin at a whole byte, which in a single file (@p pair
+ * false) lies behind the header. */
 static sc_status check_offset(const sc_ctx *ctx, const char *path, const fields *f, bool pair)
 {
     const double least = pair ? 0 : f->version == 1 ? HEADER1_BYTES + 4 : HEADER2_BYTES + 4;
@@ -155,6 +169,8 @@ static sc_status check_offset(const sc_ctx *ctx, const char *path, const fields 
     return SC_OK;
 }
 
+/* Set *pair: true if the voxels are in a file of their own beside the header. @return
+ * SC_ERR_DATA if the file is not NIfTI of the version found. */
 static sc_status check_magic(const sc_ctx *ctx, const char *path, const fields *f, bool *pair)
 {
     static const char single[2][4] = {"n+1", "n+2"}, two[2][4] = {"ni1", "ni2"};
@@ -172,7 +188,9 @@ static sc_status check_magic(const sc_ctx *ctx, const char *path, const fields *
     return SC_OK;
 }
 
-/* The file that holds the voxels: @p path itself or, of a pair, the .img beside the .hdr. */
+/* Make the path of the file that holds the voxels: @p path itself or, of a pair, the .img
+ * beside the .hdr. @return SC_ERR_DATA if that is not there, SC_ERR_MEMORY. Caller owns *out:
+ * sc_free. */
 static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char **out)
 {
     static const char *const endings[] = {".img", ".img.gz", ".IMG"};
@@ -201,6 +219,8 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
                    path);
 }
 
+/* @return SC_ERR_DATA if the file cannot hold @p needed bytes, even if it is compressed as well
+ * as possible; SC_ERR_MISSING if it cannot be opened. */
 static sc_status check_file_size(const sc_ctx *ctx, const char *path, double needed)
 {
     struct stat info;
@@ -221,6 +241,7 @@ static sc_status check_file_size(const sc_ctx *ctx, const char *path, double nee
     return SC_OK;
 }
 
+/* Is the map finite, of plausible size, and invertible? */
 static bool usable(const nifti_dmat44 *m)
 {
     sc_affine a, inverse;
@@ -234,8 +255,10 @@ static bool usable(const nifti_dmat44 *m)
     return sc_affine_invert(&a, &inverse);
 }
 
-/* From voxels to mm: by the sform if it is given and can be inverted, else by the qform likewise,
- * else by the voxel sizes alone, which say nothing about orientation. */
+/* Set to_ras_mm and oriented of @p source: by the sform if it is given and usable, else by the
+ * qform likewise, else by the voxel sizes alone, which say nothing about orientation. Lengths
+ * in m and um become mm; other units are taken for mm. An sform that is not usable gives a
+ * warning. */
 static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim, sc_source *source)
 {
     double mm = 1;
@@ -264,6 +287,7 @@ static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim
         source->to_ras_mm.m[i / 4][i % 4] = mm * chosen->m[i / 4][i % 4];
 }
 
+/* Set slope and intercept of @p source; a slope of 0 or that is not finite means no scaling. */
 static void scaling(const nifti_image *nim, sc_source *source)
 {
     const bool scaled = isfinite(nim->scl_slope) && nim->scl_slope != 0;
@@ -272,8 +296,9 @@ static void scaling(const nifti_image *nim, sc_source *source)
     source->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
 }
 
-/* Where the voxels are, after a check that the file can hold as many as the header promises.
- * @p file: the file that holds them, of sc_alloc; taken over by @p source. */
+/* Set file, size, encoding, skip_bytes and swapped of @p source, whose type is set, after a
+ * check that the file can hold as many voxels as the header promises. @p source takes ownership
+ * of @p file (of sc_alloc), also on an error. @return SC_ERR_DATA, SC_ERR_MISSING. */
 static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, const int64_t size[3],
                              const nifti_image *nim, sc_source *source)
 {

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <teem/nrrd.h>
 
+/* Log the cause of Teem's last error, and empty Teem's error log. @return SC_ERR_DATA always. */
 static sc_status teem_error(const sc_ctx *ctx, const char *path)
 {
     char *text = biffGetDone(NRRD);
@@ -31,6 +32,8 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path)
     return status;
 }
 
+/* Write our name of Teem's voxel type @p type to *out. @return SC_ERR_DATA for types that are
+ * no numbers. */
 static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_voxel_type *out)
 {
     static const struct {
@@ -52,7 +55,9 @@ static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_vo
                    airEnumStr(nrrdType, type));
 }
 
-/* The three spatial axes; a further axis is allowed only with one sample. */
+/* Write to axes[3] the indices of the spatial axes, the fastest first: the first three whose
+ * kind is domain, space, or not given. Further axes are left out if they have one sample.
+ * @return SC_ERR_DATA if they have more, or if fewer than three axes are found. */
 static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, int axes[3])
 {
     int found = 0;
@@ -78,8 +83,8 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
     return SC_OK;
 }
 
-/* Signs that turn the file's world axes into right, anterior, superior. @return false if the file
- * does not name its space. */
+/* Fill signs[3] with the factors 1 and -1 that turn the file's world axes into right, anterior,
+ * superior. @return false if the file does not name its space or names another; all are 1 then. */
 static bool space_signs(const sc_ctx *ctx, const char *path, int space, double signs[3])
 {
     signs[0] = signs[1] = signs[2] = 1;
@@ -105,7 +110,8 @@ static bool space_signs(const sc_ctx *ctx, const char *path, int space, double s
     }
 }
 
-/* Millimetres per unit of the file's world axes. */
+/* @return the millimetres of one @p unit of the file's world axes; 1 if it is NULL or empty,
+ * and, with a warning, if it is not known. */
 static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
 {
     static const struct {
@@ -124,8 +130,8 @@ static double unit_mm(const sc_ctx *ctx, const char *path, const char *unit)
     return 1;
 }
 
-/* The axes have no directions: voxels of the given spacings, 1 mm where none is given, along R, A,
- * S. */
+/* Set the geometry of a file whose axes have no directions: voxels of the given spacings, 1 mm
+ * where none is given, along R, A, S, and oriented is false. The map of @p source was zero. */
 static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_source *source)
 {
     for (int i = 0; i < 3; i++) {
@@ -136,6 +142,9 @@ static void plain_geometry(const Nrrd *nrrd, const int axes[3], sc_source *sourc
     source->oriented = false;
 }
 
+/* Set to_ras_mm and oriented of @p source from the directions of @p axes (of spatial_axes) and
+ * the origin, in the unit of the file. @return SC_ERR_DATA if only some of the axes have a
+ * direction. */
 static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, const int axes[3],
                           sc_source *source)
 {
@@ -163,7 +172,8 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
     return SC_OK;
 }
 
-/* "Segment7_Name" and so on; NULL if absent. Caller frees with free(). */
+/* The value of the key "Segment7_Name" for index 7 and field "Name"; NULL if absent. Caller
+ * frees with free(). */
 static char *segment_value(const Nrrd *nrrd, unsigned index, const char *field)
 {
     char key[64];
@@ -172,6 +182,8 @@ static char *segment_value(const Nrrd *nrrd, unsigned index, const char *field)
     return nrrdKeyValueGet(nrrd, key);
 }
 
+/* Read "R G B", each from 0 to 1, as 8-bit levels. @return false if @p text is NULL or no such
+ * colour; @p rgb may have changed then. */
 static bool parse_color(const char *text, uint8_t rgb[3])
 {
     double channel[3];
@@ -186,7 +198,9 @@ static bool parse_color(const char *text, uint8_t rgb[3])
     return true;
 }
 
-/* One segment of Slicer's header; unreadable parts are left out with a warning. */
+/* Append one segment of Slicer's header to @p table as a row. A segment without LabelValue has
+ * the value index + 1. One whose value cannot be read is left out, and so is a colour that
+ * cannot be read, with a warning each. @return SC_ERR_MEMORY only. */
 static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, unsigned index,
                               sc_label_table *table)
 {
@@ -221,6 +235,8 @@ out:
     return status;
 }
 
+/* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to @p
+ * table. @return SC_ERR_MEMORY only. */
 static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
                                sc_label_table *table)
 {
@@ -240,19 +256,22 @@ static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *
     return status;
 }
 
-/* Name of data file @p index of a detached header, which stands relative to the header. */
+/* Make the path of data file @p index of a detached header, whose names are relative to the
+ * header. Caller owns *out: sc_free. */
 static sc_status data_file_name(const sc_ctx *ctx, const NrrdIoState *nio, unsigned index,
                                 char **out)
 {
     return sc_path_join(ctx, nio->path ? nio->path : "", nio->dataFN[index], out);
 }
 
+/* Do the voxels follow the header in the same file? */
 static bool is_attached(const NrrdIoState *nio)
 {
     return !nio->dataFNFormat && (!nio->dataFNArr || nio->dataFNArr->len == 0);
 }
 
-/* Bytes of the files that hold the voxels; -1 if that cannot be told from the header. */
+/* Write to *out the bytes of all files that hold the voxels, the header of an attached one
+ * included; -1 if the names are a pattern or a file is missing. @return SC_ERR_MEMORY only. */
 static sc_status data_file_bytes(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
                                  double *out)
 {
@@ -282,6 +301,10 @@ static sc_status data_file_bytes(const sc_ctx *ctx, const char *path, const Nrrd
     return SC_OK;
 }
 
+/* Set size and geometry of @p source, whose type is set, from the spatial axes. @return
+ * SC_ERR_DATA if the axes, sizes, geometry or byte skip cannot be used, or if the data files
+ * are too short for so many voxels even if they are compressed as well as their encoding
+ * allows. */
 static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
                              const NrrdIoState *nio, sc_source *source)
 {
@@ -321,8 +344,10 @@ out:
     return status;
 }
 
-/* A header that lists its data files must be text to its end: behind a damaged list Teem would take
- * what follows, such as voxels, for names of files. @return SC_ERR_DATA with the byte. */
+/* A header that lists its data files must be text to its end: behind a damaged list Teem would
+ * take what follows, such as voxels, for names of files. Only the first 64 KiB are looked at.
+ * @return SC_ERR_DATA with the byte, SC_ERR_MISSING if the file cannot be opened; SC_OK without
+ * such a list. */
 static sc_status check_list(const sc_ctx *ctx, const char *path)
 {
     enum { LOOK_BYTES = 1 << 16 };
@@ -347,8 +372,10 @@ static sc_status check_list(const sc_ctx *ctx, const char *path)
     return SC_OK;
 }
 
-/* @p header_only: Teem reads no voxels, but leaves the data file open at the first of them if there
- * is one such file. */
+/* Let Teem read the file into @p nrrd and @p nio, which the caller has made and frees. @p
+ * header_only: Teem reads no voxels, but leaves nio->dataFile open at the first of them if
+ * there is one such file (to be closed by close_data_file). @return SC_ERR_DATA; no file is
+ * open then. */
 static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
                       NrrdIoState *nio)
 {
@@ -367,10 +394,11 @@ static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrr
     return SC_OK;
 }
 
-/* Numbers of encoding ascii that do not fit the type of the voxels are wrapped by Teem, so that
- * wrong labels would be shown. They are looked for in the text itself, which stands behind the
- * blank line that ends the header; text in a file of its own is not checked. */
-static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *io,
+/* @return SC_ERR_DATA with the byte if a number of encoding ascii does not fit the type of the
+ * voxels: Teem would wrap it, so that wrong labels would be shown. The numbers are looked for
+ * in the text itself, which stands behind the blank line that ends the header. SC_OK for other
+ * encodings; text in a file of its own, and types of 64 bits and floats, are not checked. */
+static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
                              const sc_source *source)
 {
     static const double lowest[] = {-128, 0, -32768, 0, -2147483648.0, 0};
@@ -379,8 +407,8 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
     size_t bytes;
     sc_status status;
 
-    if (io->encoding != nrrdEncodingAscii || source->type > SC_VOXEL_UINT32 || io->lineSkip ||
-        (io->dataFNArr && io->dataFNArr->len > 0))
+    if (nio->encoding != nrrdEncodingAscii || source->type > SC_VOXEL_UINT32 || nio->lineSkip ||
+        (nio->dataFNArr && nio->dataFNArr->len > 0))
         return SC_OK;
     status = sc_file_read(ctx, path, SIZE_MAX / 2, &text, &bytes);
     if (status != SC_OK)
@@ -401,7 +429,8 @@ static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoSt
     return status;
 }
 
-/* Can sc_voxel_stream read the voxels? Else Teem has to read them whole. */
+/* Can sc_voxel_stream read the voxels? @p nio is of load with header_only. Else Teem has to
+ * read them whole. */
 static bool is_streamable(const NrrdIoState *nio)
 {
     const bool gzip = nio->encoding == nrrdEncodingGzip;
@@ -410,8 +439,10 @@ static bool is_streamable(const NrrdIoState *nio)
            (!nio->dataFNArr || nio->dataFNArr->len <= 1) && !(gzip && nio->byteSkip < 0);
 }
 
-/* The voxels begin where Teem has left the data file: behind the header, and behind the lines and
- * (of a file that is not compressed) bytes that the header says to skip. */
+/* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type is set. The
+ * voxels begin where Teem has left nio->dataFile: behind the header, and behind the lines and
+ * (of a file that is not compressed) bytes that the header says to skip. @return SC_ERR_DATA,
+ * SC_ERR_MEMORY. */
 static sc_status find_voxels(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
                              sc_source *source)
 {
@@ -430,6 +461,9 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const NrrdIoSt
                             : data_file_name(ctx, nio, 0, &source->file);
 }
 
+/* Let Teem read all voxels, for encodings that cannot be streamed. Sets data and release of @p
+ * source, which owns the voxels; its encoding stays SC_ENCODING_LOADED, which is 0. @return
+ * SC_ERR_DATA, SC_ERR_MEMORY. */
 static sc_status load_voxels(const sc_ctx *ctx, const char *path, sc_source *source)
 {
     Nrrd *nrrd = nrrdNew();
@@ -452,6 +486,7 @@ out:
     return status;
 }
 
+/* Close the data file that load left open, if any, and free @p nio. NULL is allowed. */
 static void close_data_file(NrrdIoState *nio)
 {
     if (nio && nio->dataFile)

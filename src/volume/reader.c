@@ -15,12 +15,13 @@ enum { HEAD_BYTES = 1024 };
 /* The first bytes of a file, unpacked if it is a gzip file. */
 typedef struct head {
     unsigned char bytes[HEAD_BYTES];
-    size_t count;
-    bool compressed;
+    size_t count;    /* of the bytes, after unpacking; fewer than HEAD_BYTES of a short file */
+    bool compressed; /* the file on disk is a gzip file */
 } head;
 
 /* ---- directories ---- */
 
+/* Is there an entry @p name of any kind in the directory? False also if it cannot be looked up. */
 static bool holds_file(const char *directory, const char *name)
 {
     char path[4096];
@@ -30,6 +31,8 @@ static bool holds_file(const char *directory, const char *name)
            stat(path, &info) == 0;
 }
 
+/* Does the directory hold a DICOMDIR or a file whose name ends in .dcm or .ima? Subdirectories
+ * are not searched. */
 static bool holds_dicom(const char *directory)
 {
     DIR *stream = opendir(directory);
@@ -46,6 +49,7 @@ static bool holds_dicom(const char *directory)
     return found || holds_file(directory, "DICOMDIR");
 }
 
+/* Log that @p path is a directory, with advice by what it holds. @return SC_ERR_MISSING always. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
     const char *advice = "; give the path of a NRRD, NIfTI or MetaImage file in it";
@@ -63,6 +67,9 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 
 /* ---- formats ---- */
 
+/* Read the first bytes of a file into *out. A gzip file that cannot be unpacked gives a count
+ * of 0 and SC_OK. @return SC_ERR_MISSING if there is no such file or it is a directory,
+ * SC_ERR_DATA if it is empty. */
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
     struct stat info;
@@ -91,12 +98,14 @@ static bool starts_with(const head *h, const char *magic, size_t length)
     return h->count >= length && !memcmp(h->bytes, magic, length);
 }
 
+/* The probes of the formats: @return whether the file that begins with @p h is to be read as
+ * this format. They look for its mark only; the format's own reader checks the header. */
 static bool is_nrrd(const head *h)
 {
     return !h->compressed && starts_with(h, "NRRD", 4);
 }
 
-/* The first field is the header's own size, in either byte order. */
+/* Compressed or not. The first field is the header's own size, in either byte order. */
 static bool is_nifti(const head *h)
 {
     static const unsigned char sizes[4][4] = {
@@ -109,6 +118,7 @@ static bool is_nifti(const head *h)
     return false;
 }
 
+/* MetaImage has no mark: one of its keys stands first, or somewhere in the first bytes. */
 static bool is_meta(const head *h)
 {
     char text[HEAD_BYTES + 1];
@@ -119,12 +129,14 @@ static bool is_meta(const head *h)
                               starts_with(h, "ObjectType", 10) || starts_with(h, "NDims", 5));
 }
 
+/* The formats that can be read; the first whose probe accepts a file reads it. */
 static const struct {
     bool (*probe)(const head *h);
     sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 } readers[] = {{is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti}, {is_meta, sc_open_meta}};
 
-/* Files that are often given by mistake: how they begin, what they are and what to do instead. */
+/* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
+ * the message what it is and what to do instead. */
 static const struct {
     const char *magic;
     size_t length, offset;
@@ -172,6 +184,8 @@ static const struct {
      "Image Sequence, then File > Save As > Nrrd)"},
 };
 
+/* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
+ * always. */
 static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
 {
     for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
@@ -192,8 +206,8 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
 
 /* ---- geometry ---- */
 
-/* Axes that are not at right angles are used as they are stored; most often they are an accident.
- */
+/* Warn if two voxel axes differ from a right angle by more than 0.001 in the cosine. Such axes
+ * are used as they are stored; most often they are an accident. */
 static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
 {
     double worst = 0;
@@ -214,6 +228,7 @@ static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *
 #define SPACING_MOST_MM 100.0
 #define SPACING_RATIO_MOST 100.0
 
+/* Warn of one spacing outside of the limits above, or else of spacings that differ too much. */
 static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
 {
     double least = HUGE_VAL, most = 0;
@@ -238,6 +253,9 @@ static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine
 
 /* ---- reading ---- */
 
+/* Read the header of a file of any format into *out, check it, and log all warnings about its
+ * geometry. @param header_only as of sc_open_nrrd. @return the errors of sc_volume_read. Caller
+ * owns: sc_source_clear. */
 static sc_status open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     sc_source source = {.slope = 1};
@@ -268,6 +286,8 @@ out:
     return status;
 }
 
+/* Read a whole file: the volume, without ids unless @p keep_ids, and *tallies, [label_count].
+ * The caller owns both (sc_volume_clear, sc_free); both are untouched after an error. */
 static sc_status read_voxels(const sc_ctx *ctx, const char *path, bool keep_ids, sc_volume *out,
                              sc_label_tally **tallies)
 {

@@ -6,7 +6,7 @@
 
 #include "segcast/volume.h"
 
-/* The readers' tables of type names are in this order. */
+/* How one voxel is stored. The readers' tables of type names are in this order. */
 typedef enum sc_voxel_type {
     SC_VOXEL_INT8,
     SC_VOXEL_UINT8,
@@ -30,24 +30,28 @@ typedef enum sc_encoding {
 
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
 typedef struct sc_source {
-    int size[3];
+    int size[3]; /* voxels along x (fastest), y, z */
     sc_voxel_type type;
     double slope, intercept; /* label = slope * stored + intercept; 1 and 0 change nothing */
-    sc_affine to_ras_mm;
-    bool oriented;
-    sc_label_table table; /* what the file itself says about its labels */
+    sc_affine to_ras_mm;     /* as in sc_volume */
+    bool oriented;           /* as in sc_volume */
+    sc_label_table table;    /* what the file itself says about its labels */
     sc_encoding encoding;
-    char *file;            /* the file with the voxels; of sc_alloc */
+    char *file;            /* path of the file with the voxels, owned; NULL if loaded */
     uint64_t offset_bytes; /* where in the file they begin */
     uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
     bool swapped;          /* stored in the byte order that this machine does not have */
-    void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order; NULL if
-                              only the header was asked for */
-    void (*release)(void *data);
+    void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
+                              NULL if only the header was asked for */
+    void (*release)(void *data); /* frees data; NULL: nothing to free */
 } sc_source;
 
+/* Free the voxels, the file name and the table, and zero the source. A zeroed source is
+ * allowed. */
 void sc_source_clear(sc_source *source);
+/* Number of voxels; size must be set. */
 size_t sc_source_voxels(const sc_source *source);
+/* Bytes of one voxel as stored. */
 size_t sc_voxel_type_bytes(sc_voxel_type type);
 
 /* Most bytes a volume may have once read, whatever its header claims. */
@@ -55,14 +59,19 @@ size_t sc_voxel_type_bytes(sc_voxel_type type);
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
 #define SC_DEFLATE_RATIO_MAX 1032.0
 
-/* Number of voxels of a grid; SC_ERR_DATA (logged) for sizes below 1 or a total that overflows. */
+/* Write the number of voxels of a grid to *out. SC_ERR_DATA (logged under @p path) if a size is
+ * below 1 or above INT32_MAX, or if the voxels take more than SC_VOLUME_BYTES_MAX. */
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
                          size_t bytes_per_voxel, size_t *out);
-/* Check that the map is finite and invertible; SC_ERR_DATA (logged). */
+/* SC_ERR_DATA (logged under @p path) unless the map is invertible and its numbers are finite
+ * and at most 1e9. */
 sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm);
 
-/* Read and check the header of a file of one format. @p header_only: the voxels will not be asked
- * for, so that encodings which only a library can read need not be read. */
+/* Read and check the header of a file whose first bytes are those of the format, and fill *out,
+ * which the caller owns (sc_source_clear); *out is untouched after an error. The voxels
+ * themselves are left in the file, except those of encodings which only a library can read. @p
+ * header_only: voxels will not be asked for, so these are not read either, and data stays NULL.
+ * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY, all logged. */
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
@@ -71,19 +80,27 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
 typedef struct sc_voxel_stream sc_voxel_stream;
 enum { SC_STREAM_BLOCK = 16384 /* most voxels that one call of sc_stream_next delivers */ };
 
-/* @p path: the volume as the user named it, for messages. Both stay borrowed. */
+/* Begin at the first voxel. @p source was filled with header_only false. @p path: the volume as
+ * the user named it, for messages. Both are borrowed until sc_stream_close, as is @p ctx.
+ * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY. Caller owns *out: sc_stream_close. */
 sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *source,
                          sc_voxel_stream **out);
-/* The next @p count voxels. SC_ERR_DATA (logged) where the file ends too early, is damaged, or
- * holds a value that is no whole number. */
+/* Write the values of the next @p count voxels to out[count], and move on. count is at most
+ * SC_STREAM_BLOCK and at most what is left. SC_ERR_DATA (logged) where the file ends too early,
+ * is damaged, or holds a value that is no whole number; the stream can only be closed then. */
 sc_status sc_stream_next(sc_voxel_stream *stream, size_t count, int64_t *out);
-/* After the last voxel: check a compressed file to its end. */
+/* After the last voxel: verify the check sum of SC_ENCODING_GZIP, and warn of bytes behind its
+ * end. SC_ERR_DATA (logged) if it is wrong. Other encodings are not checked. */
 sc_status sc_stream_finish(sc_voxel_stream *stream);
+/* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);
 
-/* One pass over the voxels: the distinct labels, what they cover, and, if @p keep_ids, the voxels
- * as dense ids. Fills size, label_count, label_bytes, labels and ids of @p volume; @p tallies:
- * [label_count], owned by the caller (sc_free). Warns of what looks like a grey-value image. */
+/* One pass over all voxels: the distinct labels, what they cover, and, if @p keep_ids, the
+ * voxels as dense ids. Fills size, label_count, label_bytes, labels (values only) and ids (NULL
+ * without keep_ids) of *volume and sets the rest to zero; *tallies is [label_count] by dense
+ * id. The caller owns both (sc_volume_clear, sc_free); both are untouched after an error. Warns
+ * of what looks like a grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for
+ * more than SC_LABELS_MAX labels; SC_ERR_MEMORY. */
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
 

@@ -22,12 +22,12 @@ struct sc_voxel_stream {
     const char *path;
     const sc_source *source;
     size_t position; /* voxels delivered so far */
-    FILE *plain;     /* also the packed bytes of SC_ENCODING_ZLIB */
-    gzFile gzip;
+    FILE *plain;     /* open for SC_ENCODING_PLAIN, and for the packed bytes of SC_ENCODING_ZLIB */
+    gzFile gzip;     /* open for SC_ENCODING_GZIP */
     z_stream zlib;
-    bool zlib_open;
-    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
-    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];
+    bool zlib_open;                                       /* zlib is in use, and has to be ended */
+    unsigned char *packed;                                /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
+    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* one block, as stored */
 };
 
 size_t sc_voxel_type_bytes(sc_voxel_type type)
@@ -39,6 +39,9 @@ size_t sc_voxel_type_bytes(sc_voxel_type type)
 
 /* ---- bytes ---- */
 
+/* Open the file of one encoding at its first voxel: s->gzip here, s->plain in open_file, and
+ * s->plain with s->zlib and s->packed in open_zlib. What was opened before an error
+ * sc_stream_close closes. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY. */
 static sc_status open_gzip(sc_voxel_stream *s)
 {
     const int file = open(s->source->file, O_RDONLY | O_CLOEXEC);
@@ -119,6 +122,8 @@ void sc_stream_close(sc_voxel_stream *s)
     sc_free(s);
 }
 
+/* Unpack the next @p bytes bytes into s->raw. @return how many there were: fewer at the end of
+ * the stream or where it is damaged; s->zlib.msg tells which, NULL or the reason. */
 static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
 {
     z_stream *z = &s->zlib;
@@ -138,7 +143,8 @@ static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
     return bytes - z->avail_out;
 }
 
-/* The next bytes into s->raw. */
+/* Read the next @p bytes bytes, unpacked, into s->raw; for all encodings but
+ * SC_ENCODING_LOADED. @return SC_ERR_DATA if there are fewer. */
 static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
@@ -190,6 +196,7 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
 
 /* ---- values ---- */
 
+/* Reverse the bytes of each of @p count numbers of @p each bytes, in place. */
 static void swap_bytes(unsigned char *raw, size_t count, size_t each)
 {
     for (size_t i = 0; i < count; i++, raw += each) {
@@ -202,6 +209,8 @@ static void swap_bytes(unsigned char *raw, size_t count, size_t each)
     }
 }
 
+/* Log that voxel @p i of the block that is being read holds @p value, and by @p what why that
+ * is no label. @return SC_ERR_DATA always. */
 static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, const char *what)
 {
     const size_t nx = (size_t)s->source->size[0], ny = (size_t)s->source->size[1];
@@ -213,7 +222,9 @@ static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, con
                    s->path, index % nx, index / nx % ny, index / nx / ny, value, what);
 }
 
-/* Floats, and integers that the header scales: the values as whole numbers, or why they are not. */
+/* Floats, and integers that the header scales: write slope * value + intercept to out[count].
+ * Floats are read from @p raw; integers stand in @p out already. @return SC_ERR_DATA for the
+ * first that is no whole number or is beyond 2^53. */
 static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
 {
     const sc_source *source = s->source;
@@ -237,6 +248,7 @@ static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t c
     return SC_OK;
 }
 
+/* Copy raw[count], of this type, to out[count]; for load_values only. */
 #define WIDEN(type)                                                                                \
     do {                                                                                           \
         const type *in = raw;                                                                      \
@@ -244,6 +256,9 @@ static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t c
             out[i] = (int64_t)in[i];                                                               \
     } while (0)
 
+/* Write the label values of raw[count], stored as the source's type in this machine's byte
+ * order, to out[count]. s->position is that of the first. @return SC_ERR_DATA for the first
+ * value that is no whole number or too large. */
 static sc_status load_values(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
 {
     switch (s->source->type) {

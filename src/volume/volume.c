@@ -84,11 +84,13 @@ sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine
     return SC_OK;
 }
 
+/* What the threads of sc_volume_hide share. */
 typedef struct hide_work {
     sc_volume *volume;
-    uint16_t *becomes; /* [65536], by dense id */
+    uint16_t *becomes; /* [SC_LABELS_MAX]: the id by which each dense id is replaced */
 } hide_work;
 
+/* An sc_range_fn over voxels: replaces their ids. @p user is a hide_work. */
 static void hide_range(void *user, size_t begin, size_t end, int thread)
 {
     const hide_work *w = user;

@@ -18,7 +18,7 @@ static const struct {
              {"int32", INT32_MIN, INT32_MAX, 4},
              {"int64", INT64_MIN, INT64_MAX, 8}};
 
-/* Index of the narrowest type that holds all label values. */
+/* Index into types of the narrowest type that holds all label values. */
 static size_t type_for(const sc_volume *volume)
 {
     size_t type = 0;
@@ -31,6 +31,9 @@ static size_t type_for(const sc_volume *volume)
     return type;
 }
 
+/* Append the header to @p text, with the blank line that ends it: type of type_for, this
+ * machine's byte order, encoding gzip, and a segment for each label but background. The caller
+ * clears the text, also after an error. @return SC_ERR_MEMORY. */
 static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text *text)
 {
     const sc_affine *m = &volume->to_ras_mm;
@@ -64,7 +67,8 @@ out:
     return status;
 }
 
-/* The label values of @p count voxels from @p begin on, in type @p type, one after the other. */
+/* Write the label values of @p count voxels from voxel @p begin on to out[count], in the type
+ * with index @p type. */
 static void values_of(const sc_volume *volume, size_t begin, size_t count, size_t type, void *out)
 {
     for (size_t i = 0; i < count; i++) {
@@ -88,7 +92,8 @@ static void values_of(const sc_volume *volume, size_t begin, size_t count, size_
     }
 }
 
-/* The voxels as label values, gzip-compressed, behind the header. Closes @p fd. */
+/* Append the voxels as label values, gzip-compressed, to the file open as @p fd, which stands
+ * behind the header, and close it. @return SC_ERR_WRITE. */
 static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const char *path, int fd)
 {
     enum { BLOCK = 1 << 14 };
