@@ -23,7 +23,8 @@ typedef struct sc_video_settings {
 
 /* ---- segments: GOPs that are encoded independently ---- */
 
-/** @return the number of frames of a GOP, one second; the last GOP of a video may be shorter. */
+/** @return the number of frames of a GOP, one second of @p settings->fps; the last GOP of a
+ *  video may be shorter. */
 int sc_video_gop_frames(const sc_video_settings *settings);
 
 /** One encoded GOP. The bytes hold the packets, what a muxer has to know of the codec, the hashes
@@ -31,15 +32,16 @@ int sc_video_gop_frames(const sc_video_settings *settings);
  * Numbers are in the byte order of the machine; a machine of the other order refuses the segment.
  */
 typedef struct sc_segment {
-    void *data;
-    size_t bytes;
+    void *data;   /**< of sc_alloc, owned; NULL: empty */
+    size_t bytes; /**< length of data */
 } sc_segment;
 /** Free the bytes of a segment; it is empty then. An empty segment is allowed. */
 void sc_segment_free(sc_segment *segment);
 /** What a segment says of itself. */
 typedef struct sc_segment_info {
     uint64_t identity; /**< of the job, as given to sc_encoder_finish */
-    int first_frame, frame_count;
+    int first_frame;   /**< number in the video, as given to sc_encoder_finish */
+    int frame_count;   /**< at least 1 */
     /** frame_count numbers of type uint64_t, the hashes given to sc_encoder_push; borrowed from the
      *  segment. Not aligned: to be read with memcpy. */
     const void *hashes;
@@ -51,9 +53,12 @@ bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out);
 /** Encodes one GOP after the other. The bytes of a segment depend on the pictures of its GOP and on
  *  the settings alone. Threads: libav starts some of its own; one call at a time per encoder. */
 typedef struct sc_encoder sc_encoder;
-/** @param video name of the video; its extension chooses container and codec (sc_video_name_ok).
- *  @return SC_ERR_USAGE for another extension, SC_ERR_CREATE if this libavcodec has no encoder for
- *  it or does not accept the settings, SC_ERR_MEMORY. Caller owns: sc_encoder_close. */
+/** Open an encoder, and the codec, so that a codec that is missing is noticed before any frame
+ *  is drawn. @param video name of the video; its extension chooses container and codec
+ *  (sc_video_name_ok). No file is made. @param settings copied; the texts in it stay borrowed
+ *  until sc_encoder_close. @return SC_ERR_USAGE for another extension, SC_ERR_CREATE if this
+ *  libavcodec has no encoder for it or does not accept the settings, SC_ERR_MEMORY. Caller owns
+ *  *out: sc_encoder_close. */
 SC_MUST_USE sc_status sc_encoder_open(const sc_ctx *ctx, const char *video,
                                       const sc_video_settings *settings, sc_encoder **out);
 /** Close and free; a GOP that was begun is lost. NULL is allowed. */
@@ -61,19 +66,23 @@ void sc_encoder_close(sc_encoder *encoder);
 /** @return the bytes of a converted picture: the planes Y, U and V of yuv420p, tightly packed, with
  *  the sides of the frame rounded up to even numbers. */
 size_t sc_picture_bytes(const sc_video_settings *settings);
-/** Convert a frame from sRGB to the picture that the encoder compresses: yuv420p in BT.709, limited
- *  range. @return the picture, sc_picture_bytes long, borrowed until the next call. */
+/** Convert a frame from sRGB to the picture that the encoder compresses: yuv420p in BT.709,
+ *  limited range. @param image as large as the settings say. @return the picture,
+ *  sc_picture_bytes long, borrowed from the encoder until the next call. */
 const void *sc_encoder_convert(sc_encoder *encoder, const sc_image *image);
-/** Encode the next picture of the GOP; the first one begins a GOP.
- *  @param hash sc_image_hash of the frame, to be kept in the segment.
- *  @return SC_ERR_CREATE, SC_ERR_MEMORY, SC_ERR_INTERNAL; the GOP is unusable then:
- * sc_encoder_drop. */
+/** Encode the next picture of the GOP; the first one begins a GOP. Returns when the codec
+ *  accepts the next; its packets may come later. @param picture sc_picture_bytes long, of
+ *  sc_encoder_convert of any encoder with these settings; copied. @param hash sc_image_hash of
+ *  the frame, to be kept in the segment. @return SC_ERR_CREATE, SC_ERR_MEMORY, SC_ERR_INTERNAL;
+ *  the GOP is unusable then: sc_encoder_drop. */
 SC_MUST_USE sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *encoder, const void *picture,
                                       uint64_t hash);
 /** @return the number of pictures pushed into the GOP so far; 0 between two GOPs. */
 int sc_encoder_count(const sc_encoder *encoder);
-/** End the GOP, which has at least one picture; the encoder is ready for the next, after an error,
- *  too. @return SC_ERR_INTERNAL, SC_ERR_MEMORY. Caller owns: sc_segment_free. */
+/** End the GOP, which has at least one picture, wait until all of it is encoded, and write it to
+ *  *out with @p identity (of the job) and @p first_frame (number in the video) in its head. The
+ *  encoder is ready for the next GOP, after an error, too; *out is untouched then. @return
+ *  SC_ERR_INTERNAL, SC_ERR_MEMORY. Caller owns *out: sc_segment_free. */
 SC_MUST_USE sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *encoder, uint64_t identity,
                                         int first_frame, sc_segment *out);
 /** Discard the GOP that was begun, if any. */
@@ -83,16 +92,19 @@ void sc_encoder_drop(sc_encoder *encoder);
  *  (MP4) and every frame has its exact time. The bytes depend on the segments and the
  *  title alone. */
 typedef struct sc_muxer sc_muxer;
-/** Create the file under a temporary name beside @p path. @param title as in sc_video_settings.
- *  @return SC_ERR_USAGE for another extension, SC_ERR_CREATE. Caller owns: sc_muxer_close, also
- * after sc_muxer_finish. */
+/** Create the file under a temporary name beside @p path, whose extension chooses the container.
+ *  @param title as in sc_video_settings. @return SC_ERR_USAGE for another extension,
+ *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_muxer_close, also after sc_muxer_finish. */
 SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title,
                                     sc_muxer **out);
-/** Append a segment. @return SC_ERR_DATA if it is damaged or was made with another encoder or other
- *  settings than the first one, SC_ERR_WRITE. After an error the muxer can only be closed. */
+/** Append a segment, which is not needed afterwards. Its first_frame is not looked at: the
+ *  frames follow those before them. @return SC_ERR_DATA if it is damaged or was made with
+ *  another encoder or other settings than the first one, SC_ERR_WRITE, SC_ERR_MEMORY. After an
+ *  error the muxer can only be closed. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);
-/** Complete the file and rename it to @p path, which lies in the folder given to sc_muxer_open; at
- *  least one segment was added. @return SC_ERR_WRITE. */
+/** Complete the file, flush it to disk, and rename it to @p path, which lies in the folder given
+ *  to sc_muxer_open; a file of that name is replaced. At least one segment was added. @return
+ *  SC_ERR_WRITE; the muxer can only be closed then. */
 SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path);
 /** Close and free; a file that was not finished is removed. NULL is allowed. */
 void sc_muxer_close(sc_muxer *muxer);
@@ -101,39 +113,45 @@ void sc_muxer_close(sc_muxer *muxer);
 
 /** Writes one video file from frames that come in order. */
 typedef struct sc_video_writer sc_video_writer;
-/** .mp4 and .mkv hold H.264, .webm holds VP9. @return SC_ERR_USAGE for another extension,
- *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns: sc_video_writer_close. */
+/** Create the video under a temporary name beside @p path. .mp4 and .mkv hold H.264, .webm holds
+ *  VP9. @param settings as of sc_encoder_open. @return SC_ERR_USAGE for another extension,
+ *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_video_writer_close. */
 SC_MUST_USE sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                            const sc_video_settings *settings,
                                            sc_video_writer **out);
-/** Encode the next frame. @return SC_ERR_WRITE, or as sc_encoder_push; after an error the writer
- * can only be closed. */
+/** Encode the next frame; the last one of a GOP writes the GOP to the file. @param image as
+ *  large as the settings say. @return SC_ERR_WRITE, or as sc_encoder_push; after an error the
+ *  writer can only be closed. */
 SC_MUST_USE sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer,
                                            const sc_image *image);
-/** Complete the file, of at least one frame. @param complete false: not all frames came, and the
- *  file is named sc_video_partial_name, so that an incomplete video never bears the final name.
- *  @return SC_ERR_WRITE. */
+/** Complete the file, of at least one frame; the writer can only be closed then. @param complete
+ *  false: not all frames came, and the file is named sc_video_partial_name, so that an
+ *  incomplete video never bears the final name. @return SC_ERR_WRITE, SC_ERR_INTERNAL,
+ *  SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer,
                                              bool complete);
 /** Close and free; what was not finished leaves no file behind. NULL is allowed. */
 void sc_video_writer_close(sc_video_writer *writer);
 
-/** "dir/name.partial.mp4" for "dir/name.mp4". @p path has an extension. @return SC_ERR_MEMORY.
- *  Caller owns: sc_text_clear. */
+/** Append "dir/name.partial.mp4" to @p out for "dir/name.mp4". @p path must have an extension.
+ *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
 SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
 /** @return true if the extension of @p path names a container that can be written: .mp4, .mkv or
  *  .webm, in any case. */
 bool sc_video_name_ok(const char *path);
-/** Write the versions of the libav libraries in use into @p text, of @p size bytes. */
+/** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
+ *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);
 
 /* ---- reading a video back ---- */
 
-/** Receives frame number @p k, shown at @p time_s, as sRGB; @p image is borrowed for the call. */
+/** Receives frame number @p k, from 0, shown at @p time_s, as sRGB; @p image is borrowed for the
+ *  call. Anything but SC_OK ends the decoding. */
 typedef sc_status sc_video_frame_fn(void *user, int k, double time_s, const sc_image *image);
-/** Decode a video, to check what was written: call @p on_frame for each frame in the order in which
- *  they are shown. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if it is damaged, or
- *  what @p on_frame returned, which ends the decoding. */
+/** Decode a video, to check what was written: call @p on_frame for each frame in the order in
+ *  which they are shown. A file that ends early gives fewer frames, which the caller has to
+ *  count. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if it is damaged,
+ *  SC_ERR_MEMORY, or what @p on_frame returned, which ends the decoding. */
 SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path,
                                       sc_video_frame_fn *on_frame, void *user);
 

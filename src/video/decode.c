@@ -6,24 +6,28 @@
 #include <libavformat/avformat.h>
 #include <libswscale/swscale.h>
 
+/* A decoder at work. What is not borrowed sc_video_decode frees; each may be NULL. */
 typedef struct decoder {
     const sc_ctx *ctx;
-    const char *path;
+    const char *path; /* borrowed, as is ctx */
     AVFormatContext *format;
     AVCodecContext *codec;
-    AVStream *stream;
-    AVFrame *frame;
+    AVStream *stream; /* the video stream, borrowed from format */
+    AVFrame *frame;   /* decoded last */
     AVPacket *packet;
-    struct SwsContext *scaler;
-    sc_image image;
-    int count;
+    struct SwsContext *scaler; /* made for the first frame, as is image */
+    sc_image image;            /* frame as sRGB */
+    int count;                 /* frames passed on so far */
 } decoder;
 
+/* Log what is wrong with the file. @return SC_ERR_DATA always. */
 static sc_status fail_data(const decoder *d, const char *what)
 {
     return sc_fail(d->ctx, SC_ERR_DATA, "%s: %s", d->path, what);
 }
 
+/* Open the file and the decoder of its best video stream: sets all members but scaler and
+ * image. @return SC_ERR_MISSING, SC_ERR_DATA; the caller frees what was opened. */
 static sc_status open_decoder(decoder *d)
 {
     const AVCodec *codec;
@@ -49,6 +53,8 @@ static sc_status open_decoder(decoder *d)
     return SC_OK;
 }
 
+/* Convert d->frame to d->image, which the first call makes in the size of the frame; all others
+ * have this size. @return SC_ERR_MEMORY, SC_ERR_DATA. */
 static sc_status to_rgb(decoder *d)
 {
     const AVFrame *f = d->frame;
@@ -75,6 +81,8 @@ static sc_status to_rgb(decoder *d)
     return SC_OK;
 }
 
+/* Pass all frames that the codec has ready to @p on_frame, and count them. @return the error of
+ * @p on_frame or of to_rgb. */
 static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *user)
 {
     sc_status status = SC_OK;

@@ -18,16 +18,16 @@ enum { ENCODER_THREADS = 2 };
 struct sc_encoder {
     char *name; /* the file name of the video, for messages */
     const sc_container *container;
-    sc_video_settings settings;
-    AVCodecContext *codec; /* made anew for each GOP; NULL between two GOPs */
-    AVFrame *frame;        /* what is given to the codec, which may keep a reference to it */
-    AVFrame *converted;    /* where swscale writes. Its rows are aligned, because swscale writes
-                              beyond the ends of rows that are not. */
+    sc_video_settings settings; /* texts borrowed from the caller */
+    AVCodecContext *codec;      /* made anew for each GOP; NULL between two GOPs */
+    AVFrame *frame;             /* what is given to the codec, which may keep a reference to it */
+    AVFrame *converted; /* where swscale writes. Its rows are aligned, because swscale writes
+                           beyond the ends of rows that are not. */
     AVPacket *packet;
     struct SwsContext *scaler;
-    sc_image padded; /* the frame, padded to even sides */
-    uint8_t *yuv;    /* the result of sc_encoder_convert */
-    sc_segment_builder segment;
+    sc_image padded;            /* the frame, padded to even sides */
+    uint8_t *yuv;               /* the result of sc_encoder_convert */
+    sc_segment_builder segment; /* packets and hashes of the GOP that is being encoded */
 };
 
 /* The AVX-512 code of x264 r3095 (macroblock tree) reads uninitialised memory at some frame sizes,
@@ -40,7 +40,8 @@ static void avoid_x264_avx512(AVCodecContext *codec)
         av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
 }
 
-/* Set all that decides about the bytes of a video. It must not differ between machines. */
+/* Set all settings of @p codec, which is allocated for the container's encoder and not yet
+ * open. An odd side is rounded up to an even one. */
 static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                        const sc_container *container)
 {
@@ -72,7 +73,8 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     }
 }
 
-/* Make e->codec, for the next GOP. After an error it is freed with the encoder. */
+/* Make and open e->codec for the next GOP. @return SC_ERR_CREATE, SC_ERR_MEMORY; e->codec may
+ * be allocated then, and sc_encoder_drop frees it. */
 static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
     const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
@@ -93,8 +95,9 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
     return SC_OK;
 }
 
-/* Set up the conversion from RGB to BT.709 of limited range (the default of swscale is BT.601), and
- * allocate the frames and the packet. */
+/* Make e->scaler, frame, converted and packet; e->padded has its size already. The conversion
+ * is set to BT.709 of limited range, since the default of swscale is BT.601. @return
+ * SC_ERR_MEMORY; sc_encoder_close frees what was made. */
 static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 {
     const int width = e->padded.width_px, height = e->padded.height_px;
@@ -169,8 +172,8 @@ int sc_video_gop_frames(const sc_video_settings *settings)
     return settings->fps;
 }
 
-/* Copy a frame into @p padded, whose sides are even. If a side is odd, its last column or row is
- * repeated. */
+/* Copy a frame into @p padded, which has its size rounded up to even numbers; where a side is
+ * odd, its last column or row is repeated. */
 static void pad(const sc_image *image, sc_image *padded)
 {
     const size_t from = (size_t)image->width_px * 3, to = (size_t)padded->width_px * 3;
@@ -185,7 +188,8 @@ static void pad(const sc_image *image, sc_image *padded)
     }
 }
 
-/* Find the addresses and strides of the planes of a tightly packed picture @p yuv. */
+/* Write the addresses and strides, in bytes, of the planes Y, U and V in the tightly packed
+ * picture @p yuv to @p planes and @p strides. */
 static void find_planes(const sc_encoder *e, uint8_t *yuv, uint8_t *planes[4], int strides[4])
 {
     av_image_fill_arrays(planes, strides, yuv, AV_PIX_FMT_YUV420P, e->padded.width_px,
@@ -208,7 +212,8 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
     return e->yuv;
 }
 
-/* Move the packets that the codec has ready into the segment. */
+/* Move the packets that the codec has ready into e->segment; it may have none. @return
+ * SC_ERR_INTERNAL, SC_ERR_MEMORY. */
 static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
 {
     for (;;) {

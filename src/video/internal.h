@@ -7,7 +7,7 @@
 
 #include <libavcodec/avcodec.h>
 
-/* A kind of video file. */
+/* A kind of video file, and the codec that segcast puts into it. */
 typedef struct sc_container {
     const char *extension;       /* end of the file name, e.g. ".mp4" */
     const char *muxer, *encoder; /* their names in libav */
@@ -15,48 +15,54 @@ typedef struct sc_container {
     bool global_header; /* parameter sets belong into the container's header, not into the stream */
 } sc_container;
 
-/* @return the container that the extension of @p path names, or NULL. */
+/* @return the container that the extension of @p path names, in any case, from a static table;
+ * NULL for another extension or none. */
 const sc_container *sc_container_find(const char *path);
 /* Log "PATH: WHAT: REASON" with libav's text for its @p error, and return @p status. */
 sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
                      int error);
 
-/* The content of a segment while its GOP is encoded. Zero-initialise; owns its memory:
+/* The content of a segment while its GOP is encoded; owns both arrays. Zero-initialise, then
  * sc_segment_clear. */
 typedef struct sc_segment_builder {
-    char *packets; /* packet_count times a packet_head (segment.c) and its data */
-    size_t bytes, capacity;
-    uint64_t *hashes; /* [frames] */
+    char *packets;          /* packet_count times a packet_head (segment.c) and its data */
+    size_t bytes, capacity; /* of packets: used, allocated */
+    uint64_t *hashes;       /* [hash_capacity], the first frames of which are used */
     int frames, hash_capacity, packet_count;
 } sc_segment_builder;
 
-/* Append the hash of the next frame. @return SC_ERR_MEMORY. */
+/* Append the hash of the next frame. @return SC_ERR_MEMORY, the builder unchanged. */
 sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash);
-/* Append a packet; packets come in the order of decoding. @return SC_ERR_MEMORY. */
+/* Append a copy of a packet; packets come in the order of decoding. @return SC_ERR_MEMORY, the
+ * builder unchanged. */
 sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet);
-/* Make a segment of what was added, and of what a muxer has to know of @p codec. @param name that
- * of the video, for messages. @return SC_ERR_INTERNAL if there is not one packet for each frame,
- * SC_ERR_MEMORY. Caller owns *out: sc_segment_free. */
+/* Make the segment *out from what was added and from what a muxer has to know of @p codec,
+ * which is open; the builder is unchanged. @p name is that of the video, for messages. @return
+ * SC_ERR_INTERNAL unless there is one packet for each frame, SC_ERR_MEMORY. Caller owns *out:
+ * sc_segment_free. */
 sc_status sc_segment_build(const sc_ctx *ctx, const sc_segment_builder *b,
                            const AVCodecContext *codec, const char *name, uint64_t identity,
                            int first_frame, sc_segment *out);
 /* Empty the builder; its memory is kept for the next GOP. */
 void sc_segment_reset(sc_segment_builder *b);
+/* Free the memory of the builder and zero it. A zeroed builder is allowed. */
 void sc_segment_clear(sc_segment_builder *b);
 
 /* What a muxer has to know of the codec. */
 typedef struct sc_segment_codec {
-    int codec_id, width_px, height_px, fps;
-    int reorder; /* how many frames decoding is ahead of display */
-    const void *extradata;
+    int codec_id; /* libav's enum AVCodecID */
+    int width_px, height_px, fps;
+    int reorder;           /* how many frames decoding is ahead of display */
+    const void *extradata; /* the parameter sets, borrowed */
     size_t extradata_bytes;
 } sc_segment_codec;
-/* Read it from a segment that sc_segment_inspect has accepted; extradata is borrowed from the
- * segment.
- */
+/* Fill *out from a segment that sc_segment_inspect has accepted; extradata is borrowed from the
+ * segment. */
 void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out);
-/* Read the packet at offset *at (0 for the first one) and move *at behind it. @p pts counts frames
- * from the beginning of the segment; @p data is borrowed from it. @return false at the end. */
+/* Read the packet at offset *at (0 for the first one) of a segment that sc_segment_inspect has
+ * accepted, and move *at behind it. @p pts counts frames from the beginning of the segment, in
+ * the order of showing; @p flags are libav's of a packet; @p data, of @p bytes bytes, is
+ * borrowed from the segment. @return false at the end; nothing is written then but *at. */
 bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
                      const void **data, size_t *bytes);
 

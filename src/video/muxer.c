@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 struct sc_muxer {
-    char *path, *temporary;
-    bool begun;     /* the header of the file has been written */
-    bool published; /* the file has got its final name */
+    char *path, *temporary; /* given to sc_muxer_open, and where the file is written; owned */
+    bool begun;             /* the header of the file has been written */
+    bool published;         /* the file has got its final name */
     AVFormatContext *format;
-    AVStream *stream;
-    AVPacket *packet;
+    AVStream *stream;       /* borrowed from format; NULL until begun */
+    AVPacket *packet;       /* scratch of add_packet */
     sc_segment_codec codec; /* that of the first segment; extradata is borrowed from the stream */
     int64_t frames;         /* number of frames in the segments that are complete so far */
     int64_t packets;        /* number of packets written so far */
@@ -59,7 +59,8 @@ out:
     return status;
 }
 
-/* Describe the stream as the first segment does, and write the header of the file. */
+/* Make m->stream, describe it as the first segment does, which goes to m->codec, and write the
+ * header of the file. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
 {
     AVCodecParameters *p;
@@ -100,6 +101,8 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     return SC_OK;
 }
 
+/* Can packets of both be decoded by one decoder? True if all members, extradata byte by byte,
+ * are the same. */
 static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
 {
     return a->codec_id == b->codec_id && a->width_px == b->width_px &&
@@ -108,10 +111,10 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
            !memcmp(a->extradata, b->extradata, a->extradata_bytes);
 }
 
-/* Write a packet of the present segment. Packets come in the order of decoding, one for each frame.
- * Therefore the time of decoding, in frames, is the number of packets before it, less the number of
- * frames by which decoding is ahead of display. @param pts time of display, in frames of the
- * segment. */
+/* Write a packet of the segment that follows the m->frames frames so far; @p pts counts frames
+ * from its beginning. Packets come in the order of decoding, one for each frame. So the time of
+ * decoding, in frames, is the number of packets before it, less the number of frames by which
+ * decoding has to run ahead. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int flags,
                             const void *data, size_t bytes)
 {

@@ -10,23 +10,27 @@
 #define MAGIC "segcast\x01"
 enum { BYTE_ORDER_MARK = 0x01020304 };
 
+/* How a segment begins. */
 typedef struct segment_head {
     char magic[8];
-    uint64_t hash; /* hash of everything behind this field */
-    uint64_t bytes, identity;
-    uint32_t byte_order;
+    uint64_t hash;       /* hash of everything behind this field */
+    uint64_t bytes;      /* length of the whole segment */
+    uint64_t identity;   /* of the job */
+    uint32_t byte_order; /* BYTE_ORDER_MARK, as the machine that made it writes it */
     int32_t codec_id, width_px, height_px, fps, reorder;
     int32_t first_frame, frame_count, packet_count;
     uint32_t extradata_bytes;
 } segment_head; /* followed by hashes[frame_count], extradata, packets */
 
+/* How each packet begins; its data follow. */
 typedef struct packet_head {
-    int64_t pts;
-    uint32_t flags, bytes;
+    int64_t pts;           /* in frames from the beginning of the segment */
+    uint32_t flags, bytes; /* libav's AV_PKT_FLAG_*; length of the data */
 } packet_head;
 
-/* Replace *data by a larger block if it has less than @p needed bytes; its first @p used bytes are
- * kept. */
+/* Make room for @p needed bytes in *data, which is of sc_alloc or NULL and has room for
+ * *capacity bytes; the first @p used are kept, and what *data pointed to may be freed. @return
+ * SC_ERR_MEMORY, nothing changed. */
 static sc_status grow(const sc_ctx *ctx, void **data, size_t used, size_t *capacity, size_t needed)
 {
     size_t larger = *capacity ? *capacity : 4096;
@@ -80,6 +84,7 @@ sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const 
     return SC_OK;
 }
 
+/* The hash that belongs into the head of the segment @p data of @p bytes bytes. */
 static uint64_t hash_of(const char *data, size_t bytes)
 {
     const size_t from = offsetof(segment_head, bytes);
@@ -168,6 +173,7 @@ bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
     return true;
 }
 
+/* Where the codec's extradata lie in a segment, whose head is @p head; borrowed. */
 static const char *extradata_of(const sc_segment *segment, const segment_head *head)
 {
     return (const char *)segment->data + sizeof *head + (size_t)head->frame_count * 8;

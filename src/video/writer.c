@@ -3,12 +3,15 @@
 #include "internal.h"
 
 struct sc_video_writer {
-    char *path; /* the name of the complete video */
-    int gop_frames;
+    char *path;     /* the name of the complete video; owned, as are encoder and muxer */
+    int gop_frames; /* of each GOP but the last */
     sc_encoder *encoder;
     sc_muxer *muxer;
 };
 
+/* Encode the GOP that was begun, of at least one frame, to its end, and append it to the file.
+ * Its identity and first frame are 0, since nobody reads them. @return the errors of
+ * sc_encoder_finish and sc_muxer_add. */
 static sc_status end_gop(const sc_ctx *ctx, sc_video_writer *writer)
 {
     sc_segment segment = {0};
