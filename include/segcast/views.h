@@ -20,10 +20,12 @@ typedef struct sc_views {
 /** @return width divided by height of the panel that holds the picture in space, in a picture of
  * the given size. */
 double sc_views_aspect(int width_px, int height_px);
-/** Draw all four panels into @p image. @param scene of the picture in space.
- *  @param rows the rows of @p image that are needed, or NULL for all; other rows are unspecified.
- *  @param stats receives the sum over the panels.
- *  Threads: one call at a time per renderer. @return SC_ERR_MEMORY. */
+/** Draw all four panels into @p image, slices with lines and text over them. @param scene of the
+ *  picture in space, for a picture of sc_views_aspect. @param rows the rows of @p image that are
+ *  needed, or NULL for all; other rows are unspecified. @param stats receives the sum over the
+ *  panels; untouched after an error.
+ *  Threads: one call at a time per renderer. @return SC_ERR_MEMORY; @p image is unspecified
+ *  then. */
 SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views *views,
                                     const sc_scene *scene, const sc_rows *rows, sc_image *image,
                                     sc_render_stats *stats);

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Everything is drawn on a transparent surface of cairo, which sc_overlay_finish blends into the
+ * picture. */
 #include "segcast/overlay.h"
 
 #include <cairo.h>
@@ -7,8 +9,8 @@
 #define CAPITAL_HEIGHT 0.76
 
 struct sc_overlay {
-    sc_image *image;
-    cairo_surface_t *surface;
+    sc_image *image;          /* borrowed */
+    cairo_surface_t *surface; /* as large as image, transparent at first */
     cairo_t *cairo;
 };
 
@@ -40,6 +42,7 @@ sc_status sc_overlay_begin(const sc_ctx *ctx, sc_image *image, sc_overlay **out)
     return SC_OK;
 }
 
+/* Choose the colour of what is drawn next. @param alpha opacity in [0, 1]. */
 static void set_color(sc_overlay *overlay, const uint8_t rgb[3], double alpha)
 {
     cairo_set_source_rgba(overlay->cairo, rgb[0] / 255.0, rgb[1] / 255.0, rgb[2] / 255.0, alpha);

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Each panel is a picture of its own, drawn by the renderer into its quarter of the image; lines
+ * and text are drawn over the slices afterwards. */
 #include "segcast/views.h"
 
 #include <stdio.h>
 
 enum { TRANSVERSE, CORONAL, SAGITTAL, SLICES, SPACE = SLICES }; /* the panels */
 
-/* From where a slice is seen, in patient coordinates (RAS). */
+/* From where a slice is seen: unit vectors in patient coordinates (RAS). */
 static const struct view {
     const char *name;
     sc_vec3 forward, up, right;
@@ -19,8 +21,9 @@ static const struct view {
 
 #define MARGIN 0.10 /* of the width and height of a panel, on each side of the box */
 
-/* The panels are the quarters of the picture: above transverse and coronal, below sagittal and the
- * picture in space. */
+/* Panel number @p which (TRANSVERSE to SPACE) of a picture of the given size. The panels are
+ * its quarters: above transverse and coronal, below sagittal and the picture in space. An odd
+ * row goes to the lower ones, an odd column to the right ones. */
 static sc_viewport panel(int width_px, int height_px, int which)
 {
     const int half_width = width_px / 2, half_height = height_px / 2;
@@ -37,7 +40,7 @@ double sc_views_aspect(int width_px, int height_px)
     return (double)space.width_px / space.height_px;
 }
 
-/* Size of the box along an axis. */
+/* Size of the box in mm along @p direction, a unit vector along x, y or z. */
 static double extent(const sc_views *v, sc_vec3 direction)
 {
     const sc_vec3 size = sc_vec3_sub(v->high_mm, v->low_mm);
@@ -45,7 +48,8 @@ static double extent(const sc_views *v, sc_vec3 direction)
     return fabs(direction.x) * size.x + fabs(direction.y) * size.y + fabs(direction.z) * size.z;
 }
 
-/* Millimetres per pixel, the same in all slices, such that the box fits into each of them. */
+/* Millimetres per pixel, the same in all slices, such that the box fits into each of them with
+ * a margin. */
 static double common_scale(const sc_views *v, int width_px, int height_px)
 {
     double mm_per_px = 1e-6;
@@ -60,12 +64,14 @@ static double common_scale(const sc_views *v, int width_px, int height_px)
     return mm_per_px;
 }
 
+/* Middle of the box, in mm, which stands in the middle of each slice. */
 static sc_vec3 middle_of(const sc_views *v)
 {
     return sc_vec3_scale(sc_vec3_add(v->low_mm, v->high_mm), 0.5);
 }
 
-/* The scene of a slice: a clip plane through the point, seen along its normal. */
+/* The scene of a slice: one clip plane through the point, in each of @p clip_sets clip sets,
+ * seen along its normal. @p half_height_mm: half of what the panel shows from top to bottom. */
 static sc_scene slice_scene(const sc_views *v, const struct view *kind, double half_height_mm,
                             int clip_sets)
 {
@@ -82,7 +88,8 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     return scene;
 }
 
-/* Choose dark text with a light halo for a light background, and the reverse for a dark one. */
+/* Write the colours of text and halo: dark text with a light halo for a light background, and
+ * the reverse for a dark one. */
 static void choose_colors(const sc_views *v, uint8_t text[3], uint8_t halo[3])
 {
     /* luma of about 110 of 255 */
@@ -94,14 +101,16 @@ static void choose_colors(const sc_views *v, uint8_t text[3], uint8_t halo[3])
     }
 }
 
+/* What all functions draw_* need. Each draws one thing over panel @p p, a part of the picture. */
 typedef struct drawing {
     const sc_views *v;
     sc_overlay *overlay;
-    double mm_per_px, text_px;
+    double mm_per_px, text_px; /* scale of all slices; font size */
     uint8_t text_rgb[3], halo_rgb[3];
 } drawing;
 
-/* Letters of @p size times the size of text, in colour @p rgb, or that of text if NULL. */
+/* Letters of @p size times the size of text, in colour @p rgb, or in that of text if it is
+ * NULL. */
 static sc_letters letters_of(const drawing *d, double size, const uint8_t *rgb)
 {
     sc_letters out = {.size_px = size * d->text_px};
@@ -113,6 +122,7 @@ static sc_letters letters_of(const drawing *d, double size, const uint8_t *rgb)
     return out;
 }
 
+/* The four letters of the patient's sides, each in the middle of its edge. */
 static void draw_letters(const drawing *d, const struct view *kind, sc_viewport p)
 {
     const sc_letters letters = letters_of(d, 1.15, NULL);
@@ -127,7 +137,7 @@ static void draw_letters(const drawing *d, const struct view *kind, sc_viewport 
     sc_overlay_text(d->overlay, x, bottom, 0, 1, &letters, kind->letters[3]);
 }
 
-/* Lines where the other two slices cross this one. */
+/* Lines in slice @p which where the other two slices cross it, each in the colour of its slice. */
 static void draw_lines(const drawing *d, int which, sc_viewport p)
 {
     const struct view *kind = &slice_views[which];
@@ -175,8 +185,8 @@ static void draw_scale_bar(const drawing *d, sc_viewport p)
                     text);
 }
 
-/* A hundredth of what is shown is worth a digit before the point, so that one behind it is enough.
- */
+/* The unit of coordinates: a hundredth of what is shown is worth a digit before the point, so
+ * that one behind it is enough. */
 static sc_length_unit coordinate_unit(const sc_views *v)
 {
     const sc_vec3 size = sc_vec3_sub(v->high_mm, v->low_mm);
@@ -184,8 +194,9 @@ static sc_length_unit coordinate_unit(const sc_views *v)
     return sc_length_unit_for(fmax(size.x, fmax(size.y, size.z)) / 100);
 }
 
-/* The name and the coordinate of the slice. RAS coordinates grow towards the patient's right, front
- * (anterior) and head (superior). */
+/* The name and the coordinate of slice @p which. RAS coordinates grow towards the patient's
+ * right, front (anterior) and head (superior); where it is unknown which side is left, "z = "
+ * and the signed coordinate. */
 static void draw_title(const drawing *d, int which, sc_viewport p)
 {
     static const char *const ends[SLICES][2] = {{"I", "S"}, {"P", "A"}, {"L", "R"}};
@@ -205,6 +216,7 @@ static void draw_title(const drawing *d, int which, sc_viewport p)
                     &letters, text);
 }
 
+/* Draw all lines and text of slice @p which over its panel, and the frame around it. */
 static void annotate(const drawing *d, int which, sc_viewport p)
 {
     const double line_px = fmax(1, d->text_px / 10);
@@ -218,6 +230,7 @@ static void annotate(const drawing *d, int which, sc_viewport p)
                      p.height_px - line_px, line_px, slice_views[which].rgb);
 }
 
+/* Add the counters and times of @p each to @p sum. */
 static void add_stats(sc_render_stats *sum, const sc_render_stats *each)
 {
     sum->counters.rays += each->counters.rays;
