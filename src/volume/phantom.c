@@ -174,6 +174,7 @@ static void build_ventricles(sc_phantom *phantom)
     add_leaflet(phantom, TRICUSPID, tricuspid_centre, (sc_vec3){-0.78, 0.52, -0.34}, 14);
 }
 
+/* LA and RA, each an ellipsoid with its auricle. */
 static void build_atria(sc_phantom *phantom)
 {
     static const sc_vec3 left_auricle[] = {{-14, -20, 22}, {-28, -10, 24}, {-35, 4, 22}};
@@ -187,6 +188,7 @@ static void build_atria(sc_phantom *phantom)
     phantom->shapes[RA].parts[1].blend_mm = 9;
 }
 
+/* AORTA and PULMONARY with their branches, cut off at their ends, and both of their valves. */
 static void build_great_arteries(sc_phantom *phantom)
 {
     static const sc_vec3 trunk[] = {{-7, 23, 24}, {-9, 18, 35}, {-11, 5, 43}, {-11, -9, 43}};
@@ -215,6 +217,7 @@ static void build_great_arteries(sc_phantom *phantom)
     add_leaflet(phantom, PULMONARY_VALVE, (sc_vec3){-7.6, 21, 29}, (sc_vec3){0.1, 0.4, -0.9}, 11);
 }
 
+/* SVC, IVC and the four pulmonary VEINS, cut off at their ends. */
 static void build_veins(sc_phantom *phantom)
 {
     static const sc_vec3 svc[] = {{38, -4, 28}, {36, -2, 48}, {32, 0, 66}, {29, 2, 86}};
@@ -306,6 +309,7 @@ static void lay_on_surface(const sc_phantom *phantom, sc_vec3 *points, double li
     }
 }
 
+/* CORONARIES: each course is laid on the outer surface of the heart. */
 static void build_coronaries(sc_phantom *phantom)
 {
     static const struct {

@@ -40,7 +40,7 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char 
     return SC_OK;
 }
 
-/* Fill *out from the bytes of a header of version 1, and of version 2 below. @p swapped: the
+/* Fill *out from the bytes of a header of version 1. @p swapped: the
  * header is in the byte order that this machine does not have. */
 static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *out)
 {
@@ -60,6 +60,7 @@ static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *
     memcpy(out->magic, header.magic, 4);
 }
 
+/* As fields_of_header1, of a header of version 2. */
 static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *out)
 {
     nifti_2_header header;

@@ -59,6 +59,7 @@ static sc_status open_gzip(sc_voxel_stream *s)
     return SC_OK;
 }
 
+/* SC_ENCODING_PLAIN: sets s->plain. */
 static sc_status open_file(sc_voxel_stream *s)
 {
     s->plain = fopen(s->source->file, "rb");
@@ -68,6 +69,7 @@ static sc_status open_file(sc_voxel_stream *s)
     return SC_OK;
 }
 
+/* SC_ENCODING_ZLIB: sets s->plain, s->packed and s->zlib. */
 static sc_status open_zlib(sc_voxel_stream *s)
 {
     void *packed;
