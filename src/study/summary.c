@@ -8,8 +8,8 @@
 /* Thresholds for finding the bottleneck of a run, as shares of the farm's time. They are rules of
  * thumb; test_study.c shows which bottleneck they find in typical runs. */
 /* Worker threads had no task for more than this share of the time, averaged over ranks: something
- * other than drawing may be the bottleneck. GREAT_WAITING is asked for before messages are called
- * it. */
+ * other than drawing may be the bottleneck. Passing messages counts as the
+ * bottleneck only above GREAT_WAITING. */
 #define MUCH_WAITING 0.1
 #define GREAT_WAITING 0.2
 /* A single thread that spends more than this share on one thing is the bottleneck. */
