@@ -6,7 +6,7 @@
 #include <libavformat/avformat.h>
 #include <libswscale/swscale.h>
 
-/* A decoder at work. What is not borrowed sc_video_decode frees; each may be NULL. */
+/* The state of decoding a video. sc_video_decode frees what is not borrowed; each may be NULL. */
 typedef struct decoder {
     const sc_ctx *ctx;
     const char *path; /* borrowed, as is ctx */

@@ -91,7 +91,8 @@ static bool parse_named(char *line, bool transparency, sc_label *row)
     if (next_number(&at, &last)) {
         const double opacity = level(transparency ? 255 - last : last) / 255.0;
 
-        /* Tables that do not care about opacity say 255 throughout: taken as not given. */
+        /* Tables without opacities have 255 in all rows, so that full opacity counts as not given.
+         */
         row->opacity = opacity < 1 ? (float)opacity : -1;
         row->hidden = opacity == 0;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Voxelising by recursive subdivision: a block whose centre is farther from every surface than its
  * corners are from its centre belongs to one tissue and is filled at once. All others are halved,
- * and only tissues whose surface may pass through the half are looked at again. */
+ * and only tissues whose surface may pass through the half are examined again. */
 #include "phantom_model.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@ enum {
     BLOCK_VOXELS = 32,
     TISSUES_MAX = 64,
     SIZE_MAX_VOXELS = 4096, /* along an axis */
-    SCAN_VOXELS = 64        /* along an axis, of the grid that sc_phantom_scan_labels looks at */
+    SCAN_VOXELS = 64        /* along an axis, of the coarse grid of sc_phantom_scan_labels */
 };
 
 /* What the threads of sc_phantom_volume share; all is borrowed. */

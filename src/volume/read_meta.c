@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* MetaImage (.mha, .mhd): lines "Key = value", then the voxels, in the same file or in one beside
  * it. Source: the MetaIO documentation of ITK. The key CompressedDataSize is not used: the
- * compressed stream says itself where it ends, and files are about in which that key is too small.
+ * compressed stream itself says where it ends, and in some files the key is too small.
  */
 #include "source.h"
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NIfTI-1 and NIfTI-2. Our own check of the header comes first: nifticlib believes what a header
- * claims. nifticlib then interprets it (byte order, extensions, sform, qform), and the voxels are
- * read here, so that a short or damaged stream is noticed and no value is changed silently. */
+/* NIfTI-1 and NIfTI-2. The header is checked here first, because nifticlib does not check
+ * what it reads. nifticlib then interprets it (byte order, extensions, sform, qform), and the
+ * voxels are read here, so that a short or damaged stream is noticed and no value is changed
+ * silently. */
 #include "source.h"
 
 #include <errno.h>

@@ -294,7 +294,7 @@ static sc_status data_file_bytes(const sc_ctx *ctx, const char *path, const Nrrd
         if (status != SC_OK)
             return status;
         if (missing)
-            return SC_OK; /* opening it tells which one */
+            return SC_OK; /* a file is missing; opening it later logs which one */
         total += (double)info.st_size;
     }
     *out = total;
@@ -345,7 +345,7 @@ out:
 }
 
 /* A header that lists its data files must be text to its end: behind a damaged list Teem would
- * take what follows, such as voxels, for names of files. Only the first 64 KiB are looked at.
+ * take what follows, such as voxels, for names of files. Only the first 64 KiB are examined.
  * @return SC_ERR_DATA with the byte, SC_ERR_MISSING if the file cannot be opened; SC_OK without
  * such a list. */
 static sc_status check_list(const sc_ctx *ctx, const char *path)
@@ -388,7 +388,7 @@ static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrr
         return teem_error(ctx, path);
     }
     if (nio->format && nio->format != nrrdFormatNRRD) {
-        nio->dataFile = NULL; /* likewise */
+        nio->dataFile = NULL; /* Teem has closed it */
         return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
     }
     return SC_OK;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which reader a file needs, told by its first bytes; what to do with files of other kinds; and
+/* Which reader a file needs, found by its first bytes; what to do with files of other kinds; and
  * what is common to all formats once the header has been read. */
 #include "source.h"
 

@@ -55,7 +55,8 @@ static sc_status open_gzip(sc_voxel_stream *s)
                        s->source->file, (unsigned long long)s->source->offset_bytes);
     }
     gzbuffer(s->gzip, GZIP_BUFFER_BYTES);
-    gzseek(s->gzip, (z_off_t)s->source->skip_bytes, SEEK_SET); /* reading tells of errors */
+    gzseek(s->gzip, (z_off_t)s->source->skip_bytes,
+           SEEK_SET); /* an error is noticed when reading */
     return SC_OK;
 }
 
@@ -65,7 +66,8 @@ static sc_status open_file(sc_voxel_stream *s)
     s->plain = fopen(s->source->file, "rb");
     if (!s->plain)
         return sc_fail(s->ctx, SC_ERR_MISSING, "%s: %s", s->source->file, strerror(errno));
-    (void)fseeko(s->plain, (off_t)s->source->offset_bytes, SEEK_SET); /* reading tells of errors */
+    (void)fseeko(s->plain, (off_t)s->source->offset_bytes,
+                 SEEK_SET); /* an error is noticed when reading */
     return SC_OK;
 }
 
