@@ -136,7 +136,6 @@ typedef enum sc_trace_kind {
     SC_TRACE_SHARE,
     SC_TRACE_DRAW,
     SC_TRACE_ENCODE,
-    SC_TRACE_WRITE,
     SC_TRACE_FINISH
 } sc_trace_kind;
 

@@ -16,9 +16,10 @@ struct sc_trace {
     atomic_size_t added; /* number of events added so far, those without room included */
 };
 
-/* In the order of sc_trace_kind. */
-static const char *const kinds[] = {"read",   "prepare", "share", "draw",
-                                    "encode", "write",   "finish"};
+/* Names of the kinds in the file. */
+static const char *const kinds[] = {
+    [SC_TRACE_READ] = "read", [SC_TRACE_PREPARE] = "prepare", [SC_TRACE_SHARE] = "share",
+    [SC_TRACE_DRAW] = "draw", [SC_TRACE_ENCODE] = "encode",   [SC_TRACE_FINISH] = "finish"};
 
 sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
 {
