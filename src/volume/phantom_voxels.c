@@ -198,9 +198,24 @@ out:
     return status;
 }
 
+/* Count one voxel of the coarse volume, and let the box of its label, in voxels of a grid of @p
+ * size over the same part of space, hold it. */
+static void tally_voxel(const sc_volume *coarse, const int at[3], const int size[3],
+                        sc_label_tally *tally)
+{
+    tally->voxels++;
+    for (int i = 0; i < 3; i++) {
+        const int low = (int)((int64_t)at[i] * size[i] / coarse->size[i]);
+        const int high = (int)((int64_t)(at[i] + 1) * size[i] / coarse->size[i]) - 1;
+
+        tally->low[i] = low < tally->low[i] ? low : tally->low[i];
+        tally->high[i] = high > tally->high[i] ? high : tally->high[i];
+    }
+}
+
 /* Fill tallies[coarse->label_count]: count the voxels and find the boxes in a coarse volume,
  * and convert both to voxels of a grid of @p size, which covers the same part of space. */
-static void tally(const sc_volume *coarse, const int size[3], sc_label_tally *tallies)
+static void tally_labels(const sc_volume *coarse, const int size[3], sc_label_tally *tallies)
 {
     const uint8_t *id = coarse->ids;
     double scale = 1;
@@ -211,19 +226,8 @@ static void tally(const sc_volume *coarse, const int size[3], sc_label_tally *ta
         tallies[i] = (sc_label_tally){0, {size[0], size[1], size[2]}, {-1, -1, -1}};
     for (int z = 0; z < coarse->size[2]; z++) {
         for (int y = 0; y < coarse->size[1]; y++) {
-            for (int x = 0; x < coarse->size[0]; x++) {
-                sc_label_tally *t = &tallies[*id++];
-                const int at[3] = {x, y, z};
-
-                t->voxels++;
-                for (int i = 0; i < 3; i++) {
-                    const int low = (int)((int64_t)at[i] * size[i] / coarse->size[i]);
-                    const int high = (int)((int64_t)(at[i] + 1) * size[i] / coarse->size[i]) - 1;
-
-                    t->low[i] = low < t->low[i] ? low : t->low[i];
-                    t->high[i] = high > t->high[i] ? high : t->high[i];
-                }
-            }
+            for (int x = 0; x < coarse->size[0]; x++)
+                tally_voxel(coarse, (const int[3]){x, y, z}, size, &tallies[*id++]);
         }
     }
     for (int i = 0; i < coarse->label_count; i++)
@@ -243,7 +247,7 @@ sc_status sc_phantom_scan_labels(const sc_ctx *ctx, const sc_phantom *phantom, c
         coarse_size[i] = size[i] < SCAN_VOXELS ? size[i] : SCAN_VOXELS;
     SC_TRY(sc_phantom_volume(ctx, phantom, coarse_size, threads, &coarse));
     SC_TRY(sc_alloc(ctx, (size_t)coarse.label_count, sizeof(sc_label_tally), &tallies));
-    tally(&coarse, size, tallies);
+    tally_labels(&coarse, size, tallies);
     grid.labels = coarse.labels;
     grid.label_count = coarse.label_count;
     coarse.labels = NULL;
