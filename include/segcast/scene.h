@@ -64,7 +64,8 @@ sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const 
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
  *  which later ones win. @param out [label_count] by dense id; clip_set is set to 0, and the
- * background is invisible.
+ *  background is invisible. Tissues with opacity_auto get their opacity here, by sc_auto_opacity
+ * from the measured thickness.
  *  @return SC_ERR_DATA (logged, with the nearest name) for a rule that matches no label, and
  *  SC_ERR_MEMORY; nothing is written then. */
 SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,

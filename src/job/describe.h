@@ -26,6 +26,8 @@ sc_status sc_key_values(const sc_ctx *ctx, const sc_key *key, sc_text *text);
 const char *sc_key_default(const sc_key *key);
 
 /* ---- document.c ---- */
+
+/* Append docs/job.md, or segcast-job(5), to @p out. @return SC_ERR_MEMORY. */
 sc_status sc_keys_markdown(const sc_ctx *ctx, sc_text *out);
 sc_status sc_keys_man(const sc_ctx *ctx, sc_text *out);
 

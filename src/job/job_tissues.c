@@ -111,7 +111,9 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-/* Write all rules of the sc_job @p value, a line each, with the keys that were given. */
+/* Write all rules of the sc_job @p value with the keys that were given: each begins a new line, @p
+ * indent
+ * + 2 blanks in, and none ends one; "{}" where there are no rules. */
 static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {

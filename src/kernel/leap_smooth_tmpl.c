@@ -262,8 +262,9 @@ static inline void v_cell_read(packet *p, vm on)
     v_cell_fill(p->m->volume, &p->cell, on);
 }
 
-/* Read the cells of @p on into p->cell and list their crossings in p->x. @return the lanes that
- * have any, as bits. */
+/* Read the cells of the lanes @p on into p->cell, which other lanes lose, and set list, count and
+ * next of p->x to their crossings; p->x.listed is left to the caller. @return the lanes that have
+ * any, as bits. */
 static uint32_t list_cells(packet *p, vm on)
 {
     uint32_t found = 0;

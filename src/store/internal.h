@@ -115,7 +115,8 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store);
 /* Remove everything that runs of segcast write, except job.yaml and statistics. @return an error if
  * a directory cannot be listed. */
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store);
-/* Remove the segments, partial GOPs and temporary files, and their folder if it is empty then. */
+/* Remove the segments, partial GOPs and temporary files of segments/, whichever slice wrote them,
+ * and the folder if it is empty then. Failures are ignored. */
 void sc_store_remove_segments(const sc_ctx *ctx, sc_store *store);
 /* Remove the video of an unfinished run, sc_video_partial_name. */
 void sc_store_remove_partial_video(const sc_ctx *ctx, const sc_store *store);

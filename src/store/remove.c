@@ -8,15 +8,20 @@
 /* The functions for sc_each_file get the store as user and the name of a file in the directory, in
  * segments/ or in frames/. They remove it if segcast writes files of such names, and never fail.
  *
- * Remove any file of segments/. */
+ * Remove a segment or a partial GOP: at least six digits and ".seg", or these, host, process and
+ * ".part". */
 static sc_status remove_segment(const sc_ctx *ctx, void *user, const char *name)
 {
     const sc_store *store = user;
+    const size_t digits = strspn(name, "0123456789");
+    const char *extension = strrchr(name, '.');
     char path[2 * SC_NAME_BYTES];
 
     (void)ctx;
     sc_store_path(store, path, "segments/%s", name);
-    unlink(path);
+    if (digits >= 6 && name[digits] == '.' &&
+        (!strcmp(name + digits, ".seg") || !strcmp(extension, ".part")))
+        unlink(path);
     return SC_OK;
 }
 
@@ -60,7 +65,7 @@ void sc_store_remove_segments(const sc_ctx *ctx, sc_store *store)
     sc_store_path(store, path, "segments");
     sc_remove_temporaries(path, true);
     if (sc_each_file(ctx, path, store, remove_segment) == SC_OK)
-        rmdir(path); /* fails, which is intended, if a hidden file or a folder is in it */
+        rmdir(path); /* fails, which is intended, if anything else is in it */
 }
 
 void sc_store_remove_partial_video(const sc_ctx *ctx, const sc_store *store)

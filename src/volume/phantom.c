@@ -260,9 +260,8 @@ static double surface_field(const sc_phantom *phantom, sc_vec3 p)
     return sc_smooth_min(sc_shape_field(&phantom->shapes[FAT], p), arteries, 4);
 }
 
-/* A field in mm, negative inside, at a point in mm; @p which is a label for those that have
- * several.
- */
+/* A field in mm, negative inside, at a point in mm; @p which is a label value, from 1, for
+ * those that have several. */
 typedef double field_fn(const sc_phantom *phantom, int which, sc_vec3 p);
 
 /* Gradient of a field at @p p, by central differences over 1e-4 mm: about a unit vector,
