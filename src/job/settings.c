@@ -52,6 +52,7 @@ static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container conta
 
     if (old->kind != SC_YAML_MAP || value->kind != SC_YAML_MAP || !keys ||
         container == SC_CONTAINER_NONE) {
+        sc_free(value->key); /* a member that is merged has the same one */
         value->key = old->key;
         old->key = NULL;
         sc_yaml_free(old);
