@@ -50,9 +50,9 @@ sc_status sc_cmd_views(sc_app *app)
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.layout", "views"));
-    sc_options_default(&app->options, "output.size", "[1440, 1080]");
-    sc_options_default(&app->options, "animation.slices.from", "50%");
-    sc_options_default(&app->options, "animation.slices.to", "50%");
+    SC_TRY(sc_options_default(app->ctx, &app->options, "output.size", "[1440, 1080]"));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.from", "50%"));
+    SC_TRY(sc_options_default(app->ctx, &app->options, "animation.slices.to", "50%"));
     status = draw_still(app, NULL, app->options.output ? app->options.output : "views.png");
 out:
     return status;

@@ -71,11 +71,15 @@ sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key
     return add_copy(ctx, options, key, value, false);
 }
 
-void sc_options_default(sc_options *options, const char *key, const char *value)
+sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
+                             const char *value)
 {
-    if (options->default_count < SC_COUNT_OF(options->defaults))
-        options->defaults[options->default_count++] =
-            (sc_setting){.origin = key, .path = key, .value = value};
+    if (options->default_count == SC_COUNT_OF(options->defaults))
+        return sc_fail(ctx, SC_ERR_INTERNAL, "a command sets more than %zu defaults",
+                       SC_COUNT_OF(options->defaults));
+    options->defaults[options->default_count++] =
+        (sc_setting){.origin = key, .path = key, .value = value};
+    return SC_OK;
 }
 
 /* ---- values ---- */

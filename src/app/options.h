@@ -83,8 +83,9 @@ sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key
 sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
                               const char *value);
 /* Add a default of the command, which holds if the job does not set the key. Both texts are
- * borrowed. */
-void sc_options_default(sc_options *options, const char *key, const char *value);
+ * borrowed. @return SC_ERR_INTERNAL if there are more than sc_options.defaults holds. */
+sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
+                             const char *value);
 
 /* The exit code of a return code, after sysexits.h, and its meaning; 75 asks a batch system to run
  * the job again. */
