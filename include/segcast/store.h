@@ -128,6 +128,24 @@ SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *m
  *  manifest with a head, SC_ERR_DATA if one is too large. */
 SC_MUST_USE sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                                         char *version);
+/** What sc_store_status finds. */
+typedef enum sc_store_condition {
+    SC_STORE_COMPLETE,   /**< the manifest has its end line, and the outputs have their sizes */
+    SC_STORE_INCOMPLETE, /**< frames or the video are still to be made */
+    SC_STORE_DAMAGED     /**< what is there is not what segcast wrote */
+} sc_store_condition;
+/** The state of the job in a directory. */
+typedef struct sc_store_report {
+    sc_store_condition condition;
+    int done, frames; /**< frames that the manifests name; frames of the job, 0 if unknown */
+    char video[256];  /**< name of the video of a complete job; empty: none */
+    char reason[256]; /**< what is damaged, in words; empty otherwise */
+} sc_store_report;
+/** Find out quickly whether the job in @p directory is complete: from its manifests and the size
+ *  of the video, without reading pictures. @return SC_OK with @p out filled, also for a damaged
+ *  directory; SC_ERR_MISSING, logged, if it does not exist or holds no run; SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_store_status(const sc_ctx *ctx, const char *directory,
+                                      sc_store_report *out);
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and
  *  its pixels hashed, the bytes of the video are hashed, its frames decoded, counted, and their
  * sizes and times compared. @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA

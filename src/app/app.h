@@ -137,6 +137,7 @@ const volatile sig_atomic_t *sc_signals_install(void);
 sc_status sc_cmd_render(sc_app *app);
 sc_status sc_cmd_join(sc_app *app);
 sc_status sc_cmd_verify(sc_app *app);
+sc_status sc_cmd_status(sc_app *app);
 sc_status sc_cmd_orbit(sc_app *app);
 sc_status sc_cmd_still(sc_app *app);
 sc_status sc_cmd_views(sc_app *app);

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast join and segcast verify: commands that need only the directory of a job, not its volume.
+/* segcast join, verify and status: commands that need only the directory of a job, not its volume.
  */
 #include "run.h"
 
+#include <jansson.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Read what a directory belongs to: the job from its job.yaml, and version, hashes and size from
@@ -70,4 +72,65 @@ sc_status sc_cmd_verify(sc_app *app)
 out:
     sc_job_clear(&job);
     return status;
+}
+
+/* Print the report as one line for people. */
+static void print_status(const char *directory, const sc_store_report *report)
+{
+    if (report->condition == SC_STORE_COMPLETE)
+        printf("%s: complete, %d frames%s%s\n", directory, report->frames,
+               report->video[0] ? ", " : "", report->video);
+    else if (report->condition == SC_STORE_INCOMPLETE)
+        printf("%s: incomplete, %d of %d frames are done; run again with --resume for the rest\n",
+               directory, report->done, report->frames);
+    else
+        printf("%s: damaged: %s; `segcast verify` says more, and a run with --resume makes again "
+               "what is damaged\n",
+               directory, report->reason);
+}
+
+/* Print the report as one line of JSON. @return SC_ERR_MEMORY. */
+static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
+                                   const sc_store_report *report)
+{
+    static const char *const conditions[] = {[SC_STORE_COMPLETE] = "complete",
+                                             [SC_STORE_INCOMPLETE] = "incomplete",
+                                             [SC_STORE_DAMAGED] = "damaged"};
+    json_t *json =
+        json_pack("{s:s, s:s, s:i, s:i}", "schema", "segcast-directory-1", "condition",
+                  conditions[report->condition], "done", report->done, "frames", report->frames);
+    char *text;
+
+    /* Names that are not UTF-8 cannot stand in JSON; they are left out. */
+    if (json)
+        (void)json_object_set_new(json, "directory", json_string(directory));
+    if (json && report->video[0])
+        (void)json_object_set_new(json, "video", json_string(report->video));
+    if (json && report->reason[0])
+        (void)json_object_set_new(json, "reason", json_string(report->reason));
+    text = json ? json_dumps(json, JSON_COMPACT) : NULL;
+    json_decref(json);
+    if (!text)
+        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the status was written as JSON");
+    printf("%s\n", text);
+    free(text);
+    return SC_OK;
+}
+
+sc_status sc_cmd_status(sc_app *app)
+{
+    static const sc_status codes[] = {[SC_STORE_COMPLETE] = SC_OK,
+                                      [SC_STORE_INCOMPLETE] = SC_ERR_INCOMPLETE,
+                                      [SC_STORE_DAMAGED] = SC_ERR_DATA};
+    const char *directory = app->options.input;
+    sc_store_report report;
+    sc_status status = sc_store_status(app->ctx, directory, &report);
+
+    if (status != SC_OK)
+        return status;
+    if (app->options.json)
+        status = print_status_json(app->ctx, directory, &report);
+    else
+        print_status(directory, &report);
+    return status == SC_OK ? codes[report.condition] : status;
 }

@@ -33,6 +33,12 @@ const sc_command sc_commands[] = {
      false},
     {"verify", "DIR", "check every frame and the video of a finished job against the manifest",
      NULL, sc_cmd_verify, false},
+    {"status", "DIR", "say whether the job of a directory is complete",
+     "Prints one line, or JSON with --json. The exit code is 0 only if the job is complete, 75 if "
+     "it "
+     "is incomplete, 65 if the directory is damaged, 66 if it holds no run. Reads the manifest and "
+     "the size of the video; `segcast verify` reads everything.",
+     sc_cmd_status, false},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,

@@ -35,7 +35,7 @@ static sc_status hash_video(const sc_ctx *ctx, const char *path, sc_manifest_end
 
     if (status != SC_OK)
         return status;
-    *out = (sc_manifest_end){true, bytes, sc_hash_bytes(data, bytes, 0)};
+    *out = (sc_manifest_end){true, bytes, sc_hash_bytes(data, bytes, 0), {0}};
     sc_file_unmap(data, bytes);
     return SC_OK;
 }

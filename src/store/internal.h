@@ -26,6 +26,7 @@ typedef struct sc_manifest_head {
 typedef struct sc_manifest_end {
     bool known;
     uint64_t video_bytes, video_hash; /* size and sc_hash_bytes of the video; 0 without one */
+    char video[256];                  /* name of the video; empty without one */
 } sc_manifest_end;
 
 /* The content of one or several manifests. */

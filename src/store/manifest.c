@@ -173,6 +173,18 @@ static void read_head(const json_t *line, sc_manifest_head *head)
         head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
 }
 
+/* Fill all of @p end from an end line. */
+static void read_end(const json_t *line, sc_manifest_end *end)
+{
+    const char *video = json_string_value(json_object_get(line, "video"));
+
+    *end = (sc_manifest_end){true,
+                             (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
+                             get_hash(line, "video_hash"),
+                             {0}};
+    snprintf(end->video, sizeof end->video, "%s", video ? video : "");
+}
+
 /* Put the line into @p data: a head or an end replaces the one before; a frame's line goes to
  * data->lines, if that is not NULL, and adds to data->count. @return false, with @p data untouched,
  * if the line is not that of a manifest, or of a frame out of range. */
@@ -185,9 +197,7 @@ static bool read_line(const json_t *line, sc_manifest_data *data)
         return true;
     }
     if (json_is_true(json_object_get(line, "complete"))) {
-        data->end = (sc_manifest_end){
-            true, (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
-            get_hash(line, "video_hash")};
+        read_end(line, &data->end);
         return true;
     }
     if (!json_is_integer(json_object_get(line, "frame")))

@@ -1,0 +1,31 @@
+# `segcast status DIR` ends with 0 only if the job is complete: scripts of batch systems ask it.
+small_job job.yaml
+sed -i 's/video: none/video: film.mp4, fps: 4, frames: png/' job.yaml
+expect 66 'holds no run' "$SEGCAST" status nowhere; one_error
+mkdir empty
+expect 66 'holds no run' "$SEGCAST" status empty; one_error
+"$SEGCAST" render job.yaml -o out --frames 0-4 -q >/dev/null
+expect 75 '' "$SEGCAST" status out
+[ "$(cat stdout.txt)" = "out: incomplete, 5 of 7 frames are done; run again with --resume for the rest" ] ||
+    fail "status of an incomplete job: $(cat stdout.txt)"
+expect 75 '' "$SEGCAST" status out --json
+jq -e '.condition == "incomplete" and .done == 5 and .frames == 7 and .directory == "out"' stdout.txt >/dev/null ||
+    fail "status --json of an incomplete job: $(cat stdout.txt)"
+"$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+expect 0 '' "$SEGCAST" status out
+[ "$(cat stdout.txt)" = "out: complete, 7 frames, film.mp4" ] || fail "status of a complete job: $(cat stdout.txt)"
+expect 0 '' "$SEGCAST" status out --json
+jq -e '.condition == "complete" and .done == 7 and .frames == 7 and .video == "film.mp4"' stdout.txt >/dev/null ||
+    fail "status --json of a complete job: $(cat stdout.txt)"
+
+# A video that is missing or cut, and a damaged first line, are told.
+cp -r out cut
+truncate -s -1 cut/film.mp4
+expect 65 '' "$SEGCAST" status cut
+grep -q 'cut: damaged: the video film.mp4 has' stdout.txt || fail "a cut video: $(cat stdout.txt)"
+rm cut/film.mp4
+expect 65 '' "$SEGCAST" status cut --json
+jq -e '.condition == "damaged" and (.reason | test("missing"))' stdout.txt >/dev/null || fail "a missing video: $(cat stdout.txt)"
+cp -r out torn
+sed -i '1s/frames/fr\x01mes/' torn/manifest.jsonl
+expect 65 '' "$SEGCAST" status torn
