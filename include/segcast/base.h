@@ -59,7 +59,8 @@ typedef enum sc_log_level { SC_LOG_ERROR, SC_LOG_WARN, SC_LOG_INFO, SC_LOG_DEBUG
 typedef struct sc_ctx {
     sc_log_level level; /**< messages above this level are dropped */
     int rank;           /**< messages begin with this rank if it is above 0 */
-    /** Receives one finished message without newline. NULL: messages are dropped. */
+    /** Receives one finished message without newline, printable as of sc_printable. NULL:
+     *  messages are dropped. */
     void (*write)(void *user, sc_log_level level, const char *text);
     void *user;
     /** NULL, or the number of allocations that still succeed: tests use it to let the n-th fail. */
@@ -98,6 +99,22 @@ SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *
     SC_PRINTF(3, 4);
 /** Free the memory of @p text, which is empty then. */
 void sc_text_clear(sc_text *text);
+
+/** @return how many bytes the character at @p text has: 1 to 4 for a well-formed character of
+ * UTF-8, 0 at the end of the text and for a byte that begins none. */
+size_t sc_utf8_bytes(const char *text);
+/** Write @p text to out[size] as a terminal shows it without obeying it: control characters and
+ *  bytes that are not UTF-8 become for example \\x1b, characters that turn the direction of the
+ * text around become \\u202e. What does not fit is left out at a whole character. @p text and @p
+ * out do not overlap. @return how many bytes the whole result has, its NUL byte not counted. */
+size_t sc_printable(const char *text, char *out, size_t size);
+/** Print @p text to @p stream as sc_printable shows it. For every name and path that comes from the
+ *  user or from a file; messages of sc_fail, sc_warn and sc_info are treated so as a whole. */
+void sc_print(FILE *stream, const char *text);
+/** Copy a name from a file to out[size] as valid UTF-8: bytes that are not UTF-8 become U+FFFD,
+ *  control characters become blanks, and what does not fit is left out at a whole character. size
+ *  is at least 1. @return false if bytes were replaced or left out, which is to be told. */
+bool sc_copy_name(const char *from, char *out, size_t size);
 
 /** @return the one of @p count @p candidates that is nearest to @p word by Levenshtein distance,
  *  ignoring case, or NULL if even that differs in more than a third of its letters and one. NULLs

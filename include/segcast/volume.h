@@ -23,7 +23,8 @@ enum {
 /** One distinct label of a volume, or one row of a label table. */
 typedef struct sc_label {
     int64_t value;            /**< as stored in the file */
-    char name[SC_NAME_BYTES]; /**< UTF-8; empty: none given; longer names are cut */
+    char name[SC_NAME_BYTES]; /**< valid UTF-8; empty: none given. What a file has beyond the
+                                   room is left out at a whole character, with a warning */
     uint8_t rgb[3];           /**< sRGB */
     bool has_color; /**< rgb was given by a file; else a volume's label has sc_label_hash_color */
     bool hidden;    /**< a table says that it is not shown */
@@ -112,9 +113,9 @@ void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */
 SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table,
                                          const sc_label *row);
-/** Read a label table, a text of at most 64 MiB. SC_TABLE_AUTO guesses the format and logs
- *  which. Rows of label 0 are left out; lines of another form, too, with a warning. A value may
- *  have several rows. Caller owns *out: sc_label_table_clear. @return SC_ERR_MISSING;
+/** Read a label table, a text of at most 64 MiB and 1,048,576 rows. SC_TABLE_AUTO guesses the
+ * format and logs which. Rows of label 0 are left out; lines of another form, too, with a warning.
+ * A value may have several rows. Caller owns *out: sc_label_table_clear. @return SC_ERR_MISSING;
  *  SC_ERR_DATA if no line has the form of the table (with the first line) or the file is no such
  *  text; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,

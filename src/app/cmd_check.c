@@ -65,10 +65,11 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_tissues(app, &session));
     SC_TRY(find_corners(app, &session, &corners, &count));
     sc_session_timeline(app, &session, corners, count);
-    printf("%s: ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
-           app->options.input, job->animation.frames, job->output.size_px[0],
-           job->output.size_px[1], session.volume.size[0], session.volume.size[1],
-           session.volume.size[2], session.volume.label_count - 1,
+    sc_print(stdout, app->options.input);
+    printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
+           job->animation.frames, job->output.size_px[0], job->output.size_px[1],
+           session.volume.size[0], session.volume.size[1], session.volume.size[2],
+           session.volume.label_count - 1,
            app->options.fast ? " in its tables (the voxels were not read)" : "");
 out:
     sc_free(corners);

@@ -57,29 +57,34 @@ static json_t *label_json(const info *in, int id)
                      "surface_mm2", stats->surface_mm2);
 }
 
-/* Print the object that `info --json` promises to standard output. */
+/* Print the object that `info --json` promises to standard output. @return SC_ERR_INTERNAL if it
+ * cannot be made: nothing is printed then, rather than an object that lacks a label. */
 static sc_status print_json(const sc_ctx *ctx, const info *in)
 {
     const sc_prepared *v = in->volume;
     json_t *labels = json_array(), *matrix = json_array(), *json;
+    bool failed = false;
     char *text;
 
     for (int row = 0; row < 3; row++) {
         const double *m = v->to_ras_mm.m[row];
 
-        json_array_append_new(matrix, json_pack("[f,f,f,f]", m[0], m[1], m[2], m[3]));
+        failed |=
+            json_array_append_new(matrix, json_pack("[f,f,f,f]", m[0], m[1], m[2], m[3])) != 0;
     }
     for (int id = 0; id < v->label_count; id++)
-        json_array_append_new(labels, label_json(in, id));
+        failed |= json_array_append_new(labels, label_json(in, id)) != 0;
     json = json_pack("{s:s, s:[i,i,i], s:[f,f,f], s:s, s:b, s:o, s:I, s:o}", "schema",
                      "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
                      in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "axes", in->axes,
                      "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
                      (json_int_t)v->boundary_count, "labels", labels);
-    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
-        return sc_fail(ctx, SC_ERR_INTERNAL, "a label's name is not UTF-8");
+        return sc_fail(ctx, SC_ERR_INTERNAL,
+                       "the labels cannot be written as JSON: out of memory, or a name is not "
+                       "UTF-8");
     printf("%s\n", text);
     free(text);
     return SC_OK;
@@ -128,10 +133,11 @@ static void print_text(const info *in)
             printf("%43sbackground\n", "");
             continue;
         }
-        printf(" %7.1f %% %10.2f %9.1f %8.2f  %s%s\n",
+        printf(" %7.1f %% %10.2f %9.1f %8.2f  ",
                s->voxels ? 100.0 * (double)s->boundary_voxels / (double)s->voxels : 0,
-               s->thickness_mm / in->unit.mm, s->surface_mm2 / area_mm2, in->tissues[id].opacity,
-               v->labels[id].name, in->tissues[id].visible ? "" : "  (hidden)");
+               s->thickness_mm / in->unit.mm, s->surface_mm2 / area_mm2, in->tissues[id].opacity);
+        sc_print(stdout, v->labels[id].name);
+        printf("%s\n", in->tissues[id].visible ? "" : "  (hidden)");
     }
 }
 

@@ -2,22 +2,53 @@
 #include "segcast/base.h"
 
 #include <stdarg.h>
+#include <stdlib.h>
 
-/* Format a message and pass it to ctx->write, unless its level is above that of the context. */
+/* Format a message with the rank in front of it, as vsnprintf: what does not fit into text[size] is
+ * left out. @return how many bytes the whole message has. */
+static size_t format(const sc_ctx *ctx, char *text, size_t size, const char *fmt, va_list args)
+    SC_PRINTF(4, 0);
+
+static size_t format(const sc_ctx *ctx, char *text, size_t size, const char *fmt, va_list args)
+{
+    int used = 0, count;
+
+    if (ctx->rank > 0)
+        used = snprintf(text, size, "rank %d: ", ctx->rank);
+    count = vsnprintf(text + used, size - (size_t)used, fmt, args);
+    return (size_t)used + (count > 0 ? (size_t)count : 0);
+}
+
+/* Format a message and pass it to ctx->write, unless its level is above that of the context. What
+ * a terminal would obey in it, such as an escape code from a file's name, is passed on as
+ * sc_printable shows it. Long messages are cut only where memory is out. */
 static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list args)
     SC_PRINTF(3, 0);
 
 static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list args)
 {
-    char text[2048];
-    int used = 0;
+    enum { SHORT_BYTES = 2048 }; /* messages up to this length need no allocation */
+    char text[SHORT_BYTES], shown[SHORT_BYTES];
+    char *long_text = NULL, *long_shown = NULL;
+    const char *message = text;
+    va_list again;
+    size_t bytes;
 
     if (!ctx || !ctx->write || level > ctx->level)
         return;
-    if (ctx->rank > 0)
-        used = snprintf(text, sizeof text, "rank %d: ", ctx->rank);
-    vsnprintf(text + used, sizeof text - (size_t)used, fmt, args);
-    ctx->write(ctx->user, level, text);
+    va_copy(again, args);
+    bytes = format(ctx, text, sizeof text, fmt, args);
+    if (bytes >= sizeof text && (long_text = malloc(bytes + 1))) {
+        format(ctx, long_text, bytes + 1, fmt, again);
+        message = long_text;
+    }
+    va_end(again);
+    bytes = sc_printable(message, shown, sizeof shown);
+    if (bytes >= sizeof shown && (long_shown = malloc(bytes + 1)))
+        sc_printable(message, long_shown, bytes + 1);
+    ctx->write(ctx->user, level, long_shown ? long_shown : shown);
+    free(long_text);
+    free(long_shown);
 }
 
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...)

@@ -1,13 +1,35 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Label tables: colour tables of 3D Slicer, look-up tables of FreeSurfer, descriptions of ITK-SNAP.
  * The first two look alike but mean the opposite by their sixth number. */
-#include "segcast/volume.h"
+#include "source.h"
 
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { TABLE_MAX_BYTES = 64 << 20 }; /* longer files are refused */
+enum {
+    TABLE_MAX_BYTES = 64 << 20, /* longer files are refused */
+    TABLE_MAX_ROWS = 1 << 20    /* so are more rows: 16 for each label that a volume can have */
+};
+
+void sc_name_read(const char *from, char *out, sc_name_count *count)
+{
+    const bool whole = sc_copy_name(from, out, SC_NAME_BYTES);
+
+    if (!whole && count->mended++ == 0)
+        memcpy(count->first, out, SC_NAME_BYTES);
+}
+
+void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count)
+{
+    if (count->mended)
+        sc_warn(ctx,
+                "%s: %d name%s not UTF-8 or longer than %d bytes, such as \"%s\"; what is no "
+                "UTF-8 is shown as U+FFFD, and what is too long is left out: save the table as "
+                "UTF-8, with shorter names",
+                path, count->mended, count->mended == 1 ? " is" : "s are", SC_NAME_BYTES - 1,
+                count->first);
+}
 
 void sc_label_table_clear(sc_label_table *table)
 {
@@ -73,7 +95,7 @@ static uint8_t level(double value)
 /* Read a row "id name R G B [A]" as the parsers below do. @p transparency: the last number is
  * 255 minus the opacity, and underscores belong to the name; else it is the opacity, and they
  * stand for blanks. Colours and opacity are clamped to 0 to 255. */
-static bool parse_named(char *line, bool transparency, sc_label *row)
+static bool parse_named(char *line, bool transparency, sc_label *row, sc_name_count *names)
 {
     double id, rgb[3], last;
     char *at = line, *name;
@@ -82,7 +104,7 @@ static bool parse_named(char *line, bool transparency, sc_label *row)
         !next_number(&at, &rgb[0]) || !next_number(&at, &rgb[1]) || !next_number(&at, &rgb[2]))
         return false;
     row->value = (int64_t)id;
-    snprintf(row->name, sizeof row->name, "%s", strcmp(name, "_") ? name : "");
+    sc_name_read(strcmp(name, "_") ? name : "", row->name, names);
     for (char *c = row->name; *c && !transparency; c++)
         *c = *c == '_' ? ' ' : *c;
     for (int i = 0; i < 3; i++)
@@ -101,21 +123,21 @@ static bool parse_named(char *line, bool transparency, sc_label *row)
 
 /* The parsers of the formats: read one line, which is cut into words, into @p row, whose
  * opacity is -1 and all else zero. They set value, name, rgb and has_color, opacity if it is
- * given and below 1, and hidden. Longer names are cut. @return false if the line has not this
- * form; @p row may have changed then. */
-static bool parse_slicer(char *line, sc_label *row)
+ * given and below 1, and hidden. @p names counts names that were mended. @return false if the line
+ * has not this form; @p row may have changed then. */
+static bool parse_slicer(char *line, sc_label *row, sc_name_count *names)
 {
-    return parse_named(line, false, row);
+    return parse_named(line, false, row, names);
 }
 
-static bool parse_freesurfer(char *line, sc_label *row)
+static bool parse_freesurfer(char *line, sc_label *row, sc_name_count *names)
 {
-    return parse_named(line, true, row);
+    return parse_named(line, true, row, names);
 }
 
 /* A row: id R G B A VIS MSH "name", with an id from 0 to 65535. A is the opacity from 0 to 1;
  * MSH says whether the label is shown in 3D; VIS, whether it is shown in slices, is not used. */
-static bool parse_itksnap(char *line, sc_label *row)
+static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
 {
     double number[7];
     char *at = line, *quote, *end;
@@ -130,7 +152,7 @@ static bool parse_itksnap(char *line, sc_label *row)
         return false;
     *end = '\0';
     row->value = (int64_t)number[0];
-    snprintf(row->name, sizeof row->name, "%s", quote + 1);
+    sc_name_read(quote + 1, row->name, names);
     for (int i = 0; i < 3; i++)
         row->rgb[i] = level(number[i + 1]);
     row->has_color = true;
@@ -142,7 +164,7 @@ static bool parse_itksnap(char *line, sc_label *row)
 /* By sc_table_format: the name for messages, and the parser; SC_TABLE_AUTO has none. */
 static const struct {
     const char *name;
-    bool (*parse)(char *line, sc_label *row);
+    bool (*parse)(char *line, sc_label *row, sc_name_count *names);
 } formats[] = {[SC_TABLE_AUTO] = {"", NULL},
                [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
                [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
@@ -164,31 +186,61 @@ static bool looks_like_itksnap(const char *line)
     return end > 0 && line[end] == '"';
 }
 
-/* @return the format of the table @p text, never SC_TABLE_AUTO. ITK-SNAP is known by its header
- * or by names in quotes. The tables of Slicer and FreeSurfer look alike, but most of their
- * labels are opaque, which is 255 in the one and 0 in the other; if neither is more frequent,
- * Slicer is taken. */
-static sc_table_format guess(const char *text)
+/* Cut off the line that begins at @p line, which is changed: its end, one of CR, LF or both,
+ * becomes NUL. @return the next line; NULL behind the last one. Each line is cut before anything
+ * reads it, because sscanf and strtod look for the end of the string first: on the whole text their
+ * time would be the square of its length. */
+static char *cut_line(char *line)
 {
-    size_t opaque_255 = 0, opaque_0 = 0;
-    const char *line = text;
+    char *end = line + strcspn(line, "\r\n");
+    const bool both = end[0] == '\r' && end[1] == '\n';
 
-    if (strstr(text, "ITK-SnAP") || strstr(text, "ITK-SNAP"))
-        return SC_TABLE_ITKSNAP;
-    while (*line) {
-        double last = 0;
+    if (!*end)
+        return NULL;
+    *end = '\0';
+    return end + 1 + both;
+}
 
-        if (looks_like_itksnap(line))
-            return SC_TABLE_ITKSNAP;
-        if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
-            sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
-            opaque_255 += last == 255;
-            opaque_0 += last == 0;
-        }
-        line += strcspn(line, "\n");
-        line += *line == '\n';
+/* What the lines read so far say about the format of a table. */
+typedef struct evidence {
+    bool itksnap;                /* a line has the form of ITK-SNAP */
+    size_t opaque_255, opaque_0; /* rows whose last number is 255, or 0 */
+} evidence;
+
+/* Add what one line, cut off, says. */
+static void weigh_line(const char *line, evidence *e)
+{
+    double last = 0;
+
+    e->itksnap = e->itksnap || strstr(line, "ITK-SnAP") || strstr(line, "ITK-SNAP") ||
+                 looks_like_itksnap(line);
+    if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
+        sscanf(line, "%*d %*s %*d %*d %*d %lf", &last) == 1) {
+        e->opaque_255 += last == 255;
+        e->opaque_0 += last == 0;
     }
-    return opaque_0 > opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
+}
+
+/* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
+ * the call and whole again after it. ITK-SNAP is known by its header or by names in quotes. The
+ * tables of Slicer and FreeSurfer look alike, but most of their labels are opaque, which is 255 in
+ * the one and 0 in the other; if neither is more frequent, Slicer is taken. */
+static sc_table_format guess(char *text)
+{
+    evidence e = {0};
+
+    for (char *line = text; line && !e.itksnap;) {
+        char *end = line + strcspn(line, "\r\n");
+        const char ending = *end;
+        char *next = cut_line(line);
+
+        weigh_line(line, &e);
+        *end = ending;
+        line = next;
+    }
+    if (e.itksnap)
+        return SC_TABLE_ITKSNAP;
+    return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 
 /* Append the rows of @p text, which is cut into lines and words, to @p table. Blank lines,
@@ -199,26 +251,31 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
                              char *text, sc_label_table *table)
 {
     int number = 0, skipped = 0, first_skipped = 0;
+    sc_name_count names = {0};
     sc_status status = SC_OK;
 
     for (char *line = text, *next; status == SC_OK && line; line = next) {
-        const size_t length = strcspn(line, "\r\n");
         sc_label row = {.opacity = -1};
 
         number++;
-        next = line[length] ? line + length + (line[length] == '\r' && line[length + 1] == '\n') + 1
-                            : NULL;
-        line[length] = '\0';
+        next = cut_line(line);
         if (is_blank_or_comment(line))
             continue;
-        if (!formats[format].parse(line, &row)) {
+        if (!formats[format].parse(line, &row, &names)) {
             first_skipped = skipped++ ? first_skipped : number;
             continue;
         }
         if (row.value == 0) /* background is never shown: its name and colour do not matter */
             continue;
+        if (table->count == TABLE_MAX_ROWS)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s:%d: more than %d rows, but a volume has at most %d labels; keep the "
+                           "rows of the labels in the volume",
+                           path, number, TABLE_MAX_ROWS, SC_LABELS_MAX - 1);
         status = sc_label_table_add(ctx, table, &row);
     }
+    if (status == SC_OK)
+        sc_name_warn(ctx, path, &names);
     if (status == SC_OK && skipped && table->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
                        first_skipped, formats[format].name);

@@ -202,7 +202,7 @@ static bool parse_color(const char *text, uint8_t rgb[3])
  * the value index + 1. One whose value cannot be read is left out, and so is a colour that
  * cannot be read, with a warning each. @return SC_ERR_MEMORY only. */
 static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, unsigned index,
-                              sc_label_table *table)
+                              sc_label_table *table, sc_name_count *names)
 {
     char *value = segment_value(nrrd, index, "LabelValue");
     char *name = segment_value(nrrd, index, "Name");
@@ -220,9 +220,7 @@ static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *n
                 path, index, value);
         goto out;
     }
-    snprintf(row.name, sizeof row.name, "%s", name ? name : "");
-    for (char *c = row.name; *c; c++)
-        *c = (unsigned char)*c < ' ' || *c == 127 ? ' ' : *c;
+    sc_name_read(name ? name : "", row.name, names);
     row.has_color = parse_color(color, row.rgb);
     if (color && !row.has_color)
         sc_warn(ctx, "%s: Segment%u_Color is \"%.40s\", expected three numbers from 0 to 1", path,
@@ -240,6 +238,7 @@ out:
 static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
                                sc_label_table *table)
 {
+    sc_name_count names = {0};
     sc_status status = SC_OK;
 
     for (unsigned i = 0; i < SC_LABELS_MAX && status == SC_OK; i++) {
@@ -251,8 +250,10 @@ static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *
         free(value);
         if (!exists)
             break;
-        status = read_segment(ctx, path, nrrd, i, table);
+        status = read_segment(ctx, path, nrrd, i, table, &names);
     }
+    if (status == SC_OK)
+        sc_name_warn(ctx, path, &names);
     return status;
 }
 

@@ -54,6 +54,17 @@ size_t sc_source_voxels(const sc_source *source);
 /* Bytes of one voxel as stored. */
 size_t sc_voxel_type_bytes(sc_voxel_type type);
 
+/* How many names of labels a file has that had to be mended, and the first of them, mended. */
+typedef struct sc_name_count {
+    int mended;
+    char first[SC_NAME_BYTES];
+} sc_name_count;
+/* Copy a label's name to out[SC_NAME_BYTES] by sc_copy_name, and count it in @p count if bytes of
+ * it were replaced or left out. */
+void sc_name_read(const char *from, char *out, sc_name_count *count);
+/* Log one warning for all names that were mended; nothing if there are none. */
+void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count);
+
 /* Most bytes a volume may have once read, whatever its header claims. */
 #define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */

@@ -166,6 +166,74 @@ static void zero_is_never_negative(void **state)
     assert_string_equal(text, "-0.1");
 }
 
+/* For sc_ctx.write: copy the whole message to @p user. */
+static void keep_all(void *user, sc_log_level level, const char *text)
+{
+    (void)level;
+    strcpy(user, text);
+}
+
+/* What a terminal would obey is shown as text; everything else stays as it is. */
+static void text_from_files_is_shown_and_not_obeyed(void **state)
+{
+    static const struct {
+        const char *from, *shown;
+    } cases[] = {{"left atrium", "left atrium"},
+                 {"\x1b[31mred\x07", "\\x1b[31mred\\x07"},
+                 {"two\nlines\r\x7f", "two\\x0alines\\x0d\\x7f"},
+                 {"c1 \xc2\x9b", "c1 \\u009b"}, /* an escape sequence in one character */
+                 {"c1 \x9b", "c1 \\x9b"},       /* the same in one byte */
+                 {"a\xe2\x80\xae"
+                  "b",
+                  "a\\u202eb"}, /* turns what follows around */
+                 {"\xc3\xa9\xe5\xbf\x83\xf0\x9f\xab\x80", "\xc3\xa9\xe5\xbf\x83\xf0\x9f\xab\x80"},
+                 {"cut \xc3", "cut \\xc3"}, /* ends inside a character */
+                 {"\xc0\xaf\xed\xa0\x80\xf5", "\\xc0\\xaf\\xed\\xa0\\x80\\xf5"}, /* no UTF-8 */
+                 {"%n%s", "%n%s"}};
+    char out[256], small[8];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        assert_int_equal(sc_printable(cases[i].from, out, sizeof out), strlen(cases[i].shown));
+        assert_string_equal(out, cases[i].shown);
+    }
+    assert_int_equal(sc_printable("abcd\x1b", small, sizeof small), 8);
+    assert_string_equal(small, "abcd"); /* the next four bytes and a NUL byte have no room */
+}
+
+static void names_become_valid_utf8_and_end_at_a_whole_character(void **state)
+{
+    char out[8];
+
+    (void)state;
+    assert_true(sc_copy_name("a\xc3\xa9z", out, sizeof out));
+    assert_string_equal(out, "a\xc3\xa9z");
+    assert_true(sc_copy_name("a\tb\x1b", out, sizeof out));
+    assert_string_equal(out, "a b ");
+    assert_false(sc_copy_name("a\xffz", out, sizeof out));
+    assert_string_equal(out, "a\xef\xbf\xbdz");
+    assert_false(sc_copy_name("123456\xc3\xa9", out, sizeof out));
+    assert_string_equal(out, "123456");
+}
+
+/* Messages of any length arrive whole, and what a terminal would obey is shown. */
+static void messages_are_never_cut_and_never_obeyed(void **state)
+{
+    enum { LONG = 30000 };
+    static char path[LONG + 1], text[LONG + 64];
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = keep_all, .user = text, .rank = 3};
+
+    (void)state;
+    memset(path, 'p', LONG);
+    (void)sc_fail(&ctx, SC_ERR_DATA, "%s: %s", path, "wrong");
+    assert_int_equal(strlen(text), strlen("rank 3: ") + LONG + strlen(": wrong"));
+    memset(path, 'p', LONG);
+    path[5] = '\x1b';
+    path[10] = '\0';
+    sc_warn(&ctx, "%s", path);
+    assert_string_equal(text, "rank 3: ppppp\\x1bpppp");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -179,6 +247,9 @@ int main(void)
         cmocka_unit_test(a_parallel_loop_does_every_item_once),
         cmocka_unit_test(lengths_get_a_unit_that_fits),
         cmocka_unit_test(zero_is_never_negative),
+        cmocka_unit_test(text_from_files_is_shown_and_not_obeyed),
+        cmocka_unit_test(names_become_valid_utf8_and_end_at_a_whole_character),
+        cmocka_unit_test(messages_are_never_cut_and_never_obeyed),
     };
 
     return RUN(tests);

@@ -391,6 +391,48 @@ static void tables_of_three_programs_are_read(void **state)
     unlink("t.txt");
 }
 
+/* Names that are no UTF-8 or too long are mended where they are read, told by one warning. */
+static void names_are_valid_utf8_whatever_the_file_holds(void **state)
+{
+    enum { NAME = 126 }; /* a character of two bytes behind so many has no room */
+    char text[512], letters[NAME + 1], data[VOXELS] = {0};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_table table = {0};
+    sc_volume v;
+
+    (void)state;
+    memset(letters, 'x', NAME);
+    letters[NAME] = '\0';
+    snprintf(text, sizeof text,
+             "1 %s\xc3\xa9\xc3\xa9 1 2 3 255\n2 \xff 1 2 3 255\n3 ok 1 2 3 255\n", letters);
+    write_file("t.txt", text, "", 0, false);
+    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_SLICER, &table));
+    assert_string_equal(table.rows[0].name, letters);
+    assert_string_equal(table.rows[1].name, "\xef\xbf\xbd");
+    assert_non_null(strstr(said.text, "2 names are not UTF-8 or longer"));
+    sc_label_table_clear(&table);
+    snprintf(text, sizeof text, "4 1 2 3 1 1 1 \"%s\xc3\xa9\"\n5 1 2 3 1 1 1 \"b\x9b\"\n", letters);
+    write_file("t.txt", text, "", 0, false);
+    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_ITKSNAP, &table));
+    assert_string_equal(table.rows[0].name, letters);
+    assert_string_equal(table.rows[1].name, "b\xef\xbf\xbd");
+    sc_label_table_clear(&table);
+    unlink("t.txt");
+    data[0] = 1;
+    snprintf(text, sizeof text,
+             "NRRD0004\ntype: uchar\ndimension: 3\nspace: RAS\nsizes: 7 5 4\n"
+             "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n"
+             "Segment0_ID:=a\nSegment0_Name:=%s\xc3\xa9\n\n",
+             letters);
+    write_file("t.seg.nrrd", text, data, sizeof data, false);
+    assert_ok(sc_volume_read(&ctx, "t.seg.nrrd", &v));
+    assert_string_equal(v.labels[1].name, letters);
+    assert_non_null(strstr(said.text, "1 name is not UTF-8 or longer"));
+    sc_volume_clear(&v);
+    unlink("t.seg.nrrd");
+}
+
 static void hash_colours_are_stable_and_distinct(void **state)
 {
     uint8_t seen[1000][3];
@@ -761,6 +803,7 @@ int main(void)
         cmocka_unit_test(there_may_be_65535_labels_of_any_value),
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
         cmocka_unit_test(tables_of_three_programs_are_read),
+        cmocka_unit_test(names_are_valid_utf8_whatever_the_file_holds),
         cmocka_unit_test(hash_colours_are_stable_and_distinct),
         cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
