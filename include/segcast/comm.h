@@ -58,11 +58,25 @@ void sc_comm_broadcast(sc_comm *comm, void *data, size_t bytes);
  *  Blocks on rank 0 until all are here. Collective. */
 void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all);
 
+/** Where a node holds a block that its ranks share. */
+typedef enum sc_shared_place {
+    SC_SHARED_IN_MEMORY, /**< in memory that all its ranks see (/dev/shm), or in that of the only
+                              rank */
+    SC_SHARED_IN_FILE,   /**< in a file without a name, on disk, that all its ranks map */
+    SC_SHARED_COPIED     /**< every rank has a copy, and changes of one are not seen by others */
+} sc_shared_place;
+
 /** Allocate one block of memory per node, common to all its ranks; not initialised. All ranks of a
- *  node pass the same size. Collective. @return on all ranks the same: SC_ERR_MEMORY. Caller owns
- *  *out: sc_shared_free. */
+ *  node pass the same size; with 0 nothing is allocated. Asks for room first and keeps some free
+ * for the message layer. @param folder where a file is made if there is no room in /dev/shm; if
+ * there is none in the folder either, every rank gets a copy, which sc_shared_publish fills. NULL:
+ * only memory that is really shared will do. Of the ranks of a node the first one's folder counts.
+ *  Collective. @return on all ranks the same: SC_ERR_MEMORY, logged by rank 0. Caller owns *out:
+ *  sc_shared_free. */
 SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes,
-                                      sc_shared **out);
+                                      const char *folder, sc_shared **out);
+/** @return where this rank's node holds the block. */
+sc_shared_place sc_shared_place_of(const sc_shared *shared);
 /** @return the block at its address in this process. */
 void *sc_shared_data(const sc_shared *shared);
 /** Copy the block of rank 0's node to those of the other nodes, in place of what they hold; blocks

@@ -5,6 +5,7 @@
 
 #include "segcast/phantom.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -314,6 +315,49 @@ out:
     return status;
 }
 
+/* @return the folder for the file that holds the prepared volume where /dev/shm has no room. */
+static const char *temporary_folder(void)
+{
+    const char *folder = getenv("TMPDIR");
+
+    return folder && folder[0] ? folder : "/tmp";
+}
+
+/* Tell on rank 0 if a node does not hold the prepared volume once in its shared memory, for want of
+ * room. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
+static sc_status tell_place(const sc_app *app, const sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const size_t ranks = (size_t)sc_comm_size(app->comm);
+    const int32_t mine = sc_shared_place_of(session->shared);
+    const double mb = (double)session->shared_bytes / 1e6;
+    int in_file = 0, copied = 0;
+    void *all = NULL;
+    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
+
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    for (size_t i = 0; first && i < ranks; i++) {
+        in_file += ((int32_t *)all)[i] == SC_SHARED_IN_FILE;
+        copied += ((int32_t *)all)[i] == SC_SHARED_COPIED;
+    }
+    if (in_file)
+        sc_warn(app->ctx,
+                "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
+                "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
+                "`segcast prepare` needs none",
+                mb, in_file, ranks, temporary_folder());
+    if (copied)
+        sc_warn(app->ctx,
+                "neither /dev/shm nor %s has room for the prepared volume (%.0f MB): %d of %zu "
+                "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
+                "from `segcast prepare` saves that memory",
+                temporary_folder(), mb, copied, ranks);
+out:
+    sc_free(all);
+    return status;
+}
+
 /* Prepare the volume on rank 0 while the others wait, and copy it to one block on each node: fills
  * session->shared and session->volume. Collective. */
 static sc_status share_volume(sc_app *app, sc_session *session)
@@ -335,7 +379,8 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     bytes = first ? sc_preparation_bytes(preparation) : 0;
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     session->shared_bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, &session->shared));
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, temporary_folder(), &session->shared));
+    SC_TRY(tell_place(app, session));
     if (first)
         sc_preparation_pack(preparation, sc_shared_data(session->shared));
     sc_preparation_free(preparation);

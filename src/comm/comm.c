@@ -64,9 +64,15 @@ void sc_comm_gather(sc_comm *comm, const void *mine, size_t bytes, void *all)
     comm->ops->gather(comm, mine, bytes, all);
 }
 
-sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                          sc_shared **out)
 {
-    return comm->ops->share(ctx, comm, bytes, out);
+    return comm->ops->share(ctx, comm, bytes, folder, out);
+}
+
+sc_shared_place sc_shared_place_of(const sc_shared *shared)
+{
+    return shared->place;
 }
 
 void *sc_shared_data(const sc_shared *shared)

@@ -2,16 +2,20 @@
 /* The communicator over MPI; the only file that includes <mpi.h>.
  *
  * Ranks exchange messages only; one-sided communication is not used, because between nodes it fails
- * in widely used builds of MPI. The ranks of a node also share windows of memory. Waiting is a loop
- * of test and sleep: a blocking MPI call would spin on a core that the threads of other ranks need.
- * Errors of MPI are fatal (they end all ranks) except where a call is checked.
+ * in widely used builds of MPI. The ranks of a node also share memory. That is a file which they
+ * all map, and no window of MPI: where there is no room for a window, some ranks never come back
+ * from making it. Waiting is a loop of test and sleep: a blocking MPI call would spin on a core
+ * that the threads of other ranks need. Errors of MPI are fatal: they end all ranks.
  *
  * The functions mpi_* are those of sc_comm_ops and of sc_shared: segcast/comm.h has their contract.
  */
 #include "comm_ops.h"
+#include "shared_file.h"
 
 #include <mpi.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 typedef struct mpi_comm {
     sc_comm base;
@@ -23,11 +27,11 @@ typedef struct mpi_comm {
     sc_ctx silent; /* for an allocation whose failure is no error: see reserve_request */
 } mpi_comm;
 
-/* A block of memory that the ranks of a node share; base.data points into the window. */
-typedef struct mpi_shared {
-    sc_shared base;
-    MPI_Win window;
-} mpi_shared;
+/* Where the files are made that the ranks of a node map, if there is room: files in memory. What
+ * stays free there is for the message layer, which puts memory of its own there and is killed by
+ * the system if it finds no room when it first writes to it. */
+#define SHARED_MEMORY "/dev/shm"
+enum { SPARE_BYTES = 64 << 20, SPARE_BYTES_PER_RANK = 16 << 20 };
 
 /* Large blocks are broadcast in pieces, several of which are under way at a time, so that a node
  * can pass on the first while it receives the next. */
@@ -84,16 +88,21 @@ static void mpi_broadcast(sc_comm *base, void *data, size_t bytes)
     broadcast_in(((mpi_comm *)base)->world, data, bytes);
 }
 
-/* Errors are negative, and the worst is the smallest: see sc_status. */
-static sc_status mpi_agree(sc_comm *base, sc_status mine)
+/* @return the smallest return code of the ranks of @p comm; blocks until all have called it. Errors
+ * are negative, and the worst is the smallest: see sc_status. Collective in @p comm. */
+static sc_status agree_in(MPI_Comm comm, sc_status mine)
 {
-    mpi_comm *comm = (mpi_comm *)base;
     int local = mine, smallest = mine;
     MPI_Request request;
 
-    MPI_Iallreduce(&local, &smallest, 1, MPI_INT, MPI_MIN, comm->world, &request);
+    MPI_Iallreduce(&local, &smallest, 1, MPI_INT, MPI_MIN, comm, &request);
     wait_asleep(&request, COLLECTIVE_NAP_S);
     return (sc_status)smallest;
+}
+
+static sc_status mpi_agree(sc_comm *base, sc_status mine)
+{
+    return agree_in(((mpi_comm *)base)->world, mine);
 }
 
 /* Block until this rank's part has left; on rank 0, until all parts are in @p all. */
@@ -115,61 +124,128 @@ static void mpi_barrier(sc_comm *base)
     wait_asleep(&request, COLLECTIVE_NAP_S);
 }
 
-/* Free the block and its window. Collective among the ranks of a node, and blocks for them. */
-static void mpi_unshare(sc_shared *base)
-{
-    mpi_shared *shared = (mpi_shared *)base;
+/* ---- memory that the ranks of a node share ---- */
 
-    MPI_Win_free(&shared->window);
+/* Free this rank's mapping or copy, and @p shared. Local. */
+static void mpi_unshare(sc_shared *shared)
+{
+    if (shared->place == SC_SHARED_COPIED)
+        sc_free(shared->data);
+    else if (shared->data)
+        munmap(shared->data, shared->bytes);
     sc_free(shared);
 }
 
-/* The first rank of each node allocates the whole block, the others nothing; then every rank asks
- * for the address of the first one's part. All ranks agree on the return code twice: before the
- * window is made, which is collective, and after it. */
-static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, sc_shared **out)
+/* Make a file in @p folder and map it on all ranks of the node: the first of them makes it, and
+ * removes its name when all have opened it, so that nothing is left behind whatever happens later.
+ * It gets its room only then, and before anybody writes to it: without it, writing would kill.
+ * Collective in comm->node, where all get the same return code; nothing is mapped after an error.
+ * @param spare_bytes must stay free in @p folder. @return SC_ERR_MEMORY, SC_ERR_CREATE, or
+ * SC_ERR_MISSING if the ranks do not see the same folder. Caller owns *out: munmap. */
+static sc_status map_file(mpi_comm *comm, const char *folder, size_t bytes, size_t spare_bytes,
+                          void **out)
 {
-    mpi_comm *comm = (mpi_comm *)base;
-    const MPI_Aint mine = base->node_rank == 0 ? (MPI_Aint)bytes : 0;
-    MPI_Aint size;
-    int unit;
-    void *data = NULL, *block = NULL;
-    mpi_shared *shared;
+    const bool first = comm->base.node_rank == 0;
+    struct {
+        sc_shared_name name;
+        int32_t status;
+    } made = {.status = SC_OK};
+    int file = -1;
+    void *data = NULL;
     sc_status status;
 
-    status = mpi_agree(base, sc_zalloc(ctx, 1, sizeof(mpi_shared), &block));
+    if (first)
+        made.status = sc_shared_file_make(folder, bytes, spare_bytes, &made.name, &file);
+    broadcast_in(comm->node, (char *)&made, sizeof made);
+    if (made.status != SC_OK)
+        return (sc_status)made.status;
+    SC_TRY(agree_in(comm->node, first ? SC_OK : sc_shared_file_open(&made.name, &file)));
+    if (first) {
+        sc_shared_file_remove(&made.name);
+        status = sc_shared_file_reserve(file, bytes);
+    }
+    SC_TRY(agree_in(comm->node, status));
+    status = agree_in(comm->node, sc_shared_file_map(file, bytes, &data));
+    if (status == SC_OK)
+        *out = data;
+    else if (data)
+        munmap(data, bytes);
+out:
+    if (first && status != SC_OK)
+        sc_shared_file_remove(&made.name);
+    if (file >= 0)
+        close(file);
+    return status;
+}
+
+/* Find room for shared->bytes on this node, first in memory, then as a file in @p folder, then as
+ * one copy per rank: the last two only if @p folder is not NULL. Sets data and place. Collective in
+ * comm->node, where all get the same result. @return SC_ERR_MEMORY, not logged. */
+static sc_status find_place(mpi_comm *comm, const char *folder, sc_shared *shared)
+{
+    int ranks;
+    size_t spare_bytes;
+    sc_status status;
+
+    if (shared->bytes == 0)
+        return SC_OK;
+    MPI_Comm_size(comm->node, &ranks);
+    spare_bytes = SPARE_BYTES + (size_t)ranks * SPARE_BYTES_PER_RANK;
+    shared->place = SC_SHARED_IN_MEMORY;
+    if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data) == SC_OK)
+        return SC_OK;
+    if (!folder)
+        return SC_ERR_MEMORY;
+    shared->place = SC_SHARED_IN_FILE;
+    if (map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+        return SC_OK;
+    shared->place = SC_SHARED_COPIED;
+    status = sc_alloc(&comm->silent, shared->bytes, 1, &shared->data);
+    return agree_in(comm->node, status);
+}
+
+/* All ranks agree on the return code twice, so that none waits for one that has failed; between
+ * the two only the ranks of a node deal with each other. */
+static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const char *folder,
+                           sc_shared **out)
+{
+    void *block = NULL;
+    sc_shared *shared;
+    sc_status status = mpi_agree(base, sc_zalloc(ctx, 1, sizeof *shared, &block));
+
     if (status != SC_OK) {
         sc_free(block);
         return status;
     }
     shared = block;
-    MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_RETURN);
-    if (MPI_Win_allocate_shared(mine, 1, MPI_INFO_NULL, comm->node, &data, &shared->window))
-        status =
-            sc_fail(ctx, SC_ERR_MEMORY,
-                    "%zu bytes of shared memory could not be had; is /dev/shm too small?", bytes);
-    MPI_Comm_set_errhandler(comm->node, MPI_ERRORS_ARE_FATAL);
-    status = mpi_agree(base, status);
+    *shared = (sc_shared){.bytes = bytes, .free = mpi_unshare};
+    status = mpi_agree(base, find_place((mpi_comm *)base, folder, shared));
     if (status != SC_OK) {
-        sc_free(block);
-        return status;
+        mpi_unshare(shared);
+        return base->rank > 0 ? status
+                              : sc_fail(ctx, status,
+                                        "there is no room for %zu bytes that the ranks of a node "
+                                        "share, neither in " SHARED_MEMORY " nor in %s nor in the "
+                                        "memory of every rank; use fewer ranks per node",
+                                        bytes, folder ? folder : "a folder");
     }
-    MPI_Win_shared_query(shared->window, 0, &size, &unit, &data);
-    shared->base = (sc_shared){.data = data, .bytes = bytes, .free = mpi_unshare};
-    *out = &shared->base;
+    *out = shared;
     return SC_OK;
 }
 
-/* Copy the block between the first ranks of the nodes; the fence makes the bytes visible to the
- * other ranks of each node, and the barrier lets no rank continue before all may read. */
+/* Copy the block between the first ranks of the nodes, and where every rank has a copy, from the
+ * first rank to the others. The fence and the barrier let no rank continue before it may read. */
 static void mpi_publish(sc_comm *base, sc_shared *shared)
 {
     mpi_comm *comm = (mpi_comm *)base;
 
     if (comm->leaders != MPI_COMM_NULL)
         broadcast_in(comm->leaders, shared->data, shared->bytes);
-    MPI_Win_fence(0, ((mpi_shared *)shared)->window);
+    if (shared->place == SC_SHARED_COPIED)
+        broadcast_in(comm->node, shared->data, shared->bytes);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
     mpi_barrier(base);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
 }
 
 /* Test all posted messages, which lets them progress, and remove the requests of those that have
@@ -311,17 +387,25 @@ static void fill_ranks(mpi_comm *comm)
 
 sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
 {
-    int granted;
+    int granted, mine, smallest;
     void *block = NULL, *requests = NULL;
     mpi_comm *comm;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof(mpi_comm), &block));
-    SC_TRY(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests));
     /* Funneled: only the main thread calls MPI. */
-    if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted)) {
-        status = sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
-        goto out;
+    if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted))
+        return sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
+    status = sc_zalloc(ctx, 1, sizeof(mpi_comm), &block);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests);
+    /* A rank without memory must not leave the others waiting for it. */
+    mine = status;
+    MPI_Allreduce(&mine, &smallest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+    if (smallest != SC_OK) {
+        sc_free(requests);
+        sc_free(block);
+        MPI_Finalize();
+        return (sc_status)smallest;
     }
     comm = block;
     comm->base.ops = &mpi_ops;
@@ -332,10 +416,6 @@ sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
     fill_ranks(comm);
     *out = &comm->base;
     return SC_OK;
-out:
-    sc_free(requests);
-    sc_free(block);
-    return status;
 }
 
 void sc_comm_mpi_library(char *text, size_t size)

@@ -12,7 +12,8 @@ typedef struct sc_comm_ops {
     sc_status (*agree)(sc_comm *comm, sc_status mine);
     void (*broadcast)(sc_comm *comm, void *data, size_t bytes);
     void (*gather)(sc_comm *comm, const void *mine, size_t bytes, void *all);
-    sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out);
+    sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                       sc_shared **out);
     void (*publish)(sc_comm *comm, sc_shared *shared);
     void (*post)(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
     int (*pending)(sc_comm *comm);
@@ -30,10 +31,11 @@ struct sc_comm {
     bool near_root; /* on the node of rank 0 */
 };
 
-/* The first member of each implementation's own struct for a shared block. */
+/* A shared block, as one rank sees it. */
 struct sc_shared {
-    void *data; /* address in this process */
+    void *data; /* address in this process; NULL for a block of 0 bytes */
     size_t bytes;
+    sc_shared_place place;
     void (*free)(sc_shared *shared);
 };
 

@@ -43,13 +43,15 @@ static void self_unshare(sc_shared *shared)
 }
 
 /* Allocate the block from the heap, zeroed; self_unshare frees it. */
-static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                            sc_shared **out)
 {
     void *block, *data = NULL;
     sc_status status = sc_zalloc(ctx, 1, sizeof(sc_shared), &block);
     sc_shared *shared = block;
 
     (void)comm;
+    (void)folder;
     if (status != SC_OK)
         return status;
     status = sc_zalloc(ctx, bytes, 1, &data);

@@ -26,7 +26,7 @@ static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
     /* the other half of the node's shared memory stays free for the message layer */
     room = bytes > sc_machine_shared_room() / 2 ? SC_ERR_MEMORY : SC_OK;
     if (sc_comm_agree(comm, room) != SC_OK ||
-        sc_shared_alloc(&silent, comm, bytes, &shared) != SC_OK)
+        sc_shared_alloc(&silent, comm, bytes, NULL, &shared) != SC_OK)
         return NULL;
     if (sc_comm_is_near_root(comm))
         out->pixels = sc_shared_data(shared);

@@ -98,10 +98,12 @@ static void sim_receive(sc_comm *comm, const sc_message *message, void *data)
 
 /* Worker ranks are on other nodes: no memory is shared with them, so that their pixels arrive as
  * messages. */
-static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+static sc_status sim_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                           sc_shared **out)
 {
     (void)comm;
     (void)bytes;
+    (void)folder;
     (void)out;
     return sc_fail(ctx, SC_ERR_MEMORY, "nothing is shared");
 }

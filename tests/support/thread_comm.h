@@ -103,12 +103,14 @@ static void thread_unshare(sc_shared *base)
     free(base);
 }
 
-static sc_status thread_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, sc_shared **out)
+static sc_status thread_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                              sc_shared **out)
 {
     thread_world *w = ((thread_comm *)comm)->world;
     thread_shared *shared;
 
     (void)ctx;
+    (void)folder;
     if (!w->shares)
         return SC_ERR_MEMORY;
     if (comm->rank == 0)

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#define _GNU_SOURCE /* getentropy, with glibc in <unistd.h> */
+#include "shared_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+/* @return whether the file system of @p folder has room for @p bytes and then still for @p spare,
+ * or for half of what it has now if that is less; true if it does not say. */
+static bool has_room(const char *folder, size_t bytes, size_t spare)
+{
+    struct statvfs info;
+    uint64_t room;
+
+    if (statvfs(folder, &info))
+        return true;
+    room = (uint64_t)info.f_bavail * info.f_frsize;
+    return bytes <= room - (spare < room / 2 ? spare : room / 2);
+}
+
+sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_bytes,
+                              sc_shared_name *name, int *out)
+{
+    uint64_t random;
+    int length, file;
+
+    if (!has_room(folder, bytes, spare_bytes))
+        return SC_ERR_MEMORY;
+    if (getentropy(&random, sizeof random))
+        return SC_ERR_CREATE;
+    memset(name, 0, sizeof *name);
+    length = snprintf(name->path, sizeof name->path, "%s/segcast-%016llx", folder,
+                      (unsigned long long)random);
+    if (length < 0 || (size_t)length >= sizeof name->path)
+        return SC_ERR_CREATE;
+    file = open(name->path, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (file < 0)
+        return SC_ERR_CREATE;
+    *out = file;
+    return SC_OK;
+}
+
+sc_status sc_shared_file_open(const sc_shared_name *name, int *out)
+{
+    const int file = open(name->path, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
+
+    if (file < 0)
+        return SC_ERR_MISSING;
+    *out = file;
+    return SC_OK;
+}
+
+void sc_shared_file_remove(const sc_shared_name *name)
+{
+    unlink(name->path);
+}
+
+sc_status sc_shared_file_reserve(int file, size_t bytes)
+{
+    int error;
+
+    do
+        error = posix_fallocate(file, 0, (off_t)bytes);
+    while (error == EINTR);
+    return error ? SC_ERR_MEMORY : SC_OK;
+}
+
+sc_status sc_shared_file_map(int file, size_t bytes, void **out)
+{
+    void *data = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+
+    if (data == MAP_FAILED)
+        return SC_ERR_MEMORY;
+    *out = data;
+    return SC_OK;
+}
