@@ -10,8 +10,8 @@
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
-/** Longest path in a job, terminator included. */
-enum { SC_PATH_BYTES = 1024 };
+/** Longest path in a job, terminator included, and the most frames of an animation. */
+enum { SC_PATH_BYTES = 1024, SC_JOB_FRAMES_MAX = 1000000 };
 
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
@@ -84,6 +84,8 @@ typedef struct sc_job {
     size_t rule_count;
     sc_clip_exception *exceptions; /**< [exception_count], owned */
     size_t exception_count;
+    bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
+    double duration_s;
 } sc_job;
 
 /** A key and its value from outside of the job file. All strings are borrowed. */
@@ -103,11 +105,16 @@ typedef struct sc_job_sources {
     const sc_setting *settings; /**< [setting_count], of the command line */
     size_t setting_count;
     const char *const *environment; /**< "SEGCAST_RENDER_SAMPLES=2", ended by NULL; or NULL */
+    bool check_inputs; /**< a volume or label table that does not exist is a mistake of the job */
 } sc_job_sources;
 
 /** Read, check and resolve a job. Paths to something that exists become absolute; other paths of
- * the file become relative to the working directory. @return SC_ERR_USAGE, SC_ERR_DATA or
- *  SC_ERR_MISSING, logged with file and line; SC_ERR_MEMORY. Caller owns: sc_job_clear. */
+ * the file become relative to the working directory. All mistakes are logged, each with file and
+ * line, as far as the text can be read as YAML; the first of them is returned.
+ *  @param out written also after SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING: all that was right,
+ * so that the caller can look for mistakes against the volume; it must not be drawn then.
+ *  @return SC_ERR_USAGE, SC_ERR_DATA or SC_ERR_MISSING; SC_ERR_MEMORY, with @p out untouched.
+ * Caller owns: sc_job_clear. */
 SC_MUST_USE sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out);
 /** Free the arrays; harmless on a zeroed struct. */
 void sc_job_clear(sc_job *job);

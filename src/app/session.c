@@ -34,7 +34,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .setting_count = app->options.setting_count,
                                     .defaults = app->options.defaults,
                                     .default_count = app->options.default_count,
-                                    .environment = app->environment};
+                                    .environment = app->environment,
+                                    .check_inputs = true};
     sc_job *job = &session->job;
     void *rules = NULL, *exceptions = NULL;
     sc_status status = SC_OK;

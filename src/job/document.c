@@ -9,8 +9,9 @@
 static const char *const introduction[] = {
     "A job file is YAML with the keys below. Unknown keys, keys given twice, wrong types and "
     "values "
-    "out of range are errors that name the file, the line and the nearest valid name; aliases "
-    "(`*name`) are refused. `segcast check JOB.yaml` finds all of them before a job is submitted.",
+    "out of range are errors that name the file, the line, what stood there and the nearest valid "
+    "name; aliases (`*name`) are refused. `segcast check JOB.yaml` tells all of them in one go, "
+    "before a job is submitted. `segcast init VOLUME` writes a job to begin with.",
     "Every key can also be set on the command line, `--set render.samples=4`, and in the "
     "environment, "
     "`SEGCAST_RENDER_SAMPLES=4`. The command line wins over the environment, that over the file, "
@@ -22,7 +23,13 @@ static const char *const introduction[] = {
     "last "
     "one appends. Of keys that exclude each other, such as orbit and fixed, a setting removes the "
     "other.",
-    "Paths in the file are relative to the file, those of settings to the working directory.",
+    "Paths in the file are relative to the file, those of settings to the working directory. `~` "
+    "is "
+    "not replaced: shells do that, outside of quotes.",
+    "A color is a name of CSS (`red`, `dark orange`), `\"#f00\"` or `\"#ff0000\"` (in quotes, "
+    "because "
+    "in YAML # begins a comment), or a list of levels from 0 to 255, `[255, 128, 0]`, or of shares "
+    "with a decimal point, `[1.0, 0.5, 0]`.",
     "Directions are words (`left`, `right`, `anterior`, `posterior`, `superior`, `inferior`) or "
     "vectors "
     "`[x, y, z]`; points are `[R, A, S]`; both are in patient coordinates, RAS+ (right, anterior "
@@ -30,10 +37,14 @@ static const char *const introduction[] = {
     "superior are positive), in millimetres.",
     "Positions of planes are a share of the way through what is visible (`40%`) or millimetres "
     "along the "
-    "plane's normal (`12 mm`, measured from the origin of the patient coordinates). `during: [20%, "
-    "80%]` is the part of the animation in which something changes.",
-    "Tissues are named by their name, by a glob (`\"*atri*\"`, case is ignored) or by their label "
-    "number. "
+    "plane's normal (`12 mm`, measured from the origin of the patient coordinates); a number "
+    "without "
+    "a unit is refused. `during: [20%, 80%]` is the part of the animation in which something "
+    "changes.",
+    "Tissues are named by their name, by a glob (`\"*atri*\"`) or by their label number. Case is "
+    "ignored, and where no name fits exactly, also whether words are separated by blanks, `_` or "
+    "`-`: left_atrium finds \"left atrium\". A name that could stand for several tissues is an "
+    "error. "
     "Of several entries that match one tissue the later wins, key by key.",
 };
 

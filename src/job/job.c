@@ -3,10 +3,7 @@
 #include "segcast/job.h"
 
 #include "describe.h"
-#include "segcast/video.h"
-#include "segcast/volume.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum { JOB_MAX_BYTES = 1 << 20 };
@@ -21,62 +18,48 @@ const sc_mode_default sc_mode_defaults[] = {{"paper", "render.surface", "voxel"}
                                             {"paper-accelerated", "light.flat", "true"},
                                             {0}};
 
-/* @return the node at @p path, whose elements are keys without dots, or NULL if there is none. */
-static const sc_yaml *find_node(const sc_yaml *root, const char *path)
-{
-    char key[64];
-
-    while (root && *path) {
-        const size_t length = strcspn(path, ".");
-
-        snprintf(key, sizeof key, "%.*s", (int)length, path);
-        root = sc_yaml_member(root, key);
-        path += length + (path[length] == '.');
-    }
-    return root;
-}
-
 /* Put what render.mode implies into the tree, where it has no value for these keys yet. A mode that
  * is no word of the table is left to the reading of the tree. */
 static sc_status apply_modes(const sc_ctx *ctx, sc_yaml *root)
 {
-    const sc_yaml *mode = find_node(root, "render.mode");
+    const sc_yaml *mode = sc_key_node(root, "render.mode");
     sc_status status = SC_OK;
 
     for (const sc_mode_default *d = sc_mode_defaults; mode && d->mode && status == SC_OK; d++) {
         if (mode->kind == SC_YAML_SCALAR && !strcmp(mode->text, d->mode) &&
-            !find_node(root, d->path))
+            !sc_key_node(root, d->path))
             status = sc_setting_apply(ctx, sc_job_keys, root, "render.mode", d->path, d->value);
     }
     return status;
 }
 
 /* Put settings into the tree, the later over the earlier. @param only_missing skip those whose key
- * the tree has already. */
+ * the tree has already. @return the first mistake; all are logged. */
 static sc_status apply_settings(const sc_ctx *ctx, const sc_setting *settings, size_t count,
                                 bool only_missing, sc_yaml *root)
 {
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < count && status == SC_OK; i++) {
+    for (size_t i = 0; i < count; i++) {
         const sc_setting *s = &settings[i];
 
-        if (only_missing && find_node(root, s->path))
+        if (only_missing && sc_key_node(root, s->path))
             continue;
-        status = (s->literal ? sc_setting_apply_text : sc_setting_apply)(
-            ctx, sc_job_keys, root, s->origin, s->path, s->value);
+        if (!sc_goes_on(&status, (s->literal ? sc_setting_apply_text : sc_setting_apply)(
+                                     ctx, sc_job_keys, root, s->origin, s->path, s->value)))
+            break;
     }
     return status;
 }
 
 /* Put every variable that begins with SEGCAST_ into the tree. One that names no key is warned of
- * and skipped: it may belong to another program. */
+ * and skipped: it may belong to another program. @return the first mistake; all are logged. */
 static sc_status apply_environment(const sc_ctx *ctx, const char *const *environment, sc_yaml *root)
 {
     static const char prefix[] = "SEGCAST_";
     sc_status status = SC_OK;
 
-    for (; environment && *environment && status == SC_OK; environment++) {
+    for (; environment && *environment; environment++) {
         const char *entry = *environment, *equals = strchr(entry, '=');
         char name[256], path[256];
 
@@ -86,80 +69,34 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
         snprintf(name, sizeof name, "%.*s", (int)(equals - entry), entry);
         if (!strcmp(name, "SEGCAST_THREADS"))
             continue; /* an option of the command line, not a key */
-        if (sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path))
-            status = sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1);
-        else
+        if (!sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path))
             sc_warn(ctx, "environment variable %s names no key of a job and is not used", name);
+        else if (!sc_goes_on(&status,
+                             sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1)))
+            break;
     }
     return status;
 }
 
-/* ---- checks after all keys have been read ---- */
+/* ---- loading ---- */
 
-bool sc_job_is_phantom(const char *volume)
+enum { MISTAKES_MAX = 50 }; /* of which more are counted, but not logged */
+
+/* Passes the messages of a context on, and counts the errors among them. */
+typedef struct listener {
+    const sc_ctx *to;
+    int errors;
+} listener;
+
+/* For sc_ctx.write, with a listener as user. */
+static void hear(void *user, sc_log_level level, const char *text)
 {
-    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
-}
+    listener *l = user;
 
-/* Resolve @p path, which has room for SC_PATH_BYTES and was read from @p node (NULL: it is a
- * default). In the job file it is relative to that file, in a setting to the working directory. If
- * something exists there the path becomes absolute, so that the resolved job can be read from any
- * directory. */
-static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
-                              char *path)
-{
-    const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
-    char directory[SC_PATH_BYTES] = "", *joined = NULL, *absolute;
-    const char *result;
-    sc_status status;
-
-    if (!node || !path[0])
-        return SC_OK;
-    if (node->line > 0 && slash) {
-        if (slash - sources->path >= SC_PATH_BYTES)
-            return sc_yaml_fail(ctx, node, "the path of the job file is longer than %d characters",
-                                SC_PATH_BYTES - 1);
-        snprintf(directory, sizeof directory, "%.*s", (int)(slash - sources->path), sources->path);
-    }
-    status = sc_path_join(ctx, directory, path, &joined);
-    if (status != SC_OK)
-        return status;
-    absolute = realpath(joined, NULL);
-    result = absolute ? absolute : joined;
-    if (strlen(result) >= SC_PATH_BYTES)
-        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
-                              strlen(result), SC_PATH_BYTES);
-    else
-        strcpy(path, result);
-    free(absolute);
-    sc_free(joined);
-    return status;
-}
-
-/* Check what no single row can, and resolve the paths of the job in place. @p root: the tree that
- * the job was read from, for line numbers. @return SC_ERR_DATA, or SC_ERR_USAGE for what a setting
- * said. */
-static sc_status check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
-                       sc_job *job)
-{
-    const sc_yaml *fixed = find_node(root, "animation.camera.fixed");
-    const sc_orbit *camera = &job->animation.camera;
-    sc_status status;
-
-    if (strcmp(job->output.video, "none") &&
-        (!sc_video_name_ok(job->output.video) || strchr(job->output.video, '/')))
-        return sc_yaml_fail(ctx, find_node(root, "output.video"),
-                            "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
-                            "without a folder, or none",
-                            job->output.video);
-    if (fixed && sc_vec3_length(sc_vec3_sub(camera->position_mm, camera->target_mm)) < 1e-6)
-        return sc_yaml_fail(ctx, fixed, "position_mm and target_mm are the same point");
-    if (!sc_job_is_phantom(job->volume))
-        SC_TRY(resolve_path(ctx, sources, find_node(root, "volume"), job->volume));
-    SC_TRY(resolve_path(ctx, sources, find_node(root, "labels"), job->labels));
-    status = resolve_path(ctx, sources, find_node(root, "output.directory"), job->output.directory);
-out:
-    return status;
+    if (level == SC_LOG_ERROR && ++l->errors > MISTAKES_MAX)
+        return;
+    if (l->to->write)
+        l->to->write(l->to->user, level, text);
 }
 
 /* Read the job file into a tree, an empty one if there is no file. @p text holds the file, which
@@ -182,21 +119,40 @@ out:
     return status;
 }
 
+/* Put all sources into the tree of the job file and read it into @p job, which holds the defaults.
+ * @return the first mistake; all are logged. */
+static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_yaml *root,
+                          sc_job *job)
+{
+    sc_status status = SC_OK;
+
+    if (sc_goes_on(&status,
+                   apply_settings(ctx, sources->defaults, sources->default_count, true, root)) &&
+        sc_goes_on(&status, apply_environment(ctx, sources->environment, root)) &&
+        sc_goes_on(&status,
+                   apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
+        sc_goes_on(&status, apply_modes(ctx, root)) &&
+        sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)))
+        (void)sc_goes_on(&status, sc_job_check(ctx, sources, root, job));
+    return status;
+}
+
 sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out)
 {
+    listener l = {.to = ctx};
+    const sc_ctx counting = {ctx->level, ctx->rank, hear, &l, ctx->alloc_budget};
     char *text = NULL;
     sc_yaml *root = NULL;
     sc_job job = {0};
-    sc_status status;
+    sc_status status, first = SC_OK;
 
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
     SC_TRY(read_root(ctx, sources, &text, &root));
-    SC_TRY(apply_settings(ctx, sources->defaults, sources->default_count, true, root));
-    SC_TRY(apply_environment(ctx, sources->environment, root));
-    SC_TRY(apply_settings(ctx, sources->settings, sources->setting_count, false, root));
-    SC_TRY(apply_modes(ctx, root));
-    SC_TRY(sc_keys_read(ctx, sc_job_keys, root, &job));
-    SC_TRY(check(ctx, sources, root, &job));
+    status = read_job(&counting, sources, root, &job);
+    if (l.errors > MISTAKES_MAX)
+        sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - MISTAKES_MAX);
+    if (!sc_goes_on(&first, status))
+        goto out;
     *out = job;
     job = (sc_job){0};
 out:

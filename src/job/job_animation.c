@@ -17,21 +17,40 @@ static const sc_choice projections[] = {
 
 /* ---- positions of planes, and parts of the animation ---- */
 
-/* Read a plane position: "40%" is 40 percent; "12" and "12 mm" are 12 mm. */
+/* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
+ * false if @p node is anything else. */
+static bool parse_position(const sc_yaml *node, double *number, const char **unit)
+{
+    char *end;
+
+    if (node->kind != SC_YAML_SCALAR)
+        return false;
+    *number = strtod(node->text, &end);
+    if (end == node->text || !isfinite(*number) || fabs(*number) > 1e6)
+        return false;
+    *unit = end + strspn(end, " ");
+    return !**unit || !strcmp(*unit, "%") || !strcmp(*unit, "mm");
+}
+
+/* Read a plane position: "40%" is 40 percent; "12 mm" is 12 mm. A number without a unit is refused:
+ * it would be millimetres to some users and percent to others. */
 static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                      void *value)
 {
-    double number = 0;
-    char *end = NULL;
+    double number;
+    const char *unit;
 
-    if (node->kind == SC_YAML_SCALAR)
-        number = strtod(node->text, &end);
-    if (!end || end == node->text || !isfinite(number) || fabs(number) > 1e6)
+    if (!parse_position(node, &number, &unit))
         return sc_wrong_type(ctx, node, key->type->expected);
-    end += strspn(end, " ");
-    if (*end && strcmp(end, "%") && strcmp(end, "mm"))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    *(sc_plane_position *)value = (sc_plane_position){.value = number, .percent = *end == '%'};
+    if (!*unit) {
+        char expected[128];
+        const bool is_share = number > 0 && number < 1;
+
+        snprintf(expected, sizeof expected, "a unit behind the number: %.12g%% or %.12g mm",
+                 is_share ? 100 * number : number, number);
+        return sc_wrong_type(ctx, node, expected);
+    }
+    *(sc_plane_position *)value = (sc_plane_position){.value = number, .percent = *unit == '%'};
     return SC_OK;
 }
 
@@ -49,8 +68,8 @@ static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, cons
 static json_t *plane_position_schema(const sc_key *key)
 {
     (void)key;
-    return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
-                     "pattern", "^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)?$");
+    return json_pack("{s:s, s:s}", "type", "string", "pattern",
+                     "^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)$");
 }
 
 static json_t *share_schema(const sc_key *key)
@@ -62,14 +81,12 @@ static json_t *share_schema(const sc_key *key)
 /* Read a share from 0% to 100%, which is stored as a double from 0 to 1. */
 static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    sc_plane_position share = {0};
-    sc_status status = read_plane_position(ctx, key, node, &share);
+    double number;
+    const char *unit;
 
-    if (status != SC_OK)
-        return status;
-    if (!share.percent || share.value < 0 || share.value > 100)
+    if (!parse_position(node, &number, &unit) || *unit != '%' || number < 0 || number > 100)
         return sc_wrong_type(ctx, node, key->type->expected);
-    *(double *)value = share.value / 100;
+    *(double *)value = number / 100;
     return SC_OK;
 }
 
@@ -89,13 +106,15 @@ static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
     for (int i = 0; i < 2; i++) {
-        sc_status status = read_share(ctx, key, node->items[i], &span[i]);
+        const char *unit;
 
-        if (status != SC_OK)
-            return status;
+        if (!parse_position(node->items[i], &span[i], &unit) || *unit != '%' || span[i] < 0 ||
+            span[i] > 100)
+            return sc_wrong_type(ctx, node, key->type->expected);
+        span[i] /= 100;
     }
     if (span[1] < span[0])
-        return sc_wrong_type(ctx, node->items[1], key->type->expected);
+        return sc_wrong_type(ctx, node, key->type->expected);
     memcpy(value, span, sizeof span);
     return SC_OK;
 }
@@ -117,6 +136,54 @@ static json_t *span_schema(const sc_key *key)
                      "minItems", 2, "maxItems", 2);
 }
 
+/* Read a time: a number and, behind it, ms, s, min or nothing, which is seconds too. It is stored
+ * as a double, in seconds. */
+static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    static const struct {
+        const char *name;
+        double seconds;
+    } units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+    char *end = NULL;
+    double number = 0;
+
+    if (node->kind == SC_YAML_SCALAR)
+        number = strtod(node->text, &end);
+    if (!end || end == node->text || !(number > 0 && number <= 1e6))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    end += strspn(end, " ");
+    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(end, units[i].name)) {
+            *(double *)value = number * units[i].seconds;
+            return SC_OK;
+        }
+    }
+    return sc_wrong_type(ctx, node, key->type->expected);
+}
+
+static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g s", *(const double *)value);
+}
+
+static json_t *duration_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
+                     "pattern", "^[0-9.]+ *(ms|s|min)?$");
+}
+
+const sc_value_type sc_type_duration = {
+    .name = "time",
+    .expected = "a time such as 10s, 1.5 min or 500 ms",
+    .read = read_duration,
+    .write = write_duration,
+    .schema = duration_schema,
+};
 const sc_value_type sc_type_plane_position = {
     .name = "position",
     .expected = "a position such as 40% or 12 mm",
@@ -126,7 +193,7 @@ const sc_value_type sc_type_plane_position = {
 };
 const sc_value_type sc_type_share = {
     .name = "share",
-    .expected = "a share from 0% to 100%",
+    .expected = "a share from 0% to 100%, with its % sign",
     .read = read_share,
     .write = write_share,
     .schema = share_schema,

@@ -64,8 +64,10 @@ static sc_status read_corner(const sc_ctx *ctx, const sc_key *key, const sc_yaml
         return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < 3 && status == SC_OK; i++) {
         const sc_key each = {.name = key->name, .type = &sc_type_plane_position};
+        sc_yaml item = *node->items[i];
 
-        status = each.type->read(ctx, &each, node->items[i], &((corner *)value)->along[i]);
+        item.key = node->key; /* for messages: items of a list have no key of their own */
+        status = each.type->read(ctx, &each, &item, &((corner *)value)->along[i]);
     }
     return status;
 }
@@ -119,7 +121,7 @@ const sc_key sc_clip_keys[] = {
 /* ---- reading ---- */
 
 /* Append the tissues of @p list to job->exceptions, as exceptions of the plane with that index in
- * job->animation.sweeps. */
+ * job->animation.sweeps. @return the first mistake; all are logged. */
 static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
 {
     void *grown;
@@ -138,14 +140,19 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
         const sc_yaml *item = list->items[i];
         sc_clip_exception *exception = &job->exceptions[job->exception_count];
 
-        if (item->kind != SC_YAML_SCALAR || strlen(item->text) >= SC_NAME_BYTES)
-            return sc_wrong_type(ctx, item, "the name of a tissue");
+        if (item->kind != SC_YAML_SCALAR || strlen(item->text) >= SC_NAME_BYTES) {
+            sc_yaml named = *item;
+
+            named.key = list->key; /* for the message: items of a list have no key of their own */
+            (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the name of a tissue"));
+            continue;
+        }
         exception->plane = plane;
         strcpy(exception->pattern, item->text);
         sc_note_where(item, exception->where, sizeof exception->where);
         job->exception_count++;
     }
-    return SC_OK;
+    return status;
 }
 
 static sc_status too_many(const sc_ctx *ctx, const sc_yaml *node)
@@ -205,67 +212,73 @@ out:
     return status;
 }
 
-/* Check that an entry names exactly one kind of plane. @param kind its row. @return the map that
- * describes it, or NULL after an error, which is logged. */
-static const sc_yaml *find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
-                                const sc_key **kind)
+/* Check the keys of an entry, which have to name exactly one kind of plane. @param kind its row.
+ * @param body the map that describes it. @return the first mistake; all are logged. */
+static sc_status find_body(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
+                           const sc_key **kind, const sc_yaml **body)
 {
-    const sc_yaml *body = NULL;
+    size_t kinds = 0;
+    sc_status status = SC_OK;
 
     for (size_t i = 0; i < entry->count; i++) {
         const sc_key *key = sc_key_find(keys, entry->items[i]->key);
 
         if (!key) {
-            (void)sc_key_unknown(ctx, keys, entry->items[i]);
-            return NULL;
+            (void)sc_goes_on(&status, sc_key_unknown(ctx, keys, entry->items[i]));
+            kinds++; /* it may be a kind of plane, misspelt */
+        } else if (key->alternative) {
+            kinds++;
+            *kind = key;
+            *body = entry->items[i];
         }
-        if (!key->alternative)
-            continue;
-        if (body || entry->items[i]->kind != SC_YAML_MAP) {
-            body = NULL;
-            break;
-        }
-        body = entry->items[i];
-        *kind = key;
     }
-    if (!body)
-        (void)sc_yaml_fail(ctx, entry, "a clip entry holds one map: either sweep, plane or box");
-    return body;
+    if (kinds != 1 || (*body && (*body)->kind != SC_YAML_MAP))
+        (void)sc_goes_on(
+            &status,
+            sc_yaml_fail(ctx, entry, "a clip entry holds one map: either sweep, plane or box"));
+    return status;
 }
 
-/* Append the planes and the exceptions of one entry of the list to the job. */
+/* Append the planes and the exceptions of one entry of the list to the job. The exceptions are read
+ * even if the planes are wrong, so that mistakes in both are told; they are those of plane 0 then.
+ */
 static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *entry,
                             sc_job *job)
 {
     const int first = job->animation.sweep_count;
     const sc_key *kind = NULL;
-    const sc_yaml *except, *body;
+    const sc_yaml *except, *body = NULL;
+    int last, plane;
     sc_status status;
 
     if (entry->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, entry, "{sweep: {...}}, {plane: {...}} or {box: {...}}");
-    body = find_body(ctx, keys, entry, &kind);
-    if (!body)
-        return entry->line > 0 ? SC_ERR_DATA : SC_ERR_USAGE;
-    status =
-        kind->keys == box_keys ? read_box(ctx, kind, body, job) : read_plane(ctx, kind, body, job);
+    status = find_body(ctx, keys, entry, &kind, &body);
+    if (status == SC_OK)
+        status = kind->keys == box_keys ? read_box(ctx, kind, body, job)
+                                        : read_plane(ctx, kind, body, job);
     except = sc_yaml_member(entry, "except");
-    for (int plane = first; except && plane < job->animation.sweep_count && status == SC_OK;
-         plane++)
-        status = read_exceptions(ctx, except, plane, job);
+    last = job->animation.sweep_count - 1;
+    plane = last < first ? 0 : first;
+    do {
+        if (except && !sc_goes_on(&status, read_exceptions(ctx, except, plane, job)))
+            return status;
+    } while (status == SC_OK && ++plane <= last);
     return status;
 }
 
 /* Read the list of clip entries. @p value is the whole sc_job: planes go to animation.sweeps,
- * tissues to exceptions. */
+ * tissues to exceptions. @return the first mistake; all are logged. */
 static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     sc_status status = SC_OK;
 
     if (node->kind != SC_YAML_LIST)
         return sc_wrong_type(ctx, node, key->type->expected);
-    for (size_t i = 0; i < node->count && status == SC_OK; i++)
-        status = read_entry(ctx, key->keys, node->items[i], value);
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_goes_on(&status, read_entry(ctx, key->keys, node->items[i], value)))
+            break;
+    }
     return status;
 }
 

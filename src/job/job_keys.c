@@ -24,7 +24,9 @@ static const sc_key output_keys[] = {
      .help = "folder for everything that the job makes; relative to the job file",
      .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
-     .help = "width and height of the picture", .low = 16, .high = 16384, .unit = "pixels",
+     .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
+             "1440p, 4k, 8k, square (1080x1080) or vertical (1080x1920)",
+     .low = 16, .high = 16384, .unit = "pixels",
      .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
      .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
@@ -135,8 +137,14 @@ static const sc_choice clip_modes[] = {{"keep", SC_CLIP_KEEP}, {"cut", SC_CLIP_C
 /* Offsets into sc_job, as in the whole file: a clip entry also names tissues. */
 static const sc_key animation_keys[] = {
     {"frames", &sc_type_int, offsetof(sc_job, animation.frames), "180",
-     .help = "number of frames of the whole animation", .low = 1, .high = 1000000,
-     .option = &(const sc_key_option){"frames", "N", "orbit"}},
+     .help = "number of frames of the whole animation", .low = 1, .high = SC_JOB_FRAMES_MAX,
+     .alternative = "frames or duration", .option = &(const sc_key_option){"frames", "N", "orbit"}},
+    {"duration", &sc_type_duration, offsetof(sc_job, duration_s), NULL,
+     .help = "length of the whole animation, such as 10s or 1.5 min, instead of frames: that many "
+             "seconds times output.fps",
+     .given = SC_GIVEN(sc_job, has_duration), .without = "frames",
+     .alternative = "frames or duration",
+     .option = &(const sc_key_option){"duration", "TIME", "orbit"}},
     {"camera", &sc_type_map, offsetof(sc_job, animation.camera), NULL,
      .help = "where the picture is seen from", .keys = sc_camera_keys},
     {"clip_mode", &sc_type_choice, offsetof(sc_job, animation.clip_mode), "keep",

@@ -79,8 +79,22 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
+/* Read the look of one tissue into @p rule, which is zero. */
+static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+                           sc_tissue_rule *rule)
+{
+    if (strlen(item->key) >= SC_NAME_BYTES)
+        return sc_yaml_fail(ctx, item, "a tissue's name has %zu characters, expected less than %d",
+                            strlen(item->key), SC_NAME_BYTES);
+    strcpy(rule->pattern, item->key);
+    sc_note_where(item, rule->where, sizeof rule->where);
+    if (item->kind != SC_YAML_MAP)
+        return sc_wrong_type(ctx, item, "{color, opacity, visible, ...}");
+    return sc_keys_read(ctx, key->keys, item, rule);
+}
+
 /* Read a rule for each tissue of the map into job->rules, in the order of the file. @p value is the
- * whole sc_job; after an error its rules hold what was read so far. */
+ * whole sc_job. @return the first mistake; all are logged. */
 static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
@@ -94,19 +108,10 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
     if (status != SC_OK)
         return status;
     job->rules = rules;
-    for (size_t i = 0; i < node->count && status == SC_OK; i++) {
-        const sc_yaml *item = node->items[i];
-        sc_tissue_rule *rule = &job->rules[job->rule_count++];
-
-        if (strlen(item->key) >= SC_NAME_BYTES)
-            return sc_yaml_fail(ctx, item,
-                                "a tissue's name has %zu characters, expected less than %d",
-                                strlen(item->key), SC_NAME_BYTES);
-        if (item->kind != SC_YAML_MAP)
-            return sc_wrong_type(ctx, item, "{color, opacity, visible, ...}");
-        strcpy(rule->pattern, item->key);
-        sc_note_where(item, rule->where, sizeof rule->where);
-        status = sc_keys_read(ctx, key->keys, item, rule);
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_goes_on(&status, read_rule(ctx, key, node->items[i], &job->rules[job->rule_count])))
+            break;
+        job->rule_count += job->rules[job->rule_count].pattern[0] != '\0';
     }
     return status;
 }

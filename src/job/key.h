@@ -75,12 +75,12 @@ struct sc_key {
 /* The value for sc_key.given: 1 plus the offset of the bool @p member. */
 #define SC_GIVEN(type, member) (offsetof(type, member) + 1)
 
-/* Types that any table may use (values.c, maps.c). */
+/* Types that any table may use (values.c, colors.c, sizes.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
     sc_type_color, sc_type_size, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
-extern const sc_value_type sc_type_plane_position, sc_type_span, sc_type_zoom, sc_type_clip,
-    sc_type_tissues, sc_type_share;
+extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
+    sc_type_clip, sc_type_tissues, sc_type_share;
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
@@ -88,13 +88,30 @@ extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_k
     sc_tissue_keys[];
 extern const sc_choice sc_ease_choices[];
 
+/* ---- mistakes: all of a job are told in one go ---- */
+
+/* Remember in *status the first mistake of a job, and tell whether to read on in order to find the
+ * others. @param status SC_OK, or the first mistake so far. @param found the return code of what
+ * was just done. @return false after an error that is no mistake of the user, such as
+ * SC_ERR_MEMORY, which *status becomes then. */
+static inline bool sc_goes_on(sc_status *status, sc_status found)
+{
+    const bool is_mistake =
+        found == SC_ERR_USAGE || found == SC_ERR_DATA || found == SC_ERR_MISSING;
+
+    if (*status == SC_OK || (found != SC_OK && !is_mistake))
+        *status = found;
+    return found == SC_OK || is_mistake;
+}
+
 /* ---- keys.c ---- */
 
 /* Store the defaults of all rows, nested maps included, into @p to. */
 sc_status sc_keys_set_defaults(const sc_ctx *ctx, const sc_key *keys, void *to);
 /* Read the map @p node into @p to, which holds the defaults already (sc_keys_set_defaults). Keys
- * that are unknown, missing though required, or exclude each other are errors. Values are stored as
- * they are read: after an error @p to is partly changed. */
+ * that are unknown, missing though required, or exclude each other are mistakes, as are values that
+ * their type refuses. All of them are logged; the first is returned. Values are stored as they are
+ * read: after a mistake @p to holds all that was right. */
 sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, void *to);
 /* @return whether the struct @p from holds a value of @p key that has to be written. */
 bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from);
@@ -110,6 +127,19 @@ const sc_key *sc_key_find(const sc_key *keys, const char *name);
 /* Log that no row of @p keys is named as the key of @p node, with the nearest name. @return as
  * sc_yaml_fail. */
 sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node);
+
+/* ---- job_check.c ---- */
+
+/* @return the node at @p path, whose elements are keys without dots, or NULL if there is none. */
+const sc_yaml *sc_key_node(const sc_yaml *root, const char *path);
+struct sc_job;
+struct sc_job_sources;
+/* Check what no single row can, resolve the paths of the job in place, and turn its duration into
+ * frames. @p root: the tree that the job was read from, for line numbers. @return the first
+ * mistake, all are logged: SC_ERR_DATA, SC_ERR_USAGE for what a setting said, SC_ERR_MISSING for an
+ * input that does not exist; or SC_ERR_MEMORY. */
+sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, const sc_yaml *root,
+                       struct sc_job *job);
 
 /* ---- settings.c ---- */
 
@@ -131,15 +161,21 @@ bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_
 
 /* ---- values.c: building blocks for further types ---- */
 
+/* Read a finite number. @return false if @p node is anything else; nothing is logged. */
+bool sc_parse_number(const sc_yaml *node, double *out);
 /* Read a number from @p low to @p high; anything else is logged as an error. */
 sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high,
                        double *out);
-/* Log what @p node is, and what was expected. @return as sc_yaml_fail. */
+/* Log what @p node is, the beginning of a long value, and what was expected. @return as
+ * sc_yaml_fail. */
 sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected);
 /* Log that @p word is not among @p words, with the nearest of them or all. @return as sc_yaml_fail.
  */
 sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *word,
                           const char *const *words, size_t count);
+/* @return a new JSON schema of a list of @p count numbers of the JSON type @p type from @p low to
+ * @p high; NULL when out of memory. */
+json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Append @p value to @p text in double quotes, with all escapes that YAML needs. */
 sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. */

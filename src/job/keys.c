@@ -88,39 +88,69 @@ static bool is_given(const sc_key *keys, const sc_key *key, const sc_yaml *node)
     return false;
 }
 
-/* Log the first required key that the map @p node lacks. @return as sc_yaml_fail, or SC_OK. */
+/* Is one of the unknown keys of the map @p node likely to be @p name, misspelt? */
+static bool is_misspelt(const sc_key *keys, const char *name, const sc_yaml *node)
+{
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_key_find(keys, node->items[i]->key) &&
+            sc_nearest_word(node->items[i]->key, &name, 1))
+            return true;
+    }
+    return false;
+}
+
+/* Log all required keys that the map @p node lacks; of several of one alternative only the first,
+ * and none that stands there misspelt, which has been told. @return as sc_yaml_fail, or SC_OK. */
 static sc_status check_required(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node)
 {
+    const char *told = "";
+    sc_status status = SC_OK;
+
     for (const sc_key *key = keys; key->name; key++) {
-        if (key->required && !is_given(keys, key, node))
-            return sc_yaml_fail(ctx, node, "%s%sthe key \"%s\" is missing: %s",
-                                node->key ? node->key : "", node->key ? ": " : "",
-                                key->alternative ? key->alternative : key->name, key->help);
+        const char *name = key->alternative ? key->alternative : key->name;
+
+        if (!key->required || is_given(keys, key, node) || !strcmp(name, told) ||
+            is_misspelt(keys, key->name, node))
+            continue;
+        told = name;
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, node, "%s%sthe key \"%s\" is missing: %s",
+                                               node->key ? node->key : "", node->key ? ": " : "",
+                                               name, key->help));
     }
-    return SC_OK;
+    return status;
+}
+
+/* Read item @p index of the map @p node into @p to. */
+static sc_status read_item(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, size_t index,
+                           void *to)
+{
+    const sc_yaml *item = node->items[index];
+    const sc_key *key = sc_key_find(keys, item->key);
+    const char *other;
+    sc_status status;
+
+    if (!key)
+        return sc_key_unknown(ctx, keys, item);
+    other = excluded_by(keys, key, node, index);
+    if (other)
+        return sc_yaml_fail(ctx, item, "both \"%s\" and \"%s\" are given, expected one of them",
+                            other, key->name);
+    status = key->type->read(ctx, key, item, value_of(key, to));
+    if (status == SC_OK && key->given)
+        *((bool *)to + key->given - 1) = true;
+    return status;
 }
 
 sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, void *to)
 {
-    for (size_t i = 0; i < node->count; i++) {
-        const sc_yaml *item = node->items[i];
-        const sc_key *key = sc_key_find(keys, item->key);
-        const char *other;
-        sc_status status;
+    sc_status status = SC_OK;
 
-        if (!key)
-            return sc_key_unknown(ctx, keys, item);
-        other = excluded_by(keys, key, node, i);
-        if (other)
-            return sc_yaml_fail(ctx, item, "both \"%s\" and \"%s\" are given, expected one of them",
-                                other, key->name);
-        status = key->type->read(ctx, key, item, value_of(key, to));
-        if (status != SC_OK)
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_goes_on(&status, read_item(ctx, keys, node, i, to)))
             return status;
-        if (key->given)
-            *((bool *)to + key->given - 1) = true;
     }
-    return check_required(ctx, keys, node);
+    (void)sc_goes_on(&status, check_required(ctx, keys, node));
+    return status;
 }
 
 /* A row without a `given` member counts as present, unless another row of its alternative was

@@ -237,18 +237,6 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
     return status;
 }
 
-sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
-                           const char *path, const char *text)
-{
-    sc_yaml *node = NULL;
-    const sc_status status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
-
-    if (status != SC_OK) /* a setting is wrong, not a file */
-        return status == SC_ERR_DATA ? SC_ERR_USAGE : status;
-    forget_lines(node, origin);
-    return put(ctx, keys, root, origin, path, node);
-}
-
 sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
                                 const char *origin, const char *path, const char *text)
 {
@@ -256,6 +244,21 @@ sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *
     sc_status status = sc_yaml_scalar(ctx, origin, text, &node);
 
     return status == SC_OK ? put(ctx, keys, root, origin, path, node) : status;
+}
+
+sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
+                           const char *path, const char *text)
+{
+    sc_yaml *node = NULL;
+    sc_status status;
+
+    if (text[0] == '#') /* a colour; YAML would read a comment */
+        return sc_setting_apply_text(ctx, keys, root, origin, path, text);
+    status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
+    if (status != SC_OK) /* a setting is wrong, not a file */
+        return status == SC_ERR_DATA ? SC_ERR_USAGE : status;
+    forget_lines(node, origin);
+    return put(ctx, keys, root, origin, path, node);
 }
 
 /* ---- names of environment variables ---- */

@@ -6,19 +6,58 @@
 #include "key.h"
 #include "segcast/timeline.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+enum { SHOWN_MAX = 60 }; /* bytes of a value that a message shows */
+
+/* Append the value of @p node as it stood in the file to @p out, up to SHOWN_MAX bytes. */
+static void show(const sc_yaml *node, char *out, size_t size)
+{
+    const size_t used = strlen(out);
+
+    if (node->kind == SC_YAML_SCALAR) {
+        snprintf(out + used, size - used, "%s", node->text);
+    } else if (node->kind == SC_YAML_MAP) {
+        snprintf(out + used, size - used, "{...}");
+    } else {
+        snprintf(out + used, size - used, "[");
+        for (size_t i = 0; i < node->count && strlen(out) < SHOWN_MAX; i++) {
+            strncat(out, i ? ", " : "", size - strlen(out) - 1);
+            show(node->items[i], out, size);
+        }
+        strncat(out, "]", size - strlen(out) - 1);
+    }
+}
+
+/* Cut @p text after SHOWN_MAX bytes, not within a character of UTF-8, and end it with dots. It has
+ * room for 4 bytes more. */
+static void shorten(char *text)
+{
+    size_t end = SHOWN_MAX;
+
+    if (strlen(text) <= SHOWN_MAX)
+        return;
+    while (end > 0 && ((unsigned char)text[end] & 0xc0) == 0x80)
+        end--;
+    strcpy(text + end, "...");
+}
+
 sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected)
 {
-    static const char *const kinds[] = {
-        [SC_YAML_SCALAR] = "a value", [SC_YAML_MAP] = "a map", [SC_YAML_LIST] = "a list"};
+    const char *key = node->key ? node->key : "", *blank = node->key ? " " : "";
+    char value[2 * SHOWN_MAX + 8] = "";
 
-    if (node->kind == SC_YAML_SCALAR)
-        return sc_yaml_fail(ctx, node, "%s%sis \"%s\", expected %s", node->key ? node->key : "",
-                            node->key ? " " : "", node->text, expected);
-    return sc_yaml_fail(ctx, node, "%s%sis %s, expected %s", node->key ? node->key : "",
-                        node->key ? " " : "", kinds[node->kind], expected);
+    show(node, value, sizeof value);
+    shorten(value);
+    if (node->kind == SC_YAML_MAP)
+        return sc_yaml_fail(ctx, node, "%s%sis a map, expected %s", key, blank, expected);
+    if (node->kind == SC_YAML_LIST)
+        return sc_yaml_fail(ctx, node, "%s%sis %s, expected %s", key, blank, value, expected);
+    if (!node->text[0])
+        return sc_yaml_fail(ctx, node, "%s%shas no value, expected %s", key, blank, expected);
+    return sc_yaml_fail(ctx, node, "%s%sis \"%s\", expected %s", key, blank, value, expected);
 }
 
 sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *word,
@@ -49,17 +88,25 @@ void sc_note_where(const sc_yaml *node, char *where, size_t size)
 
 /* ---- numbers ---- */
 
+bool sc_parse_number(const sc_yaml *node, double *out)
+{
+    char *end;
+
+    if (node->kind != SC_YAML_SCALAR)
+        return false;
+    *out = strtod(node->text, &end);
+    return end != node->text && !*end && isfinite(*out);
+}
+
 sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high, double *out)
 {
-    char range[96], *end;
+    char range[96];
     double value;
 
-    snprintf(range, sizeof range, "a number from %g to %g", low, high);
-    if (node->kind != SC_YAML_SCALAR)
+    if (!sc_parse_number(node, &value) || !(value >= low && value <= high)) {
+        snprintf(range, sizeof range, "a number from %g to %g", low, high);
         return sc_wrong_type(ctx, node, range);
-    value = strtod(node->text, &end);
-    if (end == node->text || *end || !(value >= low && value <= high))
-        return sc_wrong_type(ctx, node, range);
+    }
     *out = value;
     return SC_OK;
 }
@@ -239,13 +286,11 @@ static json_t *choice_schema(const sc_key *key)
 
 /* ---- lists of numbers ---- */
 
-/* Read @p count numbers into @p out: a list "[a, b, c]", or one text with @p separator between the
- * numbers, such as "1280x720" or "1,2,3". */
+/* Read @p count numbers in the range of the row into @p out: a list "[a, b, c]", or one text with
+ * commas between the numbers. */
 static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              char separator, size_t count, double *out)
+                              size_t count, double *out)
 {
-    sc_status status = SC_OK;
-
     if (node->kind == SC_YAML_SCALAR) {
         const char *at = node->text;
 
@@ -253,7 +298,7 @@ static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yam
             char *end;
 
             out[i] = strtod(at, &end);
-            if (end == at || *end != (i + 1 < count ? separator : '\0') ||
+            if (end == at || *end != (i + 1 < count ? ',' : '\0') ||
                 !(out[i] >= key->low && out[i] <= key->high))
                 return sc_wrong_type(ctx, node, key->type->expected);
             at = end + 1;
@@ -262,99 +307,25 @@ static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yam
     }
     if (node->kind != SC_YAML_LIST || node->count != count)
         return sc_wrong_type(ctx, node, key->type->expected);
-    for (size_t i = 0; i < count && status == SC_OK; i++)
-        status = sc_read_real(ctx, node->items[i], key->low, key->high, &out[i]);
-    return status;
-}
-
-static json_t *list_schema(const char *type, double low, double high, int count)
-{
-    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
-                     number_schema(type, low, high), "minItems", count, "maxItems", count);
-}
-
-/* uint8_t[3], sRGB: "#rrggbb", or three numbers from 0 to 255, of which fractions are cut off. */
-static sc_status read_color(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    uint8_t *rgb = value;
-    double level[3];
-
-    if (node->kind == SC_YAML_LIST && node->count == 3) {
-        for (int i = 0; i < 3; i++) {
-            sc_status status = sc_read_real(ctx, node->items[i], 0, 255, &level[i]);
-
-            if (status != SC_OK)
-                return status;
-        }
-    } else if (node->kind == SC_YAML_SCALAR && node->text[0] == '#' && strlen(node->text) == 7 &&
-               strspn(node->text + 1, "0123456789abcdefABCDEF") == 6) {
-        const unsigned long number = strtoul(node->text + 1, NULL, 16);
-
-        for (int i = 0; i < 3; i++)
-            level[i] = (double)(number >> (16 - 8 * i) & 255);
-    } else {
-        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_parse_number(node->items[i], &out[i]) ||
+            !(out[i] >= key->low && out[i] <= key->high))
+            return sc_wrong_type(ctx, node, key->type->expected);
     }
-    for (int i = 0; i < 3; i++)
-        rgb[i] = (uint8_t)level[i];
     return SC_OK;
 }
 
-/* As a list of three numbers. */
-static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                             sc_text *text)
+json_t *sc_list_schema(const char *type, double low, double high, int count)
 {
-    const uint8_t *rgb = value;
-
-    (void)key;
-    (void)indent;
-    return sc_text_add(ctx, text, "[%d, %d, %d]", rgb[0], rgb[1], rgb[2]);
-}
-
-static json_t *color_schema(const sc_key *key)
-{
-    (void)key;
-    return json_pack("{s:[{s:s, s:s}, o]}", "anyOf", "type", "string", "pattern",
-                     "^#[0-9a-fA-F]{6}$", list_schema("number", 0, 255, 3));
-}
-
-/* int[2], width and height in pixels: "[W, H]" or "WxH". */
-static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    double size[2] = {0};
-    sc_status status = read_numbers(ctx, key, node, 'x', 2, size);
-
-    for (int i = 0; i < 2 && status == SC_OK; i++) {
-        if (size[i] != (int)size[i])
-            return sc_wrong_type(ctx, node->kind == SC_YAML_LIST ? node->items[i] : node,
-                                 "a whole number of pixels");
-        ((int *)value)[i] = (int)size[i];
-    }
-    return status;
-}
-
-/* As "[W, H]". */
-static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                            sc_text *text)
-{
-    const int *size = value;
-
-    (void)key;
-    (void)indent;
-    return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
-}
-
-static json_t *size_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf", list_schema("integer", key->low, key->high, 2),
-                     "type", "string", "pattern", "^[0-9]+x[0-9]+$");
+    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items",
+                     number_schema(type, low, high), "minItems", count, "maxItems", count);
 }
 
 /* sc_vec3: "[x, y, z]" or "x,y,z". */
 static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double p[3] = {0};
-    sc_status status = read_numbers(ctx, key, node, ',', 3, p);
+    sc_status status = read_numbers(ctx, key, node, 3, p);
 
     if (status == SC_OK)
         *(sc_vec3 *)value = (sc_vec3){p[0], p[1], p[2]};
@@ -374,7 +345,7 @@ static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *v
 
 static json_t *point_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:s}]}", "anyOf", list_schema("number", key->low, key->high, 3),
+    return json_pack("{s:[o, {s:s}]}", "anyOf", sc_list_schema("number", key->low, key->high, 3),
                      "type", "string");
 }
 
@@ -411,7 +382,7 @@ static json_t *direction_schema(const sc_key *key)
     for (size_t i = 0; i < count; i++)
         json_array_append_new(list, json_string(words[i]));
     return json_pack("{s:[{s:o}, o]}", "anyOf", "enum", list,
-                     list_schema("number", key->low, key->high, 3));
+                     sc_list_schema("number", key->low, key->high, 3));
 }
 
 const sc_value_type sc_type_bool = {
@@ -448,20 +419,6 @@ const sc_value_type sc_type_choice = {
     .read = read_choice,
     .write = write_choice,
     .schema = choice_schema,
-};
-const sc_value_type sc_type_color = {
-    .name = "colour",
-    .expected = "\"#rrggbb\" or [red, green, blue] from 0 to 255",
-    .read = read_color,
-    .write = write_color,
-    .schema = color_schema,
-};
-const sc_value_type sc_type_size = {
-    .name = "[width, height]",
-    .expected = "[width, height] in pixels",
-    .read = read_size,
-    .write = write_size,
-    .schema = size_schema,
 };
 const sc_value_type sc_type_point = {
     .name = "[R, A, S]",

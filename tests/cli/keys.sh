@@ -66,7 +66,10 @@ output: {fps: 1000}
 output: {size: [640]}
 output: {frames: jpg}
 render: {samples: 1.5}
-render: {background: red}
+render: {background: rde}
+output: {size: 1080q}
+animation: {frames: 9, duration: 3s}
+animation: {clip: [{plane: {normal: left, at: 12}}]}
 render: {surface: smoth}
 light: {shadows: maybe}
 tissues: {aorta: {colour: [1, 2, 3]}}
@@ -90,9 +93,12 @@ while IFS= read -r line; do
 done <<'RIGHT'
 output: {size: 640x480}
 render: {background: "#102030"}
+render: {background: red}
+output: {size: 1080p}
+animation: {duration: 2 s}
 animation: {camera: {zoom: 2}}
 animation: {camera: {zoom: {from: 1, to: 2, during: [10%, 20%], ease: smooth}}}
 animation: {camera: {orbit: {axis: [0, 1, 1], target_mm: [1, 2, 3]}}}
-animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: {from: [0%, 5, 1 mm]}, except: [aorta]}]}
+animation: {clip: [{plane: {normal: left, at: 12 mm}}, {box: {from: [0%, 5%, 1 mm]}, except: [aorta]}]}
 tissues: {"*": {opacity: auto, visible: true}, aorta: {color: [1, 2, 3], shininess: 5}}
 RIGHT

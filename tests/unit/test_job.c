@@ -76,19 +76,20 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
-    refuses("volume: [1, 2]\n", "volume is a list, expected a text");
+    refuses("volume: [1, 2]\n", "volume is [1, 2], expected a text");
     refuses("volume: phantom\noutput: {size: [100]}\n", "expected [width, height]");
-    refuses("volume: phantom\noutput: {size: [100, 8]}\n", "a number from 16 to 16384");
+    refuses("volume: phantom\noutput: {size: [100, 8]}\n",
+            "size is [100, 8], expected [width, height] or WxH in pixels");
     refuses("volume: phantom\noutput: {video: film.avi}\n", "job.yaml:2: video is \"film.avi\"");
     refuses("volume: phantom\ntissues: {a: {opacity: 2}}\n", "a number from 0 to 1");
     refuses("volume: phantom\ntissues: {a: {opacity: atuo}}\n", "auto or a number from 0 to 1");
     refuses("volume: phantom\ntissues: {a: {colour: red}}\n", "did you mean \"color\"?");
-    refuses("volume: phantom\ntissues: {a: {color: red}}\n", "#rrggbb");
+    refuses("volume: phantom\ntissues: {a: {color: rde}}\n", "did you mean \"red\"?");
     refuses("volume: phantom\ntissues: {a: {color: '#-1-1-1'}}\n", "#rrggbb");
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: superoir}}}\n",
             "did you mean \"superior\"?");
     refuses("volume: phantom\nanimation: {camera: {orbit: {axis: [0, 0, 0]}}}\n", "length zero");
-    refuses("volume: phantom\nanimation: {camera: {fixed: {up: superior}}}\n",
+    refuses("volume: phantom\nanimation: {camera: {fixed: {up: left, target_mm: [1, 2, 3]}}}\n",
             "fixed: the key \"position_mm\" is missing");
     refuses("volume: phantom\nanimation:\n  clip:\n    - sweep: {from: 0%}\n",
             "job.yaml:4: sweep: the key \"normal\" is missing");
@@ -97,6 +98,133 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "did you mean \"sweep\"?");
     refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: half}}]}\n",
             "a position such as 40% or 12 mm");
+}
+
+/* Load a job file with several mistakes, with a wrong setting beside it. @return how many errors
+ * are logged. */
+static int count_mistakes(const char *text, const char *setting, sc_status expected, heard *h)
+{
+    sc_job job;
+
+    assert_int_equal(load(text, h, setting, NULL, &job), expected);
+    sc_job_clear(&job);
+    return h->errors;
+}
+
+/* All mistakes of a job are told in one go: reading goes on after each of them. */
+static void all_mistakes_are_told(void **state)
+{
+    heard h;
+
+    (void)state;
+    assert_int_equal(count_mistakes("volum: phantom\noutput: {fps: fast, size: [640], x: 1}\n"
+                                    "tissues: {a: {color: rde, opactiy: 1}, b: 3}\n",
+                                    NULL, SC_ERR_DATA, &h),
+                     7);
+    assert_int_equal(count_mistakes("volume: phantom\nanimation:\n  frames: 0\n  clip:\n"
+                                    "    - {sweep: {from: 0, to: 0.6}, except: [a, [b], {c: 1}]}\n"
+                                    "    - {swep: {}, except: 3}\n    - {box: {from: [1, 2, 3]}}\n",
+                                    NULL, SC_ERR_DATA, &h),
+                     9);
+    assert_int_equal(
+        count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE, &h), 2);
+    assert_int_equal(count_mistakes("volume: phantom\noutput: {video: a.avi}\nlight: {key: 9}\n",
+                                    "animation.frames=0", SC_ERR_DATA, &h),
+                     3);
+}
+
+/* Of very many mistakes only the first are shown, and their number is told. */
+static void the_number_of_messages_is_bounded(void **state)
+{
+    sc_text text = {0};
+    heard h;
+
+    (void)state;
+    assert_ok(sc_text_add(&quiet, &text, "volume: phantom\n"));
+    for (int i = 0; i < 500; i++)
+        assert_ok(sc_text_add(&quiet, &text, "key%d: 1\n", i));
+    assert_int_equal(count_mistakes(text.data, NULL, SC_ERR_DATA, &h), 50);
+    assert_non_null(strstr(h.text, "450 further mistakes of the job are not shown"));
+    sc_text_clear(&text);
+}
+
+/* Ways to write the same color, size or length give the same job, and so the same identity. */
+static void values_are_written_in_many_ways(void **state)
+{
+    static const char *const same[][2] = {
+        {"render: {background: [255, 51, 51]}", "render: {background: [1.0, .2, .2]}"},
+        {"render: {background: [255, 0, 0]}", "render: {background: red}"},
+        {"render: {background: [255, 0, 0]}", "render: {background: '#f00'}"},
+        {"render: {background: [255, 0, 0]}", "render: {background: \"#FF0000\"}"},
+        {"render: {background: [139, 0, 0]}", "render: {background: Dark Red}"},
+        {"render: {background: [1, 2, 3]}", "render: {background: '#010203'}"},
+        {"render: {background: [0, 0, 0]}", "render: {background: [0.0, 0, 0]}"},
+        {"output: {size: [1920, 1080]}", "output: {size: 1080p}"},
+        {"output: {size: [3840, 2160]}", "output: {size: 4K}"},
+        {"output: {size: [1080, 1920]}", "output: {size: vertical}"},
+        {"output: {size: [640, 480]}", "output: {size: 640 x 480}"},
+        {"animation: {frames: 300}", "animation: {duration: 10s}"},
+        {"animation: {frames: 300}", "animation: {duration: 10}"},
+        {"animation: {frames: 15}", "animation: {duration: 500 ms}"},
+        {"output: {fps: 24}\nanimation: {frames: 2160}",
+         "animation: {duration: 1.5min}\noutput: {fps: 24}"},
+    };
+    heard h;
+    sc_job job;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
+        char text[2][256];
+        sc_text written[2] = {{0}, {0}};
+
+        for (int j = 0; j < 2; j++) {
+            snprintf(text[j], sizeof text[j], "volume: phantom\n%s\n", same[i][j]);
+            if (load(text[j], &h, NULL, NULL, &job) != SC_OK || h.errors)
+                fail_msg("%s: %s", text[j], h.text);
+            assert_ok(sc_job_write(&quiet, &job, true, &written[j]));
+            sc_job_clear(&job);
+        }
+        assert_string_equal(written[0].data, written[1].data);
+        sc_text_clear(&written[0]);
+        sc_text_clear(&written[1]);
+    }
+}
+
+/* What was silently taken for something else is refused, with what was meant. */
+static void what_is_meant_otherwise_is_told(void **state)
+{
+    heard h;
+    sc_job job;
+
+    (void)state;
+    refuses("volume: phantom\nanimation: {camera: {orbit: {turns: 360}}}\n",
+            "360 degrees are turns: 1");
+    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 60}}]}\n",
+            "60% or 60 mm");
+    refuses("volume: phantom\nanimation: {clip: [{sweep: {normal: left, to: 0.6}}]}\n",
+            "60% or 0.6 mm");
+    refuses("volume: phantom\nanimation: {camera: {orbit: {}, fixed: {position_mm: [1, 2, 3], "
+            "target_mm: [0, 0, 0]}}}\n",
+            "both \"orbit\" and \"fixed\" are given");
+    refuses("volume: phantom\nanimation: {frames: 10, duration: 10s}\n",
+            "both \"frames\" and \"duration\" are given");
+    refuses("volume: phantom\nanimation: {duration: 1 ms}\n", "makes 0 frames");
+    refuses("volume: phantom\nrender: {background: [1.0, .2, 200]}\n", "not both");
+    refuses("volume: phantom\nrender: {background: #ff0000\n }\n", "needs quotes");
+    refuses("volume: phantom\noutput: {directory: ~/out}\n", "only a shell replaces");
+    assert_ok(load("volume: phantom\nrender: {background: [1, 0, 0]}\n", &h, NULL, NULL, &job));
+    assert_non_null(strstr(h.text, "almost black"));
+    sc_job_clear(&job);
+    assert_ok(load("volume: phantom\n", &h, "tissues.a.color=#ff0000", NULL, &job));
+    assert_int_equal(job.rules[0].rgb[0], 255);
+    sc_job_clear(&job);
+    assert_ok(
+        load("volume: phantom\nanimation: {frames: 9}\n", &h, "animation.duration=1s", NULL, &job));
+    assert_int_equal(job.animation.frames, 30);
+    sc_job_clear(&job);
+    assert_ok(load("volume: phantom\nanimation: {camera: {orbit: {turns: 3}}, frames: 3}\n", &h,
+                   NULL, NULL, &job));
+    sc_job_clear(&job);
 }
 
 static void nesting_is_bounded(void **state)
@@ -508,6 +636,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
+        cmocka_unit_test(all_mistakes_are_told),
+        cmocka_unit_test(the_number_of_messages_is_bounded),
+        cmocka_unit_test(values_are_written_in_many_ways),
+        cmocka_unit_test(what_is_meant_otherwise_is_told),
         cmocka_unit_test(nesting_is_bounded),
         cmocka_unit_test(a_resolved_job_reads_back_the_same),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Checks after all keys of a job have been read: what no single row can know, and paths. */
+#include "key.h"
+#include "segcast/job.h"
+#include "segcast/video.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const sc_yaml *sc_key_node(const sc_yaml *root, const char *path)
+{
+    char key[64];
+
+    while (root && *path) {
+        const size_t length = strcspn(path, ".");
+
+        snprintf(key, sizeof key, "%.*s", (int)length, path);
+        root = sc_yaml_member(root, key);
+        path += length + (path[length] == '.');
+    }
+    return root;
+}
+
+bool sc_job_is_phantom(const char *volume)
+{
+    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
+}
+
+/* ---- values that depend on each other ---- */
+
+/* The name of the video: an ending that is known, and no folder. */
+static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const char *video = job->output.video;
+
+    if (!strcmp(video, "none") || (sc_video_name_ok(video) && !strchr(video, '/')))
+        return SC_OK;
+    return sc_yaml_fail(ctx, sc_key_node(root, "output.video"),
+                        "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
+                        "without a folder, or none",
+                        video);
+}
+
+/* A still camera needs a direction of view. Not checked after another mistake in it. */
+static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const sc_orbit *camera = &job->animation.camera;
+
+    if (!camera->fixed ||
+        sc_vec3_length(sc_vec3_sub(camera->position_mm, camera->target_mm)) >= 1e-6)
+        return SC_OK;
+    return sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.fixed"),
+                        "position_mm and target_mm are the same point");
+}
+
+/* Turn a duration into a number of frames. */
+static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
+{
+    const double frames = floor(job->duration_s * job->output.fps + 0.5);
+
+    if (!job->has_duration)
+        return SC_OK;
+    job->has_duration = false;
+    if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
+        return sc_yaml_fail(ctx, sc_key_node(root, "animation.duration"),
+                            "duration is %g s, which makes %.0f frames at %d frames per second, "
+                            "expected 1 to %d",
+                            job->duration_s, frames, job->output.fps, SC_JOB_FRAMES_MAX);
+    job->animation.frames = (int)frames;
+    return SC_OK;
+}
+
+/* Refuse a number of turns that is meant in degrees: one that is as large as angles are, and makes
+ * the camera turn so far between two frames that no turning can be seen. */
+static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const double turns = job->animation.camera.turns;
+    const double step_deg = 360 * fabs(turns) / job->animation.frames;
+    const sc_yaml *node = sc_key_node(root, "animation.camera.orbit.turns");
+
+    if (!node || fabs(turns) < 45 || step_deg < 22.5)
+        return SC_OK;
+    return sc_yaml_fail(
+        ctx, node,
+        "turns is %g, so that the camera would turn by %.0f degrees from each frame "
+        "to the next; expected a number of turns, not of degrees: %g degrees are "
+        "turns: %.6g",
+        turns, step_deg, turns, turns / 360);
+}
+
+/* ---- paths ---- */
+
+/* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
+static const char *home_of(const char *const *environment)
+{
+    for (; environment && *environment; environment++) {
+        if (!strncmp(*environment, "HOME=", 5))
+            return *environment + 5;
+    }
+    return NULL;
+}
+
+/* Log that the value of a key is a path that cannot be found. @param joined the path that was
+ * tried.
+ * @param why in words. @return SC_ERR_MISSING. */
+static sc_status missing(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                         const char *joined, const char *why)
+{
+    if (node->line > 0)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s:%d: %s: %s: %s", node->origin, node->line, key,
+                       joined, why);
+    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", joined, why);
+    return sc_fail(ctx, SC_ERR_MISSING, "%s: %s: %s", node->origin, joined, why);
+}
+
+/* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
+static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                              const char *key, const char *path)
+{
+    const char *home = home_of(sources->environment);
+
+    if (home && (!path[1] || path[1] == '/'))
+        return sc_yaml_fail(ctx, node,
+                            "%s is \"%s\", but only a shell replaces \"~\", and only outside of "
+                            "quotes; write %s%s",
+                            key, path, home, path + 1);
+    return sc_yaml_fail(
+        ctx, node,
+        "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes; "
+        "write the whole path",
+        key, path);
+}
+
+/* What a path of a job leads to. */
+typedef enum path_use { PATH_INPUT, PATH_OUTPUT } path_use;
+
+/* Resolve the value of @p key in place. It has room for SC_PATH_BYTES, and was read from the tree
+ * @p root unless it is a default. In the job file it is relative to that file, in a setting to the
+ * working directory. If something exists there the path becomes absolute, so that the resolved job
+ * can be read from any directory. */
+static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                              const char *key, path_use use, char *path)
+{
+    const sc_yaml *node = sc_key_node(root, key);
+    const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
+    char *directory = NULL, *joined = NULL, *absolute = NULL;
+    sc_text text = {0};
+    sc_status status = SC_OK;
+
+    if (!node || !path[0])
+        return SC_OK;
+    if (node->line > 0 && slash) {
+        const int length = slash > sources->path ? (int)(slash - sources->path) : 1;
+
+        SC_TRY(sc_text_add(ctx, &text, "%.*s", length, sources->path));
+        directory = text.data;
+    }
+    SC_TRY(sc_path_join(ctx, directory, path, &joined));
+    absolute = realpath(joined, NULL);
+    if (!absolute && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
+        status = refuse_tilde(ctx, sources, node, key, path);
+    else if (!absolute && use == PATH_INPUT && sources->check_inputs)
+        status = missing(ctx, node, key, joined, strerror(errno));
+    else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
+        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                              strlen(absolute ? absolute : joined), SC_PATH_BYTES);
+    else
+        strcpy(path, absolute ? absolute : joined);
+out:
+    free(absolute);
+    sc_free(joined);
+    sc_text_clear(&text);
+    return status;
+}
+
+sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                       sc_job *job)
+{
+    sc_status status = SC_OK;
+
+    (void)sc_goes_on(&status, check_video(ctx, root, job));
+    (void)sc_goes_on(&status, check_fixed(ctx, root, job));
+    (void)sc_goes_on(&status, apply_duration(ctx, root, job));
+    (void)sc_goes_on(&status, check_turns(ctx, root, job));
+    if (!sc_job_is_phantom(job->volume) &&
+        !sc_goes_on(&status, resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume)))
+        return status;
+    if (!sc_goes_on(&status, resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels)))
+        return status;
+    (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,
+                                           job->output.directory));
+    return status;
+}

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The size of a picture: two numbers, or the name of a usual size. */
+#include "key.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+static const struct {
+    const char *name;
+    int size_px[2];
+} names[] = {{"4k", {3840, 2160}},      {"8k", {7680, 4320}},         {"2160p", {3840, 2160}},
+             {"1440p", {2560, 1440}},   {"1080p", {1920, 1080}},      {"720p", {1280, 720}},
+             {"480p", {854, 480}},      {"360p", {640, 360}},         {"hd", {1280, 720}},
+             {"full-hd", {1920, 1080}}, {"vertical", {1080, 1920}},   {"square", {1080, 1080}},
+             {"uhd", {3840, 2160}},     {"vertical-4k", {2160, 3840}}};
+
+/* Read "WxH"; blanks around the x are allowed. @return false if the text has another form. */
+static bool read_product(const char *text, double size[2])
+{
+    char *end;
+
+    for (int i = 0; i < 2; i++) {
+        if (!*text || !strchr("0123456789", text[0]))
+            return false;
+        size[i] = (double)strtol(text, &end, 10);
+        end += strspn(end, " ");
+        if (i == 0 && *end != 'x' && *end != 'X')
+            return false;
+        text = end + (i == 0);
+        text += strspn(text, " ");
+    }
+    return !*text;
+}
+
+/* Read a size given as one value: a name, or "WxH". */
+static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                           double size[2])
+{
+    const char *words[SC_COUNT_OF(names)], *nearest;
+
+    if (read_product(node->text, size))
+        return SC_OK;
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        words[i] = names[i].name;
+        if (!strcasecmp(node->text, names[i].name)) {
+            size[0] = names[i].size_px[0];
+            size[1] = names[i].size_px[1];
+            return SC_OK;
+        }
+    }
+    nearest =
+        strlen(node->text) > 2 ? sc_nearest_word(node->text, words, SC_COUNT_OF(words)) : NULL;
+    if (nearest)
+        return sc_yaml_fail(ctx, node, "unknown %s \"%.60s\"; did you mean \"%s\"?", key->name,
+                            node->text, nearest);
+    return sc_wrong_type(ctx, node, key->type->expected);
+}
+
+/* int[2], width and height in pixels: "[W, H]", "WxH", or a name. */
+static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double size[2] = {0};
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_SCALAR)
+        status = read_word(ctx, key, node, size);
+    else if (node->kind != SC_YAML_LIST || node->count != 2 ||
+             !sc_parse_number(node->items[0], &size[0]) ||
+             !sc_parse_number(node->items[1], &size[1]))
+        status = sc_wrong_type(ctx, node, key->type->expected);
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < 2; i++) {
+        if (!(size[i] >= key->low && size[i] <= key->high) || size[i] != (int)size[i])
+            return sc_wrong_type(ctx, node, key->type->expected);
+    }
+    ((int *)value)[0] = (int)size[0];
+    ((int *)value)[1] = (int)size[1];
+    return SC_OK;
+}
+
+/* As "[W, H]". */
+static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const int *size = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%d, %d]", size[0], size[1]);
+}
+
+static json_t *size_schema(const sc_key *key)
+{
+    json_t *words = json_array();
+
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
+        json_array_append_new(words, json_string(names[i].name));
+    return json_pack("{s:[o, {s:o}, {s:s, s:s}]}", "anyOf",
+                     sc_list_schema("integer", key->low, key->high, 2), "enum", words, "type",
+                     "string", "pattern", "^[0-9]+ *[xX] *[0-9]+$");
+}
+
+const sc_value_type sc_type_size = {
+    .name = "[width, height]",
+    .expected = "[width, height] or WxH in pixels, whole numbers from 16 to 16384, or a name such "
+                "as 1080p, 4k, square or vertical",
+    .read = read_size,
+    .write = write_size,
+    .schema = size_schema,
+};
