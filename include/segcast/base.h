@@ -28,8 +28,9 @@ typedef enum sc_status {
     SC_ERR_MISSING = -4,    /**< an input does not exist or cannot be opened */
     SC_ERR_CREATE = -5,     /**< an output cannot be created */
     SC_ERR_WRITE = -6,      /**< an output cannot be written, e.g. the disk is full */
-    SC_ERR_MEMORY = -7,     /**< out of memory, or a size that overflows */
-    SC_ERR_INTERNAL = -8    /**< a bug of segcast or of a library */
+    SC_ERR_SYSTEM = -7,     /**< a limit or failure of the system, e.g. of the number of threads */
+    SC_ERR_MEMORY = -8,     /**< out of memory, or a size that overflows */
+    SC_ERR_INTERNAL = -9    /**< a bug of segcast or of a library */
 } sc_status;
 
 /** Marks a function whose result must not be ignored: the compiler warns. */
@@ -73,6 +74,9 @@ sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
 /** Log a message of level SC_LOG_INFO. */
 void sc_info(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
+/** @return what an errno of a failed call means, for messages. Static text, or that of strerror(),
+ *  which the next call may overwrite. */
+const char *sc_reason(int error);
 /** A function for sc_ctx.write: prints lines such as "segcast: error: text" to standard error. */
 void sc_log_to_stderr(void *user, sc_log_level level, const char *text);
 

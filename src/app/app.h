@@ -128,9 +128,18 @@ sc_status sc_report_placement(sc_app *app);
  * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/* Handle USR1, TERM and INT from now on: the first of them sets the flag that is returned; an INT
- * or TERM after that ends the process at once, with exit code 75. */
-const volatile sig_atomic_t *sc_signals_install(void);
+/* What has to be done before anything else: from now on USR1 does not kill but is remembered for
+ * sc_signals_catch_stop, also if it was blocked before; writing beyond the limit of file sizes
+ * fails with EFBIG instead of killing; and at the limit of CPU time a message is printed before the
+ * process ends, with exit code 71. */
+void sc_signals_install(void);
+/* Handle TERM, INT and the limit of CPU time, too: @return a flag that is 0, or the number of the
+ * first signal that has asked for a stop, one that came before this call included. An INT or TERM
+ * ends the process at once, with exit code 75, if it is the second such signal, or if it comes
+ * before sc_signals_stop_in_order. @param is_tty answer each on standard error, a terminal. */
+const volatile sig_atomic_t *sc_signals_catch_stop(bool is_tty);
+/* From now on the first INT or TERM only sets the flag. */
+void sc_signals_stop_in_order(void);
 
 /* ---- the commands: rows of sc_commands, by their names ---- */
 

@@ -291,6 +291,10 @@ static void clear_run(sc_run *run)
 static void report_outcome(const sc_run *run, sc_status outcome)
 {
     const sc_ctx *ctx = run->app->ctx;
+    const char *reason = *run->stop == SIGXCPU
+                             ? "because the limit of CPU time is reached (ulimit -t)"
+                         : run->deadline_s > 0 && !*run->stop ? "because the time is nearly up"
+                                                              : "on request";
 
     if (sc_comm_rank(run->app->comm) != 0)
         return;
@@ -299,8 +303,7 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         sc_warn(ctx, "no frame could be finished in the time; running again with the same limit "
                      "will not help: more time, or `segcast prepare`, will");
     if (outcome == SC_ERR_INCOMPLETE)
-        sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest",
-                run->deadline_s > 0 && !*run->stop ? "because the time is nearly up" : "on request",
+        sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
                 run->plan.kept + run->result_count, run->wanted_count,
                 run->keep_records ? " with --resume" : "");
     else if (outcome == SC_OK && run->missing > 0)
@@ -372,6 +375,7 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     run->deadline_s = sc_deadline_s(app);
     app->trace = run->trace;
     SC_TRY(sc_session_volume(app, &run->session));
+    sc_signals_stop_in_order();
     SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
@@ -393,7 +397,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
                   .keep_records = keep_records,
                   .begin_s = sc_wall_s(),
                   .begin_unix_s = (int64_t)time(NULL),
-                  .stop = sc_signals_install()};
+                  .stop = sc_signals_catch_stop(app->terminal->is_tty)};
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_farm_times times;
     sc_status status, outcome = SC_OK;

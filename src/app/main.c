@@ -71,8 +71,10 @@ int main(int argc, char **argv)
                   .commands = sc_commands,
                   .environment = (const char *const *)environ,
                   .begin_s = sc_wall_s()};
-    sc_status status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
+    sc_status status;
 
+    sc_signals_install();
+    status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
     if (status != SC_OK)
         return sc_exit_code_of(status);
     ctx.rank = sc_comm_rank(app.comm);

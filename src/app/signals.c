@@ -1,30 +1,92 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* What the signals do that ask a run to stop, or that tell of a limit of the system. */
 #include "app.h"
 
+#include <errno.h>
 #include <string.h>
 #include <unistd.h>
 
-/* The only mutable global variable of segcast: a signal handler can reach nothing else. */
-static volatile sig_atomic_t stop_requested;
+/* The only mutable global variables of segcast: a signal handler can reach nothing else. */
+static volatile sig_atomic_t stop_requested; /* 0, or the number of the first such signal */
+static volatile sig_atomic_t stops_in_order; /* see sc_signals_stop_in_order */
+static volatile sig_atomic_t tells_of_stop;  /* standard error is a terminal */
 
-/* The first signal asks for a stop. After it, INT or TERM ends the process with exit code 75. */
-static void on_signal(int number)
+/* Print a text of @p bytes bytes to standard error, if a person waits at a terminal. A signal
+ * handler may call it. */
+static void tell(const char *text, size_t bytes)
 {
-    if (stop_requested && number != SIGUSR1)
-        _exit(75);
-    stop_requested = 1;
+    const int error = errno;
+
+    if (tells_of_stop && write(STDERR_FILENO, text, bytes) < 0)
+        tells_of_stop = 0; /* the terminal is gone */
+    errno = error;
 }
 
-const volatile sig_atomic_t *sc_signals_install(void)
+/* Make a note of the request to stop. INT or TERM ends the process at once, with exit code 75, if
+ * it is the second request, or if the run has not begun to draw, so that nothing can be lost. */
+static void on_stop(int number)
+{
+    static const char waits[] =
+        "\nsegcast: stopping when the frames that were begun are done; press "
+        "Ctrl-C again to stop at once\n";
+    static const char stops[] = "\nsegcast: stopped before the first frame\n";
+
+    if ((number == SIGINT || number == SIGTERM) && (stop_requested || !stops_in_order)) {
+        if (!stops_in_order)
+            tell(stops, sizeof stops - 1);
+        _exit(75);
+    }
+    if (!stop_requested)
+        tell(waits, sizeof waits - 1);
+    if (!stop_requested)
+        stop_requested = number;
+}
+
+/* A command other than those that can stop in order has used up its CPU time. */
+static void on_cpu_limit(int number)
+{
+    static const char text[] = "segcast: error: the limit of CPU time is reached (ulimit -t)\n";
+
+    (void)number;
+    if (write(STDERR_FILENO, text, sizeof text - 1) < 0)
+        _exit(71); /* nobody can be told */
+    _exit(71);
+}
+
+/* Let @p handler handle the signal @p number; calls of the system that it interrupts go on. */
+static void handle(int number, void (*handler)(int))
 {
     struct sigaction action;
 
     memset(&action, 0, sizeof action);
-    action.sa_handler = on_signal;
+    action.sa_handler = handler;
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
-    sigaction(SIGUSR1, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    sigaction(SIGINT, &action, NULL);
+    sigaction(number, &action, NULL);
+}
+
+void sc_signals_install(void)
+{
+    sigset_t set;
+
+    handle(SIGUSR1, on_stop);
+    handle(SIGXCPU, on_cpu_limit);
+    handle(SIGXFSZ, SIG_IGN);
+    sigemptyset(&set);
+    sigaddset(&set, SIGUSR1);
+    sigprocmask(SIG_UNBLOCK, &set, NULL);
+}
+
+const volatile sig_atomic_t *sc_signals_catch_stop(bool is_tty)
+{
+    tells_of_stop = is_tty;
+    handle(SIGXCPU, on_stop);
+    handle(SIGTERM, on_stop);
+    handle(SIGINT, on_stop);
     return &stop_requested;
+}
+
+void sc_signals_stop_in_order(void)
+{
+    stops_in_order = 1;
 }

@@ -138,7 +138,7 @@ sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, sc_outfile *out)
     SC_TRY(sc_temporary_name(ctx, path, &file.temporary));
     file.stream = fopen(file.temporary, "wb");
     if (!file.stream) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, strerror(errno));
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
         goto out;
     }
     *out = file;
@@ -172,7 +172,7 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
     file->stream = NULL;
     if (error)
         status =
-            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", file->path, strerror(error));
+            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", file->path, sc_reason(error));
     else
         status = sc_file_publish(ctx, file->temporary, file->path);
     if (status == SC_OK) {
@@ -211,7 +211,7 @@ sc_status sc_file_publish(const sc_ctx *ctx, const char *temporary, const char *
     if (!error)
         error = sync_path(directory.data, O_RDONLY | O_DIRECTORY);
     if (error)
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, strerror(error));
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(error));
 out:
     sc_text_clear(&directory);
     return status;
@@ -244,7 +244,7 @@ sc_status sc_make_directory(const sc_ctx *ctx, const char *path)
         *c = '\0';
         if (mkdir(part.data, 0777) && errno != EEXIST) {
             status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", part.data,
-                             strerror(errno));
+                             sc_reason(errno));
             goto out;
         }
         *c = end;

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/base.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Format a message with the rank in front of it, as vsnprintf: what does not fit into text[size] is
  * left out. @return how many bytes the whole message has. */
@@ -77,6 +79,11 @@ void sc_info(const sc_ctx *ctx, const char *fmt, ...)
     va_start(args, fmt);
     emit(ctx, SC_LOG_INFO, fmt, args);
     va_end(args);
+}
+
+const char *sc_reason(int error)
+{
+    return error == EFBIG ? "the limit of file sizes is reached (ulimit -f)" : strerror(error);
 }
 
 void sc_log_to_stderr(void *user, sc_log_level level, const char *text)

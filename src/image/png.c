@@ -20,7 +20,7 @@ static void on_error(png_structp png, png_const_charp message)
     const png_target *target = png_get_error_ptr(png);
 
     sc_fail(target->ctx, SC_ERR_WRITE, "%s: cannot be written: %s%s%s", target->name, message,
-            errno ? ": " : "", errno ? strerror(errno) : "");
+            errno ? ": " : "", errno ? sc_reason(errno) : "");
     png_longjmp(png, 1);
 }
 

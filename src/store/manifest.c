@@ -37,7 +37,7 @@ static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, jso
     if (!text)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     if (fprintf(stream, "%s\n", text) < 0 || fflush(stream))
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, strerror(errno));
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
     free(text);
     return status;
 }
@@ -91,7 +91,7 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     manifest->path = copy.data;
     manifest->stream = fopen(path, "a");
     if (!manifest->stream) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, strerror(errno));
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, sc_reason(errno));
         goto out;
     }
     *out = manifest;
@@ -128,7 +128,7 @@ sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest)
         return SC_OK;
     if (fflush(manifest->stream) || (fsync(fileno(manifest->stream)) && errno != EINVAL))
         return sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", manifest->path,
-                       strerror(errno));
+                       sc_reason(errno));
     return SC_OK;
 }
 

@@ -126,7 +126,7 @@ static sc_status open_stream(const sc_ctx *ctx, sc_partial_gops *partial, int go
              (long)getpid());
     partial->stream = fopen(path, "ab");
     if (!partial->stream)
-        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, strerror(errno));
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
     fseek(partial->stream, 0, SEEK_END);
     partial->stream_gop = gop;
     return add_file(ctx, partial, path, &partial->stream_file);
@@ -150,7 +150,7 @@ sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, i
     if (fwrite(&head, sizeof head, 1, partial->stream) != 1 ||
         fwrite(picture, head.bytes, 1, partial->stream) != 1 || fflush(partial->stream)) {
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
-                         partial->files[partial->stream_file], strerror(errno));
+                         partial->files[partial->stream_file], sc_reason(errno));
         goto out;
     }
     partial->locations[frame] = (sc_picture_location){partial->stream_file, (uint64_t)at, hash};
@@ -186,7 +186,7 @@ sc_status sc_partial_sync(const sc_ctx *ctx, sc_partial_gops *partial)
         return SC_OK;
     if (fflush(partial->stream) || (fsync(fileno(partial->stream)) && errno != EINVAL))
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s",
-                         partial->files[partial->stream_file], strerror(errno));
+                         partial->files[partial->stream_file], sc_reason(errno));
     fclose(partial->stream);
     partial->stream = NULL;
     return status;

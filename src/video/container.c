@@ -2,6 +2,8 @@
 /* The kinds of video files, their names, and the messages of libav. */
 #include "internal.h"
 
+#include <errno.h>
+
 #include <libavformat/avformat.h>
 #include <string.h>
 #include <strings.h>
@@ -41,7 +43,10 @@ sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, cons
 {
     char reason[128] = "unknown";
 
-    av_strerror(error, reason, sizeof reason);
+    if (error == AVERROR(EFBIG))
+        snprintf(reason, sizeof reason, "%s", sc_reason(EFBIG));
+    else
+        av_strerror(error, reason, sizeof reason);
     return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
 }
 

@@ -111,7 +111,7 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
     }
     if (file && gzclose_w(file) != Z_OK)
         failed = true;
-    return failed ? sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, strerror(errno))
+    return failed ? sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno))
                   : SC_OK;
 }
 
@@ -125,7 +125,7 @@ sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const 
     SC_TRY(sc_outfile_open(ctx, path, &file));
     fwrite(text.data, 1, text.length_bytes, file.stream);
     if (fflush(file.stream)) {
-        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, strerror(errno));
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
         goto out;
     }
     SC_TRY(write_voxels(ctx, volume, path, dup(fileno(file.stream))));

@@ -1,8 +1,7 @@
 # Writing fails in the middle: segcast exits with 74 and one message, and no incomplete file has its
-# final name. A limit of the file size stands for a full disk; its signal is ignored, so that write()
+# final name. A limit of the file size stands for a full disk; segcast ignores its signal, so that write()
 # fails instead.
 small_job job.yaml
-trap '' XFSZ
 limited() { (ulimit -f 8; exec "$@"); } # 8 blocks of 1 KiB
 
 code=0
@@ -10,6 +9,7 @@ limited "$SEGCAST" render job.yaml -o out --set output.size=[640,480] --set outp
     --set output.crf=1 >stdout.txt 2>stderr.txt || code=$?
 [ $code = 74 ] || { cat stderr.txt; fail "exit code $code, expected 74"; }
 one_error
+grep -q 'limit of file sizes is reached (ulimit -f)' stderr.txt || fail "the message does not name the limit: $(cat stderr.txt)"
 [ -z "$(ls -A out | grep film)" ] || fail "an incomplete video is left: $(ls -A out)"
 jq -e '.state == "failed"' out/status.json >/dev/null || fail "status.json does not say that the run failed"
 

@@ -69,3 +69,46 @@ wait $pid || code=$?
 [ $code = 75 ] || fail "second TERM: exit $code"
 ! grep -q incomplete out/status.json 2>/dev/null || fail "the second TERM did not stop at once"
 expect 64 'expected seconds' "$SEGCAST" render job.yaml --time-limit soon; one_error
+
+# USR1 is remembered from the beginning, before MPI is started: one that was pending when the program
+# began, and, where it was not blocked, one that comes when the handler has just been installed.
+code=0
+env --block-signal=USR1 bash -c 'kill -USR1 $$; exec "$@"' bash "$SEGCAST" render job.yaml -o pending >/dev/null 2>stderr.txt || code=$?
+[ $code = 75 ] || { cat stderr.txt >&2; fail "a pending USR1: exit $code, expected 75"; }
+grep -q 'stopped on request after 0 of 4000 frames' stderr.txt || { cat stderr.txt >&2; fail "the pending USR1 was forgotten"; }
+for try in 1 2 3; do
+    PMI_RANK=0 PMI_SIZE=1 "$SEGCAST" render job.yaml -o early$try >/dev/null 2>stderr.txt &
+    pid=$!
+    threads=
+    while [ -z "$threads" ]; do # until USR1, which is signal 10, is among those that are caught
+        status=$(<"/proc/$pid/status")
+        [[ $status =~ Threads:[[:space:]]*([0-9]+) ]] && now=${BASH_REMATCH[1]}
+        [[ $status =~ SigCgt:[[:space:]]*([0-9a-f]+) ]] || fail "segcast ended before it caught USR1"
+        ((16#${BASH_REMATCH[1]} & 1 << 9)) && threads=$now
+    done
+    kill -USR1 $pid
+    code=0
+    wait $pid || code=$?
+    [ $code = 75 ] || { cat stderr.txt >&2; fail "early USR1: exit $code, expected 75"; }
+    [ "$threads" = 1 ] || fail "USR1 was not caught before MPI had started its threads"
+done
+
+# Before the first frame TERM ends a run at once; a run that has used up its CPU time stops in order.
+"$SEGCAST" render job.yaml -o early --set volume=phantom:469x325x487 >/dev/null 2>stderr.txt &
+pid=$!
+until grep -q '^segcast: rank ' stderr.txt; do sleep 0.02; done
+begin=$(date +%s%N)
+kill -TERM $pid
+code=0
+wait $pid || code=$?
+[ $code = 75 ] || { cat stderr.txt >&2; fail "TERM before the first frame: exit $code"; }
+[ $((($(date +%s%N) - begin) / 1000000)) -lt 1000 ] || fail "TERM before the first frame took longer than a second"
+rm -rf out
+code=0
+(ulimit -S -t 2; exec "$SEGCAST" render job.yaml -o out) >/dev/null 2>stderr.txt || code=$?
+stopped $code "CPU time"
+grep -q 'limit of CPU time is reached (ulimit -t)' stderr.txt || fail "the log does not name the limit of CPU time"
+code=0
+(ulimit -S -t 1; exec "$SEGCAST" phantom --size 1200x1200x1200 -o p.nrrd) >/dev/null 2>stderr.txt || code=$?
+[ $code = 71 ] || { cat stderr.txt >&2; fail "CPU time of another command: exit $code, expected 71"; }
+one_error
