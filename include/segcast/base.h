@@ -155,33 +155,46 @@ SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const voi
 /** End the mapping of sc_file_map: @p data and @p bytes are its outputs. NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 
+/** Longest name of a host, terminator included. */
+enum { SC_HOST_BYTES = 65 };
+/** Write the name of this host to @p out; "host" if it has none. */
+void sc_host_name(char out[SC_HOST_BYTES]);
+
 /** An output file that gets its name only when it is complete: it is written under a temporary name
- *  in the same directory, then flushed to disk (fsync) and renamed. */
+ *  in the same directory, ".NAME.tmp.HOST.PID.RANDOM", then flushed to disk (fsync) and renamed.
+ *  The temporary file is always a new one: a file or symbolic link that is there is never opened.
+ */
 typedef struct sc_outfile {
-    FILE *stream;    /**< open for writing until commit or discard */
+    FILE *stream;    /**< open for writing and reading until commit or discard */
     char *path;      /**< final name */
-    char *temporary; /**< name while unfinished: sc_temporary_name */
+    char *temporary; /**< name while unfinished */
+    bool replace;    /**< a file that has the final name is replaced */
 } sc_outfile;
-/** Begin an output file. @return SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_outfile_commit
- * or sc_outfile_discard. */
-SC_MUST_USE sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, sc_outfile *out);
+/** Begin an output file. @param replace false: a file of that name is an error of the commit.
+ * @return SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_outfile_commit or sc_outfile_discard.
+ */
+SC_MUST_USE sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace,
+                                      sc_outfile *out);
+/** Choose another final name, in the same directory. @return SC_ERR_MEMORY, @p file unchanged. */
+SC_MUST_USE sc_status sc_outfile_rename(const sc_ctx *ctx, sc_outfile *file, const char *path);
 /** Complete @p file under its final name, and free it in any case. After an error the temporary
- * file is removed, and a file that had the final name before is untouched. @return SC_ERR_WRITE. */
+ * file is removed, and a file that had the final name before is untouched. @return SC_ERR_WRITE;
+ * SC_ERR_CREATE if the name is taken and must not be. */
 SC_MUST_USE sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file);
 /** Remove the temporary file and free @p file. Does nothing after a commit and on a zeroed struct.
  */
 void sc_outfile_discard(sc_outfile *file);
-/** Make ".NAME.tmp.HOST.PID" in the directory of @p path, a name that no other process uses. Caller
- *  owns *out: sc_free. */
-SC_MUST_USE sc_status sc_temporary_name(const sc_ctx *ctx, const char *path, char **out);
+/** Check, before any work is done, that @p path can become an output file: nothing has this name,
+ *  or with @p replace a regular file at most, and its directory can be written to. @return
+ *  SC_ERR_CREATE, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace);
+/** @return whether both paths lead to one file, by whatever symbolic or hard links. */
+bool sc_same_file(const char *a, const char *b);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose
  *  process no longer exists. @param all also all those of other hosts. */
 void sc_remove_temporaries(const char *directory, bool all);
-/** Give a finished temporary file its name: flush it to disk, rename it, flush its directory.
- * @return SC_ERR_WRITE. */
-SC_MUST_USE sc_status sc_file_publish(const sc_ctx *ctx, const char *temporary, const char *path);
-/** Write a whole file under @p path, by way of an sc_outfile. @return SC_ERR_CREATE, SC_ERR_WRITE.
- */
+/** Write a whole file under @p path, by way of an sc_outfile; a file of that name is replaced.
+ *  @return SC_ERR_CREATE, SC_ERR_WRITE. */
 SC_MUST_USE sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data,
                                     size_t bytes);
 /** Make a directory and its parents, as far as they do not exist. @return SC_ERR_CREATE. */

@@ -38,9 +38,11 @@ bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference 
  *  @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
                                          const char *name);
-/** Write a PNG file that appears under @p path only when it is complete.
+/** Write a PNG file that appears under @p path only when it is complete. @param replace as of
+ *  sc_outfile_open.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path);
+SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,
+                                        bool replace);
 /** Read a PNG file of any kind as 8-bit RGB; where it is transparent, the colours are unspecified.
  *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */

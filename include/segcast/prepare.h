@@ -96,10 +96,10 @@ size_t sc_preparation_bytes(const sc_preparation *preparation);
 void sc_preparation_pack(const sc_preparation *preparation, void *block);
 /** Write the same block as a file, with a checksum: the prepared file (.segc). It can be read by
  *  this version of segcast on machines of the same byte order. The file appears whole or not at
- *  all.
+ *  all. @param replace as of sc_outfile_open.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
-                                          const char *path);
+                                          const char *path, bool replace);
 /** @return whether the file at @p path can be read and begins as a prepared file does. What follows
  *  is not looked at. Nothing is logged. */
 bool sc_is_prepared_file(const char *path);

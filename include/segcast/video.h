@@ -103,9 +103,10 @@ SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const c
  *  error the muxer can only be closed. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);
 /** Complete the file, flush it to disk, and rename it to @p path, which lies in the folder given
- *  to sc_muxer_open; a file of that name is replaced. At least one segment was added. @return
- *  SC_ERR_WRITE; the muxer can only be closed then. */
-SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path);
+ *  to sc_muxer_open. At least one segment was added. @param replace as of sc_outfile_open. @return
+ *  SC_ERR_WRITE, SC_ERR_CREATE if the name is taken; the muxer can only be closed then. */
+SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path,
+                                      bool replace);
 /** Close and free; a file that was not finished is removed. NULL is allowed. */
 void sc_muxer_close(sc_muxer *muxer);
 
@@ -125,11 +126,12 @@ SC_MUST_USE sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
 SC_MUST_USE sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer,
                                            const sc_image *image);
 /** Complete the file, of at least one frame; the writer can only be closed then. @param complete
- *  false: not all frames came, and the file is named sc_video_partial_name, so that an
- *  incomplete video never bears the final name. @return SC_ERR_WRITE, SC_ERR_INTERNAL,
- *  SC_ERR_MEMORY. */
+ *  false: not all frames came, and the file is named sc_video_partial_name, so that an incomplete
+ *  video never bears the final name; with a number if that name is taken and must not be replaced.
+ *  This name is logged. @param replace as of sc_outfile_open. @return SC_ERR_WRITE, SC_ERR_CREATE
+ *  if the name is taken, SC_ERR_INTERNAL, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer,
-                                             bool complete);
+                                             bool complete, bool replace);
 /** Close and free; what was not finished leaves no file behind. NULL is allowed. */
 void sc_video_writer_close(sc_video_writer *writer);
 

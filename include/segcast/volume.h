@@ -61,10 +61,11 @@ SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_vol
 /** Write a volume, with its ids, as NRRD, gzip-compressed, with the label names and colours in
  *  the keys that 3D Slicer uses for segmentations (Segment0_Name and so on; none for
  *  background). The voxels are written as label values in the narrowest integer type that holds
- *  them. The file gets its name only when it is complete; an older one is replaced. @return
+ *  them. The file gets its name only when it is complete. @param replace as of
+ *  sc_outfile_open. @return
  *  SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; what was under @p path before stays then. */
 SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
-                                          const char *path);
+                                          const char *path, bool replace);
 
 /** What one label of a volume covers. */
 typedef struct sc_label_tally {

@@ -121,6 +121,22 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
 /* Free everything. A zeroed session is allowed. Collective. */
 void sc_session_clear(sc_session *session);
 
+/* Check, before any work, that @p path can become the output file of a command: nothing has this
+ * name, or with --overwrite a regular file at most, which is none of the inputs. @param session
+ * with its job read; NULL: the command has no inputs. Not collective.
+ * @return SC_ERR_CREATE, SC_ERR_MEMORY. */
+sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path);
+/* Check that a name ends in @p ending, which says what is written, in upper or lower case. @param
+ * kind what is written, for the message. @return SC_ERR_USAGE. */
+sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,
+                          const char *kind);
+/* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
+ * later gets what is meant for them. @return false if that fails. */
+bool sc_open_standard_streams(void);
+/* Write what standard output still holds. @return @p status; SC_ERR_WRITE, logged, instead of a
+ * less severe one if not everything could be written since the process began. */
+sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);
+
 /* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
  * cores, with the options of mpirun and srun that help. Collective. */
 sc_status sc_report_placement(sc_app *app);

@@ -17,9 +17,11 @@ sc_status sc_cmd_phantom(sc_app *app)
          app->options.size[used]))
         return sc_fail(app->ctx, SC_ERR_USAGE, "--size is \"%s\", expected for example 128x96x128",
                        app->options.size);
+    SC_TRY(sc_check_ending(app->ctx, path, ".nrrd", "a volume in the format NRRD"));
+    SC_TRY(sc_check_output(app, NULL, path));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
-    SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, path));
+    SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite));
     printf("%s\n", path);
 out:
     sc_volume_clear(&volume);

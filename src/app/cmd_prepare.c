@@ -25,14 +25,16 @@ sc_status sc_cmd_prepare(sc_app *app)
 
     if (!job)
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_check_ending(app->ctx, path, ".segc", "a prepared volume"));
     SC_TRY(sc_session_job(app, job, &session));
+    SC_TRY(sc_check_output(app, &session, path));
     if (sc_is_prepared_file(session.job.volume)) {
         status =
             sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", session.job.volume);
         goto out;
     }
     SC_TRY(sc_session_prepare(app, &session, true, &volume, &preparation, NULL));
-    SC_TRY(sc_preparation_save(app->ctx, preparation, path));
+    SC_TRY(sc_preparation_save(app->ctx, preparation, path, app->options.overwrite));
     sc_info(app->ctx, "%s: %.1f MB, prepared in %.2f s, %.2f CPU s", path,
             (double)sc_preparation_bytes(preparation) * 1e-6, sc_wall_s() - wall_s,
             sc_cpu_s() - cpu_s);

@@ -137,11 +137,10 @@ static sc_status open_outputs(sc_run *run)
 
     SC_TRY(sc_zalloc(ctx, (size_t)run->wanted_count + 1, sizeof *run->results, &results));
     run->results = results;
-    if (sc_run_has_video(job))
+    if (sc_run_has_video(job) && !run->video_path)
         SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
     if (run->keep_records)
         return open_store(run);
-    SC_TRY(sc_make_directory(ctx, run->directory));
     status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:
     return status;
@@ -227,7 +226,8 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
     if (run->store)
         status = sc_store_finish(ctx, run->store, &run->missing);
     else if (run->result_count > 0)
-        status = sc_video_writer_finish(ctx, run->writer, outcome == SC_OK);
+        status =
+            sc_video_writer_finish(ctx, run->writer, outcome == SC_OK, run->app->options.overwrite);
     sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
     return status == SC_OK ? outcome : status;
 }
@@ -315,6 +315,20 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         printf("%s\n", run->video_path && run->missing == 0 ? run->video_path : run->directory);
 }
 
+/* On rank 0, of a run that writes the video alone: make its directory, and check that the video can
+ * be written there. Fills run->video_path. */
+static sc_status prepare_video(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_status status;
+
+    SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
+    SC_TRY(sc_make_directory(ctx, run->directory));
+    status = sc_check_output(run->app, &run->session, run->video_path);
+out:
+    return status;
+}
+
 /* On rank 0, before anything that takes long: check the options, fill run->directory, run->wanted
  * and run->slice, and refuse a directory that holds a run already. */
 static sc_status prepare_run(sc_run *run)
@@ -340,7 +354,9 @@ static sc_status prepare_run(sc_run *run)
         SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
                                &run->wanted_count));
     SC_TRY(name_slice(run));
-    if (run->keep_records && store_mode(app) == SC_STORE_NEW)
+    if (!run->keep_records)
+        status = prepare_video(run);
+    else if (store_mode(app) == SC_STORE_NEW)
         status = sc_store_check_new(app->ctx, run->directory, slice_of(run));
 out:
     return status;
@@ -429,17 +445,21 @@ sc_status sc_cmd_orbit(sc_app *app)
 {
     const char *output = app->options.output ? app->options.output : "orbit.mp4";
     const char *slash = strrchr(output, '/');
-    char directory[SC_PATH_BYTES];
+    sc_text directory = {0};
     sc_status status;
 
-    snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - output) : 1,
-             slash ? output : ".");
+    SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
+                       slash == output ? 1
+                       : slash         ? (int)(slash - output)
+                                       : 1,
+                       slash ? output : "."));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
-    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
     SC_TRY(
         sc_options_set_text(app->ctx, &app->options, "output.video", slash ? slash + 1 : output));
     app->options.frames = NULL;
     status = run_job(app, NULL, false);
 out:
+    sc_text_clear(&directory);
     return status;
 }

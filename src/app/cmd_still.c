@@ -13,7 +13,9 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     sc_render_stats stats;
     sc_status status;
 
+    SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
     SC_TRY(sc_session_job(app, job_path, &session));
+    SC_TRY(sc_check_output(app, &session, path));
     if (app->options.frame < 0)
         app->options.frame = 0;
     if (app->options.frame >= session.job.animation.frames) {
@@ -26,7 +28,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
                          &image));
     SC_TRY(sc_session_draw(app, &session, (int)app->options.frame, NULL, &image, &stats));
-    SC_TRY(sc_image_save_png(app->ctx, &image, path));
+    SC_TRY(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
     sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
             stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
             (unsigned long long)stats.counters.cell_visits,

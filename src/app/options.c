@@ -246,6 +246,8 @@ static const sc_option option_rows[] = {
      "render", store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a folder that holds a run", "render", store_flag,
      AT(overwrite), ""},
+    {"overwrite", 0, NULL, "replace the file if there is one", "still orbit phantom views prepare",
+     store_flag, AT(overwrite), ""},
     {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, with exit code 75",
      "render", store_time_limit, 0, ""},
     {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the folder",

@@ -68,10 +68,11 @@ sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *str
     return SC_OK;
 }
 
-sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path)
+sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,
+                            bool replace)
 {
     sc_outfile file = {0};
-    sc_status status = sc_outfile_open(ctx, path, &file);
+    sc_status status = sc_outfile_open(ctx, path, replace, &file);
 
     if (status != SC_OK)
         return status;

@@ -174,7 +174,8 @@ static bool put(FILE *stream, const void *data, uint64_t bytes, uint64_t *at, ui
     return true;
 }
 
-sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const char *path)
+sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const char *path,
+                              bool replace)
 {
     uint64_t bytes[SECTIONS], at = 0;
     block_header h = header_of(p, bytes);
@@ -185,7 +186,7 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
 
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
-    SC_TRY(sc_outfile_open(ctx, path, &file));
+    SC_TRY(sc_outfile_open(ctx, path, replace, &file));
     written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
     for (int i = 0; i < SECTIONS && written; i++)
         written = put(file.stream, sources[i], bytes[i], &at,

@@ -148,7 +148,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
         sc_file_unmap(data, segment.bytes);
     }
     if (status == SC_OK)
-        status = sc_muxer_finish(ctx, muxer, path);
+        status = sc_muxer_finish(ctx, muxer, path, true);
 out:
     sc_muxer_close(muxer);
     return status;

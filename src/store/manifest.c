@@ -82,7 +82,7 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_outfile_open(ctx, path, &file));
+    SC_TRY(sc_outfile_open(ctx, path, true, &file));
     SC_TRY(write_lines(ctx, file.stream, path, job, lines, keep));
     SC_TRY(sc_outfile_commit(ctx, &file));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *manifest, &block));

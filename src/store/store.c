@@ -274,7 +274,7 @@ sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_f
         char path[2 * SC_NAME_BYTES];
 
         sc_store_path(store, path, "frames/%06d.png", done->frame);
-        SC_TRY(sc_image_save_png(ctx, image, path));
+        SC_TRY(sc_image_save_png(ctx, image, path, true));
         store->has_png[done->frame] = true;
     }
     status = add_line(ctx, store, done);

@@ -126,7 +126,7 @@ sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                          const size_t *counts, size_t stride)
 {
     sc_outfile file = {0};
-    sc_status status = sc_outfile_open(ctx, path, &file);
+    sc_status status = sc_outfile_open(ctx, path, true, &file);
 
     if (status != SC_OK)
         return status;

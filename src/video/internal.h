@@ -6,6 +6,7 @@
 #include "segcast/video.h"
 
 #include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
 
 /* A kind of video file, and the codec that segcast puts into it. */
 typedef struct sc_container {
@@ -21,6 +22,13 @@ const sc_container *sc_container_find(const char *path);
 /* Log "PATH: WHAT: REASON" with libav's text for its @p error, and return @p status. */
 sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
                      int error);
+
+/* Let libav write to @p file, which stays borrowed until sc_output_end. libav opens no file by
+ * itself then. @return false if there is no memory. */
+bool sc_output_begin(AVFormatContext *format, sc_outfile *file);
+/* Write what libav still holds, and end what sc_output_begin began. Does nothing without it.
+ * @return 0, or libav's code of the first error in writing. */
+int sc_output_end(AVFormatContext *format);
 
 /* The content of a segment while its GOP is encoded; owns both arrays. Zero-initialise, then
  * sc_segment_clear. */

@@ -4,12 +4,11 @@
 
 #include <libavformat/avformat.h>
 #include <string.h>
-#include <unistd.h>
 
 struct sc_muxer {
-    char *path, *temporary; /* given to sc_muxer_open, and where the file is written; owned */
-    bool begun;             /* the header of the file has been written */
-    bool published;         /* the file has got its final name */
+    char *path;      /* given to sc_muxer_open; owned */
+    sc_outfile file; /* zero once it has got its final name */
+    bool begun;      /* the header of the file has been written */
     AVFormatContext *format;
     AVStream *stream;       /* borrowed from format; NULL until begun */
     AVPacket *packet;       /* scratch of add_packet */
@@ -24,7 +23,6 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, 
     sc_muxer *m = NULL;
     sc_text copy = {0};
     void *block = NULL;
-    int error;
     sc_status status;
 
     if (!container)
@@ -35,20 +33,16 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, 
     m = block;
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     m->path = copy.data;
-    SC_TRY(sc_temporary_name(ctx, path, &m->temporary));
+    SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
     m->packet = av_packet_alloc();
     if (!m->packet ||
-        avformat_alloc_output_context2(&m->format, NULL, container->muxer, m->temporary) < 0) {
+        avformat_alloc_output_context2(&m->format, NULL, container->muxer, path) < 0) {
         status = sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path,
                          container->muxer);
         goto out;
     }
-    error = avio_open(&m->format->pb, m->temporary, AVIO_FLAG_WRITE);
-    if (error < 0) {
-        status = sc_av_fail(ctx, SC_ERR_CREATE, path, "cannot be created", error);
-        goto out;
-    }
-    if (title && title[0] && av_dict_set(&m->format->metadata, "title", title, 0) < 0) {
+    if (!sc_output_begin(m->format, &m->file) ||
+        (title && title[0] && av_dict_set(&m->format->metadata, "title", title, 0) < 0)) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
@@ -164,17 +158,18 @@ out:
     return status;
 }
 
-sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path)
+sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool replace)
 {
     int error = av_write_trailer(m->format);
     sc_status status;
 
     if (error >= 0)
-        error = avio_closep(&m->format->pb);
+        error = sc_output_end(m->format);
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
-    SC_TRY(sc_file_publish(ctx, m->temporary, path));
-    m->published = true;
+    SC_TRY(sc_outfile_rename(ctx, &m->file, path));
+    m->file.replace = replace;
+    status = sc_outfile_commit(ctx, &m->file);
 out:
     return status;
 }
@@ -183,13 +178,10 @@ void sc_muxer_close(sc_muxer *m)
 {
     if (!m)
         return;
-    if (m->format && m->format->pb)
-        avio_closep(&m->format->pb);
-    if (m->temporary && !m->published)
-        unlink(m->temporary);
+    (void)sc_output_end(m->format);
+    sc_outfile_discard(&m->file);
     avformat_free_context(m->format);
     av_packet_free(&m->packet);
     sc_free(m->path);
-    sc_free(m->temporary);
     sc_free(m);
 }

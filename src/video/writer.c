@@ -2,6 +2,9 @@
 /* A video from frames that come in order: each GOP is encoded and appended to the file. */
 #include "internal.h"
 
+#include <string.h>
+#include <sys/stat.h>
+
 struct sc_video_writer {
     char *path;     /* the name of the complete video; owned, as are encoder and muxer */
     int gop_frames; /* of each GOP but the last */
@@ -33,7 +36,31 @@ sc_status sc_video_writer_push(const sc_ctx *ctx, sc_video_writer *writer, const
     return status;
 }
 
-sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, bool complete)
+/* Find the name of an incomplete video: that of sc_video_partial_name, or with a number, as in
+ * "x.partial-2.mp4", if it is taken and @p replace is false. Caller owns *out: sc_text_clear, also
+ * after an error. */
+static sc_status free_partial_name(const sc_ctx *ctx, const char *path, bool replace, sc_text *out)
+{
+    sc_text first = {0};
+    struct stat info;
+    const char *dot;
+    sc_status status;
+
+    SC_TRY(sc_video_partial_name(ctx, path, &first));
+    SC_TRY(sc_text_add(ctx, out, "%s", first.data));
+    dot = strrchr(first.data, '.');
+    for (int number = 2; !replace && !lstat(out->data, &info); number++) {
+        sc_text_clear(out);
+        SC_TRY(
+            sc_text_add(ctx, out, "%.*s-%d%s", (int)(dot - first.data), first.data, number, dot));
+    }
+out:
+    sc_text_clear(&first);
+    return status;
+}
+
+sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, bool complete,
+                                 bool replace)
 {
     sc_text partial = {0};
     sc_status status = SC_OK;
@@ -41,8 +68,10 @@ sc_status sc_video_writer_finish(const sc_ctx *ctx, sc_video_writer *writer, boo
     if (sc_encoder_count(writer->encoder) > 0)
         SC_TRY(end_gop(ctx, writer));
     if (!complete)
-        SC_TRY(sc_video_partial_name(ctx, writer->path, &partial));
-    status = sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data);
+        SC_TRY(free_partial_name(ctx, writer->path, replace, &partial));
+    status = sc_muxer_finish(ctx, writer->muxer, complete ? writer->path : partial.data, replace);
+    if (status == SC_OK && !complete)
+        sc_info(ctx, "%s: holds the frames so far", partial.data);
 out:
     sc_text_clear(&partial);
     return status;

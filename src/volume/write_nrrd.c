@@ -115,14 +115,15 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
                   : SC_OK;
 }
 
-sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const char *path)
+sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const char *path,
+                              bool replace)
 {
     sc_outfile file = {0};
     sc_text text = {0};
     sc_status status;
 
     SC_TRY(header_text(ctx, volume, &text));
-    SC_TRY(sc_outfile_open(ctx, path, &file));
+    SC_TRY(sc_outfile_open(ctx, path, replace, &file));
     fwrite(text.data, 1, text.length_bytes, file.stream);
     if (fflush(file.stream)) {
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));

@@ -18,14 +18,14 @@ for name in flat rod point; do
             printf 'volume: %s.nrrd\noutput: {size: [64, 48]}\nrender: {surface: %s, smooth: %s}\n' \
                 "$name" "$surface" "$smooth" >job.yaml
             printf 'animation: {camera: {orbit: {start: 30, elevation: 40}}}\n' >>job.yaml
-            "$SEGCAST" still job.yaml -o "$name.png" >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
-            "$SEGCAST" still job.yaml -o plain.png --set render.skip=none -q >/dev/null
+            "$SEGCAST" still job.yaml -o "$name.png" --overwrite >/dev/null 2>log.txt || fail "$name $surface: $(cat log.txt)"
+            "$SEGCAST" still job.yaml -o plain.png --overwrite --set render.skip=none -q >/dev/null
             "$IMAGE_DIFFERENCE" "$name.png" plain.png 0 0 || fail "$name $surface: skip methods give different pictures"
-            "$SEGCAST" still job.yaml -o blank.png -q --set 'tissues."*".opacity=0' >/dev/null
+            "$SEGCAST" still job.yaml -o blank.png --overwrite -q --set 'tissues."*".opacity=0' >/dev/null
             "$IMAGE_DIFFERENCE" "$name.png" blank.png 0 0 2>/dev/null >&2 && fail "$name $surface: nothing is drawn"
         done
     done
-    "$SEGCAST" views "$name.nrrd" -o views.png --size 200x160 -q >/dev/null || fail "views of $name"
+    "$SEGCAST" views "$name.nrrd" -o views.png --overwrite --size 200x160 -q >/dev/null || fail "views of $name"
 done
 
 "$SEGCAST" views nothing.nrrd -o nothing.png --size 64x64 >/dev/null 2>log.txt || fail "views of a volume of background only: $(cat log.txt)"

@@ -44,8 +44,8 @@ refused 64 'unknown option' prepare heart.nrrd --frame 3
 
 # With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
-    "$SEGCAST" still plain.yaml --set $setting -o a.png -q >/dev/null
-    "$SEGCAST" still mapped.yaml --set $setting -o b.png -q >/dev/null 2>&1
+    "$SEGCAST" still plain.yaml --set $setting -o a.png --overwrite -q >/dev/null
+    "$SEGCAST" still mapped.yaml --set $setting -o b.png --overwrite -q >/dev/null 2>&1
     same a.png b.png "$setting"
 done
 "$SEGCAST" info heart.nrrd --json | grep -v '"file"' >a.json

@@ -91,7 +91,7 @@ static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, 
     }
     if (o->write) {
         SC_TRY(shape_volume(ctx, &s, sc_default_threads(), &volume));
-        SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write));
+        SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write, true));
         goto out;
     }
     if (o->mesh)

@@ -20,7 +20,7 @@ static sc_status on_frame(void *user, int k, double time_s, const sc_image *imag
     p->width_px = image->width_px;
     p->height_px = image->height_px;
     p->last_s = time_s;
-    return k == p->wanted ? sc_image_save_png(p->ctx, image, p->out) : SC_OK;
+    return k == p->wanted ? sc_image_save_png(p->ctx, image, p->out, true) : SC_OK;
 }
 
 int main(int argc, char **argv)

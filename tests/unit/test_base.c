@@ -85,7 +85,7 @@ static void a_file_appears_only_when_complete(void **state)
 
     (void)state;
     unlink("whole.txt");
-    assert_ok(sc_outfile_open(&quiet, "whole.txt", &file));
+    assert_ok(sc_outfile_open(&quiet, "whole.txt", true, &file));
     fputs("contents", file.stream);
     assert_false(exists("whole.txt"));
     assert_ok(sc_outfile_commit(&quiet, &file));
@@ -95,11 +95,100 @@ static void a_file_appears_only_when_complete(void **state)
     sc_free(text);
     assert_int_equal(sc_file_read(&quiet, "whole.txt", 3, &text, &bytes), SC_ERR_DATA);
     unlink("whole.txt");
-    assert_ok(sc_outfile_open(&quiet, "whole.txt", &file));
+    assert_ok(sc_outfile_open(&quiet, "whole.txt", true, &file));
     sc_outfile_discard(&file);
     assert_false(exists("whole.txt"));
-    assert_int_equal(sc_outfile_open(&quiet, "no/such/folder/file", &file), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_open(&quiet, "no/such/folder/file", true, &file), SC_ERR_CREATE);
     assert_int_equal(sc_file_read(&quiet, "/", 100, &text, &bytes), SC_ERR_MISSING);
+}
+
+/* The temporary file is one that nobody can have prepared, and the only one that is removed. */
+static void a_temporary_file_is_new_and_removed(void **state)
+{
+    static const char *const kept[] = {".a.tmp",
+                                       ".a.tmp.host.12",
+                                       "a.tmp.host.12.0123456789abcdef",
+                                       ".a.host.12.0123456789abcdef",
+                                       ".a.tmp.host.x.0123456789abcdef",
+                                       ".a.tmp.host.12.0123456789abcdeg",
+                                       ".a.tmp.host.12.0123456789abcdef0"};
+    static const char *const other = "temporaries/.a.tmp.no.such.host.12.0123456789abcdef";
+    char host[SC_HOST_BYTES], name[300];
+    sc_outfile first = {0}, second = {0};
+    struct stat info;
+
+    (void)state;
+    mkdir("temporaries", 0777);
+    assert_ok(sc_outfile_open(&quiet, "temporaries/a.txt", true, &first));
+    assert_ok(sc_outfile_open(&quiet, "temporaries/a.txt", true, &second));
+    assert_string_not_equal(first.temporary, second.temporary);
+    assert_int_equal(strncmp(first.temporary, "temporaries/.a.txt.tmp.", 23), 0);
+    assert_int_equal(lstat(first.temporary, &info), 0);
+    assert_true(S_ISREG(info.st_mode));
+    sc_remove_temporaries("temporaries", true); /* this process lives */
+    assert_true(exists(first.temporary));
+    sc_outfile_discard(&first);
+    sc_outfile_discard(&second);
+    for (size_t i = 0; i < SC_COUNT_OF(kept); i++) {
+        snprintf(name, sizeof name, "temporaries/%s", kept[i]);
+        assert_ok(sc_file_write(&quiet, name, "x", 1));
+    }
+    assert_ok(sc_file_write(&quiet, other, "x", 1));
+    sc_host_name(host);
+    snprintf(name, sizeof name, "temporaries/.a.tmp.%s.999999999.0123456789abcdef", host);
+    assert_ok(sc_file_write(&quiet, name, "x", 1));
+    sc_remove_temporaries("temporaries", false);
+    assert_false(exists(name));
+    assert_true(exists(other));
+    assert_int_equal(symlink("nowhere", name), 0);
+    sc_remove_temporaries("temporaries", true);
+    assert_false(exists(other));
+    assert_int_equal(lstat(name, &info), 0); /* segcast makes no links */
+    unlink(name);
+    for (size_t i = 0; i < SC_COUNT_OF(kept); i++) {
+        snprintf(name, sizeof name, "temporaries/%s", kept[i]);
+        assert_true(exists(name));
+        unlink(name);
+    }
+    assert_int_equal(rmdir("temporaries"), 0);
+}
+
+/* A name that is taken stays as it is, unless it may be replaced; so do links and what they lead
+ * to.
+ */
+static void a_name_that_is_taken_is_refused(void **state)
+{
+    sc_outfile file = {0};
+    heard h;
+    sc_ctx ctx = listening(&h);
+    char *text;
+    size_t bytes;
+
+    (void)state;
+    unlink("taken.txt");
+    unlink("link.txt");
+    assert_ok(sc_outfile_check(&ctx, "taken.txt", false));
+    assert_ok(sc_outfile_open(&ctx, "taken.txt", false, &file));
+    fputs("new", file.stream);
+    assert_ok(sc_file_write(&ctx, "taken.txt", "old", 3)); /* appears meanwhile */
+    assert_int_equal(sc_outfile_commit(&ctx, &file), SC_ERR_CREATE);
+    assert_int_equal(h.errors, 1);
+    assert_non_null(strstr(h.text, "--overwrite"));
+    assert_ok(sc_file_read(&ctx, "taken.txt", 100, &text, &bytes));
+    assert_string_equal(text, "old");
+    sc_free(text);
+    assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false), SC_ERR_CREATE);
+    assert_ok(sc_outfile_check(&quiet, "taken.txt", true));
+    assert_int_equal(symlink("taken.txt", "link.txt"), 0);
+    assert_int_equal(sc_outfile_check(&quiet, "link.txt", true), SC_ERR_CREATE);
+    assert_true(sc_same_file("taken.txt", "link.txt"));
+    assert_false(sc_same_file("taken.txt", "."));
+    assert_int_equal(sc_outfile_check(&quiet, ".", true), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "no/such/folder", true), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "", true), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "folder/", true), SC_ERR_CREATE);
+    unlink("taken.txt");
+    unlink("link.txt");
 }
 
 static void a_full_disk_is_noticed(void **state)
@@ -109,7 +198,7 @@ static void a_full_disk_is_noticed(void **state)
     sc_ctx ctx = listening(&h);
 
     (void)state;
-    assert_ok(sc_outfile_open(&ctx, "full.bin", &file));
+    assert_ok(sc_outfile_open(&ctx, "full.bin", true, &file));
     fclose(file.stream);
     file.stream = fopen("/dev/full", "wb");
     if (!file.stream)
@@ -243,6 +332,8 @@ int main(void)
         cmocka_unit_test(the_nearest_word_is_found),
         cmocka_unit_test(hashes_are_the_same_everywhere_and_can_be_chained),
         cmocka_unit_test(a_file_appears_only_when_complete),
+        cmocka_unit_test(a_temporary_file_is_new_and_removed),
+        cmocka_unit_test(a_name_that_is_taken_is_refused),
         cmocka_unit_test(a_full_disk_is_noticed),
         cmocka_unit_test(a_parallel_loop_does_every_item_once),
         cmocka_unit_test(lengths_get_a_unit_that_fits),

@@ -23,7 +23,7 @@ static void a_png_file_keeps_every_pixel(void **state)
     sc_image_difference d;
 
     (void)state;
-    assert_ok(sc_image_save_png(&quiet, &image, "noise.png"));
+    assert_ok(sc_image_save_png(&quiet, &image, "noise.png", true));
     assert_ok(sc_image_load_png(&quiet, "noise.png", &back));
     assert_true(sc_image_compare(&image, &back, &d));
     assert_int_equal(d.differing_px, 0);

@@ -138,7 +138,7 @@ static void saving_and_reading_gives_the_same_volume(void **state)
     (void)state;
     assert_ok(sc_phantom_new(&quiet, &phantom));
     assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &v));
-    assert_ok(sc_volume_save_nrrd(&quiet, &v, "p.nrrd"));
+    assert_ok(sc_volume_save_nrrd(&quiet, &v, "p.nrrd", true));
     assert_ok(sc_volume_read(&quiet, "p.nrrd", &back));
     for (size_t i = 0; i < sc_volume_voxels(&v); i++) {
         const sc_label *a = &v.labels[((uint8_t *)v.ids)[i]];

@@ -76,7 +76,7 @@ static void write_video(const char *path, int width, int height, int frames, boo
         assert_ok(sc_video_writer_push(&quiet, writer, &image));
         sc_image_clear(&image);
     }
-    assert_ok(sc_video_writer_finish(&quiet, writer, complete));
+    assert_ok(sc_video_writer_finish(&quiet, writer, complete, true));
     sc_video_writer_close(writer);
 }
 
@@ -220,7 +220,7 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[1]));
     assert_false(exists("j.mp4"));
-    assert_ok(sc_muxer_finish(&quiet, muxer, "j.mp4"));
+    assert_ok(sc_muxer_finish(&quiet, muxer, "j.mp4", true));
     sc_muxer_close(muxer);
     write_video("whole.mp4", 192, 120, FRAMES, true);
     assert_ok(sc_file_read(&quiet, "j.mp4", 1 << 24, &a, &a_bytes));

@@ -783,7 +783,7 @@ static void a_written_nrrd_holds_the_label_values(void **state)
 
         for (int k = 0; k < VOXELS; k++)
             ids[k] = (uint8_t)(k % 3);
-        assert_ok(sc_volume_save_nrrd(&quiet, &v, "t.nrrd"));
+        assert_ok(sc_volume_save_nrrd(&quiet, &v, "t.nrrd", true));
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &back));
         for (int k = 0; k < VOXELS; k++)
             assert_int_equal(back.labels[id_at(&back, k)].value, labels[k % 3].value);

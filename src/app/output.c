@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Checks of the file that a command is to write, before any work. */
+#include "app.h"
+
+#include <string.h>
+#include <strings.h>
+
+sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path)
+{
+    const char *inputs[] = {app->options.input, session ? session->job.volume : NULL,
+                            session ? session->job.labels : NULL};
+
+    for (size_t i = 0; i < SC_COUNT_OF(inputs); i++) {
+        if (inputs[i] && sc_same_file(inputs[i], path))
+            return sc_fail(app->ctx, SC_ERR_CREATE,
+                           "%s: is an input of this command (%s), which would be lost; give "
+                           "another name for the output",
+                           path, inputs[i]);
+    }
+    return sc_outfile_check(app->ctx, path, app->options.overwrite);
+}
+
+sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending, const char *kind)
+{
+    const size_t length = strlen(path), needed = strlen(ending);
+
+    if (length > needed && !strcasecmp(path + length - needed, ending))
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_USAGE, "%s: %s is written, expected a name ending in %s", path, kind,
+                   ending);
+}

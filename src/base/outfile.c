@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Output files: written under a temporary name that nobody can guess, and given their name only
+ * when they are complete. */
+#define _GNU_SOURCE /* renameat2 */
+#include "segcast/base.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* A temporary name is ".NAME.tmp.HOST.PID.RANDOM": NAME is cut, so that all of it is a name that
+ * file systems accept, and RANDOM has this many hexadecimal digits. */
+enum { NAME_PART_BYTES = 64, RANDOM_DIGITS = 16, TRIES = 100 };
+
+_Static_assert(SC_HOST_BYTES > HOST_NAME_MAX, "every host name fits");
+
+void sc_host_name(char out[SC_HOST_BYTES])
+{
+    memset(out, 0, SC_HOST_BYTES);
+    if (gethostname(out, SC_HOST_BYTES - 1) || !out[0])
+        strcpy(out, "host");
+}
+
+/* @return @p length, or less, so that the first bytes of @p text end between two characters of
+ * UTF-8. */
+static size_t cut_between_characters(const char *text, size_t length)
+{
+    while (length > 0 && ((unsigned char)text[length] & 0xc0) == 0x80)
+        length--;
+    return length;
+}
+
+/* Make a temporary name beside @p path, another one at each call. Caller owns *out: sc_free. */
+static sc_status temporary_name(const sc_ctx *ctx, const char *path, char **out)
+{
+    const char *slash = strrchr(path, '/');
+    const char *name = slash ? slash + 1 : path;
+    size_t length = strlen(name);
+    char host[SC_HOST_BYTES];
+    uint64_t random;
+    sc_text text = {0};
+    sc_status status;
+
+    if (getrandom(&random, sizeof random, 0) != (ssize_t)sizeof random)
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: no random numbers: %s", path,
+                       sc_reason(errno));
+    if (length > NAME_PART_BYTES)
+        length = cut_between_characters(name, NAME_PART_BYTES);
+    /* The host is part of the name, too: a node that lost its network may go on writing while the
+     * batch system has begun the job again elsewhere. */
+    sc_host_name(host);
+    status = sc_text_add(ctx, &text, "%.*s.%.*s.tmp.%s.%ld.%0*llx", (int)(name - path), path,
+                         (int)length, name, host, (long)getpid(), RANDOM_DIGITS,
+                         (unsigned long long)random);
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+/* Read ".NAME.tmp.HOST.PID.RANDOM", where NAME and HOST may contain dots. @param here whether
+ * that is @p host. @return PID, or 0 if @p name is not of this form. */
+static long temporary_owner(const char *name, const char *host, bool *here)
+{
+    const char *random = strrchr(name, '.'), *process, *mark, *begin = NULL;
+    char *end;
+    long number;
+
+    if (name[0] != '.' || !random || strspn(random + 1, "0123456789abcdef") != RANDOM_DIGITS ||
+        random[1 + RANDOM_DIGITS])
+        return 0;
+    for (process = random; process > name && process[-1] != '.'; process--)
+        continue;
+    number = strtol(process, &end, 10);
+    if (process == name || end != random || *process < '1' || *process > '9')
+        return 0;
+    process--; /* the dot behind the host */
+    for (mark = name + 1; (mark = strstr(mark, ".tmp.")) && mark + 5 < process; mark++)
+        begin = mark + 5;
+    if (!begin)
+        return 0;
+    *here = strlen(host) <= (size_t)(process - name - 5) &&
+            !memcmp(process - strlen(host), host, strlen(host)) &&
+            !memcmp(process - strlen(host) - 5, ".tmp.", 5);
+    return number;
+}
+
+void sc_remove_temporaries(const char *directory, bool all)
+{
+    DIR *stream = opendir(directory);
+    char host[SC_HOST_BYTES];
+    const struct dirent *entry;
+
+    sc_host_name(host);
+    while (stream && (entry = readdir(stream))) {
+        bool here = false;
+        const long process = temporary_owner(entry->d_name, host, &here);
+        const bool gone = process > 0 && kill((pid_t)process, 0) != 0 && errno == ESRCH;
+        struct stat info;
+
+        if (process > 0 && (here ? gone : all) &&
+            !fstatat(dirfd(stream), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) &&
+            S_ISREG(info.st_mode))
+            unlinkat(dirfd(stream), entry->d_name, 0);
+    }
+    if (stream)
+        closedir(stream);
+}
+
+/* Open a new temporary file beside @p path for writing and reading. It is never one that was there
+ * before, nor behind a symbolic link, so that whoever else may write to the directory can make it
+ * neither change nor show other files. @param out_name caller owns: sc_free. @return SC_ERR_CREATE,
+ * SC_ERR_MEMORY. */
+static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_name, int *out_fd)
+{
+    sc_status status;
+
+    for (int i = 0; i < TRIES; i++) {
+        char *name = NULL;
+        int fd, error;
+
+        status = temporary_name(ctx, path, &name);
+        if (status != SC_OK)
+            return status;
+        fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        error = errno;
+        if (fd >= 0) {
+            *out_name = name;
+            *out_fd = fd;
+            return SC_OK;
+        }
+        sc_free(name);
+        if (error != EEXIST)
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(error));
+    }
+    return sc_fail(ctx, SC_ERR_CREATE, "%s: no free temporary name in %d tries", path, TRIES);
+}
+
+sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace, sc_outfile *out)
+{
+    sc_outfile file = {.replace = replace};
+    sc_text copy = {0};
+    int fd = -1;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    file.path = copy.data;
+    SC_TRY(open_temporary(ctx, path, &file.temporary, &fd));
+    file.stream = fdopen(fd, "w+b");
+    if (!file.stream) {
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
+        close(fd);
+        goto out;
+    }
+    *out = file;
+    return SC_OK;
+out:
+    sc_outfile_discard(&file);
+    return status;
+}
+
+sc_status sc_outfile_rename(const sc_ctx *ctx, sc_outfile *file, const char *path)
+{
+    sc_text copy = {0};
+    sc_status status = sc_text_add(ctx, &copy, "%s", path);
+
+    if (status != SC_OK)
+        return status;
+    sc_free(file->path);
+    file->path = copy.data;
+    return SC_OK;
+}
+
+void sc_outfile_discard(sc_outfile *file)
+{
+    if (file->stream)
+        fclose(file->stream);
+    if (file->temporary)
+        unlink(file->temporary);
+    sc_free(file->path);
+    sc_free(file->temporary);
+    *file = (sc_outfile){0};
+}
+
+/* Give @p temporary the name @p path, unless that is taken. @return 0, or the errno of the failure:
+ * EEXIST if it is taken. */
+static int give_free_name(const char *temporary, const char *path)
+{
+    struct stat info;
+
+    if (!renameat2(AT_FDCWD, temporary, AT_FDCWD, path, RENAME_NOREPLACE))
+        return 0;
+    if (errno != EINVAL && errno != ENOSYS)
+        return errno;
+    /* This file system cannot do it in one step (NFS). A second link is as good, where it has any. */
+    if (!link(temporary, path)) {
+        unlink(temporary);
+        return 0;
+    }
+    if (errno == EEXIST || !lstat(path, &info))
+        return EEXIST;
+    return rename(temporary, path) ? errno : 0;
+}
+
+/* Flush the directory that holds @p path to disk. @return 0, or the errno of the failure. */
+static int sync_directory_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char *directory = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
+    const int fd = directory ? open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+    int failed = 0;
+
+    if (fd < 0 || fsync(fd))
+        failed = errno;
+    if (fd >= 0)
+        close(fd);
+    free(directory);
+    return failed == EINVAL ? 0 : failed; /* some file systems cannot flush a directory */
+}
+
+sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
+{
+    sc_status status = SC_OK;
+    int error = 0;
+
+    errno = 0;
+    if (fflush(file->stream) || ferror(file->stream))
+        error = errno ? errno : EIO;
+    if (!error && fsync(fileno(file->stream)) && errno != EINVAL)
+        error = errno;
+    if (fclose(file->stream) && !error)
+        error = errno;
+    file->stream = NULL;
+    if (!error && file->replace)
+        error = rename(file->temporary, file->path) ? errno : 0;
+    else if (!error)
+        error = give_free_name(file->temporary, file->path);
+    if (!error) {
+        sc_free(file->temporary);
+        file->temporary = NULL;
+        error = sync_directory_of(file->path);
+    }
+    if (error == EEXIST && !file->replace)
+        status = sc_fail(ctx, SC_ERR_CREATE,
+                         "%s: a file of this name has appeared meanwhile, and stays; give another "
+                         "name, or --overwrite to replace it",
+                         file->path);
+    else if (error)
+        status =
+            sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", file->path, sc_reason(error));
+    sc_outfile_discard(file);
+    return status;
+}
+
+sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data, size_t bytes)
+{
+    sc_outfile file = {0};
+    sc_status status = sc_outfile_open(ctx, path, true, &file);
+
+    if (status != SC_OK)
+        return status;
+    if (bytes)
+        fwrite(data, 1, bytes, file.stream);
+    return sc_outfile_commit(ctx, &file);
+}
+
+/* ---- before the work ---- */
+
+sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace)
+{
+    const char *slash = strrchr(path, '/');
+    sc_text directory = {0};
+    struct stat info;
+    sc_status status;
+
+    if (!path[0] || (slash && !slash[1]))
+        return sc_fail(ctx, SC_ERR_CREATE, "\"%s\" is no name of a file to be written", path);
+    if (!lstat(path, &info)) {
+        if (!S_ISREG(info.st_mode))
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: is %s; segcast writes and replaces only files",
+                           path,
+                           S_ISDIR(info.st_mode)   ? "a directory"
+                           : S_ISLNK(info.st_mode) ? "a symbolic link"
+                                                   : "no regular file");
+        if (!replace)
+            return sc_fail(ctx, SC_ERR_CREATE,
+                           "%s: exists; give another name, or --overwrite to replace it", path);
+    } else if (errno != ENOENT) {
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
+    }
+    SC_TRY(sc_text_add(ctx, &directory, "%.*s", slash ? (int)(slash - path + 1) : 1,
+                       slash ? path : "."));
+    if (access(directory.data, W_OK | X_OK))
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s: %s", path, directory.data,
+                         sc_reason(errno));
+out:
+    sc_text_clear(&directory);
+    return status;
+}
+
+bool sc_same_file(const char *a, const char *b)
+{
+    struct stat first, second;
+
+    return !stat(a, &first) && !stat(b, &second) && first.st_dev == second.st_dev &&
+           first.st_ino == second.st_ino;
+}

@@ -1,0 +1,114 @@
+# Commands that write one file replace none that is there, unless --overwrite is given; none that is an
+# input, by whatever name, not even then; and nothing but files. All of this is said before any work.
+"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+small_job job.yaml
+sed -i 's/^volume.*/volume: heart.nrrd/' job.yaml
+mkdir links folder
+ln -s ../heart.nrrd links/heart.segc
+ln -s ../heart.nrrd links/heart.png
+ln -s ../heart.nrrd links/heart.mp4
+ln heart.nrrd hard.segc
+ln heart.nrrd hard.png
+ln heart.nrrd hard.mp4
+cp heart.nrrd x.segc
+before=$(sha256sum heart.nrrd x.segc)
+kept() { # kept: the volumes are what they were, and no temporary file is left
+    [ "$(sha256sum heart.nrrd x.segc)" = "$before" ] || fail "a file of the user was changed: $*"
+    [ -z "$(find . -name '.*')" ] || [ "$(find . -name '.*')" = . ] || fail "left behind: $(find . -name '.*')"
+}
+
+# An output that is an input.
+for option in "" --overwrite; do
+    expect 73 'x.segc: is an input' "$SEGCAST" prepare x.segc -o x.segc $option; one_error
+    expect 73 'is an input' "$SEGCAST" prepare x.segc -o "$PWD/folder/../x.segc" $option
+    expect 73 'is an input' "$SEGCAST" prepare job.yaml -o links/heart.segc $option; one_error
+    expect 73 'is an input' "$SEGCAST" prepare heart.nrrd -o hard.segc $option
+    expect 73 'is an input' "$SEGCAST" still job.yaml -o links/heart.png $option
+    expect 73 'is an input' "$SEGCAST" still job.yaml -o hard.png $option; one_error
+    expect 73 'is an input' "$SEGCAST" views heart.nrrd -o hard.png $option
+    expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o hard.mp4 --frames 2 $option; one_error
+    expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o links/heart.mp4 --frames 2 $option
+    kept "$option"
+done
+printf '1 a 1 2 3 255\n' >table.png
+expect 73 'table.png: is an input' "$SEGCAST" still job.yaml --set labels=table.png -o table.png --overwrite
+[ "$(cat table.png)" = '1 a 1 2 3 255' ] || fail "the label table was changed"
+
+# An output that exists.
+write() { # write FILE [OPTION]...: let the command that makes such a file write it
+    local file=$1
+    shift
+    case $file in
+    still.png) "$SEGCAST" still job.yaml -q -o "$file" "$@" ;;
+    views.png) "$SEGCAST" views heart.nrrd --size 64x48 -q -o "$file" "$@" ;;
+    *.mp4 | *.webm | *.mkv) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
+    *.segc) "$SEGCAST" prepare heart.nrrd -q -o "$file" "$@" ;;
+    *.nrrd) "$SEGCAST" phantom --size 20x20x20 -q -o "$file" "$@" ;;
+    esac
+}
+for file in still.png views.png turn.mp4 turn.mkv turn.webm whole.segc p.nrrd; do
+    expect 0 '' write "$file"
+    [ "$(basename "$(cat stdout.txt)")" = "$file" ] || fail "$file: printed $(cat stdout.txt)"
+    mv "$file" made
+    echo mine >"$file"
+    expect 73 "$file: exists.*--overwrite" write "$file"; one_error
+    [ "$(cat "$file")" = mine ] || fail "$file: was replaced without --overwrite"
+    expect 0 '' write "$file" --overwrite
+    cmp "$file" made || fail "$file: --overwrite gives other bytes"
+    rm "$file"
+    mkdir "$file"
+    expect 73 'is a directory' write "$file" --overwrite; one_error
+    rmdir "$file"
+    echo mine >target
+    ln -s target "$file"
+    for option in "" --overwrite; do
+        expect 73 'is a symbolic link' write "$file" $option; one_error
+    done
+    [ "$(cat target)" = mine ] && [ -L "$file" ] || fail "$file: a symbolic link was replaced or followed"
+    rm "$file" && ln -s nowhere "$file"
+    expect 73 'is a symbolic link' write "$file"
+    [ ! -e nowhere ] && [ -L "$file" ] || fail "$file: a dangling link was followed"
+    rm "$file" && mkfifo "$file"
+    expect 73 'no regular file' write "$file" --overwrite
+    [ -p "$file" ] || fail "$file: a named pipe was replaced"
+    rm "$file"
+done
+expect 73 'nowhere/x.png: cannot be created' "$SEGCAST" still job.yaml -o nowhere/x.png; one_error
+expect 64 'expected a name ending in .png' "$SEGCAST" still job.yaml -o ''; one_error
+kept
+
+# Each command writes one format, and does not write it under the name of another.
+expect 64 'a.jpg: a picture in the format PNG is written, expected a name ending in .png' \
+    "$SEGCAST" still job.yaml -o a.jpg; one_error
+expect 64 'expected a name ending in .png' "$SEGCAST" views heart.nrrd -o a.tiff
+expect 64 'expected a name ending in .segc' "$SEGCAST" prepare heart.nrrd -o a.nrrd
+expect 64 'expected a name ending in .nrrd' "$SEGCAST" phantom -o a.nii.gz; one_error
+expect 0 '' "$SEGCAST" still job.yaml -o A.PNG
+kept
+
+# An orbit that is stopped names what it has; an older part of that name stays.
+cat >stop.sh <<'SH'
+"$SEGCAST" orbit phantom:59x41x61 --frames 2000 --size 320x240 --fps 2 -o slow.mp4 2>said.txt &
+id=$!
+for _ in $(seq 100); do
+    find . -name '.slow.mp4.tmp.*' -size +2k | grep -q . && break
+    sleep 0.1
+done
+kill -USR1 $id
+wait $id
+SH
+echo mine >slow.partial.mp4
+expect 75 '' bash stop.sh
+[ "$(cat slow.partial.mp4)" = mine ] || fail "a file slow.partial.mp4 was replaced"
+[ -s slow.partial-2.mp4 ] && grep -q 'slow.partial-2.mp4: holds the frames so far' said.txt ||
+    fail "the partial video: $(ls) $(cat said.txt)"
+rm said.txt
+kept
+
+# Names that a library takes for an address, or that leave no room for a temporary name, are names.
+expect 0 '' "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o http:turn.mp4
+[ -s http:turn.mp4 ] || fail "http:turn.mp4 was not written"
+long=$(printf 'ü%.0s' $(seq 120)).png
+expect 0 '' "$SEGCAST" still job.yaml -q -o "$long"
+[ -s "$long" ] || fail "a name of ${#long} characters was not written"
+kept
