@@ -74,11 +74,14 @@ int main(int argc, char **argv)
     sc_status status;
 
     sc_signals_install();
+    if (!sc_open_standard_streams())
+        return sc_exit_code_of(SC_ERR_INTERNAL);
     status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
     if (status != SC_OK)
         return sc_exit_code_of(status);
     ctx.rank = sc_comm_rank(app.comm);
-    status = sc_comm_agree(app.comm, execute(&app, argc, argv));
+    status = sc_finish_standard_output(&ctx, execute(&app, argc, argv));
+    status = sc_comm_agree(app.comm, status);
     sc_options_clear(&app.options);
     sc_comm_close(app.comm);
     return sc_exit_code_of(status);

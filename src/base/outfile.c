@@ -198,7 +198,8 @@ static int give_free_name(const char *temporary, const char *path)
         return 0;
     if (errno != EINVAL && errno != ENOSYS)
         return errno;
-    /* This file system cannot do it in one step (NFS). A second link is as good, where it has any. */
+    /* This file system cannot do it in one step (NFS). A second link is as good, where it has any.
+     */
     if (!link(temporary, path)) {
         unlink(temporary);
         return 0;

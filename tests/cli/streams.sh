@@ -1,0 +1,65 @@
+# Standard streams that are full, closed or cut off. What cannot be printed is an error, of every command.
+"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+small_job job.yaml
+sed -i 's/^volume.*/volume: heart.nrrd/' job.yaml
+"$SEGCAST" render job.yaml -o done -q >/dev/null
+arguments() { # arguments COMMAND: what makes the command print something to standard output
+    case $1 in
+    render) echo job.yaml -o "new$RANDOM$RANDOM" ;;
+    check | plan) echo job.yaml ;;
+    still) echo job.yaml -o out.png --overwrite ;;
+    views) echo heart.nrrd --size 64x48 -o out.png --overwrite ;;
+    orbit) echo heart.nrrd --size 64x48 --frames 2 -o out.mp4 --overwrite ;;
+    info) echo heart.nrrd ;;
+    prepare) echo heart.nrrd -o out.segc --overwrite ;;
+    phantom) echo --size 20x20x20 -o out.nrrd --overwrite ;;
+    join | verify | status) echo 'done' ;;
+    init) echo heart.nrrd ;;
+    keys) echo render ;;
+    help | version | -*) ;;
+    *) fail "the command $1 is new: say here what makes it print" ;;
+    esac
+}
+commands=$("$SEGCAST" --help | sed -n 's/^  segcast \([a-z]*\) .*/\1/p' | sort -u)
+[ "$(wc -w <<<"$commands")" -gt 12 ] || fail "the list of commands: $commands"
+[ -c /dev/full ] || skip "there is no /dev/full"
+full() { "$@" >/dev/full; }
+closed() { "$@" >&-; }
+all_closed() { "$@" <&- >&- 2>&-; }
+for command in $commands --help --version -h; do
+    read -ra words <<<"$(arguments "$command")"
+    code=0
+    "$SEGCAST" "$command" "${words[@]}" >printed.txt 2>said.txt || code=$?
+    [ $code = 0 ] || fail "$command ${words[*]}: exit code $code: $(cat said.txt)"
+    [ -s printed.txt ] || continue
+    read -ra words <<<"$(arguments "$command")"
+    expect 74 'standard output: cannot be written: No space left' full "$SEGCAST" "$command" "${words[@]}"; one_error
+done
+for words in 'help --man' 'help --bash' 'help --zsh' 'help --fish' 'keys --json' 'keys --man' 'keys --markdown' \
+    'keys --schema' 'info heart.nrrd --json' 'render --help' 'help keys'; do
+    # shellcheck disable=SC2086 # a list of words
+    expect 74 'standard output: cannot be written' full "$SEGCAST" $words; one_error
+done
+
+# A reader that has seen enough ends the command without a word.
+for words in 'keys' 'help --bash' 'keys --json'; do
+    # shellcheck disable=SC2086 # a list of words
+    { "$SEGCAST" $words 2>said.txt || true; } | head -1 >/dev/null
+    [ ! -s said.txt ] || fail "$words into head: $(cat said.txt)"
+done
+
+# With any of them closed, nothing that is meant for it gets into a file.
+expect 0 '' closed "$SEGCAST" still job.yaml -o closed.png
+"$SEGCAST" still job.yaml -q -o open.png >/dev/null
+cmp open.png closed.png || fail "with standard output closed the picture differs"
+no_input() { "$@" <&-; }
+no_errors() { "$@" 2>&-; }
+for way in closed no_input no_errors all_closed; do
+    $way "$SEGCAST" render job.yaml -o "$way" --set output.frames=png --set output.video=f.mp4 >/dev/null ||
+        fail "$way: exit code $?"
+    expect 0 '' "$SEGCAST" verify "$way"
+    for file in "$way"/manifest.jsonl "$way"/status.json "$way"/stats.json; do
+        jq -e . "$file" >/dev/null || fail "$file is not JSON: $(cat "$file")"
+        ! grep -q 'segcast:' "$file" || fail "the log is in $file: $(cat "$file")"
+    done
+done
