@@ -6,6 +6,7 @@
 #include "segcast/image.h"
 
 #include <string.h>
+#include <sys/stat.h>
 
 enum { ALIGN_BYTES = 64, VERSION = 3, BYTE_ORDER_MARK = 0x01020304 };
 
@@ -203,10 +204,14 @@ out:
 
 bool sc_is_prepared_file(const char *path)
 {
-    FILE *stream = fopen(path, "rb");
     char head[sizeof magic];
+    struct stat info;
+    FILE *stream;
     bool is_prepared;
 
+    if (stat(path, &info) || !S_ISREG(info.st_mode)) /* opening a pipe would wait for its writer */
+        return false;
+    stream = fopen(path, "rb");
     if (!stream)
         return false;
     is_prepared =

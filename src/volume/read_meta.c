@@ -10,20 +10,21 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { HEADER_MAX_BYTES = 1 << 16, VALUE_BYTES = 512 };
+enum { HEADER_MAX_BYTES = 1 << 20 }; /* a longer header is refused */
 
 /* The header while it is read. Keys that the file does not give keep their zero, except for
  * dimensions. */
 typedef struct meta {
     const sc_ctx *ctx;
     const char *path; /* of the header; borrowed */
+    char *text;       /* the begin of the file, cut into lines and values; owned */
     int64_t size[3];
     int dimensions;
     double spacing[3], offset[3]; /* in mm, along the voxel axes and the file's world axes */
     double matrix[9];             /* [voxel axis][world axis] */
-    char anatomy[8], element_type[32], data_file[VALUE_BYTES];
+    const char *anatomy, *element_type, *data_file; /* in text, or a constant */
     bool compressed, msb, has_matrix, has_size;
-    long header_bytes; /* where the voxels of an .mha begin */
+    size_t header_bytes; /* where the voxels of an .mha begin */
 } meta;
 
 /* Read up to @p count numbers separated by blanks into out[count]. @return how many there were. */
@@ -77,9 +78,9 @@ static bool parse_field(meta *m, const char *key, const char *value)
              !strcmp(key, "Orientation"))
         return m->has_matrix = numbers(value, 9, m->matrix) == 9;
     else if (!strcmp(key, "AnatomicalOrientation"))
-        snprintf(m->anatomy, sizeof m->anatomy, "%.7s", value);
+        m->anatomy = value;
     else if (!strcmp(key, "ElementType"))
-        snprintf(m->element_type, sizeof m->element_type, "%.31s", value);
+        m->element_type = value;
     else if (!strcmp(key, "CompressedData"))
         m->compressed = truth(value);
     else if (!strcmp(key, "BinaryDataByteOrderMSB") || !strcmp(key, "ElementByteOrderMSB"))
@@ -87,7 +88,7 @@ static bool parse_field(meta *m, const char *key, const char *value)
     else if (!strcmp(key, "ElementNumberOfChannels"))
         return atoi(value) == 1;
     else if (!strcmp(key, "ElementDataFile"))
-        snprintf(m->data_file, sizeof m->data_file, "%s", value);
+        m->data_file = value;
     return true;
 }
 
@@ -105,31 +106,50 @@ static char *trim(char *text)
     return text;
 }
 
-/* Read lines into @p m up to ElementDataFile, which is the last key, and set header_bytes
- * behind it. @return SC_ERR_DATA with the line, also if that key does not come within 64 KiB. */
-static sc_status parse_header(meta *m, FILE *stream)
+/* Read the first HEADER_MAX_BYTES bytes of the file into m->text, with a NUL byte behind them. */
+static sc_status read_text(meta *m, FILE *stream)
 {
-    char line[VALUE_BYTES];
+    void *block;
+    sc_status status = sc_alloc(m->ctx, HEADER_MAX_BYTES + 1, 1, &block);
+
+    if (status != SC_OK)
+        return status;
+    m->text = block;
+    m->text[fread(m->text, 1, HEADER_MAX_BYTES, stream)] = '\0';
+    return SC_OK;
+}
+
+/* Read the lines of m->text into @p m up to ElementDataFile, which is the last key, and set
+ * header_bytes behind it. The values stay in the text. @return SC_ERR_DATA with the line, also if
+ * that key does not come within HEADER_MAX_BYTES. */
+static sc_status parse_header(meta *m)
+{
+    char *next = NULL;
     int number = 0;
 
-    while (fgets(line, sizeof line, stream) && ftell(stream) < HEADER_MAX_BYTES) {
-        char *equals = strchr(line, '='), *key, *value;
+    for (char *line = m->text; *line; line = next) {
+        char *end = strchr(line, '\n'), *equals, *key, *value;
 
+        next = end ? end + 1 : line + strlen(line);
+        if (end)
+            *end = '\0';
         number++;
+        equals = strchr(line, '=');
         if (!equals)
             return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: expected \"Key = value\"", m->path, number);
         *equals = '\0';
         key = trim(line);
         value = trim(equals + 1);
         if (!parse_field(m, key, value))
-            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %s is \"%.60s\", which is not supported",
+            return sc_fail(m->ctx, SC_ERR_DATA, "%s:%d: %.60s is \"%.60s\", which is not supported",
                            m->path, number, key, value);
         if (m->data_file[0]) {
-            m->header_bytes = ftell(stream);
+            m->header_bytes = (size_t)(next - m->text);
             return SC_OK;
         }
     }
-    return sc_fail(m->ctx, SC_ERR_DATA, "%s: has no ElementDataFile", m->path);
+    return sc_fail(m->ctx, SC_ERR_DATA, "%s: has no ElementDataFile in its first %d bytes", m->path,
+                   HEADER_MAX_BYTES);
 }
 
 /* Write the type of the voxels to *out. @return SC_ERR_DATA with the nearest name that is
@@ -148,7 +168,7 @@ static sc_status element_type(const meta *m, sc_voxel_type *out)
         }
     }
     nearest = sc_nearest_word(m->element_type, names, SC_COUNT_OF(names));
-    return sc_fail(m->ctx, SC_ERR_DATA, "%s: ElementType is \"%s\"; expected for example %s",
+    return sc_fail(m->ctx, SC_ERR_DATA, "%s: ElementType is \"%.60s\"; expected for example %s",
                    m->path, m->element_type, nearest ? nearest : "MET_UCHAR");
 }
 
@@ -172,29 +192,26 @@ static void geometry(const meta *m, sc_source *source)
     source->oriented = m->has_matrix && m->anatomy[0] != '?';
 }
 
-/* Make the path of the file with the voxels. Refused with SC_ERR_DATA are names of files
- * outside the header's folder, so that a volume cannot make segcast read any file of the
- * machine, and series of files. Caller owns *out: sc_free. */
-static sc_status data_path(const meta *m, char **out)
+/* Make the path of the file with the voxels, and find its size. Refused with SC_ERR_DATA are what
+ * sc_data_file refuses, and series of files. Caller owns *out: sc_free. */
+static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
 {
-    const char *slash = strrchr(m->path, '/');
-    char directory[4096];
+    struct stat info;
 
-    if (!strcmp(m->data_file, "LOCAL"))
+    if (!strcmp(m->data_file, "LOCAL")) {
+        if (stat(m->path, &info))
+            return sc_fail(m->ctx, SC_ERR_MISSING, "%s: %s", m->path, strerror(errno));
+        *bytes = (uint64_t)info.st_size;
         return sc_path_join(m->ctx, "", m->path, out);
-    if (m->data_file[0] == '/' || strstr(m->data_file, ".."))
-        return sc_fail(m->ctx, SC_ERR_DATA,
-                       "%s: ElementDataFile is \"%s\", expected a file beside the header", m->path,
-                       m->data_file);
+    }
     if (strchr(m->data_file, '%') || !strncmp(m->data_file, "LIST", 4))
         return sc_fail(
             m->ctx, SC_ERR_DATA,
-            "%s: ElementDataFile is \"%s\": a series of files, expected one; join them, for "
+            "%s: ElementDataFile is \"%.80s\": a series of files, expected one; join them, for "
             "example with SimpleITK in Python: SimpleITK.WriteImage("
             "SimpleITK.ReadImage(\"%s\"), \"labels.mha\")",
             m->path, m->data_file, m->path);
-    snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - m->path) : 0, m->path);
-    return sc_path_join(m->ctx, directory, m->data_file, out);
+    return sc_data_file(m->ctx, m->path, "ElementDataFile", m->data_file, out, bytes);
 }
 
 /* Set size, file, encoding, offset_bytes and swapped of @p source, whose type is set. @return
@@ -203,22 +220,17 @@ static sc_status data_path(const meta *m, char **out)
 static sc_status find_voxels(const meta *m, sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
-    struct stat info;
+    uint64_t bytes;
     size_t voxels;
     sc_status status;
 
     SC_TRY(sc_grid_voxels(m->ctx, m->path, m->size, each, &voxels));
-    SC_TRY(data_path(m, &source->file));
-    if (stat(source->file, &info)) {
-        status = sc_fail(m->ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", m->path,
-                         source->file, strerror(errno));
-        goto out;
-    }
+    SC_TRY(data_path(m, &source->file, &bytes));
     if ((double)voxels * (double)each >
-        (double)info.st_size * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1)) {
+        (double)bytes * (m->compressed ? SC_DEFLATE_RATIO_MAX : 1)) {
         status = sc_fail(m->ctx, SC_ERR_DATA,
-                         "%s: the header promises %zu voxels, more than %s can hold (%lld bytes)",
-                         m->path, voxels, source->file, (long long)info.st_size);
+                         "%s: the header promises %zu voxels, more than %s can hold (%llu bytes)",
+                         m->path, voxels, source->file, (unsigned long long)bytes);
         goto out;
     }
     for (int i = 0; i < 3; i++)
@@ -232,7 +244,12 @@ out:
 
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
-    meta m = {.ctx = ctx, .path = path, .dimensions = 3};
+    meta m = {.ctx = ctx,
+              .path = path,
+              .dimensions = 3,
+              .anatomy = "",
+              .element_type = "",
+              .data_file = ""};
     sc_source source = {.slope = 1};
     FILE *stream = fopen(path, "rb");
     sc_status status;
@@ -240,7 +257,8 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
     (void)header_only; /* the voxels are always streamed */
     if (!stream)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
-    SC_TRY(parse_header(&m, stream));
+    SC_TRY(read_text(&m, stream));
+    SC_TRY(parse_header(&m));
     if (m.dimensions != 3 || !m.has_size) {
         status =
             sc_fail(ctx, SC_ERR_DATA, "%s: NDims is %d and DimSize is %s; expected 3 axes%s", path,
@@ -258,6 +276,7 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
     source = (sc_source){0};
 out:
     fclose(stream);
+    sc_free(m.text);
     sc_source_clear(&source);
     return status;
 }

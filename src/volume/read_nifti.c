@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NIfTI-1 and NIfTI-2. The header is checked here first, because nifticlib does not check
- * what it reads. nifticlib then interprets it (byte order, extensions, sform, qform), and the
- * voxels are read here, so that a short or damaged stream is noticed and no value is changed
- * silently. */
+/* NIfTI-1 and NIfTI-2. The header is checked here first, because nifticlib does not check what it
+ * reads. nifticlib then interprets it (byte order, sform, qform), and the voxels are read here, so
+ * that a short or damaged stream is noticed and no value is changed silently. */
 #include "source.h"
 
 #include <errno.h>
@@ -12,6 +11,8 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
+enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };
+
 /* The fields that can mislead a reader, of either version of the header. */
 typedef struct fields {
     int version; /* 1 or 2 */
@@ -20,9 +21,8 @@ typedef struct fields {
     int datatype, bitpix;
     double voxel_offset; /* vox_offset, in bytes of the file that holds the voxels */
     char magic[4];
+    unsigned char bytes[HEADER2_BYTES]; /* the header as it stands in the file */
 } fields;
-
-enum { HEADER1_BYTES = 348, HEADER2_BYTES = 540 };
 
 /* Read the first bytes of a file, unpacked if it is a gzip file, into bytes[HEADER2_BYTES];
  * *count is how many there are. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if
@@ -86,10 +86,10 @@ static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *
  * is too short. */
 static sc_status parse_header(const sc_ctx *ctx, const char *path, fields *out)
 {
-    unsigned char bytes[HEADER2_BYTES] = {0};
+    const unsigned char *bytes = out->bytes;
     int32_t size;
     int count = 0;
-    sc_status status = read_header(ctx, path, bytes, &count);
+    sc_status status = read_header(ctx, path, out->bytes, &count);
 
     if (status != SC_OK)
         return status;
@@ -198,22 +198,23 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
     static const char *const endings[] = {".img", ".img.gz", ".IMG"};
     const char *dot = strstr(strrchr(path, '/') ? strrchr(path, '/') : path, ".hdr");
     struct stat info;
+    uint64_t bytes;
     sc_text text = {0};
     sc_status status;
 
-    if (!pair) {
-        status = sc_text_add(ctx, &text, "%s", path);
-        if (status == SC_OK)
-            *out = text.data;
-        return status;
-    }
+    if (!pair)
+        return sc_path_join(ctx, "", path, out);
     for (size_t i = 0; dot && i < SC_COUNT_OF(endings); i++) {
         status = sc_text_add(ctx, &text, "%.*s%s", (int)(dot - path), path, endings[i]);
         if (status != SC_OK)
             return status;
         if (!stat(text.data, &info)) {
-            *out = text.data;
-            return SC_OK;
+            const char *slash = strrchr(text.data, '/');
+
+            status = sc_data_file(ctx, path, "the file of the voxels",
+                                  slash ? slash + 1 : text.data, out, &bytes);
+            sc_text_clear(&text);
+            return status;
         }
         sc_text_clear(&text);
     }
@@ -298,11 +299,11 @@ static void scaling(const nifti_image *nim, sc_source *source)
     source->intercept = scaled && isfinite(nim->scl_inter) ? nim->scl_inter : 0;
 }
 
-/* Set file, size, encoding, skip_bytes and swapped of @p source, whose type is set, after a
+/* Set file, size, encoding and skip_bytes of @p source, whose type is set, after a
  * check that the file can hold as many voxels as the header promises. @p source takes ownership
  * of @p file (of sc_alloc), also on an error. @return SC_ERR_DATA, SC_ERR_MISSING. */
 static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, const int64_t size[3],
-                             const nifti_image *nim, sc_source *source)
+                             sc_source *source)
 {
     const size_t each = sc_voxel_type_bytes(source->type);
     size_t voxels;
@@ -315,9 +316,24 @@ static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, con
         source->size[i] = (int)size[i];
     source->encoding = SC_ENCODING_GZIP;
     source->skip_bytes = (uint64_t)f->voxel_offset;
-    source->swapped = nim->byteorder != nifti_short_order() && each > 1;
 out:
     return status;
+}
+
+/* Let nifticlib interpret the header alone: it would also read the extensions, whose lengths it
+ * believes, and which are not used here. @return an image of nifti_image_free; NULL if it cannot.
+ */
+static nifti_image *interpret(const fields *f, const char *path)
+{
+    nifti_1_header header1;
+    nifti_2_header header2;
+
+    if (f->version == 1) {
+        memcpy(&header1, f->bytes, sizeof header1);
+        return nifti_convert_n1hdr2nim(header1, path);
+    }
+    memcpy(&header2, f->bytes, sizeof header2);
+    return nifti_convert_n2hdr2nim(header2, path);
 }
 
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
@@ -337,16 +353,14 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
     SC_TRY(check_dims(ctx, path, &f, size));
     SC_TRY(check_type(ctx, path, &f, &source.type));
     SC_TRY(check_offset(ctx, path, &f, pair));
-    nim = nifti_image_read(path, 0);
+    SC_TRY(voxel_file(ctx, path, pair, &file));
+    SC_TRY(find_voxels(ctx, file, &f, size, &source));
+    nim = interpret(&f, path);
     if (!nim) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: not a readable NIfTI file (a compressed one must be named .nii.gz, "
-                         "a plain one .nii, a pair .hdr and .img)",
-                         path);
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NIfTI header", path);
         goto out;
     }
-    SC_TRY(voxel_file(ctx, path, pair, &file));
-    SC_TRY(find_voxels(ctx, file, &f, size, nim, &source));
+    source.swapped = nim->byteorder != nifti_short_order() && sc_voxel_type_bytes(source.type) > 1;
     geometry(ctx, path, nim, &source);
     scaling(nim, &source);
     *out = source;

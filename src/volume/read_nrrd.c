@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* NRRD. Teem reads the header, so that sizes are checked against the files before anything is
- * allocated for them. The voxels of the usual encodings (raw and gzip, in one file) are then
- * streamed; Teem reads those of all others. */
-#include "source.h"
+/* NRRD. nrrd_header.c splits the header; Teem reads its fields, so that sizes are checked against
+ * the files before anything is allocated for them. The voxels of the usual encodings (raw and gzip,
+ * in one file) are then streamed, those of encoding ascii are read here, and Teem reads all others.
+ * Teem opens no file but those that nrrd_header.c has checked. */
+#include "nrrd_header.h"
 
 #include <errno.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <teem/nrrd.h>
 
 /* Log the cause of Teem's last error, and empty Teem's error log. @return SC_ERR_DATA always. */
@@ -172,16 +171,6 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
     return SC_OK;
 }
 
-/* The value of the key "Segment7_Name" for index 7 and field "Name"; NULL if absent. Caller
- * frees with free(). */
-static char *segment_value(const Nrrd *nrrd, unsigned index, const char *field)
-{
-    char key[64];
-
-    snprintf(key, sizeof key, "Segment%u_%s", index, field);
-    return nrrdKeyValueGet(nrrd, key);
-}
-
 /* Read "R G B", each from 0 to 1, as 8-bit levels. @return false if @p text is NULL or no such
  * colour; @p rgb may have changed then. */
 static bool parse_color(const char *text, uint8_t rgb[3])
@@ -201,125 +190,64 @@ static bool parse_color(const char *text, uint8_t rgb[3])
 /* Append one segment of Slicer's header to @p table as a row. A segment without LabelValue has
  * the value index + 1. One whose value cannot be read is left out, and so is a colour that
  * cannot be read, with a warning each. @return SC_ERR_MEMORY only. */
-static sc_status read_segment(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, unsigned index,
-                              sc_label_table *table, sc_name_count *names)
+static sc_status read_segment(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
+                              size_t index, sc_label_table *table, sc_name_count *names)
 {
-    char *value = segment_value(nrrd, index, "LabelValue");
-    char *name = segment_value(nrrd, index, "Name");
-    char *color = segment_value(nrrd, index, "Color");
     sc_label row = {.opacity = -1};
     char *end = NULL;
-    sc_status status = SC_OK;
 
     errno = 0;
-    row.value = value ? strtoll(value, &end, 10) : (int64_t)index + 1;
-    if (value && (end == value || *end || errno)) {
+    row.value = segment->value ? strtoll(segment->value, &end, 10) : (int64_t)index + 1;
+    if (segment->value && (end == segment->value || *end || errno)) {
         sc_warn(ctx,
-                "%s: Segment%u_LabelValue is \"%.40s\", expected a whole number; the "
+                "%s: Segment%zu_LabelValue is \"%.40s\", expected a whole number; the "
                 "segment's name and colour are not used",
-                path, index, value);
-        goto out;
+                path, index, segment->value);
+        return SC_OK;
     }
-    sc_name_read(name ? name : "", row.name, names);
-    row.has_color = parse_color(color, row.rgb);
-    if (color && !row.has_color)
-        sc_warn(ctx, "%s: Segment%u_Color is \"%.40s\", expected three numbers from 0 to 1", path,
-                index, color);
-    status = sc_label_table_add(ctx, table, &row);
-out:
-    free(value);
-    free(name);
-    free(color);
-    return status;
+    sc_name_read(segment->name ? segment->name : "", row.name, names);
+    row.has_color = parse_color(segment->color, row.rgb);
+    if (segment->color && !row.has_color)
+        sc_warn(ctx, "%s: Segment%zu_Color is \"%.40s\", expected three numbers from 0 to 1", path,
+                index, segment->color);
+    return sc_label_table_add(ctx, table, &row);
 }
 
 /* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to @p
  * table. @return SC_ERR_MEMORY only. */
-static sc_status read_segments(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
+static sc_status read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
                                sc_label_table *table)
 {
     sc_name_count names = {0};
     sc_status status = SC_OK;
 
-    for (unsigned i = 0; i < SC_LABELS_MAX && status == SC_OK; i++) {
-        char *id = segment_value(nrrd, i, "ID");
-        char *value = segment_value(nrrd, i, "LabelValue");
-        const bool exists = id || value;
-
-        free(id);
-        free(value);
-        if (!exists)
+    for (size_t i = 0; i < header->segment_count && status == SC_OK; i++) {
+        if (!header->segments[i].id && !header->segments[i].value)
             break;
-        status = read_segment(ctx, path, nrrd, i, table, &names);
+        status = read_segment(ctx, path, &header->segments[i], i, table, &names);
     }
     if (status == SC_OK)
         sc_name_warn(ctx, path, &names);
     return status;
 }
 
-/* Make the path of data file @p index of a detached header, whose names are relative to the
- * header. Caller owns *out: sc_free. */
-static sc_status data_file_name(const sc_ctx *ctx, const NrrdIoState *nio, unsigned index,
-                                char **out)
-{
-    return sc_path_join(ctx, nio->path ? nio->path : "", nio->dataFN[index], out);
-}
-
-/* Do the voxels follow the header in the same file? */
-static bool is_attached(const NrrdIoState *nio)
-{
-    return !nio->dataFNFormat && (!nio->dataFNArr || nio->dataFNArr->len == 0);
-}
-
-/* Write to *out the bytes of all files that hold the voxels, the header of an attached one
- * included; -1 if the names are a pattern or a file is missing. @return SC_ERR_MEMORY only. */
-static sc_status data_file_bytes(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
-                                 double *out)
-{
-    struct stat info;
-    double total = 0;
-
-    *out = -1;
-    if (nio->dataFNFormat)
-        return SC_OK;
-    if (is_attached(nio)) {
-        *out = stat(path, &info) ? -1 : (double)info.st_size;
-        return SC_OK;
-    }
-    for (unsigned i = 0; i < nio->dataFNArr->len; i++) {
-        char *name = NULL;
-        const sc_status status = data_file_name(ctx, nio, i, &name);
-        const bool missing = status == SC_OK && stat(name, &info);
-
-        sc_free(name);
-        if (status != SC_OK)
-            return status;
-        if (missing)
-            return SC_OK; /* a file is missing; opening it later logs which one */
-        total += (double)info.st_size;
-    }
-    *out = total;
-    return SC_OK;
-}
-
 /* Set size and geometry of @p source, whose type is set, from the spatial axes. @return
  * SC_ERR_DATA if the axes, sizes, geometry or byte skip cannot be used, or if the data files
  * are too short for so many voxels even if they are compressed as well as their encoding
  * allows. */
-static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                             const NrrdIoState *nio, sc_source *source)
+static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                             const Nrrd *nrrd, const NrrdIoState *nio, sc_source *source)
 {
     const size_t bytes_each = sc_voxel_type_bytes(source->type);
     int64_t size[3];
     int axes[3];
     size_t voxels;
-    double bytes, limit;
+    double bytes, limit = (double)header->file_bytes;
     sc_status status;
 
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
-    SC_TRY(data_file_bytes(ctx, path, nio, &limit));
     SC_TRY(spatial_axes(ctx, path, nrrd, axes));
     for (int i = 0; i < 3; i++)
         size[i] =
@@ -333,8 +261,10 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const Nrrd *nr
     else if (nio->encoding == nrrdEncodingBzip2)
         limit *= 1e5;
     else if (nio->encoding == nrrdEncodingAscii)
-        limit *= (double)bytes_each; /* a number takes two characters or more */
-    if (limit >= 0 && bytes > limit)
+        limit *= (double)bytes_each / 2; /* a number takes two characters, but for the last one */
+    else if (nio->encoding == nrrdEncodingHex)
+        limit /= 2;
+    if (bytes > limit + (double)bytes_each)
         status = sc_fail(ctx, SC_ERR_DATA,
                          "%s: the header promises %.0f bytes of voxels, more than the file can "
                          "hold (%.0f)",
@@ -345,181 +275,267 @@ out:
     return status;
 }
 
-/* A header that lists its data files must be text to its end: behind a damaged list Teem would
- * take what follows, such as voxels, for names of files. Only the first 64 KiB are examined.
- * @return SC_ERR_DATA with the byte, SC_ERR_MISSING if the file cannot be opened; SC_OK without
- * such a list. */
-static sc_status check_list(const sc_ctx *ctx, const char *path)
+/* Let Teem read the fields of the header into @p nrrd and @p nio, which the caller has made and
+ * frees. No file is opened. @return SC_ERR_DATA if Teem cannot, or a field that every NRRD file
+ * needs is missing. */
+static sc_status read_fields(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                             Nrrd *nrrd, NrrdIoState *nio)
 {
-    enum { LOOK_BYTES = 1 << 16 };
-    char text[LOOK_BYTES + 1];
-    FILE *stream = fopen(path, "rb");
-    const char *list;
-    size_t count;
+    static const int required[] = {nrrdField_type, nrrdField_dimension, nrrdField_sizes,
+                                   nrrdField_encoding};
+
+    nrrdStateVerboseIO = 0; /* teem_error logs what went wrong */
+    nio->skipData = AIR_TRUE;
+    if (nrrdStringRead(nrrd, header->fields.data, nio))
+        return teem_error(ctx, path);
+    if (nio->format && nio->format != nrrdFormatNRRD)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
+    for (size_t i = 0; i < SC_COUNT_OF(required); i++) {
+        if (!nio->seen[required[i]])
+            return sc_fail(ctx, SC_ERR_DATA, "%s: its header has no field \"%s\"", path,
+                           airEnumStr(nrrdField, required[i]));
+    }
+    return SC_OK;
+}
+
+/* Can a stream read the voxels? Else they have to be read whole. */
+static bool is_streamable(const sc_nrrd_header *header, const NrrdIoState *nio)
+{
+    const bool gzip = nio->encoding == nrrdEncodingGzip;
+
+    return (gzip || nio->encoding == nrrdEncodingRaw) && header->file_count <= 1 &&
+           !(gzip && nio->byteSkip < 0);
+}
+
+/* Move *offset_bytes behind @p lines lines of the file; the last byte of a line is LF, CR or both.
+ * @return SC_ERR_DATA if there are fewer, SC_ERR_MISSING if the file cannot be opened. */
+static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
+                            uint64_t *offset_bytes)
+{
+    FILE *stream = fopen(file, "rb");
+    int c = 0, last = 0;
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
-    count = fread(text, 1, LOOK_BYTES, stream);
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", file, strerror(errno));
+    (void)fseeko(stream, (off_t)*offset_bytes, SEEK_SET); /* reading notices an error */
+    for (; c != EOF; last = c) {
+        c = getc(stream);
+        if (c == '\n' && last == '\r') { /* the second half of a line's end */
+            ++*offset_bytes;
+            continue;
+        }
+        if (lines == 0 || c == EOF)
+            break;
+        ++*offset_bytes;
+        lines -= c == '\n' || c == '\r';
+    }
     fclose(stream);
-    text[count] = '\0';
-    list = strstr(text, "\ndata file: LIST");
-    if (!list)
-        list = strstr(text, "\ndatafile: LIST");
-    for (const char *c = list; c && c < text + count; c++) {
-        if ((unsigned char)*c < ' ' && *c != '\n' && *c != '\r' && *c != '\t')
-            return sc_fail(ctx, SC_ERR_DATA, "%s: byte %td is not text, expected a list of files",
-                           path, c - text);
-    }
-    return SC_OK;
+    return lines ? sc_fail(ctx, SC_ERR_DATA, "%s: ends before the lines that line skip skips", file)
+                 : SC_OK;
 }
 
-/* Let Teem read the file into @p nrrd and @p nio, which the caller has made and frees. @p
- * header_only: Teem reads no voxels, but leaves nio->dataFile open at the first of them if
- * there is one such file (to be closed by close_data_file). @return SC_ERR_DATA; no file is
- * open then. */
-static sc_status load(const sc_ctx *ctx, const char *path, bool header_only, Nrrd *nrrd,
-                      NrrdIoState *nio)
+/* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type and size are
+ * set. The voxels begin behind the header or at the begin of their own file, and then behind the
+ * lines and bytes that the header says to skip; a byte skip of -1: they are the last of the file.
+ * @return SC_ERR_DATA, SC_ERR_MISSING, SC_ERR_MEMORY. */
+static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                             const NrrdIoState *nio, sc_source *source)
 {
-    nrrdStateVerboseIO = 0; /* teem_error logs what went wrong */
-    nio->skipData = header_only ? AIR_TRUE : AIR_FALSE;
-    nio->keepNrrdDataFileOpen = nio->skipData;
-    errno = 0;
-    if (nrrdLoad(nrrd, path, nio)) {
-        nio->dataFile = NULL; /* Teem has closed it */
-        return teem_error(ctx, path);
-    }
-    if (nio->format && nio->format != nrrdFormatNRRD) {
-        nio->dataFile = NULL; /* Teem has closed it */
-        return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
-    }
-    return SC_OK;
-}
-
-/* @return SC_ERR_DATA with the byte if a number of encoding ascii does not fit the type of the
- * voxels: Teem would wrap it, so that wrong labels would be shown. The numbers are looked for
- * in the text itself, which stands behind the blank line that ends the header. SC_OK for other
- * encodings; text in a file of its own, and types of 64 bits and floats, are not checked. */
-static sc_status check_ascii(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
-                             const sc_source *source)
-{
-    static const double lowest[] = {-128, 0, -32768, 0, -2147483648.0, 0};
-    static const double highest[] = {127, 255, 32767, 65535, 2147483647.0, 4294967295.0};
-    char *text = NULL, *at, *end;
-    size_t bytes;
+    const bool gzip = nio->encoding == nrrdEncodingGzip;
+    const uint64_t each = sc_voxel_type_bytes(source->type);
+    const uint64_t bytes = sc_source_voxels(source) * each;
     sc_status status;
 
-    if (nio->encoding != nrrdEncodingAscii || source->type > SC_VOXEL_UINT32 || nio->lineSkip ||
-        (nio->dataFNArr && nio->dataFNArr->len > 0))
-        return SC_OK;
-    status = sc_file_read(ctx, path, SIZE_MAX / 2, &text, &bytes);
-    if (status != SC_OK)
-        return status;
-    at = strstr(text, "\n\n") ? strstr(text, "\n\n") : strstr(text, "\n\r\n");
-    for (double value; at && status == SC_OK; at = end) {
-        value = strtod(at, &end);
-        if (end == at)
-            break;
-        if (value < lowest[source->type] || value > highest[source->type])
-            status = sc_fail(ctx, SC_ERR_DATA,
-                             "%s: byte %td holds %.15g, which does not fit its "
-                             "type",
-                             path, at - text, value);
-        end += strspn(end, ", \t\r\n");
-    }
-    sc_free(text);
+    SC_TRY(sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->file));
+    source->encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
+    source->offset_bytes = header->end_bytes;
+    if (nio->lineSkip)
+        SC_TRY(skip_lines(ctx, source->file, nio->lineSkip, &source->offset_bytes));
+    if (gzip)
+        source->skip_bytes = (uint64_t)nio->byteSkip;
+    else if (nio->byteSkip >= 0)
+        source->offset_bytes += (uint64_t)nio->byteSkip;
+    else /* check_sizes: the file has so many bytes */
+        source->offset_bytes = header->file_bytes - bytes;
+    source->swapped = each > 1 && nio->endian != airEndianUnknown && nio->endian != airMyEndian();
+out:
     return status;
 }
 
-/* Can sc_voxel_stream read the voxels? @p nio is of load with header_only. Else Teem has to
- * read them whole. */
-static bool is_streamable(const NrrdIoState *nio)
+/* ---- encodings that are read whole ---- */
+
+/* Make the file as Teem is to read it: the fields, then the data file or the voxels that follow the
+ * header of an attached one. The caller owns *out: sc_free. */
+static sc_status file_for_teem(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                               char **out, size_t *out_bytes)
 {
-    const bool gzip = nio->encoding == nrrdEncodingGzip;
+    const size_t begin = header->fields.length_bytes;
+    char *file = NULL;
+    size_t file_bytes = 0, bytes;
+    void *block;
+    sc_status status;
 
-    return (gzip || nio->encoding == nrrdEncodingRaw) && nio->dataFile && !nio->dataFNFormat &&
-           (!nio->dataFNArr || nio->dataFNArr->len <= 1) && !(gzip && nio->byteSkip < 0);
-}
+    if (!header->attached) {
+        sc_text text = {0};
 
-/* Set encoding, file, offset_bytes, skip_bytes and swapped of @p source, whose type is set. The
- * voxels begin where Teem has left nio->dataFile: behind the header, and behind the lines and
- * (of a file that is not compressed) bytes that the header says to skip. @return SC_ERR_DATA,
- * SC_ERR_MEMORY. */
-static sc_status find_voxels(const sc_ctx *ctx, const char *path, const NrrdIoState *nio,
-                             sc_source *source)
-{
-    const bool gzip = nio->encoding == nrrdEncodingGzip;
-    const off_t offset = ftello(nio->dataFile);
-
-    if (offset < 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: its voxels cannot be found: %s", path,
-                       strerror(errno));
-    source->encoding = gzip ? SC_ENCODING_GZIP : SC_ENCODING_PLAIN;
-    source->offset_bytes = (uint64_t)offset;
-    source->skip_bytes = gzip ? (uint64_t)nio->byteSkip : 0;
-    source->swapped = sc_voxel_type_bytes(source->type) > 1 && nio->endian != airEndianUnknown &&
-                      nio->endian != airMyEndian();
-    return is_attached(nio) ? sc_path_join(ctx, "", path, &source->file)
-                            : data_file_name(ctx, nio, 0, &source->file);
+        status = sc_text_add(ctx, &text, "%s%s", header->fields.data, header->list.data);
+        *out = text.data;
+        *out_bytes = text.length_bytes;
+        return status;
+    }
+    SC_TRY(sc_file_read(ctx, path, SIZE_MAX / 2, &file, &file_bytes));
+    bytes = file_bytes > header->end_bytes ? file_bytes - header->end_bytes : 0;
+    SC_TRY(sc_alloc(ctx, begin + 1 + bytes, 1, &block));
+    *out = block;
+    *out_bytes = begin + 1 + bytes;
+    memcpy(*out, header->fields.data, begin);
+    (*out)[begin] = '\n';
+    if (bytes)
+        memcpy(*out + begin + 1, file + header->end_bytes, bytes);
+out:
+    sc_free(file);
+    return status;
 }
 
 /* Let Teem read all voxels, for encodings that cannot be streamed. Sets data and release of @p
  * source, which owns the voxels; its encoding stays SC_ENCODING_LOADED, which is 0. @return
  * SC_ERR_DATA, SC_ERR_MEMORY. */
-static sc_status load_voxels(const sc_ctx *ctx, const char *path, sc_source *source)
+static sc_status load_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                             sc_source *source)
 {
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *nio = nrrdIoStateNew();
+    const char *slash = strrchr(path, '/');
+    char *text = NULL;
+    size_t bytes = 0;
+    FILE *stream = NULL;
+    sc_status status;
+
+    SC_TRY(file_for_teem(ctx, path, header, &text, &bytes));
+    stream = fmemopen(text, bytes, "r");
+    if (nrrd && nio && stream) /* Teem frees this path, and names are relative to it */
+        nio->path = slash ? strndup(path, (size_t)(slash - path) + (slash == path)) : strdup(".");
+    if (!nrrd || !nio || !stream || !nio->path) {
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+        goto out;
+    }
+    if (nrrdRead(nrrd, stream, nio)) {
+        status = teem_error(ctx, path);
+        goto out;
+    }
+    source->data = nrrd->data;
+    source->release = free;
+    nrrdNix(nrrd); /* keeps the voxels, frees the rest */
+    nrrd = NULL;
+out:
+    if (stream)
+        fclose(stream);
+    sc_free(text);
+    nrrdNuke(nrrd);
+    nrrdIoStateNix(nio);
+    return status;
+}
+
+/* Read the numbers of encoding ascii from byte @p begin of @p text, which ends with a NUL byte,
+ * into values[count], or real[count] if that is not NULL. Blanks, ends of lines and commas separate
+ * them. @param path of the text, for messages. @return SC_ERR_DATA with the byte for what is no
+ * number, or one that the @p type cannot hold: such a label would silently be another one. */
+static sc_status parse_numbers(const sc_ctx *ctx, const char *path, const char *text, size_t begin,
+                               size_t count, sc_voxel_type type, int64_t *values, double *real)
+{
+    static const int64_t lowest[] = {INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, INT64_MIN, 0};
+    static const int64_t highest[] = {INT8_MAX,  UINT8_MAX,  INT16_MAX, UINT16_MAX,
+                                      INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MAX};
+    const char *at = text + begin;
+
+    for (size_t i = 0; i < count; i++) {
+        char *end = NULL;
+        int64_t value = 0;
+
+        at += strspn(at, " \t\r\n\f\v,");
+        if (!*at)
+            return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %zu numbers, expected %zu", path, i,
+                           count);
+        errno = 0;
+        if (real)
+            real[i] = strtod(at, &end);
+        else
+            values[i] = value = strtoll(at, &end, 10);
+        if (end == at || !strchr(" \t\r\n\f\v,", *end) ||
+            (!real && (errno || value < lowest[type] || value > highest[type])))
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: byte %td begins \"%.20s\", expected a %s that fits the type of the "
+                           "voxels",
+                           path, at - text, at, real ? "number" : "whole number");
+        at = end;
+    }
+    return SC_OK;
+}
+
+/* Read the voxels of encoding ascii: data and release of @p source, whose type becomes int64 or
+ * double. Teem would wrap numbers that do not fit, and write past its buffer for a number of more
+ * than 1,024 digits. @return SC_ERR_DATA, also if the numbers are in several files; SC_ERR_MEMORY.
+ */
+static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                            const NrrdIoState *nio, sc_source *source)
+{
+    const char *file = header->attached ? path : header->first_file;
+    const bool real = source->type == SC_VOXEL_FLOAT || source->type == SC_VOXEL_DOUBLE;
+    uint64_t offset = header->end_bytes;
+    char *text = NULL;
+    size_t bytes = 0;
+    sc_status status;
+
+    if (header->file_count > 1 || nio->byteSkip < 0)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: encoding ascii with %s, which segcast does not read; save the volume as "
+            "one file, for example with Teem: `unu save -f nrrd -e gzip -i IN -o "
+            "OUT.nrrd`",
+            path, nio->byteSkip < 0 ? "a negative byte skip" : "several data files");
+    if (nio->lineSkip)
+        SC_TRY(skip_lines(ctx, file, nio->lineSkip, &offset));
+    offset += (uint64_t)nio->byteSkip;
+    SC_TRY(sc_file_read(ctx, file, SIZE_MAX / 2, &text, &bytes));
+    SC_TRY(sc_alloc(ctx, sc_source_voxels(source), sizeof(int64_t), &source->data));
+    source->release = sc_free;
+    SC_TRY(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, sc_source_voxels(source),
+                         source->type, real ? NULL : source->data, real ? source->data : NULL));
+    source->type = real ? SC_VOXEL_DOUBLE : SC_VOXEL_INT64;
+out:
+    sc_free(text);
+    return status;
+}
+
+sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    Nrrd *nrrd = nrrdNew();
+    NrrdIoState *nio = nrrdIoStateNew();
+    sc_nrrd_header header = {0};
+    sc_source source = {.slope = 1};
     sc_status status;
 
     if (!nrrd || !nio) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
-    SC_TRY(load(ctx, path, false, nrrd, nio));
-    SC_TRY(check_ascii(ctx, path, nio, source));
-    source->data = nrrd->data;
-    source->release = free;
-    nrrdNix(nrrd); /* keeps the voxels, frees the rest */
-    nrrd = NULL;
-out:
-    nrrdNuke(nrrd);
-    nrrdIoStateNix(nio);
-    return status;
-}
-
-/* Close the data file that load left open, if any, and free @p nio. NULL is allowed. */
-static void close_data_file(NrrdIoState *nio)
-{
-    if (nio && nio->dataFile)
-        fclose(nio->dataFile);
-    nrrdIoStateNix(nio);
-}
-
-sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
-{
-    Nrrd *header = nrrdNew();
-    NrrdIoState *nio = nrrdIoStateNew();
-    sc_source source = {.slope = 1};
-    sc_status status;
-
-    if (!header || !nio) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-        goto out;
-    }
-    SC_TRY(check_list(ctx, path));
-    SC_TRY(load(ctx, path, true, header, nio));
-    SC_TRY(voxel_type(ctx, path, header->type, &source.type));
-    SC_TRY(check_sizes(ctx, path, header, nio, &source));
-    SC_TRY(read_segments(ctx, path, header, &source.table));
-    if (is_streamable(nio))
-        SC_TRY(find_voxels(ctx, path, nio, &source));
+    SC_TRY(sc_nrrd_header_read(ctx, path, &header));
+    SC_TRY(read_fields(ctx, path, &header, nrrd, nio));
+    SC_TRY(voxel_type(ctx, path, nrrd->type, &source.type));
+    SC_TRY(check_sizes(ctx, path, &header, nrrd, nio, &source));
+    SC_TRY(read_segments(ctx, path, &header, &source.table));
+    if (is_streamable(&header, nio))
+        SC_TRY(find_voxels(ctx, path, &header, nio, &source));
+    else if (!header_only && nio->encoding == nrrdEncodingAscii)
+        SC_TRY(load_ascii(ctx, path, &header, nio, &source));
     else if (!header_only)
-        SC_TRY(load_voxels(ctx, path, &source));
+        SC_TRY(load_voxels(ctx, path, &header, &source));
     *out = source;
     source = (sc_source){0};
 out:
     sc_source_clear(&source);
-    nrrdNuke(header);
-    close_data_file(nio);
+    sc_nrrd_header_clear(&header);
+    nrrdNuke(nrrd);
+    nrrdIoStateNix(nio);
     return status;
 }

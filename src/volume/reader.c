@@ -80,6 +80,11 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
         return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
     if (S_ISDIR(info.st_mode))
         return refuse_directory(ctx, path);
+    if (!S_ISREG(info.st_mode))
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%s: is a pipe or a device, expected a file, which is read several times; "
+                       "write it to a file first",
+                       path);
     if (info.st_size == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
     file = gzopen(path, "rb");

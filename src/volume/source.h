@@ -78,6 +78,15 @@ sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size
  * and at most 1e9. */
 sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm);
 
+/* Make the path of a file that the header @p header names in its field @p field as @p name,
+ * relative to the folder of the header. SC_ERR_DATA (logged with what to do) unless it is a regular
+ * file in that folder or below it: absolute paths, "..", "-" and links that lead out of the folder
+ * are refused. A header that is itself a link (the user named it) has two folders: that of the link
+ * and that of the file. *bytes is the size of the file. Caller owns *out: sc_free. @return also
+ * SC_ERR_MEMORY. */
+sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
+                       char **out, uint64_t *bytes);
+
 /* Read and check the header of a file whose first bytes are those of the format, and fill *out,
  * which the caller owns (sc_source_clear); *out is untouched after an error. The voxels
  * themselves are left in the file, except those of encodings which only a library can read. @p

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The files that the header of a volume names for its voxels. A volume comes from anywhere, so that
+ * its header must not make segcast read another file of the machine, wait on standard input or
+ * open a device: a name leads to a regular file in the folder of the header or below it. */
+#include "source.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* @return why a name is refused, whatever file it leads to; NULL if nothing is wrong with it. */
+static const char *bad_name(const char *name)
+{
+    if (!name[0])
+        return "no name";
+    if (!strcmp(name, "-"))
+        return "standard input";
+    if (name[0] == '/')
+        return "an absolute path";
+    for (const char *part = name; part; part = strchr(part, '/')) {
+        part += *part == '/';
+        if (!strncmp(part, "..", 2) && (!part[2] || part[2] == '/'))
+            return "outside the header's folder";
+    }
+    for (const char *c = name; *c; c++) {
+        if ((unsigned char)*c < ' ' || *c == 127)
+            return "not a name of a file: it holds a control character";
+    }
+    return NULL;
+}
+
+/* The folder of a path, up to its last slash; "." without one. Caller frees with free(); NULL when
+ * out of memory. */
+static char *folder_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash ? strndup(path, (size_t)(slash - path) + (slash == path)) : strdup(".");
+}
+
+/* Is the file whose path without links is @p file in the folder @p folder or below it? */
+static bool is_below(const char *file, const char *folder)
+{
+    char *real = folder ? realpath(folder, NULL) : NULL;
+    const size_t length = real ? strlen(real) : 0;
+    const bool below = real && !strncmp(file, real, length) &&
+                       (file[length] == '/' || (length && real[length - 1] == '/'));
+
+    free(real);
+    return below;
+}
+
+sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
+                       char **out, uint64_t *bytes)
+{
+    static const char advice[] =
+        "expected the name of a file in the folder of the header: put both into one folder, or "
+        "save the volume as one file (.nrrd, .mha, .nii.gz)";
+    const char *why = bad_name(name);
+    char *target = NULL, *folders[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
+    struct stat info;
+    sc_status status = SC_OK;
+
+    if (why)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
+                       advice);
+    target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
+    folders[0] = folder_of(header);
+    folders[1] = target ? folder_of(target) : NULL;
+    for (int i = 0; i < 2 && !real && folders[i]; i++) {
+        sc_free(joined);
+        joined = NULL;
+        SC_TRY(sc_path_join(ctx, strcmp(folders[i], ".") ? folders[i] : "", name, &joined));
+        real = realpath(joined, NULL);
+    }
+    if (!real || stat(real, &info))
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
+                         joined ? joined : name, strerror(errno));
+    else if (!is_below(real, folders[0]) && !is_below(real, folders[1]))
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the folder to %s; %s",
+                         header, field, name, real, advice);
+    else if (!S_ISREG(info.st_mode))
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
+                         field, name, advice);
+    if (status != SC_OK)
+        goto out;
+    *bytes = (uint64_t)info.st_size;
+    *out = joined;
+    joined = NULL;
+out:
+    free(real);
+    free(target);
+    free(folders[0]);
+    free(folders[1]);
+    sc_free(joined);
+    return status;
+}

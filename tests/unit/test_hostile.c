@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Volumes and tables that were made to do harm: headers that name other files of the machine,
+ * lengths that lie, numbers without end. They are refused with a message, at once and in little
+ * memory. */
+#include "check.h"
+
+#include "segcast/volume.h"
+
+#include <stdio.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { VOXELS = 4 * 4 * 4 };
+
+static const char nrrd[] = "NRRD0005\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 4 4 4\n"
+                           "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n";
+static const char meta[] = "NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\n"
+                           "TransformMatrix = 1 0 0 0 1 0 0 0 1\n";
+
+static void write_file(const char *path, const char *text, const void *data, size_t bytes)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fputs(text, file);
+    fwrite(data, 1, bytes, file);
+    fclose(file);
+}
+
+/* Make the folder t.d with the voxels in t.d/in.raw, t.d/sub/in.raw and one file for each of two
+ * slices, and what lies outside of it. */
+static void make_folder(void)
+{
+    char data[VOXELS];
+
+    for (int i = 0; i < VOXELS; i++)
+        data[i] = (char)(i % 5);
+    mkdir("t.d", 0777);
+    mkdir("t.d/sub", 0777);
+    write_file("t.d/in.raw", "", data, sizeof data);
+    write_file("t.d/sub/in.raw", "", data, sizeof data);
+    write_file("t.d/s01.raw", "", data, sizeof data / 2);
+    write_file("t.d/s02.raw", "", data, sizeof data / 2);
+    write_file("t.out.raw", "", data, sizeof data);
+    assert_int_equal(symlink("../t.out.raw", "t.d/link.raw"), 0);
+    assert_int_equal(symlink("in.raw", "t.d/inside.raw"), 0);
+    assert_int_equal(symlink("t.d", "t.linked"), 0);
+    assert_int_equal(mkfifo("t.d/pipe.raw", 0666), 0);
+}
+
+static void remove_folder(void)
+{
+    static const char *const files[] = {"t.d/in.raw",   "t.d/sub/in.raw", "t.d/s01.raw",
+                                        "t.d/s02.raw",  "t.d/link.raw",   "t.d/inside.raw",
+                                        "t.d/pipe.raw", "t.d/h.nhdr",     "t.d/h.mhd",
+                                        "t.out.raw",    "t.linked",       "t.link.nhdr"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(files); i++)
+        unlink(files[i]);
+    rmdir("t.d/sub");
+    rmdir("t.d");
+}
+
+static sc_status read_volume(const sc_ctx *ctx, const char *path)
+{
+    sc_volume v = {0};
+    const sc_status status = sc_volume_read(ctx, path, &v);
+
+    if (status == SC_OK)
+        assert_int_equal(v.label_count, 5);
+    sc_volume_clear(&v);
+    return status;
+}
+
+/* Headers of both formats in t.d that name @p name for their voxels. */
+static void expect(const char *name, sc_status wanted, const char *said_wanted)
+{
+    char text[512];
+    heard said;
+    const sc_ctx ctx = listening(&said);
+
+    snprintf(text, sizeof text, "%sdata file: %s\n", nrrd, name);
+    write_file("t.d/h.nhdr", text, "", 0);
+    assert_int_equal(read_volume(&ctx, "t.d/h.nhdr"), wanted);
+    if (wanted != SC_OK && !strstr(said.text, said_wanted))
+        fail_msg("\"%s\", expected: %s", said.text, said_wanted);
+    if (strchr(name, '\n') || strchr(name, '%'))
+        return; /* lists and patterns are of NRRD only */
+    snprintf(text, sizeof text, "%sElementDataFile = %s\n", meta, name);
+    write_file("t.d/h.mhd", text, "", 0);
+    assert_int_equal(read_volume(&ctx, "t.d/h.mhd"), wanted);
+    if (wanted != SC_OK && !strstr(said.text, said_wanted))
+        fail_msg("\"%s\", expected: %s", said.text, said_wanted);
+}
+
+static void voxels_come_from_the_folder_of_the_header_only(void **state)
+{
+    (void)state;
+    remove_folder();
+    make_folder();
+    expect("in.raw", SC_OK, "");
+    expect("./in.raw", SC_OK, "");
+    expect("sub/in.raw", SC_OK, "");
+    expect("inside.raw", SC_OK, "");
+    expect("LIST\ns01.raw\ns02.raw", SC_ERR_DATA, "expected 4 filenames");
+    expect("LIST 3\ns01.raw\ns02.raw", SC_OK, "");
+    expect("s%02d.raw 1 2 1 3", SC_OK, "");
+    expect("/etc/passwd", SC_ERR_DATA, "an absolute path");
+    expect("../t.out.raw", SC_ERR_DATA, "outside the header's folder");
+    expect("sub/../../t.out.raw", SC_ERR_DATA, "outside the header's folder");
+    expect("-", SC_ERR_DATA, "standard input");
+    expect("link.raw", SC_ERR_DATA, "a link out of the folder");
+    expect("pipe.raw", SC_ERR_DATA, "no regular file");
+    expect("sub", SC_ERR_DATA, "no regular file");
+    expect("none.raw", SC_ERR_DATA, "No such file");
+    expect("LIST 3\ns01.raw\n/etc/passwd", SC_ERR_DATA, "an absolute path");
+    expect("../t.out.r%dw 1 2 1 3", SC_ERR_DATA, "outside the header's folder");
+    expect("s%02d.raw 1 2000000000 1", SC_ERR_DATA, "names 2000000000 files");
+    expect("s%n.raw 1 2 1", SC_ERR_DATA, "expected a pattern");
+    expect("s%999999d.raw 1 2 1", SC_ERR_DATA, "expected a pattern");
+    expect("s%d%s.raw 1 2 1", SC_ERR_DATA, "expected a pattern");
+    remove_folder();
+}
+
+/* The user may name a volume by a link: in a folder that is a link, and by a link to the header. */
+static void a_volume_may_be_named_by_a_link(void **state)
+{
+    char text[512];
+
+    (void)state;
+    make_folder();
+    snprintf(text, sizeof text, "%sdata file: in.raw\n", nrrd);
+    write_file("t.d/h.nhdr", text, "", 0);
+    assert_ok(read_volume(&quiet, "t.linked/h.nhdr"));
+    assert_int_equal(symlink("t.d/h.nhdr", "t.link.nhdr"), 0);
+    assert_ok(read_volume(&quiet, "t.link.nhdr"));
+    remove_folder();
+}
+
+/* Opening a pipe would wait for its writer. */
+static void a_pipe_is_no_volume_and_no_table(void **state)
+{
+    heard said;
+    const sc_ctx ctx = listening(&said);
+    sc_label_table table = {0};
+
+    (void)state;
+    assert_int_equal(mkfifo("h.pipe", 0666), 0);
+    assert_int_equal(read_volume(&ctx, "h.pipe"), SC_ERR_MISSING);
+    assert_non_null(strstr(said.text, "is a pipe"));
+    assert_int_equal(sc_label_table_read(&ctx, "h.pipe", SC_TABLE_AUTO, &table), SC_ERR_MISSING);
+    assert_non_null(strstr(said.text, "is a pipe"));
+    unlink("h.pipe");
+}
+
+/* Numbers of encoding ascii: one without end overflowed a buffer of Teem, and one that does not fit
+ * the type became another label. */
+static void numbers_in_text_are_bounded(void **state)
+{
+    enum { DIGITS = 200000 };
+    static char text[DIGITS + 1024];
+    heard said;
+    const sc_ctx ctx = listening(&said);
+    size_t used;
+
+    (void)state;
+    used = (size_t)snprintf(
+        text, sizeof text,
+        "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: ascii\n\n1 ");
+    memset(text + used, '1', DIGITS);
+    strcpy(text + used + DIGITS, " 2 3");
+    write_file("h.nrrd", text, "", 0);
+    assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "expected a whole number that fits"));
+    strcpy(text + used, "256");
+    for (int i = 2; i < VOXELS; i++)
+        strcat(text, ",\t0");
+    write_file("h.nrrd", text, "", 0);
+    assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_DATA);
+    memcpy(text + used, "  4", 3);
+    memcpy(strrchr(text, '\t') - 7, ", 2, 3", 6);
+    write_file("h.nrrd", text, "", 0);
+    assert_ok(read_volume(&ctx, "h.nrrd"));
+    unlink("h.nrrd");
+}
+
+/* A comment of any length within the header, as some programs write them. */
+static void long_lines_of_metaimage_are_read(void **state)
+{
+    static char text[100000];
+    char data[VOXELS];
+    size_t used = (size_t)snprintf(text, sizeof text, "%sComment = ", meta);
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++)
+        data[i] = (char)(i % 5);
+    memset(text + used, 'c', 70000);
+    strcpy(text + used + 70000, "\nElementDataFile = LOCAL\n");
+    write_file("h.mha", text, data, sizeof data);
+    assert_ok(read_volume(&quiet, "h.mha"));
+    unlink("h.mha");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(voxels_come_from_the_folder_of_the_header_only),
+        cmocka_unit_test(a_volume_may_be_named_by_a_link),
+        cmocka_unit_test(a_pipe_is_no_volume_and_no_table),
+        cmocka_unit_test(numbers_in_text_are_bounded),
+        cmocka_unit_test(long_lines_of_metaimage_are_read),
+    };
+
+    return RUN(tests);
+}
