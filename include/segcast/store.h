@@ -142,10 +142,12 @@ typedef struct sc_store_report {
     char reason[256]; /**< what is damaged, in words; empty otherwise */
 } sc_store_report;
 /** Find out quickly whether the job in @p directory is complete: from its manifests and the size
- *  of the video, without reading pictures. @return SC_OK with @p out filled, also for a damaged
+ *  of the video, without reading pictures. @param wanted NULL, or the frames [count] of a slice:
+ *  then the report is of them alone, and complete also if frames of other slices are still to be
+ *  made. @return SC_OK with @p out filled, also for a damaged
  *  directory; SC_ERR_MISSING, logged, if it does not exist or holds no run; SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_store_status(const sc_ctx *ctx, const char *directory,
-                                      sc_store_report *out);
+SC_MUST_USE sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *wanted,
+                                      int count, sc_store_report *out);
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and
  *  its pixels hashed, the bytes of the video are hashed, its frames decoded, counted, and their
  * sizes and times compared. @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA

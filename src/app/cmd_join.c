@@ -6,6 +6,7 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Read what a directory belongs to: the job from its job.yaml, and version, hashes and size from
  * its manifest. @param version room for 64 bytes, which out->version points to; other texts of @p
@@ -117,6 +118,64 @@ static sc_status print_status_json(const sc_ctx *ctx, const char *directory,
     return SC_OK;
 }
 
+/* Compare the keys of a job on which the pictures depend with those of the job in a directory.
+ * @return SC_ERR_CREATE, as for a run that would not continue there, if they differ. */
+static sc_status compare_jobs(const sc_ctx *ctx, const sc_job *job, const char *directory)
+{
+    char *path = NULL;
+    sc_job_sources sources = {0};
+    sc_job there = {0};
+    sc_text ours = {0}, theirs = {0};
+    sc_status status;
+
+    SC_TRY(sc_path_join(ctx, directory, "job.yaml", &path));
+    sources.path = path;
+    SC_TRY(sc_job_load(ctx, &sources, &there));
+    SC_TRY(sc_job_write(ctx, job, true, &ours));
+    SC_TRY(sc_job_write(ctx, &there, true, &theirs));
+    if (strcmp(ours.data, theirs.data))
+        status =
+            sc_fail(ctx, SC_ERR_CREATE, "%s: holds another job than the one asked for; compare %s",
+                    directory, path);
+out:
+    sc_text_clear(&ours);
+    sc_text_clear(&theirs);
+    sc_job_clear(&there);
+    sc_free(path);
+    return status;
+}
+
+/* Fill the report for the job file that the command line names, as `segcast render` would run it.
+ * @param directory receives where it would write: borrowed from the options or from @p job. @param
+ * job the caller owns it, also after an error: sc_job_clear. */
+static sc_status report_job(const sc_app *app, sc_job *job, const char **directory,
+                            sc_store_report *out)
+{
+    const sc_options *o = &app->options;
+    const sc_job_sources sources = {.path = o->input,
+                                    .settings = o->settings,
+                                    .setting_count = o->setting_count,
+                                    .environment = app->environment};
+    sc_video_settings settings;
+    int *wanted = NULL, count = 0;
+    sc_status status;
+
+    SC_TRY(sc_job_load(app->ctx, &sources, job));
+    *directory = o->output ? o->output : job->output.directory;
+    settings = sc_run_video_settings(job);
+    if (o->slices)
+        SC_TRY(sc_frames_slice(app->ctx, o->slice, o->slices, sc_video_gop_frames(&settings),
+                               job->animation.frames, &wanted, &count));
+    else if (o->frames)
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
+    SC_TRY(sc_store_status(app->ctx, *directory, wanted, count, out));
+    if (out->condition != SC_STORE_DAMAGED)
+        status = compare_jobs(app->ctx, job, *directory);
+out:
+    sc_free(wanted);
+    return status;
+}
+
 sc_status sc_cmd_status(sc_app *app)
 {
     static const sc_status codes[] = {[SC_STORE_COMPLETE] = SC_OK,
@@ -124,13 +183,20 @@ sc_status sc_cmd_status(sc_app *app)
                                       [SC_STORE_DAMAGED] = SC_ERR_DATA};
     const char *directory = app->options.input;
     sc_store_report report;
-    sc_status status = sc_store_status(app->ctx, directory, &report);
+    struct stat info;
+    sc_job job = {0};
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    if (!stat(directory, &info) && !S_ISDIR(info.st_mode))
+        SC_TRY(report_job(app, &job, &directory, &report));
+    else
+        SC_TRY(sc_store_status(app->ctx, directory, NULL, 0, &report));
     if (app->options.json)
-        status = print_status_json(app->ctx, directory, &report);
+        SC_TRY(print_status_json(app->ctx, directory, &report));
     else
         print_status(directory, &report);
-    return status == SC_OK ? codes[report.condition] : status;
+    status = codes[report.condition];
+out:
+    sc_job_clear(&job);
+    return status;
 }

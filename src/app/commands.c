@@ -33,11 +33,13 @@ const sc_command sc_commands[] = {
      false},
     {"verify", "DIR", "check every frame and the video of a finished job against the manifest",
      NULL, sc_cmd_verify, false},
-    {"status", "DIR", "say whether the job of a directory is complete",
+    {"status", "DIR|JOB.yaml", "say whether the job of a directory is complete",
      "Prints one line, or JSON with --json. The exit code is 0 only if the job is complete, 75 if "
      "it "
      "is incomplete, 65 if the directory is damaged, 66 if it holds no run. Reads the manifest and "
-     "the size of the video; `segcast verify` reads everything.",
+     "the size of the video; `segcast verify` reads everything. Instead of a directory it takes "
+     "the arguments of segcast render, so that a script asks with the same words: then the answer "
+     "is for the directory of that job, or of the given slice or frames.",
      sc_cmd_status, false},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",

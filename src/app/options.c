@@ -294,12 +294,16 @@ static bool names_command(const char *commands, const char *command)
 /* Lists the options of a command. */
 typedef struct lister {
     const sc_ctx *ctx;
-    const sc_command *command;
-    sc_option_list *list; /* rows are appended here */
+    const char *name;     /* of the command */
+    sc_option_list *list; /* rows are appended here, unless an option of that name is there */
 } lister;
 
 static sc_status add_row(const lister *l, const sc_option *row)
 {
+    for (size_t i = 0; i < l->list->count; i++) {
+        if (!strcmp(l->list->rows[i].name, row->name))
+            return SC_OK;
+    }
     if (l->list->count == SC_OPTIONS_MAX)
         return sc_fail(l->ctx, SC_ERR_INTERNAL, "a command has more than %d options",
                        SC_OPTIONS_MAX);
@@ -318,7 +322,7 @@ static sc_status add_key(void *user, const sc_key_info *info)
                      .commands = info->commands,
                      .store = store_key};
 
-    if (!info->option || !names_command(info->commands, l->command->name))
+    if (!info->option || !names_command(info->commands, l->name))
         return SC_OK;
     if (strlen(info->path) >= sizeof row.key)
         return sc_fail(l->ctx, SC_ERR_INTERNAL, "the key %s is too long for an option", info->path);
@@ -326,19 +330,27 @@ static sc_status add_key(void *user, const sc_key_info *info)
     return add_row(l, &row);
 }
 
-sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out)
+/* Append the options of the command @p name to the list of @p l. */
+static sc_status add_rows(lister *l, const char *name)
 {
-    lister l = {ctx, command, out};
     sc_status status;
 
-    out->count = 0;
-    SC_TRY(sc_job_each_key(ctx, add_key, &l));
+    l->name = name;
+    SC_TRY(sc_job_each_key(l->ctx, add_key, l));
     for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
-        if (!option_rows[i].commands || names_command(option_rows[i].commands, command->name))
-            SC_TRY(add_row(&l, &option_rows[i]));
+        if (!option_rows[i].commands || names_command(option_rows[i].commands, name))
+            SC_TRY(add_row(l, &option_rows[i]));
     }
 out:
     return status;
+}
+
+sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out)
+{
+    lister l = {.ctx = ctx, .list = out};
+
+    out->count = 0;
+    return add_rows(&l, command->name);
 }
 
 /* ---- reading ---- */
@@ -445,6 +457,8 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
     sc_status status;
 
     SC_TRY(sc_options_list(ctx, command, &list));
+    if (!strcmp(command->name, "status"))
+        SC_TRY(add_rows(&(lister){.ctx = ctx, .list = &list}, "render"));
     fill_tables(&list, &tables);
     if (threads)
         SC_TRY(set_threads(ctx, &options, "SEGCAST_THREADS", threads));

@@ -67,7 +67,8 @@ typedef struct sc_option_list {
     sc_option rows[SC_OPTIONS_MAX];
     size_t count;
 } sc_option_list;
-/* List the options of @p command. @return SC_ERR_MEMORY, or SC_ERR_INTERNAL for too many. */
+/* List the options of @p command; status also accepts those of render, which are not listed.
+ * @return SC_ERR_MEMORY, or SC_ERR_INTERNAL for too many. */
 sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out);
 
 /* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand

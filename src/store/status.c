@@ -82,7 +82,29 @@ out:
     return status;
 }
 
-sc_status sc_store_status(const sc_ctx *ctx, const char *directory, sc_store_report *out)
+/* Count the frames that are done, into the report: of the whole job, or, with @p wanted [count], of
+ * those frames. The slices of a job share the duty of joining its video: if all frames of the job
+ * are there, no slice counts as complete without the manifest's end. */
+static void count_frames(const sc_manifest_data *data, const int *wanted, int count,
+                         sc_store_report *out)
+{
+    int all = 0, done = 0;
+
+    for (int k = 0; k < data->frames; k++)
+        all += data->lines[k].known;
+    out->done = all;
+    if (!wanted || data->end.known)
+        return;
+    for (int i = 0; i < count; i++)
+        done += wanted[i] < data->frames && data->lines[wanted[i]].known;
+    if (done == count && all < data->frames)
+        out->condition = SC_STORE_COMPLETE;
+    out->done = done;
+    out->frames = count;
+}
+
+sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *wanted, int count,
+                          sc_store_report *out)
 {
     manifest_reader reader = {.directory = directory};
     sc_store_report report = {.condition = SC_STORE_INCOMPLETE};
@@ -105,8 +127,7 @@ sc_status sc_store_status(const sc_ctx *ctx, const char *directory, sc_store_rep
     reader = (manifest_reader){.directory = directory,
                                .data = {.lines = lines, .frames = report.frames}};
     SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
-    for (int k = 0; k < report.frames; k++)
-        report.done += reader.data.lines[k].known;
+    count_frames(&reader.data, wanted, count, &report);
     if (reader.data.end.known)
         SC_TRY(judge_end(ctx, directory, &reader.data.end, &report));
     *out = report;

@@ -29,3 +29,28 @@ jq -e '.condition == "damaged" and (.reason | test("missing"))' stdout.txt >/dev
 cp -r out torn
 sed -i '1s/frames/fr\x01mes/' torn/manifest.jsonl
 expect 65 '' "$SEGCAST" status torn
+
+# With the arguments of `segcast render` it answers for the directory, and the slice, that they name.
+"$SEGCAST" render job.yaml -o slices --slice 0/2 -q >/dev/null
+expect 0 '' "$SEGCAST" status job.yaml -o slices --slice 0/2 --resume --threads 1
+[ "$(cat stdout.txt)" = "slices: complete, 4 frames" ] || fail "status of a slice: $(cat stdout.txt)"
+expect 75 '' "$SEGCAST" status job.yaml -o slices --slice 1/2 --cpu c
+grep -q 'slices: incomplete, 0 of 3 frames' stdout.txt || fail "status of a missing slice: $(cat stdout.txt)"
+expect 75 '' "$SEGCAST" status job.yaml --set output.directory=slices
+expect 0 '' "$SEGCAST" status job.yaml -o slices --frames 1-3 --json
+jq -e '.condition == "complete" and .done == 3 and .frames == 3' stdout.txt >/dev/null || fail "status of frames: $(cat stdout.txt)"
+"$SEGCAST" render job.yaml -o slices --slice 1/2 -q >/dev/null
+expect 0 '' "$SEGCAST" status job.yaml -o slices --slice 1/2
+# If all frames are there, but not the end of the manifest, no slice is complete: one has to join the video.
+sed '/"complete"/d' slices/manifest.jsonl >all.jsonl
+cp -r slices unjoined
+mv all.jsonl unjoined/manifest.jsonl
+grep -q '"complete"' slices/manifest.jsonl || fail "the manifest has no line \"end\""
+expect 75 '' "$SEGCAST" status job.yaml -o unjoined --slice 1/2
+expect 75 '' "$SEGCAST" status job.yaml -o unjoined
+
+# A job that differs in what decides on the pictures is another job; one that differs otherwise is not.
+expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set render.samples=3; one_error
+expect 0 '' "$SEGCAST" status job.yaml -o out --set farm.tile=16
+expect 66 'holds no run' "$SEGCAST" status job.yaml -o nowhere; one_error
+expect 64 'unknown option' "$SEGCAST" status job.yaml --nonsense; one_error

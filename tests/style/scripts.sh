@@ -1,9 +1,20 @@
-# shellcheck finds nothing in the shell scripts; batch scripts are short and documented.
+# shellcheck finds nothing in the shell scripts; batch scripts are short and documented, and what is the same
+# in all of them is the same.
 command -v shellcheck >/dev/null || skip "shellcheck is not installed"
 cd "$SOURCE"
 shellcheck jobs/slurm/*.sbatch jobs/pbs/*.pbs || fail "shellcheck found the problems above"
 shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/common || fail "shellcheck found the problems above"
 for script in jobs/slurm/*.sbatch jobs/pbs/*.pbs; do
-    [ "$(wc -l <"$script")" -le 40 ] || fail "$script has more than 40 lines"
+    [ "$(wc -l <"$script")" -le 80 ] || fail "$script has more than 80 lines"
     grep -q "$(basename "$script")" docs/cluster.md || fail "$script is not named in docs/cluster.md"
+    grep -q '^# ---- Your site' "$script" || fail "$script has no block for the site"
+done
+# block TITLE SCRIPT: print the block of a script that begins with this title.
+block() { awk -v title="# ---- $1" '/^# ----/ {inside = index($0, title)} inside' "$2"; }
+for script in jobs/slurm/*.sbatch; do
+    [ "$(block "The same in all scripts: " "$script")" = "$(block "The same in all scripts: " jobs/slurm/requeue.sbatch)" ] ||
+        fail "the block \"The same in all scripts\" of $script differs from that of requeue.sbatch"
+    [ "$script" = jobs/slurm/study.sbatch ] ||
+        [ "$(block "The same in all scripts that draw" "$script")" = "$(block "The same in all scripts that draw" jobs/slurm/requeue.sbatch)" ] ||
+        fail "the block \"The same in all scripts that draw a job\" of $script differs from that of requeue.sbatch"
 done
