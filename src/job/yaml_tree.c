@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "yaml_tree.h"
 
+#include "yaml_words.h"
+
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <yaml.h>
 
 enum { DEPTH_MAX = 12, NODES_MAX = 100000 };
 
 /* The state of parsing one text. */
 typedef struct reader {
     const sc_ctx *ctx;
-    const char *origin;
+    const char *origin, *text;
+    size_t bytes; /* of the text */
     yaml_parser_t parser;
     int depth, nodes;
 } reader;
@@ -23,6 +25,7 @@ void sc_yaml_free(sc_yaml *node)
     for (size_t i = 0; i < node->count; i++)
         sc_yaml_free(node->items[i]);
     sc_free(node->items);
+    sc_free(node->slots);
     sc_free(node->key);
     sc_free(node->text);
     sc_free(node);
@@ -30,15 +33,25 @@ void sc_yaml_free(sc_yaml *node)
 
 sc_status sc_yaml_fail(const sc_ctx *ctx, const sc_yaml *node, const char *fmt, ...)
 {
-    char text[1024];
-    va_list args;
+    const sc_status status = node->line > 0 ? SC_ERR_DATA : SC_ERR_USAGE;
+    char short_text[256], *long_text = NULL;
+    va_list args, again;
+    int bytes;
 
     va_start(args, fmt);
-    vsnprintf(text, sizeof text, fmt, args);
+    va_copy(again, args);
+    bytes = vsnprintf(short_text, sizeof short_text, fmt, args);
+    if (bytes >= (int)sizeof short_text && (long_text = malloc((size_t)bytes + 1)))
+        vsnprintf(long_text, (size_t)bytes + 1, fmt, again);
+    va_end(again);
     va_end(args);
     if (node->line > 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s:%d: %s", node->origin, node->line, text);
-    return sc_fail(ctx, SC_ERR_USAGE, "%s: %s", node->origin, text);
+        (void)sc_fail(ctx, status, "%s:%d: %s", node->origin, node->line,
+                      long_text ? long_text : short_text);
+    else
+        (void)sc_fail(ctx, status, "%s: %s", node->origin, long_text ? long_text : short_text);
+    free(long_text);
+    return status;
 }
 
 /* A copy of a string. Caller owns *out: sc_free. */
@@ -66,6 +79,49 @@ static sc_status new_node(const sc_ctx *ctx, sc_yaml_kind kind, const char *orig
     return status;
 }
 
+/* ---- the members of a map by their key ----
+ *
+ * A map with more than a few members has slots: an open-addressing hash table with the index of
+ * each member plus one, 0 where a slot is free. So the time of a map grows with its length, not
+ * with the square of it. */
+
+/* The slot of a key: the one that holds it, or the free one where it belongs. */
+static uint32_t *slot_of(const sc_yaml *map, const char *key)
+{
+    size_t slot = sc_hash_bytes(key, strlen(key), 0) & (map->slot_count - 1);
+
+    while (map->slots[slot] && strcmp(map->items[map->slots[slot] - 1]->key, key) != 0)
+        slot = (slot + 1) & (map->slot_count - 1);
+    return &map->slots[slot];
+}
+
+/* Fill the slots, which have room for all members, anew. */
+static void fill_slots(sc_yaml *map)
+{
+    memset(map->slots, 0, map->slot_count * sizeof *map->slots);
+    for (size_t i = 0; i < map->count; i++)
+        *slot_of(map, map->items[i]->key) = (uint32_t)i + 1;
+}
+
+/* Give a map slots for as many members as it has capacity for; a short one gets none. */
+static sc_status make_slots(const sc_ctx *ctx, sc_yaml *map)
+{
+    enum { SHORT = 16 };
+    void *slots;
+    sc_status status;
+
+    if (map->capacity <= SHORT || map->kind != SC_YAML_MAP)
+        return SC_OK;
+    status = sc_alloc(ctx, 2 * map->capacity, sizeof *map->slots, &slots);
+    if (status != SC_OK)
+        return status;
+    sc_free(map->slots);
+    map->slots = slots;
+    map->slot_count = 2 * map->capacity; /* a power of two, since the capacity is one */
+    fill_slots(map);
+    return SC_OK;
+}
+
 sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
 {
     if (parent->count == parent->capacity) {
@@ -82,8 +138,15 @@ sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child)
         sc_free(parent->items);
         parent->items = items;
         parent->capacity = capacity;
+        status = make_slots(ctx, parent);
+        if (status != SC_OK) {
+            sc_yaml_free(child);
+            return status;
+        }
     }
     parent->items[parent->count++] = child;
+    if (parent->slots)
+        *slot_of(parent, child->key) = (uint32_t)parent->count;
     return SC_OK;
 }
 
@@ -97,32 +160,60 @@ sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key)
 /* The next event of libyaml, which the caller has to delete; logs why the text is not YAML. */
 static sc_status next_event(reader *r, yaml_event_t *event)
 {
-    const int line = (int)r->parser.mark.line + 1;
-
     if (yaml_parser_parse(&r->parser, event))
         return SC_OK;
-    if (r->parser.error == YAML_MEMORY_ERROR)
-        return sc_fail(r->ctx, SC_ERR_MEMORY, "%s: out of memory", r->origin);
-    return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: not YAML: %s", r->origin,
-                   r->parser.problem_mark.line ? (int)r->parser.problem_mark.line + 1 : line,
-                   r->parser.problem ? r->parser.problem : "cannot be read");
+    return sc_yaml_explain(r->ctx, r->origin, r->text, r->bytes, &r->parser);
+}
+
+/* Copy a scalar of libyaml. A tag, which would be lost, and a NUL byte ("\0" in double quotes),
+ * behind which everything would be lost, is refused. Caller owns *out: sc_free. */
+static sc_status copy_scalar(const reader *r, const yaml_event_t *event, char **out)
+{
+    const char *text = (const char *)event->data.scalar.value;
+
+    if (event->data.scalar.tag)
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%zu: tags (%s) are not allowed; a value that begins with ! needs quotes",
+                       r->origin, event->start_mark.line + 1, (const char *)event->data.scalar.tag);
+    if (strlen(text) != event->data.scalar.length)
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%zu: \"%s\\0...\" holds a NUL byte (\\0); no key and no value has one; "
+                       "write \\\\ for a backslash",
+                       r->origin, event->start_mark.line + 1, text);
+    return copy_text(r->ctx, text, out);
 }
 
 static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out);
+
+/* Log that aliases, such as a glob without quotes, are refused. @return SC_ERR_DATA always. */
+static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
+{
+    const char *name = (const char *)event->data.alias.anchor;
+
+    return sc_fail(r->ctx, SC_ERR_DATA,
+                   "%s:%zu: aliases (*%s) are not allowed; a name that begins with * needs quotes: "
+                   "\"*%s\"",
+                   r->origin, event->start_mark.line + 1, name, name);
+}
 
 /* Check a key of @p map: a single value that no other member has. Caller owns *key: sc_free. The
  * event stays with the caller. */
 static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
 {
     const int line = (int)event->start_mark.line + 1;
+    const sc_yaml *first;
 
+    if (event->type == YAML_ALIAS_EVENT)
+        return refuse_alias(r, event);
     if (event->type != YAML_SCALAR_EVENT)
-        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: a key must be a plain word", r->origin, line);
-    if (sc_yaml_member(map, (const char *)event->data.scalar.value))
+        return sc_fail(r->ctx, SC_ERR_DATA,
+                       "%s:%d: a key must be a plain word; is a bracket or a quote missing?",
+                       r->origin, line);
+    first = sc_yaml_member(map, (const char *)event->data.scalar.value);
+    if (first)
         return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
-                       r->origin, line, (const char *)event->data.scalar.value,
-                       sc_yaml_member(map, (const char *)event->data.scalar.value)->line);
-    return copy_text(r->ctx, (const char *)event->data.scalar.value, key);
+                       r->origin, line, (const char *)event->data.scalar.value, first->line);
+    return copy_scalar(r, event, key);
 }
 
 /* Append the children of a map or list to @p parent, up to the event that ends it. */
@@ -172,8 +263,7 @@ static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
     sc_status status;
 
     if (event->type == YAML_ALIAS_EVENT)
-        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: aliases (*name) are not allowed", r->origin,
-                       line);
+        return refuse_alias(r, event);
     if (++r->nodes > NODES_MAX)
         return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: more than %d values", r->origin, line,
                        NODES_MAX);
@@ -182,7 +272,7 @@ static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
                        DEPTH_MAX);
     if (event->type == YAML_SCALAR_EVENT) {
         SC_TRY(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
-        SC_TRY(copy_text(r->ctx, (const char *)event->data.scalar.value, &node->text));
+        SC_TRY(copy_scalar(r, event, &node->text));
     } else if (event->type == YAML_MAPPING_START_EVENT) {
         SC_TRY(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));
         SC_TRY(build_children(r, node, YAML_MAPPING_END_EVENT));
@@ -245,7 +335,7 @@ out:
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out)
 {
-    reader r = {.ctx = ctx, .origin = origin};
+    reader r = {.ctx = ctx, .origin = origin, .text = text, .bytes = bytes};
     sc_status status;
 
     if (!yaml_parser_initialize(&r.parser))
@@ -262,6 +352,11 @@ size_t sc_yaml_index(const sc_yaml *map, const char *key)
 
     if (map->kind != SC_YAML_MAP)
         return map->count;
+    if (map->slots) {
+        const uint32_t slot = *slot_of(map, key);
+
+        return slot ? slot - 1 : map->count;
+    }
     while (i < map->count && strcmp(map->items[i]->key, key))
         i++;
     return i;
@@ -273,6 +368,8 @@ void sc_yaml_remove(sc_yaml *parent, size_t index)
     parent->count--;
     memmove(parent->items + index, parent->items + index + 1,
             (parent->count - index) * sizeof *parent->items);
+    if (parent->slots)
+        fill_slots(parent);
 }
 
 sc_status sc_yaml_scalar(const sc_ctx *ctx, const char *origin, const char *text, sc_yaml **out)

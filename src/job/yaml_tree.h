@@ -18,10 +18,13 @@ typedef struct sc_yaml {
     char *text;             /* of a scalar; NULL only for one that was added by sc_yaml_add */
     struct sc_yaml **items; /* of a map or list: [count] */
     size_t count, capacity;
+    uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */
+    size_t slot_count;
 } sc_yaml;
 
 /* Parse @p text, which messages call @p origin. Caller owns: sc_yaml_free. An empty text gives an
- * empty map. @return SC_ERR_DATA, logged as "origin:line: why". */
+ * empty map. @return SC_ERR_DATA, logged as "origin:line: why" or
+ * "origin:line:column: why". */
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out);
 /* Make a scalar without a line. @p text is copied, @p origin borrowed. Caller owns: sc_yaml_free.

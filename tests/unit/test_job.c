@@ -49,6 +49,72 @@ static void refuses(const char *text, const char *message)
         fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
 }
 
+/* What is no YAML is told by line and column, with what stands there and what to write instead, not
+ * in the words of libyaml. */
+static void what_is_no_yaml_is_told_in_words_of_the_user(void **state)
+{
+    static const char in_quotes[] = "put it in quotes", indented[] = "indented like those above";
+
+    (void)state;
+    refuses(
+        "volume: phantom\ntissues:\n  *atri*: {}\n",
+        "job.yaml:3:3: not YAML: \"*atri*: {}\": a name or value that begins with * needs quotes");
+    refuses("volume: phantom\ntissues:\n  *: {}\n", "job.yaml:3:3: not YAML: \"*: {}\": a name or");
+    refuses("volume: phantom\ntissues:\n  *atrium: {}\n", "needs quotes: \"*atrium\"");
+    refuses("volume: @x\n", "job.yaml:1:9: not YAML: \"@x\": no key or value begins so");
+    refuses("volume: %x\n", in_quotes);
+    refuses("volume: phantom\noutput:\n\tfps: 3\n", "not with tabs");
+    refuses("volume: !x phantom\n", "a value that begins with ! needs quotes");
+    refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2:13: not YAML: \": 1\": a second");
+    refuses("volume: a: b\n", "put a value that holds \": \" in quotes");
+    refuses("volume: phantom\noutput: {fps: 3\nrender: {}\n",
+            "job.yaml:2:9: not YAML: \"{fps: 3\": this { is not closed");
+    refuses("volume: phantom\noutput: {size: [3, 4}\n", "this [ is not closed by ]");
+    refuses("# caf\xc3\xa9\nvolume: \"phantom\n",
+            "job.yaml:2:9: not YAML: \"\"phantom\": this quote");
+    refuses("volume: phantom\noutput\nrender: {}\n",
+            "job.yaml:2:1: not YAML: \"output\": expected \"key");
+    refuses("volume: phantom\noutput:\n    fps: 3\n  size: 4\n", indented);
+    refuses("volume: phantom\nanimation:\n   - a\n  - b\n", indented);
+    refuses("volume: \"a\\q\"\n", "an unknown escape in double quotes");
+    refuses("volume: - y\n", "an item of a list");
+    refuses("volume: |x\n  phantom\n", "begins in the next line");
+    refuses("volume: \"\xc3\xa9\" \x01\n", "job.yaml:1:");
+    refuses("volume: phantom\nlabels: \xff\n", "job.yaml:2:9: not YAML: \"\\xff\": not UTF-8");
+    refuses("volume: phantom\n...\nfoo\n", "a job is one document");
+    refuses("%YAML 9.1\nvolume: phantom\n", "%YAML 1.1");
+}
+
+/* A NUL byte would end the text there, so that a value is silently another one. */
+static void a_nul_byte_is_refused_with_its_line(void **state)
+{
+    (void)state;
+    refuses("volume: phantom\nlabels: \"heart.ctbl\\0.txt\"\n",
+            "job.yaml:2: \"heart.ctbl\\0...\" holds a NUL byte");
+    refuses("volume: phantom\n\"labels\\0\": x\n", "job.yaml:2: \"labels\\0...\" holds a NUL byte");
+}
+
+/* A map finds its members by a hash table: all of them, and one that is given twice. */
+static void a_long_map_finds_all_its_members(void **state)
+{
+    enum { MEMBERS = 5000 };
+    static char text[MEMBERS * 24 + 64];
+    size_t used = (size_t)snprintf(text, sizeof text, "volume: phantom\ntissues:\n");
+    heard h;
+    sc_job job;
+
+    (void)state;
+    for (int i = 0; i < MEMBERS; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "  t%d: {opacity: 0.5}\n", i);
+    assert_ok(load(text, &h, NULL, NULL, &job));
+    assert_int_equal(job.rule_count, MEMBERS);
+    for (int i = 0; i < MEMBERS; i++)
+        assert_int_equal(atoi(job.rules[i].pattern + 1), i);
+    sc_job_clear(&job);
+    snprintf(text + used, sizeof text - used, "  t77: {}\n");
+    refuses(text, "job.yaml:5003: key \"t77\" is given twice (first in line 80)");
+}
+
 static void mistakes_are_named_with_line_and_nearest_name(void **state)
 {
     (void)state;
@@ -62,7 +128,6 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
     refuses("volume: phantom\nvolume: x\n", "job.yaml:2: key \"volume\" is given twice (first in "
                                             "line 1)");
     refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
-    refuses("volume: phantom\n  bad indent: 1\n", "job.yaml:2: not YAML");
     refuses("output: {fps: 25}\n", "the key \"volume\" is missing");
     refuses("volume: phantom\nrender: {smooth: 2}\n",
             "smooth is \"2\", expected a number from 0 to");
@@ -636,6 +701,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
+        cmocka_unit_test(what_is_no_yaml_is_told_in_words_of_the_user),
+        cmocka_unit_test(a_nul_byte_is_refused_with_its_line),
+        cmocka_unit_test(a_long_map_finds_all_its_members),
         cmocka_unit_test(all_mistakes_are_told),
         cmocka_unit_test(the_number_of_messages_is_bounded),
         cmocka_unit_test(values_are_written_in_many_ways),
