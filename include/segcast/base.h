@@ -125,6 +125,14 @@ bool sc_copy_name(const char *from, char *out, size_t size);
  *  among the candidates are skipped. The result is borrowed from them. */
 const char *sc_nearest_word(const char *word, const char *const *candidates, size_t count);
 
+/** Find up to @p most different words among @p candidates that may be meant by @p word: the
+ * nearest, as of sc_nearest_word, and those that differ by one letter more; or, if none is near,
+ * those that hold @p word as a part. ASCII case is ignored. NULLs among the candidates are skipped.
+ *  @param out room for @p most, at least 1; borrowed from the candidates, nearest first.
+ *  @return how many there are. */
+size_t sc_nearest_words(const char *word, const char *const *candidates, size_t count, size_t most,
+                        const char **out);
+
 /** Hash of @p bytes bytes (XXH3, 64 bits): the same on every machine. @param seed 0, or the hash of
  *  what precedes these bytes, so that several pieces get one hash. */
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);

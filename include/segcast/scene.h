@@ -48,25 +48,50 @@ typedef struct sc_tissue {
     uint8_t clip_set; /**< which planes cut it: index into sc_scene.clip_sets */
 } sc_tissue;
 
-/** @return whether @p label matches a pattern: a whole number matches the label's value only, "*"
- *  matches every label, and everything else is a name or a glob for it, ASCII case ignored, which a
- *  label without a name never matches. */
-bool sc_label_matches(const sc_label *label, const char *pattern);
-/** Log that @p pattern matches no label, and name the label whose name is nearest.
+/** How well the name of a label fits a pattern. Of the labels of a volume a pattern means those
+ * that fit it best. */
+typedef enum sc_match {
+    SC_MATCH_NONE,
+    SC_MATCH_WORDS, /**< ASCII case ignored, and whether blanks, "_" or "-" separate words */
+    SC_MATCH_CASE,  /**< ASCII case ignored */
+    SC_MATCH_EXACT  /**< the same bytes, the number of the label, or the pattern "*" */
+} sc_match;
+/** A pattern, taken apart for comparing: a whole number means the label of that value only, "*"
+ *  every label, and everything else a name or a glob for names (* ? [...]), which a label without a
+ *  name never fits. */
+typedef struct sc_pattern {
+    char text[SC_NAME_BYTES], folded[SC_NAME_BYTES], words[SC_NAME_BYTES]; /**< by sc_match */
+    bool is_number, is_all, is_glob;
+    long long number;
+} sc_pattern;
+/** @return the pattern that is written as @p text, which is shorter than SC_NAME_BYTES. */
+sc_pattern sc_pattern_of(const char *text);
+/** @return how well a label fits. */
+sc_match sc_label_match(const sc_label *label, const sc_pattern *pattern);
+/** @return how well that label fits that fits best. @param labels [label_count], background first,
+ *  which is skipped. The pattern means the labels for which sc_label_match gives the same, unless
+ *  that is SC_MATCH_NONE. */
+sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern);
+/** Log what is wrong with a pattern: that it matches no label, with the nearest names, or that it
+ *  is a name which fits labels of different names equally well. "*" is always right.
  *  @param where "file:line" of the pattern; may be empty, not NULL. @return SC_ERR_DATA, or
- *  SC_ERR_MEMORY; never SC_OK. */
-sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
-                            const char *where);
+ *  SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_pattern_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                       const char *pattern, const char *where);
 /** @return the automatic opacity of a tissue: thicker tissues are more opaque (paper, section 2.1),
  *  from 0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9
  *  where the thickness is not known (0) or all are equally thick. A thickness outside of that range
  *  is not clamped. */
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm);
+/** Log all rules that match no label, or not clearly one (sc_pattern_check).
+ *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                            const sc_tissue_rule *rules, size_t rule_count);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
  *  which later ones win. @param out [label_count] by dense id; clip_set is set to 0, and the
  *  background is invisible. Tissues with opacity_auto get their opacity here, by sc_auto_opacity
  * from the measured thickness.
- *  @return SC_ERR_DATA (logged, with the nearest name) for a rule that matches no label, and
+ *  @return SC_ERR_DATA for rules that match no label (all are logged: sc_pattern_check), and
  *  SC_ERR_MEMORY; nothing is written then. */
 SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                           const sc_tissue_rule *rules, size_t rule_count,
@@ -77,9 +102,11 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
  *  each of the tissues around it that nobody sees. A rule that matches no label is no error here.
  *  @param labels [label_count] by dense id.
  *  @param hidden [label_count] by dense id; false for the background. @param needs_thickness set to
- *  whether the opacity of a label that is not hidden follows its thickness. */
-void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
-                      size_t rule_count, bool *hidden, bool *needs_thickness);
+ *  whether the opacity of a label that is not hidden follows its thickness. @return SC_ERR_MEMORY,
+ *  with nothing written. */
+SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
+                                       const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
+                                       bool *needs_thickness);
 /** Write the mean thickness of the thinnest and of the thickest visible tissue, the ends of the
  * scale of sc_auto_opacity. Both are 0 if no tissue is visible or none has been measured.
  *  @param tissues [label_count] by dense id; only visible is read. */
@@ -160,12 +187,17 @@ typedef struct sc_clip_exception {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_clip_exception;
 
+/** Log all exceptions that match no label, or not clearly one (sc_pattern_check).
+ *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                               const sc_clip_exception *exceptions, size_t count);
+
 /** Find the clip sets: the different sets of clip planes by which tissues are cut. Tissues with the
  *  same planes share one. Set 0 holds all planes, even if no tissue uses it.
  *  @param tissues [label_count] by dense id; clip_set of all but the background is set.
  *  @param clip_sets room for SC_CLIP_SETS_MAX: the planes of each set, as bits.
  *  @param clip_set_count how many sets there are, at least 1.
- *  @return SC_ERR_DATA for an exception that matches no label, SC_ERR_USAGE for more than
+ *  @return SC_ERR_DATA as of sc_clip_exceptions_check, SC_ERR_USAGE for more than
  *  SC_CLIP_SETS_MAX sets (both logged), SC_ERR_MEMORY; @p clip_set_count is not written then, the
  *  others may be in part. */
 SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,

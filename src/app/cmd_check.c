@@ -59,6 +59,7 @@ sc_status sc_cmd_check(sc_app *app)
     size_t count;
     sc_status status;
 
+    app->options.scan = !app->options.fast;
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(check_cpu(app, job));
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));

@@ -94,7 +94,12 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
         return status;
     n.hidden = hidden;
     if (!session->measure)
-        sc_hidden_labels(labels, label_count, job->rules, job->rule_count, hidden, &n.thickness);
+        status = sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
+                                  hidden, &n.thickness);
+    if (status != SC_OK) {
+        sc_free(hidden);
+        return status;
+    }
     *out = n;
     return SC_OK;
 }
@@ -268,8 +273,24 @@ out:
     return status;
 }
 
+/* Log the tissues of the job that the volume has not: all of them, and before it is prepared. */
+static sc_status check_tissues(const sc_app *app, const sc_job *job, const sc_volume *volume)
+{
+    const sc_prepared view = {.label_count = volume->label_count, .labels = volume->labels};
+    sc_status status = sc_tissue_rules_check(app->ctx, &view, job->rules, job->rule_count);
+
+    if (status == SC_OK)
+        return sc_clip_exceptions_check(app->ctx, &view, job->exceptions, job->exception_count);
+    if (status == SC_ERR_DATA) {
+        SC_TRY(sc_clip_exceptions_check(app->ctx, &view, job->exceptions, job->exception_count));
+        status = SC_ERR_DATA;
+    }
+out:
+    return status;
+}
+
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
- * phantom, or read. */
+ * phantom, or read. Refuses a job that names tissues which the volume has not. */
 static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
 {
     const sc_job *job = &session->job;
@@ -284,6 +305,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
     SC_TRY(sc_apply_labels(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
+    status = check_tissues(app, job, volume);
 out:
     return status;
 }

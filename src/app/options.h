@@ -18,6 +18,7 @@ typedef struct sc_options {
     int threads;        /* --threads or SEGCAST_THREADS; 0: not given */
     bool json, quiet, resume, overwrite;
     bool fast; /* --fast of segcast check */
+    bool scan; /* the command reads all voxels, and tells all mistakes against them */
     bool help, version;
     bool markdown, schema, man, bash, zsh, fish;
     double time_limit_s; /* --time-limit; 0: none */

@@ -27,6 +27,32 @@ sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t siz
     return status;
 }
 
+/* After a mistake in the job, on rank 0: log also the tissues that the volume has not, so that all
+ * mistakes are told in one go. Nothing is logged if the volume is not known. Unless the command is
+ * to scan the voxels, only the tables of the volume are read, and numbers of labels are not
+ * checked.
+ * @param session only its job is filled; gets the volume, as of sc_session_inspect. */
+static void tell_volume_mistakes(sc_app *app, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    sc_ctx errors = {SC_LOG_ERROR, app->ctx->rank, app->ctx->write, app->ctx->user,
+                     app->ctx->alloc_budget};
+    sc_app quieter = *app;
+    sc_status status;
+
+    if (!job->volume[0] || job->rule_count + job->exception_count == 0 ||
+        (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
+        return;
+    quieter.ctx = &errors;
+    if (sc_session_inspect(&quieter, !app->options.scan, session) != SC_OK)
+        return;
+    status = sc_tissue_rules_check(&errors, &session->volume, job->rules, job->rule_count);
+    if (status == SC_OK || status == SC_ERR_DATA)
+        status = sc_clip_exceptions_check(&errors, &session->volume, job->exceptions,
+                                          job->exception_count);
+    (void)status; /* the job is refused in any case */
+}
+
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
 {
     const sc_job_sources sources = {.path = job_path,
@@ -43,6 +69,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     *session = (sc_session){.times = {.threads = app->threads}};
     if (sc_comm_rank(app->comm) == 0)
         status = sc_job_load(app->ctx, &sources, job);
+    if (status == SC_ERR_USAGE || status == SC_ERR_DATA)
+        tell_volume_mistakes(app, session);
     SC_TRY(sc_comm_agree(app->comm, status));
     if (sc_comm_rank(app->comm) == 0) {
         rules = job->rules;
@@ -91,8 +119,15 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
 
     SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
-    SC_TRY(
-        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
+    status =
+        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues);
+    if (status == SC_ERR_DATA) { /* tell the other mistakes as well */
+        SC_TRY(
+            sc_clip_exceptions_check(ctx, &session->volume, job->exceptions, job->exception_count));
+        status = SC_ERR_DATA;
+    }
+    if (status != SC_OK)
+        goto out;
     apply_interior(ctx, job, session);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,

@@ -106,3 +106,51 @@ const char *sc_nearest_word(const char *word, const char *const *candidates, siz
     }
     return best;
 }
+
+/* Append @p word to the @p found words of @p out, unless it is among them. @return how many there
+ * are then. */
+static size_t add_different(const char *word, const char **out, size_t found)
+{
+    for (size_t i = 0; i < found; i++) {
+        if (!strcmp(out[i], word))
+            return found;
+    }
+    out[found] = word;
+    return found + 1;
+}
+
+/* Is @p part a part of @p word, ASCII case ignored? An empty one is not. */
+static bool is_part(const char *part, const char *word)
+{
+    const size_t length = strlen(part);
+
+    for (; length > 0 && strlen(word) >= length; word++) {
+        size_t i = 0;
+
+        while (i < length && same_letter(part[i], word[i]))
+            i++;
+        if (i == length)
+            return true;
+    }
+    return false;
+}
+
+size_t sc_nearest_words(const char *word, const char *const *candidates, size_t count, size_t most,
+                        const char **out)
+{
+    const char *nearest = sc_nearest_word(word, candidates, count);
+    const size_t least_distance = nearest ? edit_distance(word, nearest) : 0;
+    size_t found = 0;
+
+    for (size_t more = 0; nearest && more < 2; more++) {
+        for (size_t i = 0; i < count && found < most; i++) {
+            if (candidates[i] && edit_distance(word, candidates[i]) == least_distance + more)
+                found = add_different(candidates[i], out, found);
+        }
+    }
+    for (size_t i = 0; !nearest && i < count && found < most; i++) {
+        if (candidates[i] && is_part(word, candidates[i]))
+            found = add_different(candidates[i], out, found);
+    }
+    return found;
+}

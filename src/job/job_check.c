@@ -176,20 +176,37 @@ out:
     return status;
 }
 
+/* Is a key at the top of the file misspelt that says where the names of the tissues come from? */
+static bool is_source_misspelt(const sc_yaml *root)
+{
+    static const char *const sources[] = {"volume", "labels", "labels_format"};
+
+    for (size_t i = 0; i < root->count; i++) {
+        if (!sc_key_find(sc_job_keys, root->items[i]->key) &&
+            sc_nearest_word(root->items[i]->key, sources, SC_COUNT_OF(sources)))
+            return true;
+    }
+    return false;
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
-    sc_status status = SC_OK;
+    sc_status status = SC_OK, inputs = SC_OK;
 
     (void)sc_goes_on(&status, check_video(ctx, root, job));
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));
     (void)sc_goes_on(&status, check_turns(ctx, root, job));
-    if (!sc_job_is_phantom(job->volume) &&
-        !sc_goes_on(&status, resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume)))
+    if (!sc_job_is_phantom(job->volume))
+        inputs = resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume);
+    if (sc_goes_on(&status, inputs))
+        (void)sc_goes_on(&inputs,
+                         resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels));
+    if (!sc_goes_on(&status, inputs))
         return status;
-    if (!sc_goes_on(&status, resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels)))
-        return status;
+    if (inputs != SC_OK || is_source_misspelt(root))
+        job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,
                                            job->output.directory));
     return status;

@@ -2,6 +2,8 @@
 /* Which clip planes cut which tissues. */
 #include "segcast/scene.h"
 
+#include <string.h>
+
 /* Find the clip set with these planes, and append it to clip_sets [*count] if it is new. @return
  * its index; -1 if there are already SC_CLIP_SETS_MAX others. */
 static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
@@ -16,19 +18,49 @@ static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
     return (*count)++;
 }
 
-/* Returns SC_ERR_DATA, logged, for the first exception that matches no label, else SC_OK. */
-static sc_status check_exceptions(const sc_ctx *ctx, const sc_prepared *volume,
-                                  const sc_clip_exception *exceptions, size_t count)
+/* Does an exception say the same as the one before it, of another plane of the same box? */
+static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
 {
-    for (size_t i = 0; i < count; i++) {
-        bool matched = false;
-
-        for (int id = 1; id < volume->label_count && !matched; id++)
-            matched = sc_label_matches(&volume->labels[id], exceptions[i].pattern);
-        if (!matched)
-            return sc_tissue_unknown(ctx, volume, exceptions[i].pattern, exceptions[i].where);
+    for (size_t j = 0; j < i; j++) {
+        if (!strcmp(exceptions[j].pattern, exceptions[i].pattern) &&
+            !strcmp(exceptions[j].where, exceptions[i].where))
+            return true;
     }
-    return SC_OK;
+    return false;
+}
+
+enum { MISTAKES_MAX = 50 }; /* of which more are not looked for */
+
+sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                   const sc_clip_exception *exceptions, size_t count)
+{
+    int mistakes = 0;
+
+    for (size_t i = 0; i < count && mistakes < MISTAKES_MAX; i++) {
+        sc_status status;
+
+        if (i > 0 && exceptions[i].where[0] && is_repeated(exceptions, i))
+            continue;
+        status = sc_pattern_check(ctx, volume, exceptions[i].pattern, exceptions[i].where);
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        mistakes += status == SC_ERR_DATA;
+    }
+    return mistakes ? SC_ERR_DATA : SC_OK;
+}
+
+/* Take the planes of an exception from the sets of planes of the tissues that it names. @param cut
+ * [label_count] the planes that cut each, as bits. */
+static void apply_exception(const sc_prepared *volume, const sc_clip_exception *exception,
+                            uint32_t *cut)
+{
+    const sc_pattern pattern = sc_pattern_of(exception->pattern);
+    const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
+
+    for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++) {
+        if (sc_label_match(&volume->labels[id], &pattern) == best)
+            cut[id] &= ~(1u << exception->plane);
+    }
 }
 
 sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume, int plane_count,
@@ -36,28 +68,33 @@ sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume, int pl
                             sc_tissue *tissues, uint32_t *clip_sets, int *clip_set_count)
 {
     const uint32_t all = (1u << plane_count) - 1;
-    sc_status status = check_exceptions(ctx, volume, exceptions, exception_count);
+    uint32_t *cut = NULL;
+    void *block = NULL;
     int count = 1;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
+    SC_TRY(sc_alloc(ctx, (size_t)volume->label_count, sizeof *cut, &block));
+    cut = block;
+    for (int id = 1; id < volume->label_count; id++)
+        cut[id] = all;
+    for (size_t i = 0; i < exception_count; i++)
+        apply_exception(volume, &exceptions[i], cut);
     clip_sets[0] = all;
     for (int id = 1; id < volume->label_count; id++) {
-        uint32_t planes = all;
-        int set;
+        const int set = find_or_add(cut[id], clip_sets, &count);
 
-        for (size_t i = 0; i < exception_count; i++) {
-            if (sc_label_matches(&volume->labels[id], exceptions[i].pattern))
-                planes &= ~(1u << exceptions[i].plane);
+        if (set < 0) {
+            status = sc_fail(ctx, SC_ERR_USAGE,
+                             "the exceptions of the clip planes make more than %d different sets "
+                             "of planes; let more tissues share the same exceptions",
+                             SC_CLIP_SETS_MAX);
+            goto out;
         }
-        set = find_or_add(planes, clip_sets, &count);
-        if (set < 0)
-            return sc_fail(ctx, SC_ERR_USAGE,
-                           "the exceptions of the clip planes make more than %d different sets of "
-                           "planes; let more tissues share the same exceptions",
-                           SC_CLIP_SETS_MAX);
         tissues[id].clip_set = (uint8_t)set;
     }
     *clip_set_count = count;
-    return SC_OK;
+out:
+    sc_free(block);
+    return status;
 }

@@ -3,36 +3,6 @@
 #include "segcast/image.h"
 #include "segcast/scene.h"
 
-#include <ctype.h>
-#include <fnmatch.h>
-#include <stdlib.h>
-#include <string.h>
-
-/* Copy the first SC_NAME_BYTES - 1 bytes of a string, ASCII letters in lower case, to @p to, which
- * has SC_NAME_BYTES, and terminate it. */
-static void lower(const char *from, char *to)
-{
-    size_t i = 0;
-
-    for (; from[i] && i + 1 < SC_NAME_BYTES; i++)
-        to[i] = (char)tolower((unsigned char)from[i]);
-    to[i] = '\0';
-}
-
-bool sc_label_matches(const sc_label *label, const char *pattern)
-{
-    char name[SC_NAME_BYTES], wanted[SC_NAME_BYTES], *end;
-    const long long number = strtoll(pattern, &end, 10);
-
-    if (end != pattern && !*end)
-        return label->value == number;
-    if (!strcmp(pattern, "*"))
-        return true;
-    lower(label->name, name);
-    lower(pattern, wanted);
-    return name[0] && (!strcmp(name, wanted) || fnmatch(wanted, name, 0) == 0);
-}
-
 double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm)
 {
     const double least = 0.3, most = 0.9; /* of the thinnest and of the thickest tissue */
@@ -87,53 +57,49 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
 }
 
-/* @return the look of a label by table and rules, of which later ones win. Where its opacity is
+/* Find the looks of all labels by table and rules, of which later ones win. Where an opacity is
  * automatic, the value is still to be filled in: that takes the measured thickness of all tissues.
- */
-static sc_tissue tissue_of(const sc_label *label, const sc_tissue_rule *rules, size_t rule_count)
+ * @param out [label_count]; that of the background is zero. */
+static void find_looks(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                       size_t rule_count, sc_tissue *out)
 {
-    sc_tissue tissue = tissue_of_table(label);
-
+    out[0] = (sc_tissue){0}; /* background is never shown */
+    for (int id = 1; id < label_count; id++)
+        out[id] = tissue_of_table(&labels[id]);
     for (size_t r = 0; r < rule_count; r++) {
-        if (sc_label_matches(label, rules[r].pattern))
-            apply_rule(&rules[r], &tissue);
+        const sc_pattern pattern = sc_pattern_of(rules[r].pattern);
+        const sc_match best = sc_pattern_match(labels, label_count, &pattern);
+
+        for (int id = 1; id < label_count && best != SC_MATCH_NONE; id++) {
+            if (sc_label_match(&labels[id], &pattern) == best)
+                apply_rule(&rules[r], &out[id]);
+        }
     }
-    return tissue;
 }
 
-sc_status sc_tissue_unknown(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
-                            const char *where)
+sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
+                           const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
+                           bool *needs_thickness)
 {
-    const char **names;
-    const char *nearest;
+    sc_tissue *looks;
     void *block;
-    sc_status status = sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+    sc_status status = sc_alloc(ctx, (size_t)label_count, sizeof *looks, &block);
 
     if (status != SC_OK)
         return status;
-    names = block;
-    for (int id = 1; id < volume->label_count; id++)
-        names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
-    nearest = sc_nearest_word(pattern, names, (size_t)volume->label_count);
-    status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s%s",
-                     where, where[0] ? ": " : "", pattern, nearest ? "; did you mean \"" : "",
-                     nearest ? nearest : "", nearest ? "\"?" : "");
-    sc_free(block);
-    return status;
-}
-
-void sc_hidden_labels(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
-                      size_t rule_count, bool *hidden, bool *needs_thickness)
-{
+    looks = block;
+    find_looks(labels, label_count, rules, rule_count, looks);
     *needs_thickness = false;
     hidden[0] = false;
     for (int id = 1; id < label_count; id++) {
-        const sc_tissue t = tissue_of(&labels[id], rules, rule_count);
+        const sc_tissue *t = &looks[id];
 
         hidden[id] =
-            !t.visible || (!t.opacity_auto && !(t.opacity > 0) && !(t.interior_opacity > 0));
-        *needs_thickness = *needs_thickness || (!hidden[id] && t.opacity_auto);
+            !t->visible || (!t->opacity_auto && !(t->opacity > 0) && !(t->interior_opacity > 0));
+        *needs_thickness = *needs_thickness || (!hidden[id] && t->opacity_auto);
     }
+    sc_free(block);
+    return SC_OK;
 }
 
 void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
@@ -169,32 +135,36 @@ static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
     }
 }
 
-/* Returns SC_ERR_DATA, logged, for the first rule that matches no label, else SC_OK. The pattern
- * "*" is allowed even where there are no labels. */
-static sc_status check_rules(const sc_ctx *ctx, const sc_prepared *volume,
-                             const sc_tissue_rule *rules, size_t rule_count)
-{
-    for (size_t r = 0; r < rule_count; r++) {
-        bool matched = !strcmp(rules[r].pattern, "*");
+enum { MISTAKES_MAX = 50 }; /* of which more are counted, but not logged */
 
-        for (int id = 1; id < volume->label_count && !matched; id++)
-            matched = sc_label_matches(&volume->labels[id], rules[r].pattern);
-        if (!matched)
-            return sc_tissue_unknown(ctx, volume, rules[r].pattern, rules[r].where);
+sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                const sc_tissue_rule *rules, size_t rule_count)
+{
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    size_t mistakes = 0;
+
+    for (size_t r = 0; r < rule_count; r++) {
+        const sc_status status = sc_pattern_check(mistakes < MISTAKES_MAX ? ctx : &silent, volume,
+                                                  rules[r].pattern, rules[r].where);
+
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        mistakes += status == SC_ERR_DATA;
     }
-    return SC_OK;
+    if (mistakes > MISTAKES_MAX)
+        sc_warn(ctx, "%zu further tissues that are not found are not shown",
+                mistakes - MISTAKES_MAX);
+    return mistakes ? SC_ERR_DATA : SC_OK;
 }
 
 sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                               const sc_tissue_rule *rules, size_t rule_count, sc_tissue *out)
 {
-    const sc_status status = check_rules(ctx, volume, rules, rule_count);
+    const sc_status status = sc_tissue_rules_check(ctx, volume, rules, rule_count);
 
     if (status != SC_OK)
         return status;
-    out[0] = (sc_tissue){0}; /* background is never shown */
-    for (int id = 1; id < volume->label_count; id++)
-        out[id] = tissue_of(&volume->labels[id], rules, rule_count);
+    find_looks(volume->labels, volume->label_count, rules, rule_count, out);
     fill_auto(volume, out);
     return SC_OK;
 }

@@ -152,6 +152,127 @@ static void a_rule_that_matches_nothing_is_refused_with_the_nearest_name(void **
     sc_volume_clear(&volume);
 }
 
+/* @return the values of the labels that a pattern means, as the digits of a decimal number. */
+static int meant(const char *pattern, const sc_label *labels, int count)
+{
+    const sc_pattern p = sc_pattern_of(pattern);
+    const sc_match best = sc_pattern_match(labels, count, &p);
+    int out = 0;
+
+    for (int id = 1; id < count && best != SC_MATCH_NONE; id++)
+        out = sc_label_match(&labels[id], &p) == best ? 10 * out + (int)labels[id].value : out;
+    return out;
+}
+
+/* Names are found however words are separated and whatever their case, but a name that fits exactly
+ * wins. */
+static void names_match_however_they_are_written(void **state)
+{
+    const sc_label labels[8] = {
+        {.value = 0},
+        {.value = 1, .name = "left atrium"},
+        {.value = 2, .name = "Left-Ventricle"},
+        {.value = 3, .name = "left_ventricle_wall"},
+        {.value = 4, .name = "Liver"},
+        {.value = 5, .name = "liver"},
+        {.value = 6},
+        {.value = 7, .name = "a-b_c [x]"},
+    };
+    static const struct {
+        const char *pattern;
+        int values;
+    } cases[] = {{"left atrium", 1},
+                 {"left_atrium", 1},
+                 {"LEFT-ATRIUM", 1},
+                 {" left  atrium_", 1},
+                 {"leftatrium", 0},
+                 {"left_ventricle", 2},
+                 {"left ventricle wall", 3},
+                 {"left_*", 3}, /* it fits exactly here, as it always did */
+                 {"LEFT *", 1},
+                 {"left-ven*", 2},
+                 {"left?ventricle*", 23},
+                 {"*[x-z]entricle*", 0},
+                 {"*[u-w]entricle wall", 3},
+                 {"Liver", 4},
+                 {"liver", 5},
+                 {"LIVER", 45},
+                 {"a-b_c [x]", 7},
+                 {"A b c [x]", 7},
+                 {"6", 6},
+                 {"*", 1234567},
+                 {"_", 0},
+                 {"", 0}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        if (meant(cases[i].pattern, labels, 8) != cases[i].values)
+            fail_msg("\"%s\" means %d, expected %d", cases[i].pattern,
+                     meant(cases[i].pattern, labels, 8), cases[i].values);
+    }
+}
+
+/* Check that the pattern is refused with this message; NULL: that it is right. */
+static void expect_message(const sc_label *labels, int count, const char *pattern,
+                           const char *message)
+{
+    const sc_prepared volume = {.label_count = count, .labels = labels};
+    heard h;
+    sc_ctx ctx = listening(&h);
+    const sc_status status = sc_pattern_check(&ctx, &volume, pattern, "job.yaml:7");
+
+    assert_int_equal(status, message ? SC_ERR_DATA : SC_OK);
+    assert_string_equal(h.text, message ? message : "");
+}
+
+static void a_tissue_that_is_not_clear_is_told(void **state)
+{
+    const sc_label named[5] = {{.value = 0},
+                               {.value = 1, .name = "left-atrium"},
+                               {.value = 2, .name = "left_atrium"},
+                               {.value = 3, .name = "vein"},
+                               {.value = 4, .name = "vein"}};
+    const sc_label nameless[3] = {{.value = 0}, {.value = 4}, {.value = 17}};
+
+    (void)state;
+    expect_message(
+        named, 5, "left atrium",
+        "job.yaml:7: tissue \"left atrium\" could be \"left-atrium\" (label 1) or "
+        "\"left_atrium\" (label 2); write the name exactly as it is there, or the number");
+    expect_message(named, 5, "left_atrium", NULL);
+    expect_message(named, 5, "left*", NULL);
+    expect_message(named, 5, "Vein", NULL);
+    expect_message(named, 5, "atrium",
+                   "job.yaml:7: tissue \"atrium\" matches no label of the volume; did you mean "
+                   "\"left-atrium\" or \"left_atrium\"?");
+    expect_message(named, 5, "77", "job.yaml:7: tissue \"77\" matches no label of the volume");
+    expect_message(nameless, 3, "aorta",
+                   "job.yaml:7: tissue \"aorta\" cannot be found: the labels of the volume have no "
+                   "names; name tissues by number (4 to 17), or give a table with their names "
+                   "(labels:)");
+    expect_message(nameless, 3, "17", NULL);
+    expect_message(nameless, 1, "*", NULL);
+}
+
+/* Every rule that matches nothing is told, and then every exception of a clip plane, once. */
+static void all_unknown_tissues_are_told(void **state)
+{
+    const sc_label labels[2] = {{.value = 0}, {.value = 1, .name = "aorta"}};
+    const sc_prepared volume = {.label_count = 2, .labels = labels};
+    const sc_tissue_rule rules[] = {{.pattern = "x"}, {.pattern = "aorta"}, {.pattern = "y"}};
+    const sc_clip_exception exceptions[] = {
+        {0, "z", "job.yaml:1"}, {1, "z", "job.yaml:1"}, {2, "z", "job.yaml:9"}};
+    sc_tissue tissues[2];
+    heard h;
+    sc_ctx ctx = listening(&h);
+
+    (void)state;
+    assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, tissues), SC_ERR_DATA);
+    assert_int_equal(h.errors, 2);
+    assert_int_equal(sc_clip_exceptions_check(&ctx, &volume, exceptions, 3), SC_ERR_DATA);
+    assert_int_equal(h.errors, 4);
+}
+
 static void thicker_tissues_are_more_opaque(void **state)
 {
     (void)state;
@@ -198,11 +319,11 @@ static void hidden_labels_are_found(void **state)
     bool hidden[6], thickness;
 
     (void)state;
-    sc_hidden_labels(labels, 6, rules, 3, hidden, &thickness);
+    assert_ok(sc_hidden_labels(&quiet, labels, 6, rules, 3, hidden, &thickness));
     for (int id = 0; id < 6; id++)
         assert_int_equal(hidden[id], expected[id]);
     assert_false(thickness);
-    sc_hidden_labels(labels, 6, rules, 2, hidden, &thickness);
+    assert_ok(sc_hidden_labels(&quiet, labels, 6, rules, 2, hidden, &thickness));
     assert_true(thickness);
 }
 
@@ -214,6 +335,9 @@ int main(void)
         cmocka_unit_test(one_plane_cuts_the_same_in_both_modes),
         cmocka_unit_test(rules_match_by_name_glob_and_number_and_the_last_one_wins),
         cmocka_unit_test(a_rule_that_matches_nothing_is_refused_with_the_nearest_name),
+        cmocka_unit_test(names_match_however_they_are_written),
+        cmocka_unit_test(a_tissue_that_is_not_clear_is_told),
+        cmocka_unit_test(all_unknown_tissues_are_told),
         cmocka_unit_test(thicker_tissues_are_more_opaque),
         cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };

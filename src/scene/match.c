@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which labels a job means by the name of a tissue. */
+#include "segcast/scene.h"
+
+#include <ctype.h>
+#include <fnmatch.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Copy a string, ASCII letters in lower case, to @p to, which has SC_NAME_BYTES; what does not fit
+ * is left out. */
+static void lower(const char *from, char *to)
+{
+    size_t i = 0;
+
+    for (; from[i] && i + 1 < SC_NAME_BYTES; i++)
+        to[i] = (char)tolower((unsigned char)from[i]);
+    to[i] = '\0';
+}
+
+/* Make every run of blanks, "_" and "-" in @p text a single blank, and remove those at its ends.
+ * What stands in brackets, as in a glob, stays as it is if @p is_glob. */
+static void join_words(char *text, bool is_glob)
+{
+    char *to = text;
+    bool in_brackets = false;
+
+    for (const char *from = text; *from; from++) {
+        in_brackets = is_glob && (*from == '[' || (in_brackets && *from != ']'));
+        if (in_brackets || !strchr(" \t_-", *from))
+            *to++ = *from;
+        else if (to > text && to[-1] != ' ')
+            *to++ = ' ';
+    }
+    if (to > text && to[-1] == ' ' && !is_glob)
+        to--;
+    *to = '\0';
+}
+
+sc_pattern sc_pattern_of(const char *text)
+{
+    sc_pattern p = {.is_glob = strpbrk(text, "*?[") != NULL, .is_all = !strcmp(text, "*")};
+    char *end;
+
+    p.number = strtoll(text, &end, 10);
+    p.is_number = end != text && !*end;
+    snprintf(p.text, sizeof p.text, "%s", text);
+    lower(text, p.folded);
+    lower(text, p.words);
+    join_words(p.words, p.is_glob);
+    return p;
+}
+
+sc_match sc_label_match(const sc_label *label, const sc_pattern *p)
+{
+    char name[SC_NAME_BYTES];
+
+    if (p->is_number)
+        return label->value == p->number ? SC_MATCH_EXACT : SC_MATCH_NONE;
+    if (p->is_all)
+        return SC_MATCH_EXACT;
+    if (!label->name[0])
+        return SC_MATCH_NONE;
+    if (!strcmp(label->name, p->text))
+        return SC_MATCH_EXACT;
+    lower(label->name, name);
+    if (!strcmp(name, p->folded) || (p->is_glob && fnmatch(p->folded, name, 0) == 0))
+        return SC_MATCH_CASE;
+    join_words(name, false);
+    if (!strcmp(name, p->words) || (p->is_glob && fnmatch(p->words, name, 0) == 0))
+        return SC_MATCH_WORDS;
+    return SC_MATCH_NONE;
+}
+
+sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_pattern *pattern)
+{
+    sc_match best = SC_MATCH_NONE;
+
+    for (int id = 1; id < label_count && best < SC_MATCH_EXACT; id++) {
+        const sc_match match = sc_label_match(&labels[id], pattern);
+
+        best = match > best ? match : best;
+    }
+    return best;
+}
+
+/* ---- mistakes ---- */
+
+enum { OFFERED_MAX = 3 }; /* names in a message */
+
+/* Log that a pattern matches nothing in a volume whose labels have no names. */
+static sc_status fail_nameless(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
+                               const char *where, const char *colon)
+{
+    if (volume->label_count < 2)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s%stissue \"%s\" cannot be found: no label of the volume is known", where,
+                       colon, pattern);
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s%stissue \"%s\" cannot be found: the labels of the volume have no names; name "
+        "tissues by number (%lld to %lld), or give a table with their names (labels:)",
+        where, colon, pattern, (long long)volume->labels[1].value,
+        (long long)volume->labels[volume->label_count - 1].value);
+}
+
+/* Log that a pattern matches nothing, with the nearest names. @return SC_ERR_DATA; SC_ERR_MEMORY.
+ */
+static sc_status fail_unknown(const sc_ctx *ctx, const sc_prepared *volume,
+                              const sc_pattern *pattern, const char *where)
+{
+    const char **names, *nearest[OFFERED_MAX], *colon = where[0] ? ": " : "";
+    char offered[OFFERED_MAX * (SC_NAME_BYTES + 8)] = "";
+    bool has_names = false;
+    size_t count, used = 0;
+    void *block;
+    sc_status status = sc_zalloc(ctx, (size_t)volume->label_count, sizeof(const char *), &block);
+
+    if (status != SC_OK)
+        return status;
+    names = block;
+    for (int id = 1; id < volume->label_count; id++) {
+        names[id] = volume->labels[id].name[0] ? volume->labels[id].name : NULL;
+        has_names = has_names || names[id];
+    }
+    count =
+        sc_nearest_words(pattern->text, names, (size_t)volume->label_count, OFFERED_MAX, nearest);
+    for (size_t i = 0; i < count; i++)
+        used += (size_t)snprintf(offered + used, sizeof offered - used, "%s\"%s\"",
+                                 i == 0           ? "; did you mean "
+                                 : i + 1 == count ? " or "
+                                                  : ", ",
+                                 nearest[i]);
+    if (!has_names && !pattern->is_number)
+        status = fail_nameless(ctx, volume, pattern->text, where, colon);
+    else
+        status = sc_fail(ctx, SC_ERR_DATA, "%s%stissue \"%s\" matches no label of the volume%s%s",
+                         where, colon, pattern->text, offered, count ? "?" : "");
+    sc_free(block);
+    return status;
+}
+
+/* Refuse a name that is not written as in the volume and could stand for labels of different names.
+ * @p best how well it fits. */
+static sc_status check_clear(const sc_ctx *ctx, const sc_prepared *volume,
+                             const sc_pattern *pattern, sc_match best, const char *where)
+{
+    const sc_label *first = NULL;
+
+    if (pattern->is_glob || best == SC_MATCH_EXACT)
+        return SC_OK;
+    for (int id = 1; id < volume->label_count; id++) {
+        const sc_label *label = &volume->labels[id];
+
+        if (sc_label_match(label, pattern) != best)
+            continue;
+        if (!first)
+            first = label;
+        else if (strcmp(first->name, label->name))
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s%stissue \"%s\" could be \"%s\" (label %lld) or \"%s\" (label %lld); "
+                           "write the name exactly as it is there, or the number",
+                           where, where[0] ? ": " : "", pattern->text, first->name,
+                           (long long)first->value, label->name, (long long)label->value);
+    }
+    return SC_OK;
+}
+
+sc_status sc_pattern_check(const sc_ctx *ctx, const sc_prepared *volume, const char *pattern,
+                           const char *where)
+{
+    const sc_pattern p = sc_pattern_of(pattern);
+    const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &p);
+
+    if (p.is_all) /* allowed even where there are no labels */
+        return SC_OK;
+    return best == SC_MATCH_NONE ? fail_unknown(ctx, volume, &p, where)
+                                 : check_clear(ctx, volume, &p, best, where);
+}
