@@ -137,6 +137,13 @@ bool sc_open_standard_streams(void);
  * less severe one if not everything could be written since the process began. */
 sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);
 
+/* Warn of a run that keeps no picture. Not collective. */
+void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
+/* Warn if the zoom of session->timeline moves some of @p points out of the picture, which would be
+ * in it without the zoom. @param aspect width of the picture divided by its height. Not collective.
+ */
+void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect,
+                     const sc_vec3 *points, size_t count);
 /* Log a table of ranks, hosts, threads, cores and memory, and a warning where threads have to share
  * cores, with the options of mpirun and srun that help. Collective. */
 sc_status sc_report_placement(sc_app *app);
@@ -173,5 +180,6 @@ sc_status sc_cmd_phantom(sc_app *app);
 sc_status sc_cmd_prepare(sc_app *app);
 sc_status sc_cmd_keys(sc_app *app);
 sc_status sc_cmd_help(sc_app *app);
+sc_status sc_cmd_version(sc_app *app);
 
 #endif

@@ -387,6 +387,8 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_session_job(app, job_path, &run->session));
     SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
     SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
+    if (first && run->keep_records)
+        sc_warn_of_outputs(app, &run->session.job);
     SC_TRY(sc_report_placement(app));
     run->deadline_s = sc_deadline_s(app);
     app->trace = run->trace;

@@ -46,4 +46,5 @@ const sc_command sc_commands[] = {
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,
      false},
     {"help", "[COMMAND]", "explain a command", NULL, sc_cmd_help, false},
+    {"version", "", "print version, commit, compiler and libraries", NULL, sc_cmd_version, false},
     {0}};

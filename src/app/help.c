@@ -82,6 +82,13 @@ sc_status sc_cmd_help(sc_app *app)
     return SC_OK;
 }
 
+sc_status sc_cmd_version(sc_app *app)
+{
+    (void)app;
+    sc_print_version(stdout);
+    return SC_OK;
+}
+
 sc_status sc_cmd_keys(sc_app *app)
 {
     const sc_options *o = &app->options;

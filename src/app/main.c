@@ -34,12 +34,15 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     sc_options *options = &app->options;
     sc_status status = SC_OK;
 
-    if (name && !strcmp(name, "--version")) {
+    if (name && (!strcmp(name, "--version") || !strcmp(name, "-V"))) {
         if (is_root)
             sc_print_version(stdout);
         return SC_OK;
     }
     if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+        command = argc > 2 ? sc_command_find(app->commands, argv[2]) : NULL;
+        if (is_root && command)
+            return sc_print_command_help(ctx, command, stdout);
         if (is_root)
             sc_print_help(app->commands, stdout);
         return SC_OK;
@@ -48,6 +51,9 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         return sc_command_unknown(ctx, app->commands, name);
     SC_TRY(sc_check_communicator(ctx, app->comm));
     SC_TRY(sc_options_parse(ctx, command, argc, argv, options));
+    if (is_root && !options->help && !options->version)
+        status = sc_input_check(ctx, command, options->input);
+    SC_TRY(sc_comm_agree(app->comm, status)); /* only rank 0 has looked at the file */
     app->terminal->quiet = options->quiet;
     app->threads = options->threads ? options->threads : sc_default_threads();
     if (options->help)

@@ -177,6 +177,21 @@ static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_opt
     return SC_OK;
 }
 
+/* As store_text, for the path of an output: "~" would become the name of a folder. */
+static sc_status store_output(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                              const char *value)
+{
+    const char *home = getenv("HOME");
+
+    if (value[0] == '~' && (!value[1] || value[1] == '/'))
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "--%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes "
+            "and at the beginning of a word; write %s%s",
+            option->name, value, home ? home : "$HOME", value + 1);
+    return store_text(ctx, options, option, value);
+}
+
 /* Set the bool at option->offset. */
 static sc_status store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                             const char *value)
@@ -236,9 +251,9 @@ static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const 
 #define AT(member) offsetof(sc_options, member)
 
 static const sc_option option_rows[] = {
-    {"output", 'o', "DIR", "folder for everything the job makes", "render", store_text, AT(output),
-     ""},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", store_text,
+    {"output", 'o', "DIR", "folder for everything the job makes", "render", store_output,
+     AT(output), ""},
+    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare", store_output,
      AT(output), ""},
     {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40", "render",
      store_text, AT(frames), ""},
@@ -273,7 +288,7 @@ static const sc_option option_rows[] = {
     {"quiet", 'q', NULL, "errors and warnings only",
      JOB_COMMANDS " info phantom prepare join verify status", store_flag, AT(quiet), ""},
     {"help", 'h', NULL, "explain the command and its options", NULL, store_flag, AT(help), ""},
-    {"version", 0, NULL, "print version, commit, compiler and libraries", NULL, store_flag,
+    {"version", 'V', NULL, "print version, commit, compiler and libraries", NULL, store_flag,
      AT(version), ""},
 };
 
@@ -397,22 +412,67 @@ static const sc_option *find_option(const sc_option_list *list, int value)
     return NULL;
 }
 
-/* Log that there is no such option, with the nearest name. @return SC_ERR_USAGE. */
+/* Append to @p out the names of the commands that have the option @p name; nothing if there are
+ * none. Only options that are not keys of the job are known. */
+static void list_commands(const char *name, char *out, size_t size)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
+        if (!strcmp(option_rows[i].name, name) && option_rows[i].commands)
+            snprintf(out + strlen(out), size - strlen(out), "%s%s", out[0] ? " " : "",
+                     option_rows[i].commands);
+    }
+}
+
+/* Append to @p out "--size, --set": up to 4 options of the list that begin with @p word. */
+static void list_beginnings(const sc_option_list *list, const char *word, char *out, size_t size)
+{
+    int found = 0;
+
+    for (size_t i = 0; i < list->count && word[0] && found < 4; i++) {
+        if (!strncmp(list->rows[i].name, word, strlen(word)))
+            snprintf(out + strlen(out), size - strlen(out), "%s--%s", found++ ? " or " : "",
+                     list->rows[i].name);
+    }
+}
+
+/* Log that there is no such option, with those that may be meant. @param text the word of the
+ * command line. @return SC_ERR_USAGE. */
 static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
                                 const sc_option_list *list, const char *text)
 {
     const char *names[SC_OPTIONS_MAX], *nearest;
-    char word[64];
+    const char *begin = text + strspn(text, "-");
+    char word[64], beginnings[256] = "", commands[256] = "";
 
     for (size_t i = 0; i < list->count; i++)
         names[i] = list->rows[i].name;
-    snprintf(word, sizeof word, "%.*s", (int)strcspn(text + strspn(text, "-"), "="),
-             text + strspn(text, "-"));
+    snprintf(word, sizeof word, "%.*s", (int)strcspn(begin, "="), begin);
     nearest = sc_nearest_word(word, names, list->count);
+    if (!strncmp(text, "--", 2)) {
+        list_beginnings(list, word, beginnings, sizeof beginnings);
+        list_commands(word, commands, sizeof commands);
+    }
+    if (beginnings[0])
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "unknown option %s; did you mean %s? Names of options are not abbreviated",
+                       text, beginnings);
+    if (commands[0])
+        return sc_fail(ctx, SC_ERR_USAGE, "segcast %s has no option --%s; these commands have: %s",
+                       command->name, word, commands);
     if (nearest)
         return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; did you mean --%s?", text, nearest);
     return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text,
                    command->name);
+}
+
+/* Is @p word, such as "--over" or "--over=x", not the whole name of an option? getopt_long takes
+ * the beginning of a name as well. */
+static bool is_abbreviated(const sc_option *row, const char *word)
+{
+    const size_t length = strlen(row->name);
+
+    return strncmp(word, "--", 2) || strncmp(word + 2, row->name, length) ||
+           (word[2 + length] && word[2 + length] != '=');
 }
 
 /* Log what getopt_long has refused. @param result what it returned, '?' or ':'. @param text the
@@ -422,6 +482,8 @@ static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_o
 {
     const sc_option *row = find_option(list, optopt);
 
+    if (row && !strncmp(text, "--", 2) && is_abbreviated(row, text))
+        return unknown_option(ctx, command, list, text);
     if (row && result == ':')
         return sc_fail(ctx, SC_ERR_USAGE, "--%s needs a value: %s", row->name, row->argument);
     if (row && !row->argument)
@@ -465,9 +527,13 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
     opterr = 0; /* getopt_long prints no messages: refuse does */
     while ((result = getopt_long(argc - 1, argv + 1, tables.shorts, tables.longs, NULL)) != -1) {
         const sc_option *row = find_option(&list, result);
+        /* argv + 1 was given, so that argv[optind] is the word before the next one to be read */
+        const char *word =
+            row && optarg && optarg == argv[optind] ? argv[optind - 1] : argv[optind];
 
-        if (!row) {
-            status = refuse(ctx, command, &list, result, argv[optind]);
+        if (!row || (result >= FIRST_LONG && is_abbreviated(row, word))) {
+            status = row ? unknown_option(ctx, command, &list, word)
+                         : refuse(ctx, command, &list, result, word);
             goto out;
         }
         SC_TRY(row->store(ctx, &options, row, optarg));

@@ -45,9 +45,22 @@ extern const sc_command sc_commands[]; /* ended by a row without a name */
 
 /* @return the row of @p commands with that name, or NULL. */
 const sc_command *sc_command_find(const sc_command *commands, const char *name);
-/* Log that there is no such command, with the nearest name. @p name NULL: none was given.
- * @return SC_ERR_USAGE. */
+/* Log that there is no such command, with the nearest name; or, if @p name is a file, with the
+ * command that takes it. @p name NULL: none was given. @return SC_ERR_USAGE. */
 sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, const char *name);
+
+/* ---- input.c: what users have given instead of what a command takes ---- */
+
+/* Log, where the first word of the command line is a job, a volume or a folder, which command takes
+ * it. It may look into the file. @return SC_ERR_USAGE; SC_OK, with nothing logged, for another
+ * word.
+ */
+sc_status sc_input_as_command(const sc_ctx *ctx, const char *name);
+/* Log that the argument is a volume where the command takes a job, or the other way round, or a
+ * file where it takes a folder, and which command takes it. It may look into the file. @param input
+ * NULL: there is no argument. @return SC_ERR_USAGE; SC_OK if nothing is known against the argument.
+ */
+sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const char *input);
 
 /* A row of the table of options. Several rows may have one name, for different commands. */
 typedef struct sc_option sc_option;
@@ -73,7 +86,9 @@ typedef struct sc_option_list {
 sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out);
 
 /* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand
- * behind the argument, and "--" ends them). @return SC_ERR_USAGE, logged. Owner: sc_options_clear.
+ * behind the argument, and "--" ends them; but names of options have to be written in full, so that
+ * an option of a later version cannot change what a command line means). @return SC_ERR_USAGE,
+ * logged. Owner: sc_options_clear.
  */
 sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                            sc_options *out);

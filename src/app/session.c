@@ -320,8 +320,10 @@ void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points
                         &session->timeline);
     memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
     session->timeline.clip_set_count = session->clip_set_count;
-    if (count > 0 && first)
+    if (count > 0 && first) {
         warn_of_planes(app, session);
+        sc_warn_of_zoom(app, session, picture_aspect(&session->job), points, count);
+    }
 }
 
 sc_status sc_session_volume(sc_app *app, sc_session *session)

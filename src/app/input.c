@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the argument of a command is, in order to tell users who give a volume where a job is
+ * expected, or a file where a command is, which command they want. */
+#include "options.h"
+#include "segcast/prepare.h"
+
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+/* What a path names, or would name if it existed. */
+typedef enum kind { KIND_UNKNOWN, KIND_JOB, KIND_VOLUME, KIND_DIRECTORY, KIND_FILE } kind;
+
+/* Does @p path end with @p suffix, case ignored? */
+static bool ends_with(const char *path, const char *suffix)
+{
+    const size_t length = strlen(path), n = strlen(suffix);
+
+    return length > n && !strcasecmp(path + length - n, suffix);
+}
+
+/* Does the file begin as a volume does that has no telling name? */
+static bool begins_as_volume(const char *path)
+{
+    static const char nifti1[4] = {0x5c, 1, 0, 0}, nifti2[4] = {0x1c, 2, 0, 0}; /* 348 and 540 */
+    char head[16] = "";
+    FILE *file = fopen(path, "rb");
+    const size_t count = file ? fread(head, 1, sizeof head, file) : 0;
+
+    if (file)
+        fclose(file);
+    return count == sizeof head &&
+           (!memcmp(head, "NRRD000", 7) || !memcmp(head, nifti1, 4) || !memcmp(head, nifti2, 4) ||
+            !memcmp(head, "ObjectType", 10) || sc_is_prepared_file(path));
+}
+
+/* @return what @p path names: by the end of the name, else by the first bytes. @param exists
+ * whether there is such a file or directory. */
+static kind kind_of(const char *path, bool *exists)
+{
+    static const struct {
+        const char *suffix;
+        kind kind;
+    } suffixes[] = {{".yaml", KIND_JOB},    {".yml", KIND_JOB},       {".nrrd", KIND_VOLUME},
+                    {".nhdr", KIND_VOLUME}, {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME},
+                    {".mha", KIND_VOLUME},  {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},
+                    {".hdr", KIND_VOLUME},  {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME}};
+    struct stat info;
+
+    *exists = stat(path, &info) == 0;
+    if (*exists && S_ISDIR(info.st_mode))
+        return KIND_DIRECTORY;
+    for (size_t i = 0; i < SC_COUNT_OF(suffixes); i++) {
+        if (ends_with(path, suffixes[i].suffix))
+            return suffixes[i].kind;
+    }
+    if (!*exists || !S_ISREG(info.st_mode))
+        return KIND_UNKNOWN;
+    return begins_as_volume(path) ? KIND_VOLUME : KIND_FILE;
+}
+
+sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
+{
+    bool exists;
+    const kind what = kind_of(name, &exists);
+    const char *is = exists ? "is" : "is named like";
+
+    if (what == KIND_JOB)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "\"%s\" %s a job file, not a command: `segcast render %s` makes its video, "
+                       "`segcast check %s` says whether it can run",
+                       name, is, name, name);
+    if (what == KIND_VOLUME)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "\"%s\" %s a volume, not a command: `segcast orbit %s` makes a video of it, "
+                       "`segcast info %s` tells what it holds, `segcast init %s` writes a job file "
+                       "for it",
+                       name, is, name, name, name);
+    if (what == KIND_DIRECTORY)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "\"%s\" is a folder, not a command: `segcast status %s` and `segcast verify "
+                       "%s` tell of the job in it",
+                       name, name, name);
+    return SC_OK;
+}
+
+/* For a command that takes a volume: the one that does the same with a job. */
+static const char *job_command_for(const char *name)
+{
+    static const char *const pairs[][2] = {
+        {"orbit", "render"}, {"views", "still"}, {"info", "check"}, {"init", "check"}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(pairs); i++) {
+        if (!strcmp(name, pairs[i][0]))
+            return pairs[i][1];
+    }
+    return "render";
+}
+
+sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const char *input)
+{
+    const bool takes_job = strstr(command->argument, "JOB"),
+               takes_volume = strstr(command->argument, "VOLUME"),
+               takes_directory = strstr(command->argument, "DIR");
+    bool exists;
+    const kind what = input ? kind_of(input, &exists) : KIND_UNKNOWN;
+
+    if (what == KIND_VOLUME && takes_job && !takes_volume)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "segcast %s takes a job file, but \"%s\" %s a volume: `segcast orbit %s` "
+                       "makes a video of it without a job, `segcast init %s` writes a job file for "
+                       "it",
+                       command->name, input, exists ? "is" : "is named like", input, input);
+    if (what == KIND_JOB && takes_volume && !takes_job)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "segcast %s takes a volume, but \"%s\" %s a job file: `segcast %s %s` takes "
+                       "one",
+                       command->name, input, exists ? "is" : "is named like",
+                       job_command_for(command->name), input);
+    if (takes_directory && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "segcast %s takes the folder that a job has made (its output.directory), but "
+            "\"%s\" is a file",
+            command->name, input);
+    return SC_OK;
+}

@@ -1,0 +1,46 @@
+# Every mistake of mistakes.tsv ends with its exit code and its messages, and with no others.
+export HOME=/home/someone
+segcast() { "$SEGCAST" "$@"; }
+"$SEGCAST" phantom --size 30x21x31 -o heart.nrrd -q >/dev/null
+cp heart.nrrd unnamed-volume
+LC_ALL=C sed '/^Segment[0-9]*_\(ID\|Name\):=/d' heart.nrrd >nameless.nrrd
+"$SEGCAST" info heart.nrrd --json |
+    jq -r '.labels[] | "\(.value) \(.name | gsub(" "; "_")) 200 \(.value) 90 255"' >heart.ctbl
+printf '1 Left_Atrium 200 1 1 255\n2 left-atrium 1 200 1 255\n' >twins.ctbl
+: >there.mp4
+mkdir sub
+
+# check_case CODE COMMAND MESSAGES: run the command, which may have settings of the environment before it.
+check_case() {
+    local code=0 pattern rest=$3 errors=0 warnings=0 found
+    (eval "$2") >stdout.txt 2>stderr.txt </dev/null || code=$?
+    [ "$code" = "$1" ] || { cat stderr.txt >&2; fail "exit code $code, expected $1: $2 (job: $job)"; }
+    while [ -n "$rest" ]; do
+        pattern=${rest%% ;; *}
+        rest=${rest#"$pattern"}
+        rest=${rest# ;; }
+        grep -qE -- "$pattern" stderr.txt || { cat stderr.txt >&2; fail "no line matches \"$pattern\": $2 (job: $job)"; }
+        case $pattern in warning:*) warnings=$((warnings + 1)) ;; *) errors=$((errors + 1)) ;; esac
+    done
+    for found in error:$errors warning:$warnings; do
+        [ "$(grep -c "^segcast: ${found%:*}:" stderr.txt)" = "${found#*:}" ] || {
+            cat stderr.txt >&2
+            fail "expected ${found#*:} messages of kind ${found%:*}: $2 (job: $job)"
+        }
+    done
+}
+
+count=0
+while IFS=$'\t' read -r code command job messages; do
+    case $code in '' | \#*) continue ;; esac
+    rm -rf job.yaml sub/job.yaml segcast-out
+    case $job in
+    -) ;;
+    +*) printf 'volume: phantom:30x21x31\n%b' "${job#+}" | tee job.yaml >sub/job.yaml ;;
+    *) printf '%b' "$job" | tee job.yaml >sub/job.yaml ;;
+    esac
+    check_case "$code" "$command" "$messages"
+    [ ! -e segcast-out ] || [ "$code" = 0 ] || fail "a job with mistakes was begun: $command (job: $job)"
+    count=$((count + 1))
+done <"$SOURCE/tests/cli/mistakes.tsv"
+[ "$count" -gt 60 ] || fail "only $count cases were read from mistakes.tsv"
