@@ -109,8 +109,9 @@ sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *s
  * SC_STREAM_BLOCK and at most what is left. SC_ERR_DATA (logged) where the file ends too early,
  * is damaged, or holds a value that is no whole number; the stream can only be closed then. */
 sc_status sc_stream_next(sc_voxel_stream *stream, size_t count, int64_t *out);
-/* After the last voxel: verify the check sum of SC_ENCODING_GZIP, and warn of bytes behind its
- * end. SC_ERR_DATA (logged) if it is wrong. Other encodings are not checked. */
+/* After the last voxel: verify the check sum of SC_ENCODING_GZIP and SC_ENCODING_ZLIB, and warn of
+ * bytes behind the end of the former. SC_ERR_DATA (logged) if it is wrong or missing. Other
+ * encodings are not checked. */
 sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);

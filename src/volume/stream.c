@@ -25,8 +25,9 @@ struct sc_voxel_stream {
     FILE *plain;     /* open for SC_ENCODING_PLAIN, and for the packed bytes of SC_ENCODING_ZLIB */
     gzFile gzip;     /* open for SC_ENCODING_GZIP */
     z_stream zlib;
-    bool zlib_open;                                       /* zlib is in use, and has to be ended */
-    unsigned char *packed;                                /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
+    bool zlib_open;        /* zlib is in use, and has to be ended */
+    bool zlib_end;         /* the end was read, its check sum right */
+    unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
     unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* one block, as stored */
 };
 
@@ -131,7 +132,7 @@ void sc_stream_close(sc_voxel_stream *s)
 static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
 {
     z_stream *z = &s->zlib;
-    int result = Z_OK;
+    int result = s->zlib_end ? Z_STREAM_END : Z_OK;
 
     z->next_out = s->raw;
     z->avail_out = (uInt)bytes;
@@ -144,6 +145,7 @@ static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
         }
         result = inflate(z, Z_NO_FLUSH);
     }
+    s->zlib_end = s->zlib_end || result == Z_STREAM_END;
     return bytes - z->avail_out;
 }
 
@@ -176,6 +178,21 @@ static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
     return SC_OK;
 }
 
+/* Read on behind the last voxel of a zlib stream, so that zlib verifies the check sum if the stream
+ * ends there; what else it holds is ignored, with a warning. @return SC_ERR_DATA if the check sum
+ * is wrong or missing. */
+static sc_status finish_zlib(sc_voxel_stream *s)
+{
+    const size_t more = next_of_zlib(s, sizeof s->raw);
+
+    if (!s->zlib_end && more < sizeof s->raw)
+        return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
+                       s->source->file, s->zlib.msg ? s->zlib.msg : "they end without check sum");
+    if (more)
+        sc_warn(s->ctx, "%s: bytes behind the last voxel are ignored", s->source->file);
+    return SC_OK;
+}
+
 sc_status sc_stream_finish(sc_voxel_stream *s)
 {
     struct stat info;
@@ -183,12 +200,14 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
     const char *reason;
     int error;
 
+    if (s->zlib_open)
+        return finish_zlib(s);
     if (!s->gzip)
         return SC_OK;
     /* Reading beyond the last voxel makes zlib verify the check sum of a stream that ends here. */
     gzread(s->gzip, rest, sizeof rest);
     reason = gzerror(s->gzip, &error);
-    if (error < 0 && error != Z_BUF_ERROR)
+    if (error < 0)
         return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
                        s->source->file, reason);
     if (gzeof(s->gzip) && !gzdirect(s->gzip) && !stat(s->source->file, &info) &&

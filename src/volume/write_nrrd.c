@@ -31,6 +31,20 @@ static size_t type_for(const sc_volume *volume)
     return type;
 }
 
+/* Append "Segment3_Name:=name", with a backslash before what would end the line or be taken for an
+ * escape. */
+static sc_status add_name(const sc_ctx *ctx, int segment, const char *field, const char *name,
+                          sc_text *text)
+{
+    sc_status status = sc_text_add(ctx, text, "Segment%d_%s:=", segment, field);
+
+    for (; *name && status == SC_OK; name++)
+        status = *name == '\n'   ? sc_text_add(ctx, text, "\\n")
+                 : *name == '\\' ? sc_text_add(ctx, text, "\\\\")
+                                 : sc_text_add(ctx, text, "%c", *name);
+    return status == SC_OK ? sc_text_add(ctx, text, "\n") : status;
+}
+
 /* Append the header to @p text, with the blank line that ends it: type of type_for, this
  * machine's byte order, encoding gzip, and a segment for each label but background. The caller
  * clears the text, also after an error. @return SC_ERR_MEMORY. */
@@ -55,12 +69,12 @@ static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text
     for (int i = 1; i < volume->label_count; i++) {
         const sc_label *label = &volume->labels[i];
 
+        SC_TRY(add_name(ctx, i - 1, "ID", label->name, text));
+        SC_TRY(add_name(ctx, i - 1, "Name", label->name, text));
         SC_TRY(sc_text_add(ctx, text,
-                           "Segment%d_ID:=%s\nSegment%d_Name:=%s\nSegment%d_LabelValue:=%lld\n"
-                           "Segment%d_Color:=%.6f %.6f %.6f\n",
-                           i - 1, label->name, i - 1, label->name, i - 1, (long long)label->value,
-                           i - 1, label->rgb[0] / 255.0, label->rgb[1] / 255.0,
-                           label->rgb[2] / 255.0));
+                           "Segment%d_LabelValue:=%lld\nSegment%d_Color:=%.6f %.6f %.6f\n", i - 1,
+                           (long long)label->value, i - 1, label->rgb[0] / 255.0,
+                           label->rgb[1] / 255.0, label->rgb[2] / 255.0));
     }
     status = sc_text_add(ctx, text, "\n");
 out:
@@ -102,6 +116,8 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
     int64_t block[BLOCK]; /* room for the widest type */
     bool failed = !file;
 
+    if (!file && fd >= 0)
+        close(fd);
     for (size_t begin = 0; begin < voxels && !failed; begin += BLOCK) {
         const size_t count = voxels - begin < BLOCK ? voxels - begin : BLOCK;
         const unsigned bytes = (unsigned)count * types[type].bytes;

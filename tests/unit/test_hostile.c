@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 enum { VOXELS = 4 * 4 * 4 };
 
@@ -201,6 +202,55 @@ static void long_lines_of_metaimage_are_read(void **state)
     unlink("h.mha");
 }
 
+/* A MetaImage whose zlib stream was damaged: its check sum is verified, as that of gzip is. */
+static void the_check_sum_of_zlib_is_verified(void **state)
+{
+    unsigned char data[VOXELS], packed[256];
+    uLongf bytes = sizeof packed;
+    char text[512];
+    heard said;
+    const sc_ctx ctx = listening(&said);
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++)
+        data[i] = (unsigned char)(i % 5);
+    assert_int_equal(compress(packed, &bytes, data, sizeof data), Z_OK);
+    snprintf(text, sizeof text, "%sCompressedData = True\nElementDataFile = LOCAL\n", meta);
+    write_file("h.mha", text, packed, bytes);
+    assert_ok(read_volume(&ctx, "h.mha"));
+    write_file("h.mha", text, packed, bytes - 4);
+    assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "without check sum"));
+    packed[bytes - 1] ^= 1;
+    write_file("h.mha", text, packed, bytes);
+    assert_int_equal(read_volume(&ctx, "h.mha"), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "incorrect data check"));
+    unlink("h.mha");
+}
+
+/* A name with what NRRD takes for an escape is the same after writing and reading. */
+static void names_survive_writing_and_reading(void **state)
+{
+    uint8_t ids[VOXELS] = {0};
+    sc_label labels[2] = {{.value = 0}, {.value = 7, .name = "a\\nb\\\\c:=d # e: f"}};
+    const sc_volume v = {.size = {4, 4, 4},
+                         .label_bytes = 1,
+                         .ids = ids,
+                         .label_count = 2,
+                         .labels = labels,
+                         .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+    sc_volume back;
+
+    (void)state;
+    ids[5] = 1;
+    assert_ok(sc_volume_save_nrrd(&quiet, &v, "h.nrrd", true));
+    assert_ok(sc_volume_read(&quiet, "h.nrrd", &back));
+    assert_int_equal(back.label_count, 2);
+    assert_string_equal(back.labels[1].name, labels[1].name);
+    sc_volume_clear(&back);
+    unlink("h.nrrd");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -209,6 +259,8 @@ int main(void)
         cmocka_unit_test(a_pipe_is_no_volume_and_no_table),
         cmocka_unit_test(numbers_in_text_are_bounded),
         cmocka_unit_test(long_lines_of_metaimage_are_read),
+        cmocka_unit_test(the_check_sum_of_zlib_is_verified),
+        cmocka_unit_test(names_survive_writing_and_reading),
     };
 
     return RUN(tests);
