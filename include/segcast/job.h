@@ -11,7 +11,7 @@
 #include "segcast/timeline.h"
 
 /** Longest path in a job, terminator included, and the most frames of an animation. */
-enum { SC_PATH_BYTES = 1024, SC_JOB_FRAMES_MAX = 1000000 };
+enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000 };
 
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;

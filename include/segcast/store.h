@@ -47,15 +47,20 @@ typedef struct sc_done_frame {
     int rank;            /**< the rank that drew it; 0 if it is not known */
     double render_cpu_s; /**< CPU seconds of drawing it; 0 if they are not known */
     uint64_t hash;       /**< sc_image_hash */
+    uint64_t png_bytes;  /**< size of its PNG file; 0: there is none. Set by the store */
+    uint64_t png_hash;   /**< hash of the bytes of that file. Set by the store */
 } sc_done_frame;
 
-/** Check whether sc_store_open would refuse @p directory to a new run (SC_STORE_NEW), before
- *  anything costs time. A run is there if a manifest is: for a slice its own or that of the whole
- *  job, otherwise any. Nothing is written. @param slice as for sc_store_open.
+/** Check whether sc_store_open would refuse @p directory, before anything costs time: because
+ *  something stands in the way that segcast did not make (no manifest in the directory names it),
+ * or because it holds a run although @p mode is SC_STORE_NEW. A run is there if a manifest is: for
+ * a slice its own or that of the whole job, otherwise any. Nothing is written. @param job of which
+ *  video, png and frames are read. @param slice as for sc_store_open.
  *  @return SC_ERR_CREATE if so; SC_OK also if the directory does not exist; SC_ERR_MISSING if it
- *  cannot be listed. */
-SC_MUST_USE sc_status sc_store_check_new(const sc_ctx *ctx, const char *directory,
-                                         const char *slice);
+ *  cannot be listed; SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_store_check(const sc_ctx *ctx, const char *directory,
+                                     const sc_store_job *job, const char *slice,
+                                     sc_store_mode mode);
 /** Open @p directory, which is made if it does not exist, and verify what is there of the job.
  *  Unless the job is complete already, the directory then holds a manifest of this process with
  *  the lines of those wanted frames that are there. Warns of each file that is damaged.
@@ -78,6 +83,9 @@ bool sc_store_has(const sc_store *store, int k);
 /** @return true if the whole job is finished and verified: there is nothing to do, and no frame or
  *  GOP may be added. */
 bool sc_store_is_complete(const sc_store *store);
+/** @return true if the records of a complete job are proven, too (sc_store_seal): then nothing is
+ *  to be written to the directory any more. */
+bool sc_store_is_sealed(const sc_store *store);
 /** @return the identity of the job, which ranks that encode GOPs put into the segments. */
 uint64_t sc_store_identity(const sc_store *store);
 /** List the GOPs of which no picture is there and all frames are still to be done by this process:
@@ -122,10 +130,22 @@ sc_store_times sc_store_time(const sc_store *store);
  *  SC_ERR_MEMORY, or as sc_encoder_push and sc_muxer_add. */
 SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing);
 
+/** After sc_store_finish, and after the records of the run (job.yaml, status, statistics, trace)
+ * were written for the last time: if the job is complete, put their sizes and hashes into the
+ * manifest and close it; then sc_store_verify can prove every file, and nothing more may be
+ * written. Does nothing otherwise. @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_MISSING,
+ * SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store);
+/** Before sc_store_finish of a slice, when its frames and records are written: put the sizes and
+ *  hashes of the records into its manifest, and close that. A job is completed by the slice that
+ *  ends last in this way, or by one that is resumed and finds all of its frames. Does nothing
+ *  without a slice. @return as sc_store_seal. */
+SC_MUST_USE sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store);
+
 /** Read from a manifest in @p directory which job it belongs to: version, both hashes, frames and
  *  the size in settings of @p job are set, the rest is left as it is. @param version room for at
  *  least 64 bytes, to which job->version points then. @return SC_ERR_MISSING if there is no
- *  manifest with a head, SC_ERR_DATA if one is too large. */
+ *  manifest, SC_ERR_DATA if its first line is damaged or of another format. */
 SC_MUST_USE sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                                         char *version);
 /** What sc_store_status finds. */
@@ -148,6 +168,12 @@ typedef struct sc_store_report {
  *  directory; SC_ERR_MISSING, logged, if it does not exist or holds no run; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *wanted,
                                       int count, sc_store_report *out);
+/** Verify the manifest of a finished directory, line by line, and the records that it names, byte
+ * by byte; before job.yaml, one of them, is read. @param names ", NAME" is appended for each.
+ *  @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA naming the first thing that is
+ *  wrong, SC_ERR_MEMORY. Caller owns @p names. */
+SC_MUST_USE sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory,
+                                              sc_text *names);
 /** Verify a finished directory: the manifest names every frame once, every PNG file is decoded and
  *  its pixels hashed, the bytes of the video are hashed, its frames decoded, counted, and their
  * sizes and times compared. @return SC_ERR_INCOMPLETE if the job is not finished, SC_ERR_DATA

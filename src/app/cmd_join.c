@@ -48,6 +48,7 @@ sc_status sc_cmd_join(sc_app *app)
     SC_TRY(
         sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
     SC_TRY(sc_store_finish(app->ctx, store, &missing));
+    SC_TRY(sc_store_seal(app->ctx, store));
     if (missing > 0)
         status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",
                          directory, missing, store_job.frames);
@@ -64,13 +65,23 @@ sc_status sc_cmd_verify(sc_app *app)
 {
     char version[64];
     sc_job job = {0};
-    sc_store_job store_job;
+    sc_store_job store_job = {.threads = 1};
+    sc_text names = {0};
     sc_status status;
 
+    SC_TRY(sc_store_identify(app->ctx, app->options.input, &store_job, version));
+    SC_TRY(sc_store_verify_records(app->ctx, app->options.input, &names));
     SC_TRY(read_directory(app, &job, &store_job, version));
     SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
-    printf("%s: %d frames, all verified\n", app->options.input, store_job.frames);
+    printf("%s: %d frames, all verified: manifest.jsonl%s", app->options.input, store_job.frames,
+           names.data ? names.data : "");
+    if (store_job.png)
+        printf(", %d PNG files", store_job.frames);
+    if (sc_run_has_video(&job))
+        printf(", %s", job.output.video);
+    printf("\n");
 out:
+    sc_text_clear(&names);
     sc_job_clear(&job);
     return status;
 }

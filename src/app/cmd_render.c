@@ -101,26 +101,35 @@ out:
     return status;
 }
 
-/* Fill run->store_job, open run->store and, unless the job is complete, write job.yaml. */
+/* @return what the store has to know of the job, without its hashes; texts are borrowed. */
+static sc_store_job store_job_of(const sc_run *run)
+{
+    const sc_job *job = &run->session.job;
+
+    return (sc_store_job){.version = sc_version(),
+                          .frames = job->animation.frames,
+                          .video = job->output.video,
+                          .png = job->output.frames == SC_FRAMES_PNG,
+                          .settings = sc_run_video_settings(job),
+                          .threads = run->app->threads};
+}
+
+/* Fill run->store_job, open run->store and, unless all is done and proven, write job.yaml. */
 static sc_status open_store(sc_run *run)
 {
     const sc_session *s = &run->session;
     sc_store_job *job = &run->store_job;
     sc_status status;
 
-    *job = (sc_store_job){.version = sc_version(),
-                          .volume_hash = s->volume.volume_hash,
-                          .frames = s->job.animation.frames,
-                          .video = s->job.output.video,
-                          .png = s->job.output.frames == SC_FRAMES_PNG,
-                          .settings = sc_run_video_settings(&s->job),
-                          .threads = run->app->threads};
+    *job = store_job_of(run);
+    job->volume_hash = s->volume.volume_hash;
     SC_TRY(hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
                          slice_of(run), store_mode(run->app), &run->store));
     run->plan.complete = sc_store_is_complete(run->store);
+    run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
-    if (!run->plan.complete)
+    if (!run->plan.sealed)
         status = write_job(run);
 out:
     return status;
@@ -223,13 +232,32 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
 
     if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
         return outcome;
-    if (run->store)
+    if (run->store && !run->slice[0])
         status = sc_store_finish(ctx, run->store, &run->missing);
-    else if (run->result_count > 0)
+    else if (!run->store && run->result_count > 0)
         status =
             sc_video_writer_finish(ctx, run->writer, outcome == SC_OK, run->app->options.overwrite);
     sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
     return status == SC_OK ? outcome : status;
+}
+
+/* On rank 0, when everything of the run is written: a slice completes the job if it is the last to
+ * end; then the manifest of a complete job is closed. */
+static sc_status close_outputs(sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    sc_status status = SC_OK;
+
+    if (!run->store)
+        return SC_OK;
+    if (run->slice[0]) {
+        SC_TRY(sc_store_end_slice(ctx, run->store));
+        SC_TRY(sc_store_finish(ctx, run->store, &run->missing));
+    }
+    run->plan.complete = sc_store_is_complete(run->store);
+    status = sc_store_seal(ctx, run->store);
+out:
+    return status;
 }
 
 /* Draw everything in the plan; returns when all outputs are complete. @param times of this rank.
@@ -306,13 +334,21 @@ static void report_outcome(const sc_run *run, sc_status outcome)
         sc_warn(ctx, "stopped %s after %d of %d frames; run again%s for the rest", reason,
                 run->plan.kept + run->result_count, run->wanted_count,
                 run->keep_records ? " with --resume" : "");
+    else if (outcome == SC_OK && run->store && run->missing == 0 &&
+             !sc_store_is_complete(run->store))
+        sc_info(ctx,
+                "%s: all frames are there; another slice that has not ended yet, or `segcast join "
+                "%s`, completes the job",
+                run->directory, run->directory);
     else if (outcome == SC_OK && run->missing > 0)
         sc_info(ctx,
                 "%s: %d frames of other slices are not there yet; the last slice, or `segcast join "
                 "%s`, completes the job",
                 run->directory, run->missing, run->directory);
     if (outcome == SC_OK)
-        printf("%s\n", run->video_path && run->missing == 0 ? run->video_path : run->directory);
+        printf("%s\n", run->video_path && (!run->store || sc_store_is_complete(run->store))
+                           ? run->video_path
+                           : run->directory);
 }
 
 /* On rank 0, of a run that writes the video alone: make its directory, and check that the video can
@@ -354,10 +390,14 @@ static sc_status prepare_run(sc_run *run)
         SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &run->wanted,
                                &run->wanted_count));
     SC_TRY(name_slice(run));
-    if (!run->keep_records)
+    if (run->keep_records) {
+        const sc_store_job store_job = store_job_of(run);
+
+        status =
+            sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app));
+    } else {
         status = prepare_video(run);
-    else if (store_mode(app) == SC_STORE_NEW)
-        status = sc_store_check_new(app->ctx, run->directory, slice_of(run));
+    }
 out:
     return status;
 }
@@ -397,8 +437,13 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
-    if (first && run->plan.complete)
+    if (run->plan.complete)
+        run->plan.kept = run->wanted_count;
+    if (first && run->plan.sealed)
         sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
+                run->directory);
+    else if (first && run->plan.complete)
+        sc_info(app->ctx, "%s: the job is complete, and verified; only its records are written",
                 run->directory);
     else if (first && run->plan.kept)
         sc_info(app->ctx, "%s: %d of %d frames are there, and verified", run->directory,
@@ -417,7 +462,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
                   .begin_unix_s = (int64_t)time(NULL),
                   .stop = sc_signals_catch_stop(app->terminal->is_tty)};
     const bool first = sc_comm_rank(app->comm) == 0;
-    sc_farm_times times;
+    sc_farm_times times = {0};
     sc_status status, outcome = SC_OK;
 
     SC_TRY(begin_run(&run, job_path));
@@ -428,8 +473,11 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
         status = outcome;
         if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
             goto out;
+    }
+    if (!run.plan.sealed) {
         SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(&run, &times)));
         SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(&run, outcome) : SC_OK));
+        SC_TRY(sc_comm_agree(app->comm, first ? close_outputs(&run) : SC_OK));
     }
     report_outcome(&run, outcome);
     status = outcome;

@@ -12,6 +12,7 @@ typedef struct sc_draw_plan {
     int gop_frames;
     int kept;          /* number of wanted frames that earlier runs have done */
     uint64_t identity; /* see sc_store_identity */
+    uint8_t sealed;    /* and its records are proven: nothing is to be written */
     uint8_t complete;  /* earlier runs have finished the job: there is nothing to do */
 } sc_draw_plan;
 

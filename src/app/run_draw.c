@@ -204,7 +204,10 @@ out:
 
 static sc_done_frame done_of(const sc_frame_result *result)
 {
-    return (sc_done_frame){result->frame, result->rank, result->render_cpu_s, result->hash};
+    return (sc_done_frame){.frame = result->frame,
+                           .rank = result->rank,
+                           .render_cpu_s = result->render_cpu_s,
+                           .hash = result->hash};
 }
 
 /* Keep the timing record of an accepted frame, and add the time since @p begin_s to the trace. */

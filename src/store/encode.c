@@ -5,7 +5,7 @@
 sc_status sc_store_write_segment(const sc_ctx *ctx, sc_store *store, int gop,
                                  const sc_segment *segment)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     sc_status status;
 
     sc_store_path(store, path, "segments/%06d.seg", gop);
@@ -49,7 +49,7 @@ static bool can_encode(const sc_store *store, int gop)
 
 sc_status sc_store_open_encoder(const sc_ctx *ctx, sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
 
     if (store->encoder)
         return SC_OK;
@@ -137,15 +137,16 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
 
     SC_TRY(sc_muxer_open(ctx, path, store->job.settings.title, &muxer));
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
-        char name[2 * SC_NAME_BYTES];
+        char name[SC_FILE_BYTES];
         sc_segment segment = {0};
-        const void *data;
+        char *data = NULL;
 
+        /* Read, not mapped: the file may be cut meanwhile. */
         sc_store_path(store, name, "segments/%06d.seg", gop);
-        SC_TRY(sc_file_map(ctx, name, &data, &segment.bytes));
-        segment.data = (void *)(uintptr_t)data;
+        SC_TRY(sc_file_read(ctx, name, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes));
+        segment.data = data;
         status = sc_muxer_add(ctx, muxer, &segment);
-        sc_file_unmap(data, segment.bytes);
+        sc_free(data);
     }
     if (status == SC_OK)
         status = sc_muxer_finish(ctx, muxer, path, true);

@@ -8,17 +8,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-void sc_store_path(const sc_store *store, char out[2 * SC_NAME_BYTES], const char *fmt, ...)
+/* Write "DIR/" and the formatted name into @p out. */
+static void put_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, va_list args)
 {
-    const int used = snprintf(out, 2 * SC_NAME_BYTES, "%s/", store->directory);
+    const int used = snprintf(out, SC_FILE_BYTES, "%s/", directory);
+
+    if (used < SC_FILE_BYTES)
+        vsnprintf(out + used, (size_t)(SC_FILE_BYTES - used), fmt, args);
+}
+
+void sc_store_path(const sc_store *store, char out[SC_FILE_BYTES], const char *fmt, ...)
+{
     va_list args;
 
     va_start(args, fmt);
-    vsnprintf(out + used, (size_t)(2 * SC_NAME_BYTES - used), fmt, args);
+    put_path(store->directory, out, fmt, args);
     va_end(args);
 }
 
-void sc_store_manifest_path(const sc_store *store, char out[2 * SC_NAME_BYTES])
+void sc_directory_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...)
+{
+    va_list args;
+
+    va_start(args, fmt);
+    put_path(directory, out, fmt, args);
+    va_end(args);
+}
+
+void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES])
 {
     if (store->slice)
         sc_store_path(store, out, "manifest.%s.jsonl", store->slice);
@@ -26,12 +43,83 @@ void sc_store_manifest_path(const sc_store *store, char out[2 * SC_NAME_BYTES])
         sc_store_path(store, out, "manifest.jsonl");
 }
 
+/* @return whether @p name is "STEM.ENDING" or, with a non-empty S, "STEM.S.ENDING". */
+static bool is_record(const char *name, const char *stem, const char *ending)
+{
+    const size_t length = strlen(name), stem_length = strlen(stem), end_length = strlen(ending);
+
+    return length > stem_length + end_length && !strncmp(name, stem, stem_length) &&
+           name[stem_length] == '.' && !strcmp(name + length - end_length, ending) &&
+           name[length - end_length - 1] == '.' &&
+           (length == stem_length + 1 + end_length || length > stem_length + 2 + end_length);
+}
+
 bool sc_is_manifest_name(const char *name)
 {
-    const size_t length = strlen(name);
+    return is_record(name, "manifest", "jsonl");
+}
 
-    return !strcmp(name, "manifest.jsonl") ||
-           (length > 15 && !strncmp(name, "manifest.", 9) && !strcmp(name + length - 6, ".jsonl"));
+bool sc_own_name(const char *name)
+{
+    if (!strcmp(name, "frames/") || !strcmp(name, "segments/") || !strcmp(name, SC_OWN_PNG) ||
+        !strcmp(name, SC_OWN_SEGMENTS) || !strcmp(name, "job.yaml"))
+        return true;
+    return !strchr(name, '/') && name[0] != '.' && strlen(name) < 256 &&
+           (is_record(name, "status", "json") || is_record(name, "stats", "json") ||
+            is_record(name, "trace", "json") || is_record(name, "frames", "csv") ||
+            sc_video_name_ok(name));
+}
+
+/* @return how many characters of six digits or more the name begins with, with the number in
+ * @p out; 0 if there are less or more than nine. */
+static size_t leading_number(const char *name, long *out)
+{
+    const size_t digits = strspn(name, "0123456789");
+
+    if (digits < 6 || digits > 9)
+        return 0;
+    *out = strtol(name, NULL, 10);
+    return digits;
+}
+
+bool sc_is_frame_name(const char *name, int frames)
+{
+    long frame = 0;
+    const size_t digits = leading_number(name, &frame);
+
+    return digits && !strcmp(name + digits, ".png") && frame < frames &&
+           (digits == 6 || name[0] != '0');
+}
+
+bool sc_is_segment_name(const char *name)
+{
+    long gop;
+    const size_t digits = leading_number(name, &gop);
+    const char *extension = strrchr(name, '.');
+
+    return digits && name[digits] == '.' &&
+           (!strcmp(name + digits, ".seg") ||
+            (!strcmp(extension, ".part") && extension > name + digits + 1));
+}
+
+sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
+                         sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
+{
+    static const struct {
+        const char *stem, *ending;
+    } records[] = {{"status", "json"}, {"stats", "json"}, {"frames", "csv"}, {"trace", "json"}};
+    sc_status status = each(ctx, user, "job.yaml");
+
+    for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {
+        sc_text name = {0};
+
+        status = sc_text_add(ctx, &name, "%s%s%s.%s", records[i].stem, slice ? "." : "",
+                             slice ? slice : "", records[i].ending);
+        if (status == SC_OK)
+            status = each(ctx, user, name.data);
+        sc_text_clear(&name);
+    }
+    return status;
 }
 
 sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_each_file_fn *each)
@@ -41,7 +129,8 @@ sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_
     sc_status status = SC_OK;
 
     if (count < 0 && errno != ENOENT && errno != ENOTDIR)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be listed: %s", directory, strerror(errno));
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be listed: %s", directory,
+                       sc_reason(errno));
     for (int i = 0; i < count; i++) {
         if (status == SC_OK && names[i]->d_name[0] != '.')
             status = each(ctx, user, names[i]->d_name);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Ends a run: completes the job if every frame is there. */
+/* Ends a run: completes the job if every frame is there, and proves its records. */
 #include "internal.h"
 
 #include <string.h>
@@ -9,7 +9,7 @@
  * people to look at. Does nothing if the first segment is missing, or in a job without video. */
 static sc_status write_partial_video(const sc_ctx *ctx, sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     sc_text partial = {0};
     int gops = 0;
     sc_status status = SC_OK;
@@ -26,40 +26,16 @@ out:
     return status;
 }
 
-/* Set @p out to the end line of a job with the video @p path: its size and hash. */
-static sc_status hash_video(const sc_ctx *ctx, const char *path, sc_manifest_end *out)
+/* Write manifest.jsonl anew from store->data, which has the lines of all frames and the end. The
+ * manifest of this process is closed. @param close add the last line, too. */
+static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store, bool close)
 {
-    const void *data;
-    size_t bytes;
-    sc_status status = sc_file_map(ctx, path, &data, &bytes);
+    char path[SC_FILE_BYTES];
 
-    if (status != SC_OK)
-        return status;
-    *out = (sc_manifest_end){true, bytes, sc_hash_bytes(data, bytes, 0), {0}};
-    sc_file_unmap(data, bytes);
-    return SC_OK;
-}
-
-/* Write manifest.jsonl with the lines of all frames, which must be known, and @p end, and flush it
- * to disk. It becomes store->manifest; the manifest that was open before is closed. */
-static sc_status write_whole_manifest(const sc_ctx *ctx, sc_store *store,
-                                      const sc_manifest_end *end)
-{
-    char path[2 * SC_NAME_BYTES];
-    void *keep = NULL;
-    sc_status status;
-
-    SC_TRY(sc_alloc(ctx, (size_t)store->job.frames, sizeof(bool), &keep));
-    memset(keep, true, (size_t)store->job.frames);
     sc_manifest_close(store->manifest);
     store->manifest = NULL;
     sc_store_path(store, path, "manifest.jsonl");
-    SC_TRY(sc_manifest_create(ctx, path, &store->job, store->data.lines, keep, &store->manifest));
-    SC_TRY(sc_manifest_add_end(ctx, store->manifest, &store->job, end));
-    SC_TRY(sc_manifest_sync(ctx, store->manifest));
-out:
-    sc_free(keep);
-    return status;
+    return sc_manifest_create(ctx, path, &store->job, &store->data, NULL, close, NULL);
 }
 
 /* Complete a job of which every line, PNG file and segment is there: make the video and the whole
@@ -67,23 +43,21 @@ out:
  * that an accident in between costs nothing. */
 static sc_status complete_job(const sc_ctx *ctx, sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
     sc_manifest_end end = {.known = true};
+    char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
     if (store->has_video) {
         sc_store_path(store, path, "%s", store->job.video);
         SC_TRY(sc_store_join(ctx, store, path, store->gop_count));
-        SC_TRY(hash_video(ctx, path, &end));
+        SC_TRY(sc_store_hash_file(ctx, path, &end.video_bytes, &end.video_hash));
+        snprintf(end.video, sizeof end.video, "%s", store->job.video);
     }
-    SC_TRY(write_whole_manifest(ctx, store, &end));
+    store->data.end = end;
+    SC_TRY(write_whole_manifest(ctx, store, false));
     if (store->slice)
         SC_TRY(sc_store_remove_slices(ctx, store));
-    sc_store_remove_segments(ctx, store);
-    sc_store_remove_partial_video(ctx, store);
-    sc_store_path(store, path, "frames");
-    sc_remove_temporaries(path, true);
-    sc_remove_temporaries(store->directory, false);
+    sc_store_remove_unfinished(ctx, store);
     store->complete = true;
 out:
     return status;
@@ -105,7 +79,7 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
     sc_manifest_data data = {0};
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
     if (!sc_is_manifest_name(name))
@@ -114,12 +88,13 @@ static sc_status count_lines(const sc_ctx *ctx, void *user, const char *name)
     if (access(path, R_OK) == 0)
         status = sc_manifest_read(ctx, path, &data);
     store->data.count += data.count;
+    sc_manifest_data_clear(&data);
     return status;
 }
 
 /* Complete the job if every frame is there, and set @p missing to the number that is not. A slice
  * counts the lines of all manifests first, which is quick, and scans the directory only if this
- * process may be the last. */
+ * process may be the last; another slice that has not ended yet will complete the job instead. */
 static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missing)
 {
     sc_status status = SC_OK;
@@ -131,7 +106,7 @@ static sc_status try_to_complete(const sc_ctx *ctx, sc_store *store, int *missin
             SC_TRY(sc_store_scan(ctx, store));
     }
     *missing = store->complete ? 0 : count_missing(store);
-    if (*missing > 0 || store->complete)
+    if (*missing > 0 || store->complete || (store->open_slices && !store->takes_over))
         goto out;
     if (store->has_video)
         SC_TRY(sc_store_encode_partial(ctx, store));
@@ -161,5 +136,98 @@ sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
         SC_TRY(write_partial_video(ctx, store));
 out:
     store->times.encode_wall_s += sc_wall_s() - begin_s;
+    return status;
+}
+
+/* ---- records ---- */
+
+/* For prove_record. */
+typedef struct record_list {
+    const sc_store *store;
+    sc_file_lines *files;
+} record_list;
+
+/* For sc_each_record with a record_list as user: add size and hash of a record, if it is there. */
+static sc_status prove_record(const sc_ctx *ctx, void *user, const char *name)
+{
+    const record_list *list = user;
+    char path[SC_FILE_BYTES];
+    uint64_t bytes, hash;
+    sc_status status;
+
+    sc_store_path(list->store, path, "%s", name);
+    if (access(path, F_OK) != 0)
+        return SC_OK;
+    status = sc_store_hash_file(ctx, path, &bytes, &hash);
+    return status == SC_OK ? sc_file_lines_put(ctx, list->files, name, bytes, hash) : status;
+}
+
+sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
+{
+    sc_file_lines files = {0};
+    record_list list = {store, &files};
+    sc_status status = SC_OK;
+
+    if (store->manifest && store->slice) {
+        SC_TRY(sc_each_record(ctx, store->slice, &list, prove_record));
+        SC_TRY(sc_manifest_add_close(ctx, store->manifest, &files));
+        SC_TRY(sc_manifest_sync(ctx, store->manifest));
+    }
+out:
+    sc_file_lines_clear(&files);
+    return status;
+}
+
+/* Remove the lines of files that are not what slices have written: they cannot be proven. */
+static void drop_changed_records(const sc_ctx *ctx, sc_store *store)
+{
+    for (int i = store->data.files.count - 1; i >= 0; i--) {
+        const sc_file_line *line = &store->data.files.lines[i];
+        char path[SC_FILE_BYTES];
+
+        sc_store_path(store, path, "%s", line->name);
+        if (sc_verify_file(path, line->bytes, line->hash))
+            continue;
+        sc_warn(ctx,
+                "%s: is missing, or not what the slice has written; it is left out of what "
+                "`segcast verify` proves",
+                path);
+        sc_names_remove(&store->data.owned, line->name);
+        sc_file_lines_remove(&store->data.files, line->name);
+    }
+}
+
+/* Add the lines of this run's records, and that of the job, which each slice has written. Those of
+ * other slices are there if they have ended in order. */
+static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
+{
+    record_list list = {store, &store->data.files};
+
+    sc_file_lines_remove(&store->data.files, "job.yaml");
+    drop_changed_records(ctx, store);
+    return store->joins ? prove_record(ctx, &list, "job.yaml")
+                        : sc_each_record(ctx, store->slice, &list, prove_record);
+}
+
+sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store)
+{
+    sc_text partial = {0};
+    sc_status status = SC_OK;
+
+    if (!store->complete || store->sealed)
+        return SC_OK;
+    SC_TRY(prove_records(ctx, store));
+    /* What only an unfinished job has is removed; files of these names that appear later are the
+     * user's. */
+    sc_names_remove(&store->data.owned, SC_OWN_SEGMENTS);
+    sc_names_remove(&store->data.owned, "segments/");
+    if (store->has_video) {
+        SC_TRY(sc_video_partial_name(ctx, store->job.video, &partial));
+        sc_names_remove(&store->data.owned, partial.data);
+    }
+    SC_TRY(write_whole_manifest(ctx, store, true));
+    store->sealed = true;
+out:
+    sc_text_clear(&partial);
     return status;
 }

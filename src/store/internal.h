@@ -6,7 +6,15 @@
 
 #include "segcast/store.h"
 
-enum { SC_NAME_BYTES = 1024 }; /* room for the path of the directory; twice that: of its files */
+/* Longest path of the directory, so that the system takes the paths of all files in it (PATH_MAX is
+ * 4096); longest name of the video, so that its temporary names fit (NAME_MAX is 255). */
+enum { SC_DIRECTORY_MAX = 3700, SC_VIDEO_NAME_MAX = 140 };
+/* Room for the path of the directory, and of a file in it. */
+enum { SC_DIRECTORY_BYTES = SC_DIRECTORY_MAX + 1, SC_FILE_BYTES = 4096 };
+/* The largest segment that is read back: a second of video. */
+#define SC_SEGMENT_MAX_BYTES ((size_t)1 << 32)
+/* The most frames that a job may have, and a manifest may name. */
+enum { SC_STORE_FRAMES_MAX = 1000000 };
 
 /* The line of a frame in a manifest. */
 typedef struct sc_frame_line {
@@ -14,28 +22,52 @@ typedef struct sc_frame_line {
     sc_done_frame done;
 } sc_frame_line;
 
+/* Names, each once, in the order of strcmp. Zero-initialise; owns its memory: sc_names_clear. */
+typedef struct sc_names {
+    char **names;
+    int count, capacity;
+} sc_names;
+
+/* The line of another file in a manifest: what it held when it was complete. */
+typedef struct sc_file_line {
+    char *name; /* in the directory; owned */
+    uint64_t bytes, hash;
+} sc_file_line;
+/* The lines of files, each name once, in the order of strcmp. Zero-initialise; owns its memory:
+ * sc_file_lines_clear. */
+typedef struct sc_file_lines {
+    sc_file_line *lines;
+    int count, capacity;
+} sc_file_lines;
+
 /* The first line of a manifest: what sc_store_job has under the same names. */
 typedef struct sc_manifest_head {
-    bool known; /* the line was there; otherwise the rest is zero */
+    bool known;          /* the line was there and proves itself; otherwise the rest is zero */
+    const char *problem; /* without a known head: why, as words that follow the path; static */
     char version[64];
     uint64_t job_hash, volume_hash;
     int frames, size_px[2]; /* width and height */
 } sc_manifest_head;
 
-/* The last line in the manifest of a finished job. */
+/* What the line says that a manifest has when the outputs of a job are there. */
 typedef struct sc_manifest_end {
     bool known;
-    uint64_t video_bytes, video_hash; /* size and sc_hash_bytes of the video; 0 without one */
+    uint64_t video_bytes, video_hash; /* size and sc_store_hash_file of the video; 0 without one */
     char video[256];                  /* name of the video; empty without one */
 } sc_manifest_end;
 
-/* The content of one or several manifests. */
+/* The content of one or several manifests. Zero-initialise: sc_manifest_data_clear. */
 typedef struct sc_manifest_data {
     sc_manifest_head head; /* of the manifest that was read last */
+    sc_names owned;        /* what segcast has made in the directory, or is going to: sc_own_name */
     sc_manifest_end end;   /* of any of them */
+    bool closed;           /* the last line of one that was read last is there: nothing follows */
+    sc_file_lines files;   /* of all of them */
     sc_frame_line *lines;  /* [frames], allocated and freed by the caller, or NULL to count only */
     int frames;            /* set by the caller */
     int count;             /* of the lines of frames that were read; a frame may have several */
+    int damaged_line;      /* of the manifest read last: number, from 1, of the first line that does
+                            * not prove itself although something follows it; 0: none */
 } sc_manifest_data;
 
 /* A manifest that is open, so that lines can be appended. */
@@ -50,23 +82,29 @@ typedef struct sc_picture_location {
 
 /* The files of partial GOPs in a directory, and the one that is being written. */
 typedef struct sc_partial_gops {
-    char directory[SC_NAME_BYTES]; /* that of the segments */
+    char directory[SC_FILE_BYTES]; /* that of the segments */
     uint64_t identity;             /* of the job: pictures of another one are ignored */
     size_t picture_bytes;          /* sc_picture_bytes: the same for all pictures */
     int frames;
     sc_picture_location *locations; /* [frames], owned */
     char **files;                   /* [file_count], paths, owned; one may stand there twice */
     int file_count, file_capacity;
-    FILE *stream;                /* of the file that is being written, or NULL */
+    int scanned_count; /* the first so many of `files` were found; this process made the others */
+    FILE *stream;      /* of the file that is being written, or NULL */
     int stream_gop, stream_file; /* the GOP of that file, and its index in `files` */
 } sc_partial_gops;
 
 struct sc_store {
-    char directory[SC_NAME_BYTES];
+    char directory[SC_DIRECTORY_BYTES];
     sc_store_job job;
     const char *slice;         /* NULL: this process does the whole job */
     bool has_video;            /* job.video is not "none"; without one there are no segments */
+    bool joins;                /* this process draws nothing */
+    bool takes_over;           /* it completes the job even if another slice has not ended */
+    bool owns_more;            /* it makes what no manifest in the directory names */
     bool complete;             /* the job is finished and verified */
+    bool sealed;               /* and so are its records; nothing more is written */
+    int open_slices;           /* manifests of other slices that have not ended in order */
     uint64_t identity;         /* hash of job_hash, volume_hash, frames and version */
     int gop_frames, gop_count; /* length of a GOP, but for the last one, and number of GOPs */
     sc_manifest_data data;     /* of all manifests in the directory, kept up to date; owns lines */
@@ -110,19 +148,39 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
  * job. */
 sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store);
 
-/* ---- remove.c: what is removed from the directory. A file that is not there, or that cannot be
- * removed, is no error. The state of the store is left as it is. ---- */
+/* ---- remove.c: what is removed from the directory: nothing but regular files that the manifests
+ * name, and folders that are empty then. No symbolic link is followed. A file that is not there, or
+ * that cannot be removed, is no error. The state of the store is left as it is. ---- */
 
-/* Remove everything that runs of segcast write, except job.yaml and statistics. @return an error if
- * a directory cannot be listed. */
+/* Remove everything that the manifests in the directory name, and at last these manifests.
+ * @return SC_ERR_CREATE if a file of the name of this run's manifest is none; an error if a
+ * directory cannot be listed. */
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store);
-/* Remove the segments, partial GOPs and temporary files of segments/, whichever slice wrote them,
- * and the folder if it is empty then. Failures are ignored. */
-void sc_store_remove_segments(const sc_ctx *ctx, sc_store *store);
-/* Remove the video of an unfinished run, sc_video_partial_name. */
-void sc_store_remove_partial_video(const sc_ctx *ctx, const sc_store *store);
+/* Remove what only an unfinished job needs, as far as store->data.owned names it: segments, partial
+ * GOPs, the partial video and temporary files, and the folder of the segments. */
+void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store);
 /* Remove the manifests of slices, not that of the whole job. */
 sc_status sc_store_remove_slices(const sc_ctx *ctx, sc_store *store);
+
+/* ---- owned.c: what belongs to segcast ---- */
+
+/* What a run needs to know of the files that are there already. */
+typedef struct sc_store_place {
+    const char *directory;
+    const char *slice; /* NULL: the whole job */
+    const char *video; /* name of the video, or "none" */
+    bool png;
+    bool joins; /* no records are written */
+    int frames;
+} sc_store_place;
+/* Refuse a directory in which something stands in the way of a run and was not made by segcast: a
+ * file, folder or link under a name that the run is going to use and no manifest names, or anything
+ * but segments and partial GOPs in segments/. Nothing is written.
+ * @param owned names are added to it: what the manifests name, and what this run is going to make.
+ * @param more whether the run is going to make something that no manifest names.
+ * @return SC_ERR_CREATE, with a message; SC_ERR_MISSING if it cannot be listed, SC_ERR_MEMORY. */
+sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,
+                               bool *more);
 
 /* ---- state.c: what the store knows ---- */
 
@@ -134,13 +192,20 @@ bool sc_store_has_picture(const sc_store *store, int k);
 
 /* ---- outputs.c: verifying finished files against the manifest ---- */
 
-/* Decode the PNG files of the frames that have one of the @p lines [frames], on @p threads threads.
- * @param out [frames], set to whether the pixels have the hash that the line names: false without a
- * line or a file. Prints no messages. */
-void sc_verify_png_files(const char *directory, const sc_frame_line *lines, int frames, int threads,
+/* Verify the PNG files of the frames that have one of the @p lines [frames], on @p threads threads:
+ * their bytes have the hash that the line names, and their pixels, decoded, the other one. A line
+ * that does not name the bytes (png_bytes is 0) gets size and hash of a file with the right pixels.
+ * @param out [frames], set to whether the file is right: false without a line or a file. Prints no
+ * messages. */
+void sc_verify_png_files(const char *directory, sc_frame_line *lines, int frames, int threads,
                          bool *out);
-/* @return true if the file has the given size and hash (sc_hash_bytes); false, without a message,
- * if it has not or cannot be read. Reads the whole file if the size is right. */
+/* Read the whole file: set its size and the hash of its bytes. No symbolic link is followed.
+ * @return SC_ERR_MISSING if it cannot be read or is no regular file, SC_ERR_MEMORY. */
+sc_status sc_store_hash_file(const sc_ctx *ctx, const char *path, uint64_t *bytes, uint64_t *hash);
+/* @return the hash that sc_store_hash_file gives for a file that holds these bytes. */
+uint64_t sc_store_hash_bytes(const void *data, size_t bytes);
+/* @return true if the file has the given size and hash (sc_store_hash_file); false, without a
+ * message, if it has not or cannot be read. Reads the whole file if the size is right. */
 bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash);
 
 /* ---- partial_gops.c: pictures of GOPs that are not whole yet ---- */
@@ -176,39 +241,81 @@ void sc_partial_forget(sc_partial_gops *partial);
  * is allowed. */
 void sc_partial_close(sc_partial_gops *partial);
 
-/* ---- manifest.c: lines. All that write return SC_ERR_WRITE, or SC_ERR_MEMORY. ---- */
+/* ---- manifest.c: lines. All that write return SC_ERR_WRITE, or SC_ERR_MEMORY.
+ *
+ * Each line ends with the hash of itself, seeded with that of the line before it: so it proves
+ * itself and that no line before it was changed or removed. ---- */
 
-/* Read one manifest into @p data: `head` is replaced, lines and count are added to what earlier
- * ones gave (a later line of a frame wins), and so is `end` if there is an end line. Reading ends,
- * without an error, at the first line that is truncated, not of a manifest, or of a frame beyond
- * data->frames; head.known is false if that is the first. @return SC_ERR_MISSING, SC_ERR_DATA if
- * the file is too large, SC_ERR_MEMORY. */
+/* Read one manifest into @p data: head, closed and damaged_line are replaced; lines, count, owned
+ * and files are added to what earlier ones gave (a later line of a frame or file wins), and so is
+ * `end` if there is such a line. Reading ends, without an error, at the first line that is
+ * truncated, does not prove itself, or says what cannot be; head.known is false if that is the
+ * first. @return SC_ERR_MISSING, SC_ERR_DATA if the file is too large, SC_ERR_MEMORY. */
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
-/* Write a new manifest @p path, with a head and the lines of those frames k for which keep[k] is
- * set; it replaces an older one in one step, and stays open for more lines. @param lines
- * [job->frames], with @p keep, or NULL for the head alone. @return SC_ERR_CREATE, too. Caller owns
- * *out: sc_manifest_close. */
+/* Read the first line alone: sets head, and adds to owned. @return as sc_manifest_read. */
+sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
+/* Write a new manifest @p path: a head with the names of data->owned, the lines data->lines[k] of
+ * those frames k for which keep[k] is set (NULL: of all that are known), the end data->end, if that
+ * is known, and data->files; it replaces an older one in one step. @param close add the last line,
+ * that of a finished job. @param out a writer for more lines, or NULL. @return SC_ERR_CREATE, too.
+ * Caller owns *out: sc_manifest_close. */
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             const sc_frame_line *lines, const bool *keep,
+                             const sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);
-/* Append the end line, in the same way. A job without a video has neither its size nor its hash. */
-sc_status sc_manifest_add_end(const sc_ctx *ctx, sc_manifest_writer *manifest,
-                              const sc_store_job *job, const sc_manifest_end *end);
+/* Append the lines of files and the last line, in the same way. */
+sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                                const sc_file_lines *files);
 /* Flush to disk; blocks until it is there. NULL is allowed. */
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest);
 /* Close and free, without flushing to disk. NULL is allowed. */
 void sc_manifest_close(sc_manifest_writer *manifest);
+/* Free what @p data owns, and zero that; data->lines is the caller's. */
+void sc_manifest_data_clear(sc_manifest_data *data);
+
+/* ---- names.c: lists of names ---- */
+
+/* Add a copy of @p name, unless it is there. @return SC_ERR_MEMORY. */
+sc_status sc_names_add(const sc_ctx *ctx, sc_names *names, const char *name);
+bool sc_names_has(const sc_names *names, const char *name);
+/* Remove @p name, if it is there. */
+void sc_names_remove(sc_names *names, const char *name);
+void sc_names_clear(sc_names *names);
+/* Add the line of a file, or replace that of the same name. @return SC_ERR_MEMORY. */
+sc_status sc_file_lines_put(const sc_ctx *ctx, sc_file_lines *files, const char *name,
+                            uint64_t bytes, uint64_t hash);
+/* Remove the line of a file, if there is one. */
+void sc_file_lines_remove(sc_file_lines *files, const char *name);
+void sc_file_lines_clear(sc_file_lines *files);
 
 /* ---- files.c: names in the directory ---- */
 
-/* Write "DIR/NAME", with a formatted name, into @p out; what is too long is cut off. */
+/* What sc_own_name accepts for the files in the two folders. */
+#define SC_OWN_PNG "frames/*.png"
+#define SC_OWN_SEGMENTS "segments/*"
+/* @return whether a manifest may say that segcast made a file of this name: a record such as
+ * job.yaml or stats.S.json, a video, "frames/", "segments/", SC_OWN_PNG, or SC_OWN_SEGMENTS. None
+ * leads out of the directory. */
+bool sc_own_name(const char *name);
+/* @return whether @p name, without folder, is "NNNNNN.png" with a number, of six digits or more,
+ * below @p frames. */
+bool sc_is_frame_name(const char *name, int frames);
+/* @return whether @p name, without folder, is "NNNNNN.seg" or "NNNNNN.HOST.PID.part". */
+bool sc_is_segment_name(const char *name);
+/* The names of records, for @p slice (NULL: the whole job): calls @p each with every one. */
+sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
+                         sc_status (*each)(const sc_ctx *ctx, void *user, const char *name));
+/* Write "DIR/NAME", with a formatted name, into @p out; sc_store_check_place has made sure that
+ * there is room. */
 SC_PRINTF(3, 4)
-void sc_store_path(const sc_store *store, char out[2 * SC_NAME_BYTES], const char *fmt, ...);
+void sc_store_path(const sc_store *store, char out[SC_FILE_BYTES], const char *fmt, ...);
+/* The same for a directory without a store. */
+SC_PRINTF(3, 4)
+void sc_directory_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, ...);
 /* Write the path of this process's manifest into @p out: that of the slice, or of the whole job. */
-void sc_store_manifest_path(const sc_store *store, char out[2 * SC_NAME_BYTES]);
+void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES]);
 /* @return whether @p name, without directory, is "manifest.jsonl" or "manifest.S.jsonl" with a
  * non-empty S. */
 bool sc_is_manifest_name(const char *name);

@@ -4,17 +4,24 @@
 
 #include <errno.h>
 #include <jansson.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#define SCHEMA "segcast-manifest-2"
-enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* about ten million lines */
+#define SCHEMA "segcast-manifest-3"
+enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* about seven million lines */
+/* A line ends with this, the hash of what stands before it, and a newline. */
+#define PROOF ",\"line\":\"%016llx\"}"
+enum { PROOF_BYTES = 9 + 16 + 2 };
 
 struct sc_manifest_writer {
-    FILE *stream; /* open for appending */
-    char *path;   /* owned; for messages */
+    FILE *stream;   /* open for appending */
+    char *path;     /* owned; for messages */
+    uint64_t chain; /* the hash of the last line, which seeds that of the next */
 };
+
+/* ---- writing ---- */
 
 /* @return a hash as a text of 16 hexadecimal digits: JSON numbers cannot hold 64 bits exactly. */
 static json_t *hash_to_json(uint64_t value)
@@ -25,56 +32,125 @@ static json_t *hash_to_json(uint64_t value)
     return json_string(text);
 }
 
-/* Append @p line to the stream and hand it to the system (fflush). Takes ownership of @p line, of
- * which NULL stands for no memory. @param path for messages.
+/* Append @p line with its proof to the stream, and set *chain to its hash. Takes ownership of
+ * @p line, of which NULL stands for no memory. @param path for messages.
  * @return SC_ERR_WRITE, SC_ERR_MEMORY. */
-static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, json_t *line)
+static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, uint64_t *chain,
+                          json_t *line)
 {
     char *text = line ? json_dumps(line, JSON_COMPACT) : NULL;
     sc_status status = SC_OK;
+    size_t bytes;
 
     json_decref(line);
     if (!text)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    if (fprintf(stream, "%s\n", text) < 0 || fflush(stream))
+    bytes = strlen(text) - 1; /* without the brace at the end, which is part of the proof */
+    *chain = sc_hash_bytes(text, bytes, *chain);
+    if (fprintf(stream, "%.*s" PROOF "\n", (int)bytes, text, (unsigned long long)*chain) < 0)
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
     free(text);
     return status;
 }
 
-/* Make the first line: schema, version, both hashes, number of frames and their size. Like
- * frame_to_json: a new reference that the caller owns, or NULL if there is no memory. */
-static json_t *head_to_json(const sc_store_job *job)
+/* The functions *_to_json return a new reference that the caller owns, or NULL if there is no
+ * memory.
+ *
+ * Make the first line: schema, version, both hashes, number of frames, their size, and what segcast
+ * makes in the directory. */
+static json_t *head_to_json(const sc_store_job *job, const sc_names *owned)
 {
-    return json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i]}", "schema", SCHEMA, "version",
+    json_t *names = json_array();
+
+    for (int i = 0; i < owned->count && names; i++) {
+        if (json_array_append_new(names, json_string(owned->names[i]))) {
+            json_decref(names);
+            return NULL;
+        }
+    }
+    return json_pack("{s:s, s:s, s:o, s:o, s:i, s:[i,i], s:o}", "schema", SCHEMA, "version",
                      job->version, "job_hash", hash_to_json(job->job_hash), "volume_hash",
                      hash_to_json(job->volume_hash), "frames", job->frames, "size",
-                     job->settings.width_px, job->settings.height_px);
+                     job->settings.width_px, job->settings.height_px, "owns", names);
 }
 
-/* Make the line of a frame: number, hash, rank and CPU time. */
+/* Make the line of a frame: number, hash, rank and CPU time, and of its PNG file size and hash. */
 static json_t *frame_to_json(const sc_done_frame *done)
 {
-    return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash", hash_to_json(done->hash),
-                     "rank", done->rank, "render_cpu_s", done->render_cpu_s);
+    if (!done->png_bytes)
+        return json_pack("{s:i, s:o, s:i, s:f}", "frame", done->frame, "hash",
+                         hash_to_json(done->hash), "rank", done->rank, "render_cpu_s",
+                         done->render_cpu_s);
+    return json_pack("{s:i, s:o, s:i, s:f, s:I, s:o}", "frame", done->frame, "hash",
+                     hash_to_json(done->hash), "rank", done->rank, "render_cpu_s",
+                     done->render_cpu_s, "png_bytes", (json_int_t)done->png_bytes, "png_hash",
+                     hash_to_json(done->png_hash));
 }
 
-/* Write the head of @p job and the lines k for which keep[k] is set; without @p lines the head
- * alone, and @p keep is not read. */
-static sc_status write_lines(const sc_ctx *ctx, FILE *stream, const char *path,
-                             const sc_store_job *job, const sc_frame_line *lines, const bool *keep)
+/* Make the line that says that all outputs are there, with size and hash of the video. */
+static json_t *end_to_json(const sc_store_job *job, const sc_manifest_end *end)
 {
-    sc_status status = add_line(ctx, stream, path, head_to_json(job));
+    if (!strcmp(job->video, "none"))
+        return json_pack("{s:b, s:i}", "complete", 1, "frames", job->frames);
+    return json_pack("{s:b, s:i, s:s, s:I, s:o}", "complete", 1, "frames", job->frames, "video",
+                     job->video, "video_bytes", (json_int_t)end->video_bytes, "video_hash",
+                     hash_to_json(end->video_hash));
+}
 
-    for (int k = 0; k < job->frames && status == SC_OK; k++) {
-        if (lines && keep[k])
-            status = add_line(ctx, stream, path, frame_to_json(&lines[k].done));
+/* Append the lines of @p files, as @p manifest stands. */
+static sc_status add_files(const sc_ctx *ctx, sc_manifest_writer *m, const sc_file_lines *files)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < files->count && status == SC_OK; i++) {
+        const sc_file_line *line = &files->lines[i];
+
+        status = add_line(ctx, m->stream, m->path, &m->chain,
+                          json_pack("{s:s, s:I, s:o}", "file", line->name, "bytes",
+                                    (json_int_t)line->bytes, "hash", hash_to_json(line->hash)));
     }
     return status;
 }
 
+/* Append the last line; @p files is how many lines of files there are. */
+static sc_status add_last(const sc_ctx *ctx, sc_manifest_writer *m, int files)
+{
+    return add_line(ctx, m->stream, m->path, &m->chain,
+                    json_pack("{s:b, s:i}", "end", 1, "files", files));
+}
+
+/* Hand what was appended to the system. */
+static sc_status flush(const sc_ctx *ctx, const sc_manifest_writer *m)
+{
+    return fflush(m->stream)
+               ? sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", m->path, sc_reason(errno))
+               : SC_OK;
+}
+
+/* Write all lines of a new manifest; parameters as of sc_manifest_create. */
+static sc_status write_lines(const sc_ctx *ctx, sc_manifest_writer *m, const sc_store_job *job,
+                             const sc_manifest_data *data, const bool *keep, bool close)
+{
+    sc_status status =
+        add_line(ctx, m->stream, m->path, &m->chain, head_to_json(job, &data->owned));
+
+    for (int k = 0; k < job->frames && data->lines && status == SC_OK; k++) {
+        if (data->lines[k].known && (!keep || keep[k]))
+            status =
+                add_line(ctx, m->stream, m->path, &m->chain, frame_to_json(&data->lines[k].done));
+    }
+    if (status == SC_OK && data->end.known)
+        status = add_line(ctx, m->stream, m->path, &m->chain, end_to_json(job, &data->end));
+    if (status == SC_OK)
+        status = add_files(ctx, m, &data->files);
+    if (status == SC_OK && close)
+        status = add_last(ctx, m, data->files.count);
+    return status;
+}
+
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             const sc_frame_line *lines, const bool *keep, sc_manifest_writer **out)
+                             const sc_manifest_data *data, const bool *keep, bool close,
+                             sc_manifest_writer **out)
 {
     sc_manifest_writer *manifest = NULL;
     sc_outfile file = {0};
@@ -82,13 +158,19 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_outfile_open(ctx, path, true, &file));
-    SC_TRY(write_lines(ctx, file.stream, path, job, lines, keep));
-    SC_TRY(sc_outfile_commit(ctx, &file));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *manifest, &block));
     manifest = block;
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     manifest->path = copy.data;
+    SC_TRY(sc_outfile_open(ctx, path, true, &file));
+    manifest->stream = file.stream;
+    status = write_lines(ctx, manifest, job, data, keep, close);
+    manifest->stream = NULL; /* the file's own, closed by commit */
+    if (status != SC_OK)
+        goto out;
+    SC_TRY(sc_outfile_commit(ctx, &file));
+    if (!out)
+        goto out;
     manifest->stream = fopen(path, "a");
     if (!manifest->stream) {
         status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", path, sc_reason(errno));
@@ -105,21 +187,20 @@ out:
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done)
 {
-    return add_line(ctx, manifest->stream, manifest->path, frame_to_json(done));
+    sc_status status =
+        add_line(ctx, manifest->stream, manifest->path, &manifest->chain, frame_to_json(done));
+
+    return status == SC_OK ? flush(ctx, manifest) : status;
 }
 
-sc_status sc_manifest_add_end(const sc_ctx *ctx, sc_manifest_writer *manifest,
-                              const sc_store_job *job, const sc_manifest_end *end)
+sc_status sc_manifest_add_close(const sc_ctx *ctx, sc_manifest_writer *manifest,
+                                const sc_file_lines *files)
 {
-    const bool video = strcmp(job->video, "none") != 0;
-    json_t *line = json_pack("{s:b, s:i}", "complete", 1, "frames", job->frames);
+    sc_status status = add_files(ctx, manifest, files);
 
-    if (line && video) {
-        json_object_set_new(line, "video", json_string(job->video));
-        json_object_set_new(line, "video_bytes", json_integer((json_int_t)end->video_bytes));
-        json_object_set_new(line, "video_hash", hash_to_json(end->video_hash));
-    }
-    return add_line(ctx, manifest->stream, manifest->path, line);
+    if (status == SC_OK)
+        status = add_last(ctx, manifest, files->count);
+    return status == SC_OK ? flush(ctx, manifest) : status;
 }
 
 sc_status sc_manifest_sync(const sc_ctx *ctx, sc_manifest_writer *manifest)
@@ -142,76 +223,213 @@ void sc_manifest_close(sc_manifest_writer *manifest)
     sc_free(manifest);
 }
 
-/* ---- reading ---- */
+/* ---- reading ----
+ *
+ * A line that proves itself may still have been forged: the functions below return false, with
+ * their output untouched, for whatever segcast does not write. */
 
-/* Both return the value at @p key of an object, or 0 if it is missing or of another type. A hash is
- * a text of hexadecimal digits. */
-static uint64_t get_hash(const json_t *line, const char *key)
+/* Read 16 hexadecimal digits in lower case. */
+static bool get_hash(const json_t *line, const char *key, uint64_t *out)
 {
     const char *text = json_string_value(json_object_get(line, key));
 
-    return text ? strtoull(text, NULL, 16) : 0;
+    if (!text || strlen(text) != 16 || strspn(text, "0123456789abcdef") != 16)
+        return false;
+    *out = strtoull(text, NULL, 16);
+    return true;
 }
 
-static int get_int(const json_t *line, const char *key)
+/* Read a whole number from @p low to @p high. */
+static bool get_number(const json_t *value, long long low, long long high, long long *out)
 {
-    return (int)json_integer_value(json_object_get(line, key));
+    const long long number = json_integer_value(value);
+
+    if (!json_is_integer(value) || number < low || number > high)
+        return false;
+    *out = number;
+    return true;
 }
 
-/* Fill all of @p head from the first line; what the line lacks is 0 or "". */
-static void read_head(const json_t *line, sc_manifest_head *head)
+/* Read the first line into data->head, and what it says to be segcast's into data->owned.
+ * @return false, with head.problem set, if it cannot be that of a manifest; SC_ERR_MEMORY through
+ * @p status. */
+static bool read_head(const sc_ctx *ctx, const json_t *line, sc_manifest_data *data,
+                      sc_status *status)
 {
+    const char *schema = json_string_value(json_object_get(line, "schema"));
     const char *version = json_string_value(json_object_get(line, "version"));
-    const json_t *size = json_object_get(line, "size");
+    const json_t *size = json_object_get(line, "size"), *owns = json_object_get(line, "owns");
+    sc_manifest_head head = {.known = true};
+    long long frames, width, height;
 
-    *head = (sc_manifest_head){.known = true,
-                               .job_hash = get_hash(line, "job_hash"),
-                               .volume_hash = get_hash(line, "volume_hash"),
-                               .frames = get_int(line, "frames")};
-    snprintf(head->version, sizeof head->version, "%s", version ? version : "");
-    for (size_t i = 0; i < 2; i++)
-        head->size_px[i] = (int)json_integer_value(json_array_get(size, i));
+    data->head.problem = "its first line is not that of a manifest";
+    if (!schema || strcmp(schema, SCHEMA) != 0 || !version ||
+        strlen(version) >= sizeof head.version || !get_hash(line, "job_hash", &head.job_hash) ||
+        !get_hash(line, "volume_hash", &head.volume_hash) ||
+        !get_number(json_object_get(line, "frames"), 1, SC_STORE_FRAMES_MAX, &frames) ||
+        !get_number(json_array_get(size, 0), 1, 1 << 20, &width) ||
+        !get_number(json_array_get(size, 1), 1, 1 << 20, &height) || !json_is_array(owns))
+        return false;
+    strcpy(head.version, version);
+    head.frames = (int)frames;
+    head.size_px[0] = (int)width;
+    head.size_px[1] = (int)height;
+    for (size_t i = 0; i < json_array_size(owns) && *status == SC_OK; i++) {
+        const char *name = json_string_value(json_array_get(owns, i));
+
+        if (!name || !sc_own_name(name))
+            return false;
+        *status = sc_names_add(ctx, &data->owned, name);
+    }
+    data->head = head;
+    return *status == SC_OK;
 }
 
-/* Fill all of @p end from an end line. */
-static void read_end(const json_t *line, sc_manifest_end *end)
+/* Read the line that says that all outputs are there. */
+static bool read_end(const json_t *line, sc_manifest_end *out)
 {
-    const char *video = json_string_value(json_object_get(line, "video"));
+    const json_t *name = json_object_get(line, "video");
+    const char *video = json_string_value(name);
+    sc_manifest_end end = {.known = true};
+    long long bytes;
 
-    *end = (sc_manifest_end){true,
-                             (uint64_t)json_integer_value(json_object_get(line, "video_bytes")),
-                             get_hash(line, "video_hash"),
-                             {0}};
-    snprintf(end->video, sizeof end->video, "%s", video ? video : "");
+    if (name) {
+        if (!video || json_string_length(name) != strlen(video) ||
+            strlen(video) > SC_VIDEO_NAME_MAX || strchr(video, '/') || !sc_own_name(video) ||
+            !get_number(json_object_get(line, "video_bytes"), 1, INT64_MAX, &bytes) ||
+            !get_hash(line, "video_hash", &end.video_hash))
+            return false;
+        strcpy(end.video, video);
+        end.video_bytes = (uint64_t)bytes;
+    }
+    *out = end;
+    return true;
 }
 
-/* Put the line into @p data: a head or an end replaces the one before; a frame's line goes to
- * data->lines, if that is not NULL, and adds to data->count. @return false, with @p data untouched,
- * if the line is not that of a manifest, or of a frame out of range. */
-static bool read_line(const json_t *line, sc_manifest_data *data)
+/* Read the line of a file other than a video or a frame into data->files. */
+static bool read_file(const sc_ctx *ctx, const json_t *line, sc_manifest_data *data,
+                      sc_status *status)
 {
-    sc_done_frame done;
+    const char *name = json_string_value(json_object_get(line, "file"));
+    long long bytes;
+    uint64_t hash;
 
-    if (json_object_get(line, "schema")) {
-        read_head(line, &data->head);
-        return true;
-    }
-    if (json_is_true(json_object_get(line, "complete"))) {
-        read_end(line, &data->end);
-        return true;
-    }
-    if (!json_is_integer(json_object_get(line, "frame")))
+    if (!name || strchr(name, '/') || !sc_own_name(name) ||
+        !get_number(json_object_get(line, "bytes"), 0, INT64_MAX, &bytes) ||
+        !get_hash(line, "hash", &hash))
         return false;
-    done = (sc_done_frame){.frame = get_int(line, "frame"),
-                           .rank = get_int(line, "rank"),
-                           .render_cpu_s = json_real_value(json_object_get(line, "render_cpu_s")),
-                           .hash = get_hash(line, "hash")};
-    if (done.frame < 0 || (data->lines && done.frame >= data->frames))
+    *status = sc_file_lines_put(ctx, &data->files, name, (uint64_t)bytes, hash);
+    return *status == SC_OK;
+}
+
+/* Read the line of a frame into data->lines, if that is not NULL, and count it. */
+static bool read_frame(const json_t *line, sc_manifest_data *data)
+{
+    const json_t *seconds = json_object_get(line, "render_cpu_s");
+    sc_done_frame done = {.render_cpu_s = json_number_value(seconds)};
+    long long frame, rank, bytes = 0;
+
+    if (!get_number(json_object_get(line, "frame"), 0,
+                    (data->lines ? data->frames : SC_STORE_FRAMES_MAX) - 1, &frame) ||
+        !get_number(json_object_get(line, "rank"), 0, INT32_MAX, &rank) ||
+        !get_hash(line, "hash", &done.hash) || !json_is_number(seconds) ||
+        !(done.render_cpu_s >= 0 && done.render_cpu_s < 1e12))
         return false;
+    if (json_object_get(line, "png_bytes") &&
+        (!get_number(json_object_get(line, "png_bytes"), 1, INT64_MAX, &bytes) ||
+         !get_hash(line, "png_hash", &done.png_hash)))
+        return false;
+    done.frame = (int)frame;
+    done.rank = (int)rank;
+    done.png_bytes = (uint64_t)bytes;
     if (data->lines)
-        data->lines[done.frame] = (sc_frame_line){true, done};
+        data->lines[frame] = (sc_frame_line){true, done};
     data->count++;
     return true;
+}
+
+/* Put the line number @p number, from 1, into @p data. */
+static bool read_line(const sc_ctx *ctx, const json_t *line, int number, sc_manifest_data *data,
+                      sc_status *status)
+{
+    if (number == 1)
+        return read_head(ctx, line, data, status);
+    if (data->closed)
+        return false; /* nothing follows the last line */
+    if (json_is_true(json_object_get(line, "complete")))
+        return read_end(line, &data->end);
+    if (json_object_get(line, "file"))
+        return read_file(ctx, line, data, status);
+    if (json_is_true(json_object_get(line, "end"))) {
+        data->closed = true;
+        return true;
+    }
+    return read_frame(line, data);
+}
+
+/* @return whether the @p bytes at @p text are a whole line, without its newline: they end with the
+ * proof of what stands before it. *chain, the hash of the line before it, is replaced then. */
+static bool proves_itself(const char *text, size_t bytes, uint64_t *chain)
+{
+    char proof[PROOF_BYTES + 1];
+    uint64_t hash;
+
+    if (bytes <= PROOF_BYTES)
+        return false;
+    hash = sc_hash_bytes(text, bytes - PROOF_BYTES, *chain);
+    snprintf(proof, sizeof proof, PROOF, (unsigned long long)hash);
+    if (memcmp(text + bytes - PROOF_BYTES, proof, PROOF_BYTES) != 0)
+        return false;
+    *chain = hash;
+    return true;
+}
+
+/* Read lines from @p text into @p data, at most @p lines of them. */
+static sc_status read_text(const sc_ctx *ctx, const char *text, size_t bytes, int lines,
+                           sc_manifest_data *data)
+{
+    const char *const end = text + bytes;
+    uint64_t chain = 0;
+    sc_status status = SC_OK;
+
+    for (int number = 1; number <= lines && text < end && status == SC_OK; number++) {
+        const char *newline = memchr(text, '\n', (size_t)(end - text));
+        const size_t length = (size_t)((newline ? newline : end) - text);
+        json_t *line = NULL;
+        bool ok = newline && proves_itself(text, length, &chain);
+
+        if (ok)
+            line = json_loadb(text, length, 0, NULL);
+        ok = ok && line && read_line(ctx, line, number, data, &status);
+        json_decref(line);
+        if (!ok) {
+            /* A line that was cut off by an accident has no newline. If a whole line without its
+             * newline is followed by something else, the newline was changed. */
+            if (newline || (length > 0 && proves_itself(text, length - 1, &chain)))
+                data->damaged_line = number;
+            break; /* whatever follows a damaged line is ignored, too */
+        }
+        text = newline + 1;
+    }
+    return status;
+}
+
+/* Set what a manifest replaces in @p data. */
+static void begin(sc_manifest_data *data)
+{
+    data->head = (sc_manifest_head){.problem = "its first line is damaged, or not of a manifest"};
+    data->closed = false;
+    data->damaged_line = 0;
+}
+
+/* Set head.problem for a first line, at @p text, of another format of manifests. */
+static void name_other_format(const char *text, sc_manifest_data *data)
+{
+    static const char other[] = "{\"schema\":\"segcast-manifest-";
+
+    if (!data->head.known && !strncmp(text, other, sizeof other - 1) &&
+        strncmp(text, "{\"schema\":\"" SCHEMA "\"", sizeof "{\"schema\":\"" SCHEMA "\"" - 1) != 0)
+        data->head.problem = "was written by another version of segcast";
 }
 
 sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
@@ -222,16 +440,36 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
 
     if (status != SC_OK)
         return status;
-    data->head = (sc_manifest_head){0};
-    for (char *at = text, *end; (end = strchr(at, '\n')); at = end + 1) {
-        json_t *line = json_loadb(at, (size_t)(end - at), 0, NULL);
-        const bool ok = line && (at == text) == (json_object_get(line, "schema") != NULL) &&
-                        read_line(line, data);
-
-        json_decref(line);
-        if (!ok)
-            break; /* whatever follows a damaged line is ignored, too */
-    }
+    begin(data);
+    status = read_text(ctx, text, bytes, INT32_MAX, data);
+    name_other_format(text, data);
     sc_free(text);
-    return SC_OK;
+    return status;
+}
+
+sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
+{
+    enum { HEAD_MAX_BYTES = 1 << 16 };
+    FILE *stream = fopen(path, "rb");
+    void *text = NULL;
+    size_t bytes;
+    sc_status status;
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", path, sc_reason(errno));
+    begin(data);
+    SC_TRY(sc_zalloc(ctx, HEAD_MAX_BYTES + 1, 1, &text));
+    bytes = fread(text, 1, HEAD_MAX_BYTES, stream);
+    SC_TRY(read_text(ctx, text, bytes, 1, data));
+    name_other_format(text, data);
+out:
+    fclose(stream);
+    sc_free(text);
+    return status;
+}
+
+void sc_manifest_data_clear(sc_manifest_data *data)
+{
+    sc_names_clear(&data->owned);
+    sc_file_lines_clear(&data->files);
 }

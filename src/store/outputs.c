@@ -2,50 +2,136 @@
 /* Verifies finished files against the hashes that the manifest names. */
 #include "internal.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Files are hashed in pieces of this size, each seeded with the hash of what precedes it. */
+enum { PIECE_BYTES = 1 << 20 };
+
+uint64_t sc_store_hash_bytes(const void *data, size_t bytes)
+{
+    uint64_t hash = 0;
+
+    for (size_t at = 0; at < bytes; at += PIECE_BYTES) {
+        const size_t left = bytes - at;
+
+        hash =
+            sc_hash_bytes((const char *)data + at, left < PIECE_BYTES ? left : PIECE_BYTES, hash);
+    }
+    return hash;
+}
+
+/* Fill @p buffer, of PIECE_BYTES, from @p fd as far as the file goes. @return how many bytes were
+ * read, less than PIECE_BYTES at the end of the file only; -1 for an error, in errno. */
+static ssize_t read_piece(int fd, char *buffer)
+{
+    size_t used = 0;
+
+    while (used < PIECE_BYTES) {
+        const ssize_t more = read(fd, buffer + used, PIECE_BYTES - used);
+
+        if (more < 0 && errno == EINTR)
+            continue;
+        if (more < 0)
+            return -1;
+        if (more == 0)
+            break;
+        used += (size_t)more;
+    }
+    return (ssize_t)used;
+}
+
+sc_status sc_store_hash_file(const sc_ctx *ctx, const char *path, uint64_t *bytes, uint64_t *hash)
+{
+    const int fd = open(path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+    struct stat info;
+    void *buffer = NULL;
+    uint64_t chain = 0, size = 0;
+    ssize_t more;
+    sc_status status;
+
+    if (fd < 0)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", path, sc_reason(errno));
+    if (fstat(fd, &info) || !S_ISREG(info.st_mode)) {
+        status = sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
+        goto out;
+    }
+    SC_TRY(sc_alloc(ctx, PIECE_BYTES, 1, &buffer));
+    do {
+        more = read_piece(fd, buffer);
+        if (more > 0)
+            chain = sc_hash_bytes(buffer, (size_t)more, chain);
+        size += more > 0 ? (uint64_t)more : 0;
+    } while (more == PIECE_BYTES);
+    if (more < 0) {
+        status = sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be read: %s", path, sc_reason(errno));
+        goto out;
+    }
+    *bytes = size;
+    *hash = chain;
+out:
+    sc_free(buffer);
+    close(fd);
+    return status;
+}
 
 bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash)
 {
     const sc_ctx silent = {.rank = 0};
-    const void *data;
-    size_t size;
-    bool same;
+    struct stat info;
+    uint64_t size, found;
 
-    if (sc_file_map(&silent, path, &data, &size) != SC_OK)
-        return false;
-    same = size == bytes && sc_hash_bytes(data, size, 0) == hash;
-    sc_file_unmap(data, size);
-    return same;
+    return !lstat(path, &info) && (uint64_t)info.st_size == bytes &&
+           sc_store_hash_file(&silent, path, &size, &found) == SC_OK && size == bytes &&
+           found == hash;
 }
 
 /* The parameters of sc_verify_png_files, for its threads. */
 typedef struct png_check {
     const char *directory;
-    const sc_frame_line *lines;
+    sc_frame_line *lines;
     bool *out;
 } png_check;
 
-/* For sc_parallel_for with a png_check as user: set out[k] for the frames k of [begin, end) whose
- * files can be read; the others keep their false. */
-static void verify_png_range(void *user, size_t begin, size_t end, int thread)
+/* Verify one PNG file; see sc_verify_png_files. */
+static bool verify_png(const char *path, sc_done_frame *done)
 {
     const sc_ctx silent = {.rank = 0};
+    uint64_t bytes, hash;
+    sc_image image;
+    bool same;
+
+    if (sc_store_hash_file(&silent, path, &bytes, &hash) != SC_OK ||
+        (done->png_bytes && (bytes != done->png_bytes || hash != done->png_hash)) ||
+        sc_image_load_png(&silent, path, &image) != SC_OK)
+        return false;
+    same = sc_image_hash(&image) == done->hash;
+    sc_image_clear(&image);
+    if (same) {
+        done->png_bytes = bytes;
+        done->png_hash = hash;
+    }
+    return same;
+}
+
+/* For sc_parallel_for with a png_check as user: set out[k] for the frames k of [begin, end). */
+static void verify_png_range(void *user, size_t begin, size_t end, int thread)
+{
     const png_check *check = user;
 
     (void)thread;
     for (size_t k = begin; k < end; k++) {
-        char path[2 * SC_NAME_BYTES];
-        sc_image image;
+        char path[SC_FILE_BYTES];
 
-        snprintf(path, sizeof path, "%s/frames/%06d.png", check->directory, (int)k);
-        if (!check->lines[k].known || sc_image_load_png(&silent, path, &image) != SC_OK)
-            continue;
-        check->out[k] = sc_image_hash(&image) == check->lines[k].done.hash;
-        sc_image_clear(&image);
+        sc_directory_path(check->directory, path, "frames/%06d.png", (int)k);
+        check->out[k] = check->lines[k].known && verify_png(path, &check->lines[k].done);
     }
 }
 
-void sc_verify_png_files(const char *directory, const sc_frame_line *lines, int frames, int threads,
+void sc_verify_png_files(const char *directory, sc_frame_line *lines, int frames, int threads,
                          bool *out)
 {
     png_check check = {directory, lines, out};

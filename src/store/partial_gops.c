@@ -6,6 +6,7 @@
 #include "internal.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -44,7 +45,12 @@ sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t ide
                              .frames = frames,
                              .locations = locations,
                              .stream_gop = -1};
-    snprintf(out->directory, sizeof out->directory, "%s", directory);
+    if (strlen(directory) >= sizeof out->directory) {
+        sc_free(locations);
+        *out = (sc_partial_gops){0};
+        return sc_fail(ctx, SC_ERR_CREATE, "%.60s...: the path is too long", directory);
+    }
+    strcpy(out->directory, directory);
     for (int k = 0; k < frames; k++)
         out->locations[k].file = -1;
     return SC_OK;
@@ -100,6 +106,7 @@ sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const cha
         return SC_OK; /* removed by a process that has written the segment meanwhile */
     SC_TRY(sc_alloc(ctx, partial->picture_bytes, 1, &picture));
     SC_TRY(add_file(ctx, partial, path, &index));
+    partial->scanned_count = partial->file_count;
     while (read_picture(partial, stream, &head, picture)) {
         partial->locations[head.frame] =
             (sc_picture_location){index, (uint64_t)at, head.pixel_hash};
@@ -111,25 +118,72 @@ out:
     return status;
 }
 
-/* Flush and close the file that is being written, if any, and open that of GOP @p gop of this
- * process (NNNNNN.HOST.PID.part) for appending: sets stream, stream_gop and stream_file, and adds
- * it to the files. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+/* Make a new file of GOP @p gop, NNNNNN.HOST.PID.part or, if that is there already (of a process
+ * that had the same number, and may have been killed while it wrote), NNNNNN.HOST.PID-N.part. Sets
+ * stream and stream_file. */
+static sc_status make_file(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
+{
+    char host[SC_HOST_BYTES];
+    sc_text path = {0};
+    int fd = -1;
+    sc_status status;
+
+    sc_host_name(host);
+    for (int n = 0; fd < 0; n++) {
+        char again[16] = "";
+
+        if (n > 0)
+            snprintf(again, sizeof again, "-%d", n);
+        sc_text_clear(&path);
+        SC_TRY(sc_text_add(ctx, &path, "%s/%06d.%s.%ld%s.part", partial->directory, gop, host,
+                           (long)getpid(), again));
+        fd = open(path.data, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (fd < 0 && (errno != EEXIST || n == 1000)) {
+            status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path.data,
+                             sc_reason(errno));
+            goto out;
+        }
+    }
+    status = add_file(ctx, partial, path.data, &partial->stream_file);
+    if (status == SC_OK)
+        partial->stream = fdopen(fd, "ab");
+    if (!partial->stream) {
+        close(fd);
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path.data);
+    }
+out:
+    sc_text_clear(&path);
+    return status;
+}
+
+/* Flush and close the file that is being written, if any, and open that of GOP @p gop for
+ * appending: one that this process has made before, or a new one. Sets stream, stream_gop and
+ * stream_file. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 static sc_status open_stream(const sc_ctx *ctx, sc_partial_gops *partial, int gop)
 {
-    char path[2 * SC_NAME_BYTES], host[64] = "host";
+    char prefix[32];
     sc_status status = sc_partial_sync(ctx, partial);
 
     if (status != SC_OK)
         return status;
-    gethostname(host, sizeof host - 1);
-    snprintf(path, sizeof path, "%s/%06d.%s.%ld.part", partial->directory, gop, host,
-             (long)getpid());
-    partial->stream = fopen(path, "ab");
+    snprintf(prefix, sizeof prefix, "/%06d.", gop);
+    for (int i = partial->scanned_count; i < partial->file_count && !partial->stream; i++) {
+        const char *name = strrchr(partial->files[i], '/');
+
+        if (!name || strncmp(name, prefix, strlen(prefix)) != 0)
+            continue;
+        partial->stream =
+            fopen(partial->files[i], "ab"); /* its end is whole: writing did not fail */
+        partial->stream_file = i;
+        if (!partial->stream)
+            return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be opened: %s", partial->files[i],
+                           sc_reason(errno));
+        fseek(partial->stream, 0, SEEK_END);
+    }
     if (!partial->stream)
-        return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
-    fseek(partial->stream, 0, SEEK_END);
+        status = make_file(ctx, partial, gop);
     partial->stream_gop = gop;
-    return add_file(ctx, partial, path, &partial->stream_file);
+    return status;
 }
 
 sc_status sc_partial_add(const sc_ctx *ctx, sc_partial_gops *partial, int gop, int frame,
@@ -169,7 +223,7 @@ sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int
 
     if (!stream)
         return sc_fail(ctx, SC_ERR_DATA, "%s: cannot be opened: %s", partial->files[location->file],
-                       strerror(errno));
+                       sc_reason(errno));
     ok = !fseek(stream, (long)location->offset, SEEK_SET) &&
          read_picture(partial, stream, &head, picture) && head.frame == frame;
     fclose(stream);
@@ -215,7 +269,7 @@ void sc_partial_forget(sc_partial_gops *partial)
 {
     for (int i = 0; i < partial->file_count; i++)
         sc_free(partial->files[i]);
-    partial->file_count = 0;
+    partial->file_count = partial->scanned_count = 0;
     for (int k = 0; k < partial->frames; k++)
         partial->locations[k].file = -1;
 }

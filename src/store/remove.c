@@ -1,40 +1,97 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Removes what segcast wrote from the directory of a job; all other files stay. */
+/* Removes what segcast made in the directory of a job; all other files stay. */
 #include "internal.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-/* The functions for sc_each_file get the store as user and the name of a file in the directory, in
- * segments/ or in frames/. They remove it if segcast writes files of such names, and never fail.
- *
- * Remove a segment or a partial GOP: at least six digits and ".seg", or these, host, process and
- * ".part". */
-static sc_status remove_segment(const sc_ctx *ctx, void *user, const char *name)
+/* Remove the regular file @p name from the open folder, but nothing else of that name. */
+static void remove_file(int folder, const char *name)
 {
-    const sc_store *store = user;
-    const size_t digits = strspn(name, "0123456789");
-    const char *extension = strrchr(name, '.');
-    char path[2 * SC_NAME_BYTES];
+    struct stat info;
 
-    (void)ctx;
-    sc_store_path(store, path, "segments/%s", name);
-    if (digits >= 6 && name[digits] == '.' &&
-        (!strcmp(name + digits, ".seg") || !strcmp(extension, ".part")))
-        unlink(path);
-    return SC_OK;
+    if (!fstatat(folder, name, &info, AT_SYMLINK_NOFOLLOW) && S_ISREG(info.st_mode))
+        unlinkat(folder, name, 0);
 }
 
-/* Remove a manifest, of the whole job or of a slice. */
+/* @return the folder, open, or -1: not there, or a link. Caller closes it. */
+static int open_folder(const char *path)
+{
+    return open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+}
+
+/* Remove from a folder of the directory the files with names of segments, or else those of the
+ * frames below @p frames; with @p all the temporary files there, too; and with @p folder_too the
+ * folder itself, if nothing else is in it. */
+static void empty_folder(const char *path, bool segments, int frames, bool folder_too)
+{
+    const int fd = open_folder(path), listed = fd < 0 ? -1 : dup(fd);
+    DIR *stream = listed < 0 ? NULL : fdopendir(listed);
+    const struct dirent *entry;
+
+    while (stream && (entry = readdir(stream))) {
+        if (segments ? sc_is_segment_name(entry->d_name) : sc_is_frame_name(entry->d_name, frames))
+            remove_file(fd, entry->d_name);
+    }
+    if (stream)
+        closedir(stream);
+    if (fd < 0)
+        return;
+    close(fd);
+    sc_remove_temporaries(path, true);
+    if (folder_too)
+        rmdir(path); /* fails, which is intended, if anything else is in it */
+}
+
+/* Remove what @p owned names of segments/. */
+static void remove_segments(const char *directory, const sc_names *owned)
+{
+    char path[SC_FILE_BYTES];
+
+    sc_directory_path(directory, path, "segments");
+    if (sc_names_has(owned, SC_OWN_SEGMENTS))
+        empty_folder(path, true, 0, sc_names_has(owned, "segments/"));
+}
+
+void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
+{
+    const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    char path[SC_FILE_BYTES];
+    sc_text partial = {0};
+
+    remove_segments(store->directory, &store->data.owned);
+    if (store->has_video && sc_video_partial_name(ctx, store->job.video, &partial) == SC_OK &&
+        sc_names_has(&store->data.owned, partial.data))
+        remove_file(fd, partial.data);
+    sc_text_clear(&partial);
+    sc_store_path(store, path, "frames");
+    if (sc_names_has(&store->data.owned, SC_OWN_PNG))
+        empty_folder(path, false, 0, false);
+    sc_remove_temporaries(store->directory, false);
+    if (fd >= 0)
+        close(fd);
+}
+
+/* For sc_each_file with the store as user. Remove a manifest, of the whole job or of a slice; a
+ * file of such a name that is no manifest stays. */
 static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
     const sc_store *store = user;
-    char path[2 * SC_NAME_BYTES];
+    const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    sc_manifest_data data = {.frames = 0};
+    char path[SC_FILE_BYTES];
 
-    (void)ctx;
     sc_store_path(store, path, "%s", name);
-    if (sc_is_manifest_name(name))
-        unlink(path);
+    if (sc_is_manifest_name(name) && sc_manifest_read_head(&silent, path, &data) == SC_OK &&
+        data.head.known)
+        remove_file(fd, name);
+    sc_manifest_data_clear(&data);
+    if (fd >= 0)
+        close(fd);
     return SC_OK;
 }
 
@@ -44,56 +101,58 @@ static sc_status remove_slice(const sc_ctx *ctx, void *user, const char *name)
     return strcmp(name, "manifest.jsonl") != 0 ? remove_manifest(ctx, user, name) : SC_OK;
 }
 
-/* Remove a file whose name is that of a frame: at least six digits and ".png". For sc_each_file. */
-static sc_status remove_frame(const sc_ctx *ctx, void *user, const char *name)
-{
-    const sc_store *store = user;
-    const size_t digits = strspn(name, "0123456789");
-    char path[2 * SC_NAME_BYTES];
-
-    (void)ctx;
-    sc_store_path(store, path, "frames/%s", name);
-    if (digits >= 6 && !strcmp(name + digits, ".png"))
-        unlink(path);
-    return SC_OK;
-}
-
-void sc_store_remove_segments(const sc_ctx *ctx, sc_store *store)
-{
-    char path[2 * SC_NAME_BYTES];
-
-    sc_store_path(store, path, "segments");
-    sc_remove_temporaries(path, true);
-    if (sc_each_file(ctx, path, store, remove_segment) == SC_OK)
-        rmdir(path); /* fails, which is intended, if anything else is in it */
-}
-
-void sc_store_remove_partial_video(const sc_ctx *ctx, const sc_store *store)
-{
-    char path[2 * SC_NAME_BYTES];
-    sc_text partial = {0};
-
-    sc_store_path(store, path, "%s", store->job.video);
-    if (store->has_video && sc_video_partial_name(ctx, path, &partial) == SC_OK)
-        unlink(partial.data);
-    sc_text_clear(&partial);
-}
-
 sc_status sc_store_remove_slices(const sc_ctx *ctx, sc_store *store)
 {
     return sc_each_file(ctx, store->directory, store, remove_slice);
 }
 
+/* What remove_owned collects of all manifests. */
+typedef struct all_owned {
+    const sc_store *store;
+    sc_manifest_data data; /* only owned and head are used */
+    int frames;            /* the most that one of them has */
+} all_owned;
+
+/* For sc_each_file with an all_owned as user: add what a manifest names. */
+static sc_status collect(const sc_ctx *ctx, void *user, const char *name)
+{
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    all_owned *all = user;
+    char path[SC_FILE_BYTES];
+
+    if (!sc_is_manifest_name(name))
+        return SC_OK;
+    sc_store_path(all->store, path, "%s", name);
+    if (sc_manifest_read_head(&silent, path, &all->data) == SC_OK && all->data.head.known &&
+        all->data.head.frames > all->frames)
+        all->frames = all->data.head.frames;
+    return SC_OK;
+}
+
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
-    sc_status status = sc_each_file(ctx, store->directory, store, remove_manifest);
+    all_owned all = {.store = store};
+    const sc_names *owned = &all.data.owned;
+    const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    char path[SC_FILE_BYTES];
+    sc_status status;
 
-    sc_store_remove_segments(ctx, store);
-    sc_store_remove_partial_video(ctx, store);
-    sc_store_path(store, path, "%s", store->job.video);
-    if (store->has_video)
-        unlink(path);
+    SC_TRY(sc_each_file(ctx, store->directory, &all, collect));
+    for (int i = 0; i < owned->count; i++) {
+        if (!strchr(owned->names[i], '/'))
+            remove_file(fd, owned->names[i]);
+    }
+    remove_segments(store->directory, owned);
     sc_store_path(store, path, "frames");
-    return status == SC_OK ? sc_each_file(ctx, path, store, remove_frame) : status;
+    if (sc_names_has(owned, SC_OWN_PNG))
+        empty_folder(path, false, all.frames, sc_names_has(owned, "frames/"));
+    /* The manifests go last, that of the whole job at the very end: after an accident they still
+     * say what is segcast's. */
+    SC_TRY(sc_store_remove_slices(ctx, store));
+    SC_TRY(remove_manifest(ctx, store, "manifest.jsonl"));
+out:
+    sc_manifest_data_clear(&all.data);
+    if (fd >= 0)
+        close(fd);
+    return status;
 }

@@ -41,16 +41,26 @@ static bool belongs_to(const sc_manifest_head *head, const sc_store_job *job,
 static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
-    char path[2 * SC_NAME_BYTES], reason[REASON_BYTES];
+    char path[SC_FILE_BYTES], own[SC_FILE_BYTES], reason[REASON_BYTES];
     sc_status status;
 
     if (!sc_is_manifest_name(name))
         return SC_OK;
     sc_store_path(store, path, "%s", name);
     status = sc_manifest_read(ctx, path, &store->data);
-    if (status != SC_OK || !store->data.head.known ||
-        belongs_to(&store->data.head, &store->job, reason))
+    if (status != SC_OK || !store->data.head.known)
         return status;
+    if (belongs_to(&store->data.head, &store->job, reason)) {
+        if (store->data.damaged_line)
+            sc_warn(ctx, "%s: line %d is damaged; what it and the lines behind it say is ignored",
+                    path, store->data.damaged_line);
+        sc_store_manifest_path(store, own);
+        if (!strcmp(name, "manifest.jsonl"))
+            store->sealed = store->data.closed;
+        else if (strcmp(path, own) != 0)
+            store->open_slices += !store->data.closed;
+        return SC_OK;
+    }
     return sc_fail(ctx, SC_ERR_CREATE,
                    "%s: was written %s; choose another directory with -o, or use --overwrite", path,
                    reason);
@@ -100,14 +110,15 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
     const sc_ctx silent = {.rank = 0};
     sc_segment segment = {0};
     sc_segment_info info;
-    const void *data;
-    const bool mapped = sc_file_map(&silent, path, &data, &segment.bytes) == SC_OK;
+    char *data = NULL;
+    const bool is_read =
+        sc_file_read(&silent, path, SC_SEGMENT_MAX_BYTES, &data, &segment.bytes) == SC_OK;
     bool ok = false;
 
-    if (!mapped && access(path, F_OK) != 0)
+    if (!is_read && access(path, F_OK) != 0)
         return; /* removed meanwhile by a process that completed the job */
-    if (mapped) {
-        segment.data = (void *)(uintptr_t)data;
+    if (is_read) {
+        segment.data = data;
         ok = sc_segment_inspect(&segment, &info) && info.identity == store->identity &&
              info.first_frame == gop * store->gop_frames &&
              info.frame_count == sc_store_gop_frames(store, gop) && has_known_hashes(store, &info);
@@ -117,8 +128,7 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
     else
         sc_warn(ctx, "%s: is damaged or belongs to another job; its frames are drawn again", path);
     store->has_segment[gop] = ok;
-    if (mapped)
-        sc_file_unmap(data, segment.bytes);
+    sc_free(data);
 }
 
 /* For sc_each_file with the store as user and a file of segments/: scan NNNNNN.seg or
@@ -127,12 +137,12 @@ static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
 {
     sc_store *store = user;
     const char *extension = strrchr(name, '.');
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     char *end;
     const long gop = strtol(name, &end, 10);
 
     sc_store_path(store, path, "segments/%s", name);
-    if (end != name + 6 || *end != '.' || gop < 0 || gop >= store->gop_count)
+    if (!sc_is_segment_name(name) || gop < 0 || gop >= store->gop_count)
         return SC_OK;
     if (!strcmp(extension, ".part"))
         return sc_partial_scan(ctx, &store->partial, path);
@@ -162,7 +172,7 @@ static void compare_partial_gops(sc_store *store)
  * the outputs are what it says. Warns if the video is not. Needs has_png. */
 static bool is_complete(const sc_ctx *ctx, const sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     const sc_manifest_end *end = &store->data.end;
 
     if (!end->known)
@@ -184,15 +194,37 @@ static bool is_complete(const sc_ctx *ctx, const sc_store *store)
     return true;
 }
 
+/* @return whether the records are those that the manifest names; warns of the first that is not. */
+static bool has_sound_records(const sc_ctx *ctx, const sc_store *store)
+{
+    char path[SC_FILE_BYTES];
+
+    for (int i = 0; i < store->data.files.count; i++) {
+        const sc_file_line *line = &store->data.files.lines[i];
+
+        sc_store_path(store, path, "%s", line->name);
+        if (!sc_verify_file(path, line->bytes, line->hash)) {
+            sc_warn(ctx,
+                    "%s: is missing, or is not the file that the manifest names; the records are "
+                    "written again",
+                    path);
+            return false;
+        }
+    }
+    return true;
+}
+
 sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
 {
     const int frames = store->job.frames;
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     sc_status status;
 
     memset(store->data.lines, 0, (size_t)frames * sizeof *store->data.lines);
     memset(store->has_segment, 0, (size_t)store->gop_count * sizeof *store->has_segment);
     store->data.end = (sc_manifest_end){0};
+    store->sealed = false;
+    store->open_slices = 0;
     sc_partial_forget(&store->partial);
     SC_TRY(sc_each_file(ctx, store->directory, store, scan_manifest));
     if (store->has_video) {
@@ -204,6 +236,7 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
         sc_verify_png_files(store->directory, store->data.lines, frames, store->job.threads,
                             store->has_png);
     store->complete = is_complete(ctx, store);
+    store->sealed = store->sealed && store->complete && has_sound_records(ctx, store);
 out:
     return status;
 }

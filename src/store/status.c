@@ -6,15 +6,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* The most frames that a job may have, and a manifest may name. */
-enum { FRAMES_MAX = 1000000 };
-
 /* For the functions that sc_each_file calls. */
 typedef struct manifest_reader {
     const char *directory;
     sc_manifest_data data; /* of all manifests read so far */
     int manifests;         /* how many there are */
-    int unreadable;        /* how many of them have no sound first line */
+    bool closed;           /* that of the whole job has its last line */
+    char problem[160];     /* what is wrong with one of them; empty: nothing */
 } manifest_reader;
 
 /* For sc_each_file with a manifest_reader as user: read one manifest into its data; with data.lines
@@ -34,11 +32,17 @@ static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
         status = SC_OK; /* the process that completed the job has removed it */
         goto out;
     }
+    if (!reader->data.head.known && strcmp(name, "manifest.jsonl") != 0)
+        goto out; /* not of segcast */
     reader->manifests++;
-    if (status == SC_ERR_DATA || (status == SC_OK && !reader->data.head.known)) {
-        reader->unreadable++;
-        status = SC_OK;
-    }
+    if (!reader->data.head.known)
+        snprintf(reader->problem, sizeof reader->problem, "%.40s: %.100s", name,
+                 reader->data.head.problem);
+    else if (reader->data.damaged_line)
+        snprintf(reader->problem, sizeof reader->problem,
+                 "line %d of %.100s is not what was written", reader->data.damaged_line, name);
+    if (!strcmp(name, "manifest.jsonl"))
+        reader->closed = reader->data.closed;
 out:
     sc_free(path);
     return status;
@@ -55,37 +59,40 @@ SC_PRINTF(2, 3) static void damaged(sc_store_report *out, const char *fmt, ...)
     va_end(args);
 }
 
-/* Set condition and video of the report of a job whose manifest has the end line @p end. Needs
- * done and frames. */
-static sc_status judge_end(const sc_ctx *ctx, const char *directory, const sc_manifest_end *end,
-                           sc_store_report *out)
+/* Set the report to damaged unless the file has this size. */
+static void compare_size(const char *directory, const char *name, uint64_t bytes,
+                         sc_store_report *out)
 {
+    char path[SC_FILE_BYTES];
     struct stat info;
-    char *path = NULL;
-    sc_status status = SC_OK;
 
+    sc_directory_path(directory, path, "%s", name);
+    if (lstat(path, &info))
+        damaged(out, "%.100s is missing", name);
+    else if ((uint64_t)info.st_size != bytes)
+        damaged(out, "%.100s has %lld bytes, expected %llu", name, (long long)info.st_size,
+                (unsigned long long)bytes);
+}
+
+/* Set condition and video of the report of a job whose manifest @p data is closed. Needs done and
+ * frames. */
+static void judge_closed(const char *directory, const sc_manifest_data *data, sc_store_report *out)
+{
     out->condition = SC_STORE_COMPLETE;
-    snprintf(out->video, sizeof out->video, "%s", end->video);
+    snprintf(out->video, sizeof out->video, "%s", data->end.video);
+    for (int i = 0; i < data->files.count; i++)
+        compare_size(directory, data->files.lines[i].name, data->files.lines[i].bytes, out);
+    if (out->video[0])
+        compare_size(directory, out->video, data->end.video_bytes, out);
     if (out->done != out->frames)
         damaged(out, "the manifest ends with lines for only %d of %d frames", out->done,
                 out->frames);
-    if (!end->video[0])
-        return SC_OK;
-    SC_TRY(sc_path_join(ctx, directory, end->video, &path));
-    if (stat(path, &info))
-        damaged(out, "the video %s is missing", end->video);
-    else if ((uint64_t)info.st_size != end->video_bytes)
-        damaged(out, "the video %s has %lld bytes, expected %llu", end->video,
-                (long long)info.st_size, (unsigned long long)end->video_bytes);
-out:
-    sc_free(path);
-    return status;
 }
 
 /* Count the frames that are done, into the report: of the whole job, or, with @p wanted [count], of
  * those frames. The slices of a job share the duty of joining its video: if all frames of the job
- * are there, no slice counts as complete without the manifest's end. */
-static void count_frames(const sc_manifest_data *data, const int *wanted, int count,
+ * are there, no slice counts as complete unless the manifest of the job is @p closed. */
+static void count_frames(const sc_manifest_data *data, bool closed, const int *wanted, int count,
                          sc_store_report *out)
 {
     int all = 0, done = 0;
@@ -93,7 +100,7 @@ static void count_frames(const sc_manifest_data *data, const int *wanted, int co
     for (int k = 0; k < data->frames; k++)
         all += data->lines[k].known;
     out->done = all;
-    if (!wanted || data->end.known)
+    if (!wanted || closed)
         return;
     for (int i = 0; i < count; i++)
         done += wanted[i] < data->frames && data->lines[wanted[i]].known;
@@ -111,6 +118,9 @@ sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *w
     void *lines = NULL;
     sc_status status;
 
+    if (strlen(directory) > SC_DIRECTORY_MAX)
+        return sc_fail(ctx, SC_ERR_MISSING, "%.60s...: the path is longer than %d bytes", directory,
+                       SC_DIRECTORY_MAX);
     SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
     if (reader.manifests == 0) {
         status =
@@ -118,20 +128,24 @@ sc_status sc_store_status(const sc_ctx *ctx, const char *directory, const int *w
         goto out;
     }
     report.frames = reader.data.head.frames;
-    if (reader.unreadable || report.frames < 1 || report.frames > FRAMES_MAX) {
-        damaged(&report, "the first line of a manifest is damaged, or of another format");
+    if (report.frames == 0) { /* that of the whole job, which is read last, is none */
+        damaged(&report, "%s", reader.problem);
         *out = report;
         goto out;
     }
+    sc_manifest_data_clear(&reader.data);
     SC_TRY(sc_zalloc(ctx, (size_t)report.frames, sizeof *reader.data.lines, &lines));
     reader = (manifest_reader){.directory = directory,
                                .data = {.lines = lines, .frames = report.frames}};
     SC_TRY(sc_each_file(ctx, directory, &reader, read_one));
-    count_frames(&reader.data, wanted, count, &report);
-    if (reader.data.end.known)
-        SC_TRY(judge_end(ctx, directory, &reader.data.end, &report));
+    count_frames(&reader.data, reader.closed, wanted, count, &report);
+    if (reader.problem[0])
+        damaged(&report, "%s", reader.problem);
+    else if (reader.closed && reader.data.end.known)
+        judge_closed(directory, &reader.data, &report);
     *out = report;
 out:
+    sc_manifest_data_clear(&reader.data);
     sc_free(lines);
     return status;
 }

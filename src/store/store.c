@@ -2,11 +2,17 @@
 /* Opens the directory of a job, and accepts frames and GOPs. */
 #include "internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 bool sc_store_is_complete(const sc_store *store)
 {
     return store->complete;
+}
+
+bool sc_store_is_sealed(const sc_store *store)
+{
+    return store->sealed;
 }
 
 uint64_t sc_store_identity(const sc_store *store)
@@ -41,11 +47,18 @@ typedef struct manifest_search {
  * ignored. */
 static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
     manifest_search *search = user;
-    char path[2 * SC_NAME_BYTES];
+    sc_manifest_data data = {.frames = 0};
+    char path[SC_FILE_BYTES];
+    bool known;
 
-    (void)ctx;
+    sc_store_path(search->store, path, "%s", name);
     if (!sc_is_manifest_name(name))
+        return SC_OK;
+    known = sc_manifest_read_head(&silent, path, &data) == SC_OK && data.head.known;
+    sc_manifest_data_clear(&data);
+    if (!known)
         return SC_OK;
     sc_store_manifest_path(search->store, path);
     search->any = true;
@@ -70,12 +83,42 @@ static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
                    store->directory, store->slice ? "" : ", --overwrite to begin anew");
 }
 
-sc_status sc_store_check_new(const sc_ctx *ctx, const char *directory, const char *slice)
+/* What sc_store_check does, for a store of which directory, job and slice are set; what the run
+ * owns is added to store->data.owned. */
+static sc_status check(const sc_ctx *ctx, sc_store *store, sc_store_mode mode)
 {
-    sc_store probe = {.slice = slice};
+    const sc_store_place place = {.directory = store->directory,
+                                  .slice = store->slice,
+                                  .video = store->job.video,
+                                  .png = store->job.png,
+                                  .joins = store->joins,
+                                  .frames = store->job.frames};
+    sc_status status = sc_store_check_place(ctx, &place, &store->data.owned, &store->owns_more);
 
-    snprintf(probe.directory, sizeof probe.directory, "%s", directory);
-    return refuse_run(ctx, &probe);
+    return status == SC_OK && mode == SC_STORE_NEW ? refuse_run(ctx, store) : status;
+}
+
+/* Set the path of the directory. @return SC_ERR_CREATE if it is too long. */
+static sc_status set_directory(const sc_ctx *ctx, sc_store *store, const char *directory)
+{
+    if (strlen(directory) > SC_DIRECTORY_MAX)
+        return sc_fail(ctx, SC_ERR_CREATE,
+                       "%.60s...: the path of the directory has %zu bytes, expected at most %d",
+                       directory, strlen(directory), SC_DIRECTORY_MAX);
+    strcpy(store->directory, directory);
+    return SC_OK;
+}
+
+sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
+                         const char *slice, sc_store_mode mode)
+{
+    sc_store probe = {.job = *job, .slice = slice};
+    sc_status status = set_directory(ctx, &probe, directory);
+
+    if (status == SC_OK)
+        status = check(ctx, &probe, mode);
+    sc_manifest_data_clear(&probe.data);
+    return status;
 }
 
 /* Allocate the arrays of the store, zeroed, and the buffer for a picture. Needs job and gop_count.
@@ -103,7 +146,7 @@ out:
 /* Make segments/ and frames/, as far as the job needs them. */
 static sc_status make_folders(const sc_ctx *ctx, const sc_store *store)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
     if (store->has_video) {
@@ -118,13 +161,23 @@ out:
     return status;
 }
 
+/* For sc_each_record with the store as user: remove the line of a record, which is written anew. */
+static sc_status drop_record(const sc_ctx *ctx, void *user, const char *name)
+{
+    sc_store *store = user;
+
+    (void)ctx;
+    sc_file_lines_remove(&store->data.files, name);
+    return SC_OK;
+}
+
 /* Begin the run after a scan: set store->wanted to the frames of @p wanted that are not there, make
  * the folders, open the encoder, and write the manifest of this process with the lines of those
  * that are. Lines of frames that are not there become unknown. Without any wanted frames the
- * encoder and the manifest are left out. */
+ * encoder is left out. */
 static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted, int wanted_count)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     void *block = NULL;
     bool *keep;
     sc_status status;
@@ -137,16 +190,30 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
         keep[wanted[i]] = sc_store_has(store, wanted[i]);
         store->wanted[wanted[i]] = !keep[wanted[i]];
     }
-    SC_TRY(make_folders(ctx, store));
-    if (wanted_count == 0)
-        goto out; /* this process will only join what others have done */
-    if (store->has_video)
+    if (!store->joins && store->has_video)
         SC_TRY(sc_store_open_encoder(ctx, store)); /* if it fails, then before anything is drawn */
+    if (!store->joins)
+        SC_TRY(sc_each_record(ctx, store->slice, store, drop_record));
+    store->data.end = (sc_manifest_end){.known = false};
+    /* The manifest says what segcast makes here, and is on disk before anything else is made. */
     sc_store_manifest_path(store, path);
-    SC_TRY(sc_manifest_create(ctx, path, &store->job, store->data.lines, keep, &store->manifest));
+    if (!store->joins || store->owns_more)
+        SC_TRY(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
+                                  store->joins ? NULL : &store->manifest));
+    SC_TRY(make_folders(ctx, store));
 out:
     sc_free(block);
     return status;
+}
+
+/* Remove what a run that ended by an accident, after it had completed the job, has left, and forget
+ * the lines of the records, which are written again. */
+static sc_status clean_up(const sc_ctx *ctx, sc_store *store)
+{
+    sc_store_remove_unfinished(ctx, store);
+    if (!store->joins)
+        (void)sc_each_record(ctx, store->slice, store, drop_record);
+    return sc_store_remove_slices(ctx, store);
 }
 
 sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
@@ -154,7 +221,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
                         sc_store **out)
 {
     sc_store *store = NULL;
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     void *block;
     sc_status status = sc_zalloc(ctx, 1, sizeof *store, &block);
 
@@ -163,22 +230,30 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     store = block;
     store->job = *job;
     store->slice = slice;
+    store->joins = wanted_count == 0;
     store->has_video = strcmp(job->video, "none") != 0;
     store->identity = identity_of(job);
     store->encoding = -1;
     store->gop_frames = sc_video_gop_frames(&job->settings);
     store->gop_count = (job->frames + store->gop_frames - 1) / store->gop_frames;
-    snprintf(store->directory, sizeof store->directory, "%s", directory);
+    SC_TRY(set_directory(ctx, store, directory));
     SC_TRY(allocate(ctx, store));
     sc_store_path(store, path, "segments");
     SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(&job->settings),
                            job->frames, &store->partial));
     SC_TRY(sc_make_directory(ctx, directory));
-    if (mode == SC_STORE_NEW)
-        SC_TRY(refuse_run(ctx, store));
-    if (mode == SC_STORE_OVERWRITE)
+    SC_TRY(check(ctx, store, mode));
+    if (mode == SC_STORE_OVERWRITE) {
         SC_TRY(sc_store_remove_run(ctx, store));
+        sc_names_clear(&store->data.owned);
+        SC_TRY(check(ctx, store, mode));
+    }
     SC_TRY(sc_store_scan(ctx, store));
+    store->takes_over = mode == SC_STORE_RESUME;
+    for (int i = 0; i < wanted_count; i++)
+        store->takes_over = store->takes_over && sc_store_has(store, wanted[i]);
+    if (store->complete && !store->sealed)
+        SC_TRY(clean_up(ctx, store));
     if (!store->complete)
         SC_TRY(begin_run(ctx, store, wanted, wanted_count));
     *out = store;
@@ -196,6 +271,7 @@ void sc_store_close(sc_store *store)
     sc_encoder_close(store->encoder);
     sc_partial_close(&store->partial);
     sc_free(store->data.lines);
+    sc_manifest_data_clear(&store->data);
     sc_free(store->wanted);
     sc_free(store->has_png);
     sc_free(store->has_segment);
@@ -259,10 +335,46 @@ out:
     return status;
 }
 
+/* Write the PNG file of a frame, and put its size and hash into @p done. */
+static sc_status write_png(const sc_ctx *ctx, sc_store *store, const void *data, size_t bytes,
+                           sc_done_frame *done)
+{
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    sc_store_path(store, path, "frames/%06d.png", done->frame);
+    status = sc_file_write(ctx, path, data, bytes);
+    done->png_bytes = bytes;
+    done->png_hash = sc_store_hash_bytes(data, bytes);
+    store->has_png[done->frame] = status == SC_OK;
+    return status;
+}
+
+/* Compress @p image and write it as write_png does. */
+static sc_status compress_png(const sc_ctx *ctx, sc_store *store, const sc_image *image,
+                              sc_done_frame *done)
+{
+    char *data = NULL;
+    size_t bytes = 0;
+    FILE *stream = open_memstream(&data, &bytes);
+    sc_status status;
+
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MEMORY, "frame %d: out of memory", done->frame);
+    status = sc_image_write_png(ctx, image, stream, "a frame in memory");
+    if (fclose(stream) && status == SC_OK)
+        status = sc_fail(ctx, SC_ERR_MEMORY, "frame %d: out of memory", done->frame);
+    if (status == SC_OK)
+        status = write_png(ctx, store, data, bytes, done);
+    free(data);
+    return status;
+}
+
 sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_frame *done,
                              const sc_image *image)
 {
     const double begin_s = sc_wall_s();
+    sc_done_frame line = *done;
     double encoded_s;
     sc_status status = SC_OK;
 
@@ -270,14 +382,9 @@ sc_status sc_store_add_frame(const sc_ctx *ctx, sc_store *store, const sc_done_f
         SC_TRY(add_picture(ctx, store, done, image));
     encoded_s = sc_wall_s();
     store->times.encode_wall_s += encoded_s - begin_s;
-    if (store->job.png) {
-        char path[2 * SC_NAME_BYTES];
-
-        sc_store_path(store, path, "frames/%06d.png", done->frame);
-        SC_TRY(sc_image_save_png(ctx, image, path, true));
-        store->has_png[done->frame] = true;
-    }
-    status = add_line(ctx, store, done);
+    if (store->job.png)
+        SC_TRY(compress_png(ctx, store, image, &line));
+    status = add_line(ctx, store, &line);
     store->times.write_wall_s += sc_wall_s() - encoded_s;
 out:
     return status;
@@ -299,13 +406,11 @@ sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_fra
                        "frames",
                        first, first + count - 1);
     for (int i = 0; i < count; i++) {
-        char path[2 * SC_NAME_BYTES];
+        sc_done_frame line = done[i];
 
-        sc_store_path(store, path, "frames/%06d.png", first + i);
         if (png)
-            SC_TRY(sc_file_write(ctx, path, png[i].data, png[i].bytes));
-        store->has_png[first + i] = png != NULL;
-        SC_TRY(add_line(ctx, store, &done[i]));
+            SC_TRY(write_png(ctx, store, png[i].data, png[i].bytes, &line));
+        SC_TRY(add_line(ctx, store, &line));
     }
     SC_TRY(sc_store_write_segment(ctx, store, gop, segment));
     store->times.write_wall_s += sc_wall_s() - begin_s;

@@ -4,50 +4,70 @@
 
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
-/* For read_head. */
+/* For read_slice. */
 typedef struct head_search {
     const char *directory;
-    sc_manifest_head head; /* the result; known is false until one is found */
+    sc_manifest_data data; /* the result is data.head; known is false until one is found */
 } head_search;
 
-/* For sc_each_file with a head_search as user: put the head of the first manifest that has one into
- * it. Once it is found, all further files are ignored. */
-static sc_status read_head(const sc_ctx *ctx, void *user, const char *name)
+/* For sc_each_file with a head_search as user: read the head of a manifest of a slice. Once one is
+ * found, all further files are ignored. */
+static sc_status read_slice(const sc_ctx *ctx, void *user, const char *name)
 {
     head_search *search = user;
-    sc_manifest_data data = {0};
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
+
+    if (search->data.head.known || !sc_is_manifest_name(name))
+        return SC_OK;
+    sc_directory_path(search->directory, path, "%s", name);
+    return sc_manifest_read_head(ctx, path, &search->data);
+}
+
+/* Find the head of manifest.jsonl or, if there is none, of a slice. */
+static sc_status find_head(const sc_ctx *ctx, const char *directory, head_search *search)
+{
+    char path[SC_FILE_BYTES];
     sc_status status;
 
-    if (search->head.known || !sc_is_manifest_name(name))
-        return SC_OK;
-    snprintf(path, sizeof path, "%s/%s", search->directory, name);
-    status = sc_manifest_read(ctx, path, &data);
-    if (status == SC_OK)
-        search->head = data.head;
+    if (strlen(directory) > SC_DIRECTORY_MAX)
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%.60s...: the path of the directory has %zu bytes, expected at most %d",
+                       directory, strlen(directory), SC_DIRECTORY_MAX);
+    search->directory = directory;
+    sc_directory_path(directory, path, "manifest.jsonl");
+    if (access(path, F_OK) != 0)
+        return sc_each_file(ctx, directory, search, read_slice);
+    status = sc_manifest_read_head(ctx, path, &search->data);
+    if (status == SC_OK && !search->data.head.known)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, search->data.head.problem);
     return status;
 }
 
 sc_status sc_store_identify(const sc_ctx *ctx, const char *directory, sc_store_job *job,
                             char *version)
 {
-    head_search search = {.directory = directory};
-    sc_status status = sc_each_file(ctx, directory, &search, read_head);
+    head_search search = {.directory = NULL};
+    const sc_manifest_head *head = &search.data.head;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    if (!search.head.known)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: holds no run: it has no manifest.jsonl",
-                       directory);
-    snprintf(version, 64, "%s", search.head.version);
+    SC_TRY(find_head(ctx, directory, &search));
+    if (!head->known) {
+        status =
+            sc_fail(ctx, SC_ERR_MISSING, "%s: holds no run: it has no manifest.jsonl", directory);
+        goto out;
+    }
+    snprintf(version, 64, "%s", head->version);
     job->version = version;
-    job->job_hash = search.head.job_hash;
-    job->volume_hash = search.head.volume_hash;
-    job->frames = search.head.frames;
-    job->settings.width_px = search.head.size_px[0];
-    job->settings.height_px = search.head.size_px[1];
-    return SC_OK;
+    job->job_hash = head->job_hash;
+    job->volume_hash = head->volume_hash;
+    job->frames = head->frames;
+    job->settings.width_px = head->size_px[0];
+    job->settings.height_px = head->size_px[1];
+out:
+    sc_manifest_data_clear(&search.data);
+    return status;
 }
 
 /* For check_video_frame; pointers are borrowed. */
@@ -77,16 +97,19 @@ static sc_status check_video_frame(void *user, int k, double time_s, const sc_im
     return SC_OK;
 }
 
-/* Compare size and hash of the video with @p end, then decode it, and compare its frames and their
- * number with @p job. @return SC_ERR_DATA naming the first thing that is wrong. */
+/* Compare name, size and hash of the video with @p end, then decode it, and compare its frames and
+ * their number with @p job. @return SC_ERR_DATA naming the first thing that is wrong. */
 static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                               const sc_manifest_end *end)
 {
-    char path[2 * SC_NAME_BYTES];
+    char path[SC_FILE_BYTES];
     video_check check = {.ctx = ctx, .path = path, .job = job};
     sc_status status;
 
-    snprintf(path, sizeof path, "%s/%s", directory, job->video);
+    sc_directory_path(directory, path, "%s", job->video);
+    if (strcmp(end->video, job->video) != 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: the manifest names another video: \"%s\"", path,
+                       end->video);
     if (!sc_verify_file(path, end->video_bytes, end->video_hash))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
@@ -100,10 +123,11 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
     return status;
 }
 
-/* Decode all PNG files, and compare their pixels with the hashes in @p lines ([job->frames], all
- * known). @return SC_ERR_DATA naming the first one that is wrong, SC_ERR_MEMORY. */
+/* Decode all PNG files, and compare their bytes and pixels with the hashes in @p lines
+ * ([job->frames], all known). @return SC_ERR_DATA naming the first one that is wrong,
+ * SC_ERR_MEMORY. */
 static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
-                                  const sc_frame_line *lines)
+                                  sc_frame_line *lines)
 {
     void *verified;
     sc_status status = sc_alloc(ctx, (size_t)job->frames, sizeof(bool), &verified);
@@ -122,33 +146,80 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
     return status;
 }
 
+/* Read the manifest of a finished job. @return SC_ERR_DATA if it is damaged, SC_ERR_INCOMPLETE if
+ * it is not closed. @p data has lines or not; the caller clears it. */
+static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manifest_data *data)
+{
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    sc_directory_path(directory, path, "manifest.jsonl");
+    if (access(path, F_OK) != 0)
+        return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                       "%s: is not there, so the job, which was drawn in slices, is not finished",
+                       path);
+    status = sc_manifest_read(ctx, path, data);
+    if (status != SC_OK)
+        return status;
+    if (data->damaged_line)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: line %d is damaged: it is not what segcast wrote",
+                       path, data->damaged_line);
+    if (!data->end.known)
+        return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                       "%s: has no end line, so the job is not finished: %d of %d frames are done",
+                       path, data->count, data->head.frames);
+    if (!data->closed)
+        return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                       "%s: has no end line: the pictures are complete, the statistics are not; "
+                       "run again with --resume",
+                       path);
+    return SC_OK;
+}
+
+sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory, sc_text *names)
+{
+    sc_manifest_data data = {.frames = 0};
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    SC_TRY(read_closed(ctx, directory, &data));
+    for (int i = 0; i < data.files.count; i++) {
+        const sc_file_line *line = &data.files.lines[i];
+
+        sc_directory_path(directory, path, "%s", line->name);
+        if (!sc_verify_file(path, line->bytes, line->hash)) {
+            status = sc_fail(ctx, SC_ERR_DATA,
+                             "%s: is missing, or is not the file of %llu bytes and hash %016llx "
+                             "that the manifest names",
+                             path, (unsigned long long)line->bytes, (unsigned long long)line->hash);
+            goto out;
+        }
+        SC_TRY(sc_text_add(ctx, names, ", %s", line->name));
+    }
+out:
+    sc_manifest_data_clear(&data);
+    return status;
+}
+
 sc_status sc_store_verify(const sc_ctx *ctx, const char *directory, const sc_store_job *job)
 {
-    char path[2 * SC_NAME_BYTES];
     sc_manifest_data data = {.frames = job->frames};
     void *lines = NULL;
     sc_status status;
 
-    snprintf(path, sizeof path, "%s/manifest.jsonl", directory);
     SC_TRY(sc_zalloc(ctx, (size_t)job->frames, sizeof *data.lines, &lines));
     data.lines = lines;
-    SC_TRY(sc_manifest_read(ctx, path, &data));
-    if (!data.end.known) {
-        status =
-            sc_fail(ctx, SC_ERR_INCOMPLETE,
-                    "%s: has no end line, so the job is not finished: %d of %d frames are done",
-                    path, data.count, job->frames);
-        goto out;
-    }
+    SC_TRY(read_closed(ctx, directory, &data));
     for (int k = 0; k < job->frames; k++) {
-        if (!data.lines[k].known) {
-            status = sc_fail(ctx, SC_ERR_DATA, "%s: has no line for frame %d", path, k);
+        if (!data.lines[k].known || (job->png && !data.lines[k].done.png_bytes)) {
+            status = sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has no line for frame %d%s",
+                             directory, k, data.lines[k].known ? " with its PNG file" : "");
             goto out;
         }
     }
     if (data.count != job->frames) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: has %d lines of frames, expected %d", path,
-                         data.count, job->frames);
+        status = sc_fail(ctx, SC_ERR_DATA, "%s/manifest.jsonl: has %d lines of frames, expected %d",
+                         directory, data.count, job->frames);
         goto out;
     }
     if (job->png)
@@ -156,6 +227,7 @@ sc_status sc_store_verify(const sc_ctx *ctx, const char *directory, const sc_sto
     if (strcmp(job->video, "none") != 0)
         SC_TRY(verify_video(ctx, directory, job, &data.end));
 out:
+    sc_manifest_data_clear(&data);
     sc_free(lines);
     return status;
 }

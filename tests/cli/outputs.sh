@@ -68,10 +68,3 @@ done
     --set output.title=Turning >/dev/null
 grep -aq Turning titled.mp4 || fail "orbit: no title"
 
-# Files in segments/ that segcast did not write stay when the job is complete.
-mkdir -p strangers/segments
-echo mine >strangers/segments/patient7.seg.nrrd
-echo mine >strangers/segments/000001-notes.seg
-"$SEGCAST" render job.yaml -o strangers -q --set output.video=film.mp4 >/dev/null
-[ "$(ls strangers/segments | tr '\n' ' ')" = "000001-notes.seg patient7.seg.nrrd " ] ||
-    fail "files of others in segments/: $(ls strangers/segments)"

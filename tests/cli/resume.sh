@@ -37,7 +37,10 @@ expect 73 'another volume' "$SEGCAST" render job.yaml -o out --resume --set volu
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set render.samples=2; one_error
 expect 73 'another job' "$SEGCAST" render job.yaml -o out --resume --set output.crf=30; one_error
 sed -i '1s/"version":"/"version":"0.0-/' out/manifest.jsonl
+expect 73 'first line is damaged' "$SEGCAST" render job.yaml -o out --resume; one_error
+sed -i '1s/segcast-manifest-[0-9]*/segcast-manifest-2/' out/manifest.jsonl
 expect 73 'another version' "$SEGCAST" render job.yaml -o out --resume; one_error
+expect 73 'another version' "$SEGCAST" render job.yaml -o out --overwrite; one_error
 
 # stop_in_the_middle DIR SIGNAL: begin the job anew in DIR and send the signal when some frames are there.
 stop_in_the_middle() {
@@ -115,12 +118,20 @@ for how in cut change empty gone another; do
         done
         # shellcheck disable=SC2086
         damage $how out/$what
+        case $how-$what in empty-manifest.jsonl | gone-manifest.jsonl)
+            # Without a manifest nobody can know what in the directory was made by segcast.
+            before=$(find out -type f -exec sha256sum {} + | sort)
+            expect 73 'out/(manifest.jsonl: its first line|.*: is a file that was not made by segcast)' \
+                "$SEGCAST" render job.yaml -o out --resume; one_error
+            [ "$before" = "$(find out -type f -exec sha256sum {} + | sort)" ] || fail "$how $what: files were changed"
+            continue ;;
+        esac
         "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt || { cat stderr.txt >&2; fail "$how $what: exit code $?"; }
         same_as_ref "$how $what"
     done
 done
 
-# Segments of another job, whose manifest was removed, are not used.
+# Segments of another job that bear the names of this one's are not used.
 for _ in $(seq 20); do
     rm -rf out
     "$SEGCAST" render job.yaml -o out -q --set output.crf=40 >/dev/null &
@@ -130,7 +141,10 @@ for _ in $(seq 20); do
     wait $pid 2>/dev/null || true
     [ -e out/segments/000001.seg ] && break # otherwise the run was finished before the signal
 done
-rm out/manifest.jsonl
+mv out another
+stop_in_the_middle out TERM
+mkdir -p out/segments
+cp another/segments/000001.seg out/segments/
 "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt
 grep -q 'belongs to another job; its frames are drawn again' stderr.txt || fail "no warning about segments of another job"
 same_as_ref "segments of another job"
@@ -151,4 +165,4 @@ expect 75 '' "$SEGCAST" render job.yaml -o out --time-limit 0.001
 expect 75 'has no end line' "$SEGCAST" verify out; one_error
 expect 66 'holds no run' "$SEGCAST" verify job.yaml; one_error
 sed -i '/"frame":3,/d' ref/manifest.jsonl
-expect 65 'no line for frame 3' "$SEGCAST" verify ref; one_error
+expect 65 'line 5 is damaged' "$SEGCAST" verify ref; one_error

@@ -22,7 +22,7 @@ jq -e '.condition == "complete" and .done == 7 and .frames == 7 and .video == "f
 cp -r out cut
 truncate -s -1 cut/film.mp4
 expect 65 '' "$SEGCAST" status cut
-grep -q 'cut: damaged: the video film.mp4 has' stdout.txt || fail "a cut video: $(cat stdout.txt)"
+grep -q 'cut: damaged: film.mp4 has' stdout.txt || fail "a cut video: $(cat stdout.txt)"
 rm cut/film.mp4
 expect 65 '' "$SEGCAST" status cut --json
 jq -e '.condition == "damaged" and (.reason | test("missing"))' stdout.txt >/dev/null || fail "a missing video: $(cat stdout.txt)"
@@ -42,7 +42,7 @@ jq -e '.condition == "complete" and .done == 3 and .frames == 3' stdout.txt >/de
 "$SEGCAST" render job.yaml -o slices --slice 1/2 -q >/dev/null
 expect 0 '' "$SEGCAST" status job.yaml -o slices --slice 1/2
 # If all frames are there, but not the end of the manifest, no slice is complete: one has to join the video.
-sed '/"complete"/d' slices/manifest.jsonl >all.jsonl
+sed '/"complete"/,$d' slices/manifest.jsonl >all.jsonl
 cp -r slices unjoined
 mv all.jsonl unjoined/manifest.jsonl
 grep -q '"complete"' slices/manifest.jsonl || fail "the manifest has no line \"end\""
