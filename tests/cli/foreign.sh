@@ -1,6 +1,8 @@
 # segcast changes and removes only what its own manifest says it made: whatever else is in its way is an
 # error (73) before any work, with --resume and --overwrite, too, and stays as it is, byte for byte.
 small_job job.yaml
+echo broken >broken.nrrd # a volume that cannot be read: so nothing was read before the refusal
+broken=$PWD/broken.nrrd
 sed -i 's/size: \[96, 72\], video: none/size: [96, 72], fps: 4, frames: png, video: film.mp4/' job.yaml
 
 # state DIR...: print the kind, hash and target of all files and folders
@@ -11,7 +13,7 @@ refused() {
     local what=$1 pattern=$2 before
     shift 2
     before=$(state . | grep -v -e stdout.txt -e stderr.txt)
-    expect 73 "$pattern" "$@" --set volume=none.nrrd
+    expect 73 "$pattern" "$@" --set volume="$broken"
     one_error
     [ "$before" = "$(state . | grep -v -e stdout.txt -e stderr.txt)" ] || fail "$what: files were changed"
 }

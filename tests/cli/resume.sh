@@ -21,7 +21,8 @@ expect 0 'nothing to do' "$SEGCAST" render job.yaml -o out --resume
 
 # Without --resume a directory that holds a run is refused before the volume is read; --overwrite removes
 # the run and begins anew.
-expect 73 'already holds a run; use --resume' "$SEGCAST" render job.yaml -o out --set volume=none.nrrd; one_error
+echo broken >broken.nrrd
+expect 73 'already holds a run; use --resume' "$SEGCAST" render job.yaml -o out --set volume=broken.nrrd; one_error
 echo mine >out/frames/notes.txt
 "$SEGCAST" render job.yaml -o out --overwrite --set animation.frames=5 -q >/dev/null
 [ "$(ls out/frames | tr '\n' ' ')" = "000000.png 000001.png 000002.png 000003.png 000004.png notes.txt " ] ||
