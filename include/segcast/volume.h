@@ -8,7 +8,8 @@
  *    shorter than two voxels on average, background and the commonest label left out;
  *  - for negative label values;
  *  - for a voxel spacing outside of 1e-6 mm to 100 mm, or spacings that differ by more than 100
- *    times: most likely a wrong unit. */
+ *    times: most likely a wrong unit.
+ *  A geometry that cannot be drawn is an error: see sc_geometry_check. */
 #ifndef SEGCAST_VOLUME_H
 #define SEGCAST_VOLUME_H
 
@@ -49,6 +50,25 @@ size_t sc_volume_voxels(const sc_volume *volume);
 /** @return a hash of ids, label values, size and geometry, independent of names, colours and
  *  file format. It reads all ids. */
 uint64_t sc_volume_hash(const sc_volume *volume);
+
+/** What a geometry that is accepted stays within. Rays are marched in single precision, in units of
+ *  voxels and of millimetres: SC_EXTENT_MOST_VOXELS keeps the error of a position below 1/32 of a
+ *  voxel, and the bounds of the spacing, from a picometre to 100 km, keep areas and volumes in the
+ *  range of the numbers. */
+#define SC_SPACING_LEAST_MM 1e-9
+#define SC_SPACING_MOST_MM 1e8
+#define SC_EXTENT_MOST_VOXELS 262144.0
+#define SC_ORIGIN_MOST_VOXELS 4e9
+
+/** Check that a volume of @p size voxels with this map from voxels to RAS mm can be drawn: all
+ *  numbers are finite; the axes are independent; the voxels measure between SC_SPACING_LEAST_MM and
+ *  SC_SPACING_MOST_MM along each axis; no line through the volume is longer than
+ *  SC_EXTENT_MOST_VOXELS, counted in voxels of the axis along which it passes most of them (this
+ *  bounds the ratio of the spacings and the shear); the origin is at most SC_ORIGIN_MOST_VOXELS
+ *  of the smallest spacing away. @return SC_ERR_DATA, logged under @p path with what was found and
+ *  expected. */
+SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[3],
+                                        const sc_affine *to_ras_mm);
 
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
  *  the file where it has some, else colours are distinct and depend on the label value alone.

@@ -25,6 +25,11 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
     };
 }
 
+/* Samples of the voxel surface are numbered from the eye where that is nearer than this number of
+ * steps: a float then resolves 1/128 of a step. Rays from farther away begin with a later sample.
+ */
+#define STEPS_FROM_EYE_MOST 65536.0
+
 /* Fill in clip_sets, part_count and parts of the ray: what each clip set keeps between @p begin
  * and @p end, in mm from the eye. @param eye and direction in RAS mm. @param base distance of
  * the ray's origin from the eye. @return false if nothing is kept. */
@@ -54,8 +59,8 @@ static bool fill_parts(const sc_lens *lens, sc_vec3 eye, sc_vec3 direction, doub
             part->end_mm = (float)(kept[i].end_mm - base);
             part->cap_plane = (int8_t)kept[i].begin_plane;
             if (lens->from_eye) {
-                part->first = (int32_t)ceil(kept[i].begin_mm / step - 0.5);
-                part->last = (int32_t)ceil(kept[i].end_mm / step - 0.5);
+                part->first = (int32_t)ceil((kept[i].begin_mm - base) / step - 0.5);
+                part->last = (int32_t)ceil((kept[i].end_mm - base) / step - 0.5);
             }
             any = true;
         }
@@ -69,7 +74,9 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     const double across = (x_px - lens->middle_px[0]) * lens->px_scale;
     const double upward = (lens->middle_px[1] - y_px) * lens->px_scale;
     sc_vec3 eye = c->position_mm, direction = c->forward, origin = lens->eye, along = lens->forward;
+    const double radius = lens->renderer->radius_mm, step = lens->renderer->march.step_mm;
     double middle, begin, base;
+    sc_vec3 beside;
 
     /* The same steps in mm (eye, direction) and in voxels (origin, along). */
     if (c->projection == SC_ORTHOGRAPHIC) {
@@ -85,11 +92,15 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     }
     /* The ray lies within the sphere around the volume between these distances, or in less of it.
      */
-    middle = sc_vec3_dot(sc_vec3_sub(lens->renderer->middle_mm, eye), direction);
-    if (middle + lens->renderer->radius_mm <= 0)
+    beside = sc_vec3_sub(lens->renderer->middle_mm, eye);
+    middle = sc_vec3_dot(beside, direction);
+    beside = sc_vec3_along(beside, -middle, direction);
+    if (middle + radius <= 0 || sc_vec3_dot(beside, beside) > radius * radius)
         return false;
-    begin = fmax(middle - lens->renderer->radius_mm, 0);
-    base = lens->from_eye ? 0 : begin;
+    begin = fmax(middle - radius, 0);
+    base = begin;
+    if (lens->from_eye)
+        base = begin > STEPS_FROM_EYE_MOST * step ? floor(begin / step) * step : 0;
     ray->base_mm = (float)base;
     ray->origin[0] = (float)(origin.x + base * along.x + lens->shift);
     ray->origin[1] = (float)(origin.y + base * along.y + lens->shift);
@@ -100,5 +111,5 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray)
     ray->toward_eye[0] = (float)-direction.x;
     ray->toward_eye[1] = (float)-direction.y;
     ray->toward_eye[2] = (float)-direction.z;
-    return fill_parts(lens, eye, direction, begin, middle + lens->renderer->radius_mm, base, ray);
+    return fill_parts(lens, eye, direction, begin, middle + radius, base, ray);
 }

@@ -270,7 +270,6 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
     }
     SC_TRY(element_type(&m, &source.type));
     geometry(&m, &source);
-    SC_TRY(sc_geometry_check(ctx, path, &source.to_ras_mm));
     SC_TRY(find_voxels(&m, &source));
     *out = source;
     source = (sc_source){0};

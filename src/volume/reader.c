@@ -229,9 +229,9 @@ static void warn_of_shear(const sc_ctx *ctx, const char *path, const sc_affine *
 }
 
 /* From electron microscopy (1 nm) to whole bodies; beyond, most likely the unit is wrong. */
-#define SPACING_LEAST_MM 1e-6
-#define SPACING_MOST_MM 100.0
-#define SPACING_RATIO_MOST 100.0
+#define USUAL_SPACING_LEAST_MM 1e-6
+#define USUAL_SPACING_MOST_MM 100.0
+#define USUAL_SPACING_RATIO 100.0
 
 /* Warn of one spacing outside of the limits above, or else of spacings that differ too much. */
 static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
@@ -244,12 +244,12 @@ static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine
         least = fmin(least, spacing_mm);
         most = fmax(most, spacing_mm);
     }
-    if (least < SPACING_LEAST_MM || most > SPACING_MOST_MM)
+    if (least < USUAL_SPACING_LEAST_MM || most > USUAL_SPACING_MOST_MM)
         sc_warn(ctx,
                 "%s: its voxels measure %.4g to %.4g mm, expected %g to %g mm; is the unit of its "
                 "spacing right?",
-                path, least, most, SPACING_LEAST_MM, SPACING_MOST_MM);
-    else if (most > SPACING_RATIO_MOST * least)
+                path, least, most, USUAL_SPACING_LEAST_MM, USUAL_SPACING_MOST_MM);
+    else if (most > USUAL_SPACING_RATIO * least)
         sc_warn(ctx,
                 "%s: its voxels measure %.4g mm along one axis and %.4g mm along another; is the "
                 "spacing right?",
@@ -276,7 +276,7 @@ static sc_status open_source(const sc_ctx *ctx, const char *path, bool header_on
         goto out;
     }
     SC_TRY(readers[which].open(ctx, path, header_only, &source));
-    SC_TRY(sc_geometry_check(ctx, path, &source.to_ras_mm));
+    SC_TRY(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
     warn_of_shear(ctx, path, &source.to_ras_mm);
     warn_of_spacing(ctx, path, &source.to_ras_mm);
     if (!source.oriented)

@@ -74,9 +74,6 @@ void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *coun
  * below 1 or above INT32_MAX, or if the voxels take more than SC_VOLUME_BYTES_MAX. */
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
                          size_t bytes_per_voxel, size_t *out);
-/* SC_ERR_DATA (logged under @p path) unless the map is invertible and its numbers are finite
- * and at most 1e9. */
-sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm);
 
 /* Make the path of a file that the header @p header names in its field @p field as @p name,
  * relative to the folder of the header. SC_ERR_DATA (logged with what to do) unless it is a regular

@@ -67,21 +67,79 @@ sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size
     return SC_OK;
 }
 
-sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
+/* Check the spacings and the distance of the origin; see sc_geometry_check. */
+static sc_status check_spacing(const sc_ctx *ctx, const char *path, const sc_affine *to_mm)
 {
-    sc_affine inverse;
+    double least_mm = HUGE_VAL, most_mm = 0;
+    const double origin_mm = sc_vec3_length(sc_affine_column(to_mm, 3));
+
+    for (int i = 0; i < 3; i++) {
+        const double spacing_mm = sc_vec3_length(sc_affine_column(to_mm, i));
+
+        least_mm = fmin(least_mm, spacing_mm);
+        most_mm = fmax(most_mm, spacing_mm);
+    }
+    if (least_mm < SC_SPACING_LEAST_MM || most_mm > SC_SPACING_MOST_MM)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: its voxels measure %.4g to %.4g mm, expected %g to %g mm; correct the "
+                       "spacing in its header",
+                       path, least_mm, most_mm, SC_SPACING_LEAST_MM, SC_SPACING_MOST_MM);
+    if (origin_mm > SC_ORIGIN_MOST_VOXELS * least_mm)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: its origin lies %.4g mm away, more than %g voxels of %.4g mm; correct the "
+            "origin in its header",
+            path, origin_mm, SC_ORIGIN_MOST_VOXELS, least_mm);
+    return SC_OK;
+}
+
+/* Length of the diagonal of the volume, with two voxels more on every side, in mm. */
+static double longest_line_mm(const int size[3], const sc_affine *to_mm)
+{
+    double most_mm = 0;
+
+    for (int corner = 0; corner < 4; corner++) { /* four diagonals */
+        const sc_vec3 diagonal = {size[0] + 4.0, (corner & 1 ? -1 : 1) * (size[1] + 4.0),
+                                  (corner & 2 ? -1 : 1) * (size[2] + 4.0)};
+
+        most_mm = fmax(most_mm, sc_vec3_length(sc_affine_vector(to_mm, diagonal)));
+    }
+    return most_mm;
+}
+
+sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, const int size[3],
+                            const sc_affine *to_ras_mm)
+{
+    sc_affine to_voxel;
+    sc_status status;
+    double line_mm;
 
     for (int i = 0; i < 12; i++) {
-        const double value = to_mm->m[i / 4][i % 4];
+        const double value = to_ras_mm->m[i / 4][i % 4];
 
         if (!isfinite(value) || fabs(value) > 1e9)
             return sc_fail(ctx, SC_ERR_DATA, "%s: geometry holds %g, expected finite millimetres",
                            path, value);
     }
-    if (!sc_affine_invert(to_mm, &inverse))
+    SC_TRY(check_spacing(ctx, path, to_ras_mm));
+    if (!sc_affine_invert(to_ras_mm, &to_voxel))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: the voxel axes are not independent (singular geometry)", path);
-    return SC_OK;
+    line_mm = longest_line_mm(size, to_ras_mm);
+    for (int i = 0; i < 3; i++) {
+        const double *row = to_voxel.m[i];
+        const double per_mm = sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+
+        if (line_mm * per_mm > SC_EXTENT_MOST_VOXELS)
+            return sc_fail(
+                ctx, SC_ERR_DATA,
+                "%s: measures %.4g mm from corner to corner, which are %.3g voxels of its "
+                "axis %d (%.4g mm); at most %.0f can be drawn: correct the spacing in its "
+                "header, or resample it",
+                path, line_mm, line_mm * per_mm, i, 1 / per_mm, SC_EXTENT_MOST_VOXELS);
+    }
+out:
+    return status;
 }
 
 /* What the threads of sc_volume_hide share. */
