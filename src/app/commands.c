@@ -25,6 +25,12 @@ const sc_command sc_commands[] = {
      "Leaves nothing but the video.", sc_cmd_orbit, true},
     {"info", "VOLUME", "geometry, labels, boundary voxels, thickness and surface of a volume", NULL,
      sc_cmd_info, false},
+    {"init", "VOLUME", "write a job to begin with, with all tissues of a volume",
+     "The job names every tissue with its number, volume and measured thickness, by system of the "
+     "body and from the head to the feet. Tissues are opaque; those that enclose and hide the "
+     "others come first and are nearly transparent, or hidden. A file that exists is never "
+     "replaced; -o - writes to standard output.",
+     sc_cmd_init, false},
     {"prepare", "VOLUME|JOB.yaml", "prepare a volume as a file that later jobs map",
      "A prepared file holds one strength of smoothing and one set of hidden tissues; give the job "
      "instead of the volume to get the file that fits the job.",

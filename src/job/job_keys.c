@@ -5,7 +5,7 @@
 #include "segcast/job.h"
 
 #define ORBIT_AND_VIEWS "orbit views"
-#define LABEL_COMMANDS "orbit views info prepare"
+#define LABEL_COMMANDS "orbit views info init prepare"
 
 /* ---- output ---- */
 

@@ -1,0 +1,319 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast init: write a job to begin with, with every tissue of a volume. */
+#include "app.h"
+#include "init.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+/* ---- names of files ---- */
+
+/* @return the length of the name of a volume's file, @p name, without its endings. */
+static size_t stem_length(const char *name)
+{
+    static const char *const endings[] = {".gz",  ".nii", ".seg", ".nrrd", ".nhdr",
+                                          ".mha", ".mhd", ".hdr", ".img",  ".segc"};
+    size_t length = strlen(name);
+    bool again = true;
+
+    while (again) {
+        again = false;
+        for (size_t i = 0; i < SC_COUNT_OF(endings); i++) {
+            const size_t n = strlen(endings[i]);
+
+            if (length > n && !strncasecmp(name + length - n, endings[i], n)) {
+                length -= n;
+                again = true;
+            }
+        }
+    }
+    return length;
+}
+
+/* Make the name of the volume's file without folder and endings; "phantom" for the phantom. Caller
+ * owns *out: sc_free. */
+static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
+{
+    const char *slash = strrchr(volume, '/'), *name = slash ? slash + 1 : volume;
+    sc_text text = {0};
+    sc_status status;
+
+    if (sc_job_is_phantom(volume))
+        status = sc_text_add(ctx, &text, "phantom");
+    else
+        status = sc_text_add(ctx, &text, "%.*s", (int)stem_length(name), name);
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
+/* Append @p text as a value or key of YAML, in double quotes. */
+static sc_status add_quoted(const sc_ctx *ctx, const char *text, sc_text *out)
+{
+    sc_status status = sc_text_add(ctx, out, "\"");
+
+    for (; *text && status == SC_OK; text++) {
+        if (*text == '"' || *text == '\\')
+            status = sc_text_add(ctx, out, "\\%c", *text);
+        else if ((unsigned char)*text < 0x20 || *text == 0x7f)
+            status = sc_text_add(ctx, out, "\\x%02x", (unsigned char)*text);
+        else
+            status = sc_text_add(ctx, out, "%c", *text);
+    }
+    return status == SC_OK ? sc_text_add(ctx, out, "\"") : status;
+}
+
+/* Append the line of a key that holds a path: as the user has given it, if the job is written to
+ * the working directory, to which it is relative then; else absolute. */
+static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, bool is_here,
+                          sc_text *out)
+{
+    char *absolute = is_here || sc_job_is_phantom(path) ? NULL : realpath(path, NULL);
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out, "%s: ", key));
+    SC_TRY(add_quoted(ctx, absolute ? absolute : path, out));
+    status = sc_text_add(ctx, out, "\n");
+out:
+    free(absolute);
+    return status;
+}
+
+/* ---- tissues ---- */
+
+/* Does the name lead to this label alone, in a job? Otherwise its number has to. */
+static bool is_clear(const sc_prepared *v, int id)
+{
+    const sc_pattern pattern = sc_pattern_of(v->labels[id].name);
+
+    if (!v->labels[id].name[0] || pattern.is_number || pattern.is_glob)
+        return false;
+    for (int other = 1; other < v->label_count; other++) {
+        if (other != id && sc_label_match(&v->labels[other], &pattern) == SC_MATCH_EXACT)
+            return false;
+    }
+    return true;
+}
+
+/* Append how a tissue looks at first: what the label table says; else opaque, and covers nearly
+ * transparent, or hidden if another cover lies around them. */
+static sc_status add_look(const sc_ctx *ctx, const sc_label *label, int layer, sc_text *out)
+{
+    if (label->hidden)
+        return sc_text_add(ctx, out, "visible: false");
+    if (label->opacity >= 0)
+        return sc_text_add(ctx, out, "opacity: %.3g", label->opacity);
+    if (layer > 1)
+        return sc_text_add(ctx, out, "visible: false");
+    return sc_text_add(ctx, out, "opacity: %s", layer == 1 ? "0.12" : "1");
+}
+
+/* Append the line of a tissue: its look, and as a comment its number, volume and thickness. */
+static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_place *place,
+                            int width, sc_text *out)
+{
+    const sc_label *label = &v->labels[place->id];
+    const sc_label_stats *s = &v->stats[place->id];
+    const double ml = (double)s->voxels * fabs(sc_affine_determinant(&v->to_ras_mm)) / 1000;
+    const size_t begin = out->length_bytes;
+    const bool by_name = is_clear(v, place->id);
+    int used;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out, "  "));
+    if (by_name)
+        SC_TRY(add_quoted(ctx, label->name, out));
+    else
+        SC_TRY(sc_text_add(ctx, out, "%lld", (long long)label->value));
+    used = (int)(out->length_bytes - begin);
+    SC_TRY(sc_text_add(ctx, out, ":%*s{", used < width + 4 ? width + 4 - used + 1 : 1, ""));
+    SC_TRY(add_look(ctx, label, place->layer, out));
+    SC_TRY(sc_text_add(ctx, out, ", color: \"#%02x%02x%02x\"}  # ", label->rgb[0], label->rgb[1],
+                       label->rgb[2]));
+    if (!by_name && label->name[0])
+        SC_TRY(add_quoted(ctx, label->name, out));
+    SC_TRY(sc_text_add(ctx, out, "%slabel %lld, %.3g ml, %.3g mm thick\n",
+                       !by_name && label->name[0] ? ", " : "", (long long)label->value, ml,
+                       s->thickness_mm));
+out:
+    return status;
+}
+
+/* Append the map of tissues, with a comment before each system. */
+static sc_status add_tissues(const sc_ctx *ctx, const sc_prepared *v, const sc_place *places,
+                             int count, sc_text *out)
+{
+    enum { WIDTH_MAX = 40 };
+    int width = 0, systems = 0;
+    sc_status status;
+
+    for (int i = 0; i < count; i++) {
+        const int length = (int)strlen(v->labels[places[i].id].name);
+
+        width = length > width && length <= WIDTH_MAX ? length : width;
+        systems += i == 0 || places[i].system != places[i - 1].system;
+    }
+    SC_TRY(sc_text_add(ctx, out,
+                       "\n# All tissues: opacity is a number from 0 to 1, or auto (by thickness); "
+                       "visible: false hides one.\ntissues:%s\n",
+                       count ? "" : " {}"));
+    for (int i = 0; i < count; i++) {
+        if (systems > 1 && (i == 0 || places[i].system != places[i - 1].system))
+            SC_TRY(sc_text_add(ctx, out, "  # %s\n", sc_system_title(places[i].system)));
+        SC_TRY(add_tissue(ctx, v, &places[i], width, out));
+    }
+out:
+    return status;
+}
+
+/* ---- the job ---- */
+
+/* @return the value of the last option that sets the key @p path, or NULL. */
+static const char *option_value(const sc_app *app, const char *path)
+{
+    const char *value = NULL;
+
+    for (size_t i = 0; i < app->options.setting_count; i++) {
+        if (!strcmp(app->options.settings[i].path, path))
+            value = app->options.settings[i].value;
+    }
+    return value;
+}
+
+/* Append the line "  key: NAME", whose name is @p stem followed by @p ending. */
+static sc_status add_name(const sc_ctx *ctx, const char *key, const char *stem, const char *ending,
+                          sc_text *out)
+{
+    sc_text name = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &name, "%s%s", stem, ending));
+    SC_TRY(sc_text_add(ctx, out, "  %s: ", key));
+    SC_TRY(add_quoted(ctx, name.data, out));
+    status = sc_text_add(ctx, out, "\n");
+out:
+    sc_text_clear(&name);
+    return status;
+}
+
+/* Append everything before the tissues. @param path where the job is written. */
+static sc_status add_head(const sc_app *app, const char *path, const char *stem, sc_text *out)
+{
+    const sc_ctx *ctx = app->ctx;
+    const bool is_here = !strchr(path, '/');
+    const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out,
+                       "# A job to begin with, made by `segcast init`: change what you like.\n"));
+    if (strcmp(path, "-"))
+        SC_TRY(sc_text_add(ctx, out,
+                           "#   segcast check %s                 tells all mistakes in it\n"
+                           "#   segcast still %s -o picture.png  draws its first frame\n"
+                           "#   segcast render %s                makes the video\n",
+                           path, path, path));
+    SC_TRY(sc_text_add(ctx, out, "# All keys: `segcast keys`, or docs/job.md.\n\n"));
+    SC_TRY(add_path(ctx, "volume", app->options.input, is_here, out));
+    if (labels)
+        SC_TRY(add_path(ctx, "labels", labels, is_here, out));
+    if (format)
+        SC_TRY(sc_text_add(ctx, out, "labels_format: %s\n", format));
+    SC_TRY(sc_text_add(ctx, out, "\noutput:\n"));
+    SC_TRY(add_name(ctx, "directory", stem, "-out", out));
+    SC_TRY(add_name(ctx, "video", stem, ".mp4", out));
+    status = sc_text_add(ctx, out,
+                         "  size: 1080p  # or 720p, 4k, square, vertical, [W, H]\n"
+                         "  fps: 30\n");
+out:
+    return status;
+}
+
+/* Append everything after the tissues. */
+static sc_status add_animation(const sc_ctx *ctx, sc_text *out)
+{
+    return sc_text_add(
+        ctx, out,
+        "\nanimation:\n"
+        "  duration: 6s\n"
+        "  camera:\n"
+        "    orbit: {axis: superior, turns: 1, elevation: 15}\n"
+        "    # zoom: {from: 1, to: 1.2}\n"
+        "  # A plane that moves from the front to the middle; what lies before it is cut away:\n"
+        "  # clip:\n"
+        "  #   - sweep: {normal: posterior, from: 0%%, to: 50%%, during: [20%%, 80%%]}\n"
+        "  #     except: []  # tissues that stay whole\n");
+}
+
+/* Append the whole job for the volume of a session, of which all has been measured. */
+static sc_status describe(const sc_app *app, const sc_session *session, const char *path,
+                          const char *stem, sc_text *out)
+{
+    const sc_prepared *v = &session->volume;
+    sc_place *places = NULL;
+    void *hidden = NULL, *layers = NULL;
+    int count = 0;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
+    SC_TRY(sc_alloc(app->ctx, (size_t)v->label_count, sizeof(int), &layers));
+    for (int id = 1; id < v->label_count; id++)
+        ((bool *)hidden)[id] = v->labels[id].hidden;
+    SC_TRY(sc_find_covers(app->ctx, v, hidden, layers));
+    SC_TRY(sc_places_find(app->ctx, v, layers, &places, &count));
+    SC_TRY(add_head(app, path, stem, out));
+    SC_TRY(add_tissues(app->ctx, v, places, count, out));
+    status = add_animation(app->ctx, out);
+out:
+    sc_free(places);
+    sc_free(layers);
+    sc_free(hidden);
+    return status;
+}
+
+/* Write @p text to @p path, which must not exist, or to standard output for "-". */
+static sc_status write_job(const sc_app *app, const char *path, const sc_text *text)
+{
+    sc_outfile file = {0};
+    sc_status status;
+
+    if (!strcmp(path, "-")) {
+        fwrite(text->data, 1, text->length_bytes, stdout);
+        return SC_OK;
+    }
+    SC_TRY(sc_outfile_open(app->ctx, path, false, &file));
+    fwrite(text->data, 1, text->length_bytes, file.stream);
+    SC_TRY(sc_outfile_commit(app->ctx, &file)); /* it also tells of errors in writing */
+    printf("%s\n", path);
+out:
+    sc_outfile_discard(&file);
+    return status;
+}
+
+sc_status sc_cmd_init(sc_app *app)
+{
+    sc_session session = {0};
+    sc_text text = {0}, path = {0};
+    char *stem = NULL;
+    sc_status status;
+
+    SC_TRY(make_stem(app->ctx, app->options.input, &stem));
+    if (app->options.output)
+        SC_TRY(sc_text_add(app->ctx, &path, "%s", app->options.output));
+    else
+        SC_TRY(sc_text_add(app->ctx, &path, "%s.yaml", stem));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_session_job(app, NULL, &session));
+    if (strcmp(path.data, "-"))
+        SC_TRY(sc_check_output(app, &session, path.data));
+    session.measure = true;
+    SC_TRY(sc_session_load(app, &session));
+    SC_TRY(describe(app, &session, path.data, stem, &text));
+    status = write_job(app, path.data, &text);
+out:
+    sc_text_clear(&text);
+    sc_text_clear(&path);
+    sc_free(stem);
+    sc_session_clear(&session);
+    return status;
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to segcast init: what is known of the tissues of a volume beside their measurements. */
+#ifndef SC_APP_INIT_H
+#define SC_APP_INIT_H
+
+#include "segcast/prepare.h"
+
+/* A system of the body, as anatomical atlases are divided; in the order of a job file. */
+typedef enum sc_system {
+    SC_SYSTEM_COVERS, /* tissues that enclose others */
+    SC_SYSTEM_SKELETON,
+    SC_SYSTEM_MUSCLES,
+    SC_SYSTEM_HEART,
+    SC_SYSTEM_VESSELS,
+    SC_SYSTEM_AIRWAYS,
+    SC_SYSTEM_DIGESTIVE,
+    SC_SYSTEM_UROGENITAL,
+    SC_SYSTEM_GLANDS,
+    SC_SYSTEM_NERVES,
+    SC_SYSTEM_OTHER,
+    SC_SYSTEM_COUNT
+} sc_system;
+/* @return words for a comment, such as "Skeleton". */
+const char *sc_system_title(sc_system system);
+
+/* A tissue in its place. */
+typedef struct sc_place {
+    int id;                   /* dense id */
+    sc_system system;         /* by the words of its name */
+    int layer;                /* of a cover: 1 for the outermost; else 0 */
+    int side;                 /* 0: right, 1: left, 2: neither */
+    double height_mm;         /* of its middle above the origin, towards the head */
+    double group_mm;          /* the largest height of the tissues with the same stem */
+    char stem[SC_NAME_BYTES]; /* its name without sides and numbers, in lower case */
+} sc_place;
+
+/* Put the tissues that have voxels in the order in which an atlas lists them: covers from the
+ * outside, then by system; within one from the head to the feet, but both sides of a pair and all
+ * members of a series (ribs, vertebrae) together. @param layers [label_count] of sc_find_covers.
+ * @param out [*count]; caller owns: sc_free. @return SC_ERR_MEMORY. */
+sc_status sc_places_find(const sc_ctx *ctx, const sc_prepared *volume, const int *layers,
+                         sc_place **out, int *count);
+
+/* Find the tissues that hide what they enclose, layer by layer: the one behind which, along the
+ * axes of the volume, most of all others lie, then the next with that one removed; and those whose
+ * name says that they are what is left over, or skin. @param hidden [label_count] by dense id: as
+ * if they were not there. @param layers [label_count]: 1 for the outermost cover, 0 for all that
+ * are none. @return SC_ERR_MEMORY. */
+sc_status sc_find_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
+                         int *layers);
+
+/* Copy a name to @p to, which has SC_NAME_BYTES: in lower case, its words separated by one blank.
+ */
+void sc_plain_words(const char *name, char *to);
+/* @return whether a word of @p words, which sc_plain_words has made, begins with @p beginning. */
+bool sc_word_begins(const char *words, const char *beginning);
+
+#endif

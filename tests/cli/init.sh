@@ -1,0 +1,61 @@
+# segcast init writes a job that names every tissue, that check accepts and that draws what it should.
+export HOME=/home/someone
+"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+
+# Every label has a line, by name, with number, volume and thickness as `info` measures them.
+[ "$("$SEGCAST" init heart.nrrd -q)" = heart.yaml ] || fail "the path of the job was not printed"
+"$SEGCAST" info heart.nrrd --json -q >info.json 2>/dev/null
+jq -r '.labels[1:][] | "\(.name)\t\(.value)\t\(.volume_mm3)\t\(.thickness_mm)"' info.json >labels.txt
+[ "$(wc -l <labels.txt)" = 20 ] || fail "the phantom has $(wc -l <labels.txt) labels"
+while IFS=$'\t' read -r name value mm3 thickness; do
+    line=$(grep "^  \"$name\": " heart.yaml) || fail "no line for $name"
+    want=$(awk -v v="$mm3" -v t="$thickness" 'BEGIN {printf "%.3g ml, %.3g mm thick", v / 1000, t}')
+    [[ $line == *"# label $value, $want" ]] || fail "$name: \"$line\", expected label $value, $want"
+done <labels.txt
+"$SEGCAST" check heart.yaml >/dev/null 2>check.txt || { cat check.txt; fail "check refuses what init has written"; }
+[ ! -s check.txt ] || { cat check.txt; fail "check warns of what init has written"; }
+"$SEGCAST" still heart.yaml --set output.size=64x48 -o heart.png -q >/dev/null
+
+# A file is never replaced, also not with the option that replaces files elsewhere.
+sum=$(cksum heart.yaml)
+expect 73 'heart.yaml' "$SEGCAST" init heart.nrrd; one_error
+expect 64 'has no option --overwrite' "$SEGCAST" init heart.nrrd --overwrite; one_error
+[ "$sum" = "$(cksum heart.yaml)" ] || fail "an existing job was changed"
+
+# A job in another folder finds its volume and table; - is standard output.
+mkdir sub
+printf '1 heart_muscle 200 80 70 255\n2 heart_muscle 1 2 3 255\n3 7 1 2 3 255\n4 left_[*] 1 2 3 255\n5 "quoted"\\name 1 2 3 128\n' >table.ctbl
+"$SEGCAST" init heart.nrrd --labels table.ctbl -o sub/job.yaml -q >/dev/null 2>&1
+grep -q "^volume: \"$PWD/heart.nrrd\"" sub/job.yaml || fail "the volume of sub/job.yaml"
+for line in '  1: .*# "heart muscle", label 1,' '  3: .*# "7", label 3,' '  4: .*# "left \[\*\]", label 4,' \
+    '  "\\"quoted\\"\\\\name": *{opacity: 0.502, color: "#010203"}'; do
+    grep -q "^$line" sub/job.yaml || { cat sub/job.yaml >&2; fail "no line $line"; }
+done
+expect 0 '' "$SEGCAST" check sub/job.yaml
+"$SEGCAST" init heart.nrrd -o - -q | diff <(sed '/^#   /d' heart.yaml) - >&2 || fail "-o - differs from the file"
+[ ! -e ./- ] || fail "a file named - was written"
+
+# Tissues that enclose the others come first: the outermost nearly transparent, the next hidden.
+cat >nested.py <<'PY'
+import struct, sys
+n = 24
+def label(x, y, z):
+    r = max(abs(x - 11.5), abs(y - 11.5), abs(z - 11.5))
+    return 3 if r > 10 else 9 if r > 8 else (1 if z > 11 else 2) if r < 6 else 0
+open("nested.nrrd", "wb").write(
+    ("NRRD0004\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nspacings: 1 1 1\nencoding: raw\n\n" % (n, n, n)).encode()
+    + bytes(label(x, y, z) for z in range(n) for y in range(n) for x in range(n)))
+PY
+python3 nested.py || skip "no Python to make a nested volume with"
+"$SEGCAST" init nested.nrrd -q >/dev/null 2>&1
+sed -n '/^tissues/,/^$/p' nested.yaml | cut -d, -f1 | tr -d '{' >looks.txt
+diff - looks.txt >&2 <<'LOOKS' || fail "covers are not found"
+tissues:
+  # Around the others
+  3:  opacity: 0.12
+  9:  visible: false
+  # Other tissues
+  1:  opacity: 1
+  2:  opacity: 1
+
+LOOKS
