@@ -43,7 +43,7 @@ SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *imag
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,
                                         bool replace);
-/** Read a PNG file of any kind as 8-bit RGB; where it is transparent, the colours are unspecified.
+/** Read a PNG file of any kind as 8-bit RGB; where it is transparent, black shines through.
  *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);

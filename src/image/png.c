@@ -85,6 +85,7 @@ sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char
 
 sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
 {
+    static const png_color black = {0, 0, 0};
     png_image png = {.version = PNG_IMAGE_VERSION};
     sc_image image = {0};
     sc_status status;
@@ -98,7 +99,7 @@ sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
     }
     png.format = PNG_FORMAT_RGB;
     SC_TRY(sc_image_init(ctx, (int)png.width, (int)png.height, &image));
-    if (!png_image_finish_read(&png, NULL, image.rgb, 0, NULL)) {
+    if (!png_image_finish_read(&png, &black, image.rgb, 0, NULL)) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
         goto out;
     }

@@ -4,6 +4,9 @@
 
 #include "segcast/image.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <math.h>
 #include <unistd.h>
 
@@ -66,9 +69,43 @@ static void every_srgb_level_converts_to_linear_light_and_back(void **state)
                     sc_srgb_level(&table, (float)(i - 1) / 100000));
 }
 
+/* Let malloc fill fresh memory with the complement of @p byte (0: not at all). */
+static void fill_fresh_memory(int byte)
+{
+#ifdef __GLIBC__
+    mallopt(M_PERTURB, byte);
+#else
+    (void)byte;
+#endif
+}
+
+/* What is transparent lies on black, whatever the memory held before. */
+static void a_transparent_png_is_read_on_black(void **state)
+{
+    static const unsigned char png[] = {
+        0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
+        0x52, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01, 0x08, 0x06, 0x00, 0x00, 0x00, 0xf4,
+        0x22, 0x7f, 0x8a, 0x00, 0x00, 0x00, 0x11, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0xf8,
+        0xff, 0xff, 0x3f, 0xc3, 0x89, 0x14, 0xa3, 0xff, 0x00, 0x1a, 0xa3, 0x05, 0x5b, 0x01, 0xd7,
+        0x06, 0x2d, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+    static const uint8_t expected[] = {0, 0, 0, 200, 100, 50};
+    sc_image image = {0};
+
+    (void)state;
+    assert_ok(sc_file_write(&quiet, "alpha.png", png, sizeof png));
+    fill_fresh_memory(85);
+    assert_ok(sc_image_load_png(&quiet, "alpha.png", &image));
+    fill_fresh_memory(0);
+    assert_int_equal(image.width_px, 2);
+    assert_memory_equal(image.rgb, expected, sizeof expected);
+    sc_image_clear(&image);
+    unlink("alpha.png");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_transparent_png_is_read_on_black),
         cmocka_unit_test(a_png_file_keeps_every_pixel),
         cmocka_unit_test(the_hash_depends_on_size_and_pixels),
         cmocka_unit_test(every_srgb_level_converts_to_linear_light_and_back),
