@@ -103,10 +103,11 @@ SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparatio
 /** @return whether the file at @p path can be read and begins as a prepared file does. What follows
  *  is not looked at. Nothing is logged. */
 bool sc_is_prepared_file(const char *path);
-/** Check a prepared file, checksum included, for which all of it is read, and fill @p out with
+/** Check a prepared file, checksum and contents, for which all of it is read, and fill @p out with
  *  pointers into it. @param path for messages. @param block the whole mapped file, of @p bytes
  * bytes, 64-byte aligned; stays borrowed as long as @p out is used. @return SC_ERR_DATA if the file
- * is damaged, cut off, or of another version or byte order. */
+ * is damaged, cut off, of another version or byte order, or holds what segcast never writes:
+ * after a success it can be drawn without a crash, whoever has written it. */
 SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
                                             size_t bytes, sc_prepared *out);
 /** Fill @p out with pointers into a packed block, which stays borrowed as long as @p out is used.

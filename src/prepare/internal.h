@@ -51,6 +51,11 @@ typedef void sc_boundary_fn(void *user, const sc_boundary_voxel *voxel);
 void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boundary_fn *visit,
                       void *user);
 
+/* Check everything in a view of a prepared file that is used as an index or computed with: after
+ * that the file can be drawn without a crash, whoever has written it. Its sizes and sections have
+ * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */
+sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *view);
+
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
  * read what the ones before it filled. It blocks until its settings.threads threads are done.
  * Returns SC_ERR_MEMORY; after an error the preparation can only be freed. */

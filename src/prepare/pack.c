@@ -220,19 +220,31 @@ bool sc_is_prepared_file(const char *path)
     return is_prepared;
 }
 
+/* The longest axis, and the most grid vertices, of a file that is read. */
+enum { SIZE_MAX_VOXELS = INT32_MAX - 2 * SC_BRICK };
+#define VERTICES_MAX 2199023255552.0
+
 /* Are the sizes in a header possible, and do they agree with each other, with offset and with
  * total_bytes? */
 static bool is_sound(const block_header *h)
 {
     block_header again = *h;
     uint64_t bytes[SECTIONS];
+    double vertices = 1;
 
     for (int i = 0; i < 3; i++) {
-        if (h->size[i] < 1 || h->bricks[i] != sc_bricks_along(h->size[i]))
+        if (h->size[i] < 1 || h->size[i] > SIZE_MAX_VOXELS ||
+            h->bricks[i] != sc_bricks_along(h->size[i]))
             return false;
+        vertices *= h->size[i] + 2;
     }
+    /* At most 2^41 vertices: then no length of a section, and no sum of them, overflows. */
+    if (vertices > VERTICES_MAX || (double)h->near_count > vertices || h->near_count > UINT32_MAX)
+        return false;
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
-        h->label_count > SC_LABELS_MAX || h->near_count > UINT32_MAX)
+        h->label_count > (h->label_bytes == 1 ? 256 : SC_LABELS_MAX))
+        return false;
+    if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface) & ~1)
         return false;
     lay_out(&again, bytes);
     return again.total_bytes == h->total_bytes &&
@@ -245,6 +257,7 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
     block_header h;
     const void *sections[SECTIONS];
     uint64_t section_bytes[SECTIONS], checksum;
+    sc_prepared view;
     sc_status status;
 
     if (bytes < sizeof h)
@@ -280,9 +293,11 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
                        "%s: is damaged: its contents do not have the checksum it names; prepare it "
                        "again",
                        path);
-    status = sc_prepared_view(ctx, block, bytes, out);
-    if (status == SC_OK)
-        out->file_hash = checksum;
+    SC_TRY(sc_prepared_view(ctx, block, bytes, &view));
+    SC_TRY(sc_check_prepared(ctx, path, &view));
+    view.file_hash = checksum;
+    *out = view;
+out:
     return status;
 }
 

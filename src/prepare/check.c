@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Checks what a prepared file holds. A checksum tells accidents, not forgeries: whatever the
+ * kernels use as an index or compute with is examined before they see it. */
+#include "internal.h"
+
+#include <string.h>
+
+/* Log that @p path holds something that segcast never writes. @return SC_ERR_DATA. */
+static sc_status refuse(const sc_ctx *ctx, const char *path, const char *what)
+{
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: %s, although its checksum is right: segcast has not written this; prepare "
+                   "it again",
+                   path, what);
+}
+
+/* Is @p value a finite number from @p low to @p high? */
+static bool is_within(double value, double low, double high)
+{
+    return value >= low && value <= high; /* false for what is no number */
+}
+
+/* Is the bool at @p address 0 or 1? To read another value as a bool would be undefined. */
+static bool is_bool(const void *address)
+{
+    unsigned char byte;
+
+    memcpy(&byte, address, 1);
+    return byte <= 1;
+}
+
+/* @return what is wrong with a label, or NULL. @param before the one before it; NULL: it is the
+ * first, the background. */
+static const char *wrong_with_label(const sc_label *label, const sc_label *before)
+{
+    char copy[SC_NAME_BYTES];
+
+    if (before ? !label->value || (before->value && label->value <= before->value)
+               : label->value != 0)
+        return "its labels are not in order";
+    if (!memchr(label->name, '\0', sizeof label->name) ||
+        !sc_copy_name(label->name, copy, sizeof copy) || strcmp(copy, label->name) != 0)
+        return "a label has a name that is no text";
+    if (!is_bool(&label->has_color) || !is_bool(&label->hidden))
+        return "a label has a flag that is neither 0 nor 1";
+    if (!is_within((double)label->opacity, -1e30, 1))
+        return "a label has an opacity beyond 1";
+    return NULL;
+}
+
+/* @return what is wrong with the measurements of a label, or NULL. */
+static const char *wrong_with_stats(const sc_prepared *v, const sc_label_stats *stats,
+                                    uint64_t voxels)
+{
+    if (stats->voxels > voxels || stats->boundary_voxels > stats->voxels)
+        return "a label has more voxels than the volume";
+    if (!is_within(stats->thickness_mm, 0, 1e30) || !is_within(stats->surface_mm2, 0, 1e30))
+        return "a label has a thickness or surface that is no length or area";
+    for (int i = 0; i < 3 && stats->voxels; i++) {
+        if (stats->low[i] < 0 || stats->low[i] > stats->high[i] || stats->high[i] >= v->size[i])
+            return "a label lies outside of the volume";
+    }
+    return NULL;
+}
+
+/* @return the largest dense id in the volume. */
+static unsigned largest_id(const sc_prepared *v, size_t voxels)
+{
+    unsigned largest = 0;
+
+    if (v->label_bytes == 1) {
+        const uint8_t *ids = v->ids;
+        uint8_t most = 0; /* of the width of the ids, so that many are compared at a time */
+
+        for (size_t i = 0; i < voxels; i++)
+            most = ids[i] > most ? ids[i] : most;
+        largest = most;
+    } else {
+        const uint16_t *ids = v->ids;
+        uint16_t most = 0;
+
+        for (size_t i = 0; i < voxels; i++)
+            most = ids[i] > most ? ids[i] : most;
+        largest = most;
+    }
+    return largest;
+}
+
+/* @return the vertices of a brick that belong to the grid, as bits. @param low its lowest vertex.
+ */
+static uint64_t bits_of_grid(const sc_prepared *v, const int low[3])
+{
+    uint64_t bits = 0;
+
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        if (low[0] + sc_bit_x(bit) < v->size[0] + 2 && low[1] + sc_bit_y(bit) < v->size[1] + 2 &&
+            low[2] + sc_bit_z(bit) < v->size[2] + 2)
+            bits |= 1ull << bit;
+    }
+    return bits;
+}
+
+/* @return what is wrong with the masks of the vertices near an interface, or NULL: each brick's
+ * records follow those of the brick before it, and there are as many as bits. */
+static const char *wrong_with_masks(const sc_prepared *v)
+{
+    uint64_t records = 0;
+    size_t brick = 0;
+
+    for (int z = 0; z < v->bricks[2]; z++) {
+        for (int y = 0; y < v->bricks[1]; y++) {
+            for (int x = 0; x < v->bricks[0]; x++, brick++) {
+                const int low[3] = {x * SC_BRICK, y * SC_BRICK, z * SC_BRICK};
+                const bool last =
+                    x == v->bricks[0] - 1 || y == v->bricks[1] - 1 || z == v->bricks[2] - 1;
+
+                if (v->near_start[brick] != records)
+                    return "a brick has its vertex records in the wrong place";
+                if (last && v->near[brick] & ~bits_of_grid(v, low))
+                    return "a vertex outside of the grid is marked";
+                records += sc_count_bits(v->near[brick]);
+            }
+        }
+    }
+    return records == v->near_count ? NULL : "it has not as many vertex records as marked vertices";
+}
+
+/* @return what is wrong with the vertex records, or NULL. A weight of 0 would leave a cell without
+ * any vote. */
+static const char *wrong_with_records(const sc_prepared *v)
+{
+    unsigned found = 0;
+
+    for (size_t i = 0; i < v->near_count; i++)
+        found |= !(v->records[i * SC_RECORD_BYTES] & SC_RECORD_WEIGHT_MASK);
+    return found ? "a vertex record has no weight" : NULL;
+}
+
+sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *v)
+{
+    const size_t voxels = (size_t)v->size[0] * (size_t)v->size[1] * (size_t)v->size[2];
+    const char *wrong = NULL;
+    sc_status status = sc_geometry_check(ctx, path, v->size, &v->to_ras_mm);
+
+    if (status != SC_OK)
+        return status;
+    if (!is_within(v->smooth, 0, SC_SMOOTH_MAX))
+        return refuse(ctx, path, "its strength of smoothing is out of range");
+    for (int id = 0; id < v->label_count && !wrong; id++) {
+        wrong = wrong_with_label(&v->labels[id], id ? &v->labels[id - 1] : NULL);
+        if (!wrong)
+            wrong = wrong_with_stats(v, &v->stats[id], voxels);
+        if (!wrong && v->hidden[id] > 1)
+            wrong = "a label is neither hidden nor shown";
+    }
+    if (!wrong && largest_id(v, voxels) >= (unsigned)v->label_count)
+        wrong = "a voxel has a label that is not in its table";
+    if (!wrong)
+        wrong = wrong_with_masks(v);
+    if (!wrong)
+        wrong = wrong_with_records(v);
+    return wrong ? refuse(ctx, path, wrong) : SC_OK;
+}

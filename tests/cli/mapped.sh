@@ -1,0 +1,44 @@
+# A prepared file that is cut off while jobs have it mapped ends them with one message that names it, and
+# with exit code 74.
+cat >job.yaml <<'YAML'
+volume: heart.segc
+output: {directory: out, size: [640, 480], video: none}
+animation: {frames: 100000}
+YAML
+for way in alone mpi; do
+    "$SEGCAST" phantom --size 79x55x81 -o heart.nrrd --overwrite -q >/dev/null
+    "$SEGCAST" prepare heart.nrrd -o heart.segc --overwrite -q >/dev/null
+    if [ $way = alone ]; then
+        "$SEGCAST" render job.yaml -o $way -q >/dev/null 2>stderr.txt &
+    elif command -v mpirun >/dev/null && "$SEGCAST" --version | grep -qv 'MPI *none'; then
+        mpi 2 "$SEGCAST" render job.yaml -o $way -q >/dev/null 2>stderr.txt &
+    else
+        continue
+    fi
+    id=$!
+    for _ in $(seq 300); do
+        grep -qs '"frame"' $way/manifest.jsonl && break
+        sleep 0.1
+    done
+    grep -q '"frame"' $way/manifest.jsonl || fail "$way: no frame was drawn in 30 s: $(cat stderr.txt)"
+    truncate -s 4096 heart.segc
+    code=0
+    wait $id || code=$?
+    [ $code = 74 ] || fail "$way: exit code $code, expected 74: $(cat stderr.txt)"
+    grep -q 'segcast: error: .*heart.segc: cannot be read any more' stderr.txt || fail "$way: $(cat stderr.txt)"
+    [ $way = mpi ] || one_error
+done
+
+# The same during a single picture, whose file then does not appear.
+"$SEGCAST" prepare heart.nrrd -o heart.segc --overwrite -q >/dev/null
+"$SEGCAST" still job.yaml --set output.size=[4000,4000] --set render.samples=8 -o big.png 2>stderr.txt >stdout.txt &
+id=$!
+for _ in $(seq 300); do
+    grep -qs heart.segc /proc/$id/maps && break
+    sleep 0.1
+done
+truncate -s 4096 heart.segc
+code=0
+wait $id || code=$?
+[ $code = 74 ] && [ ! -e big.png ] && [ ! -s stdout.txt ] || fail "still: exit code $code: $(cat stderr.txt)"
+one_error

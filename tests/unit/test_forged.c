@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Prepared files whose contents were changed and whose checksum was made to fit again: each is
+ * refused, or can be drawn without a crash, which the sanitizers watch. */
+#include "check.h"
+
+#include "scenes.h"
+
+/* For its header, and to make the checksum fit. */
+#include "../../src/prepare/pack.c"
+
+enum { WIDTH = 24, HEIGHT = 18, RANDOM_FORGERIES = 1500 };
+
+/* A prepared file in memory, aligned as a mapped one is. */
+typedef struct forged {
+    char *block;
+    size_t bytes;
+} forged;
+
+static forged prepared_file(bool wide)
+{
+    const int size[3] = {wide ? 11 : 23, 17, 19};
+    const sc_prepare_settings settings = {
+        .smooth = 1, .thickness = true, .local_thickness = true, .surface = true, .threads = 1};
+    sc_phantom *phantom;
+    sc_volume volume;
+    sc_preparation *preparation;
+    forged out;
+    char *text;
+    void *block;
+
+    assert_ok(sc_phantom_new(&quiet, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, size, 1, &volume));
+    if (wide) { /* ids of two bytes */
+        const size_t voxels = sc_volume_voxels(&volume);
+
+        assert_ok(sc_alloc(&quiet, voxels, 2, &block));
+        for (size_t i = 0; i < voxels; i++)
+            ((uint16_t *)block)[i] = ((const uint8_t *)volume.ids)[i];
+        sc_free(volume.ids);
+        volume.ids = block;
+        volume.label_bytes = 2;
+    }
+    assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
+    assert_ok(sc_preparation_save(&quiet, preparation, "forged.segc", true));
+    sc_preparation_free(preparation);
+    sc_volume_clear(&volume);
+    sc_phantom_free(phantom);
+    assert_ok(sc_file_read(&quiet, "forged.segc", 1 << 28, &text, &out.bytes));
+    assert_ok(sc_alloc(&quiet, out.bytes, 1, &block)); /* without a byte behind its end */
+    memcpy(block, text, out.bytes);
+    sc_free(text);
+    out.block = block;
+    assert_int_equal(remove("forged.segc"), 0);
+    return out;
+}
+
+/* Make the checksum of a file fit its contents, if its header says where they are. */
+static void repair(forged *file)
+{
+    const void *sections[SECTIONS];
+    uint64_t bytes[SECTIONS];
+    block_header h;
+
+    memcpy(&h, file->block, sizeof h);
+    if (!is_sound(&h) || h.total_bytes != file->bytes)
+        return;
+    lay_out(&h, bytes);
+    h.checksum = 0;
+    for (int i = 0; i < SECTIONS; i++)
+        sections[i] = file->block + h.offset[i];
+    h.checksum = checksum_of(&h, sections, bytes);
+    memcpy(file->block, &h, sizeof h);
+}
+
+static void draw(const sc_prepared *v, const sc_render_settings *settings)
+{
+    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    sc_animation a = {0};
+    sc_renderer *renderer;
+    sc_render_stats stats;
+    sc_timeline timeline;
+    sc_scene scene;
+    sc_image image;
+    void *tissues;
+
+    assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_tissue), &tissues));
+    assert_ok(sc_transfer_resolve(&quiet, v, &rule, v->label_count % 2, tissues));
+    if (sc_renderer_new(&quiet, settings, v, tissues, &renderer) == SC_OK) {
+        timeline = orbit_of(renderer, (double)WIDTH / HEIGHT, 8, &a);
+        scene = sc_timeline_scene(&timeline, 1);
+        assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
+        sc_render_frame(renderer, &scene, NULL, &image, &stats);
+        sc_image_clear(&image);
+        sc_renderer_free(renderer);
+    }
+    sc_free(tissues);
+}
+
+/* Read a file, and draw it if it is accepted. @return whether it was. */
+static bool use(const forged *file, bool every_way)
+{
+    static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_NONE};
+    sc_render_settings settings = {.width_px = WIDTH,
+                                   .height_px = HEIGHT,
+                                   .samples = 1,
+                                   .step_voxels = 0.5,
+                                   .caps = true,
+                                   .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
+                                   .local_thickness = true,
+                                   .tile_px = 8,
+                                   .threads = 1};
+    heard h;
+    sc_ctx ctx = listening(&h);
+    sc_prepared v;
+    const sc_status status =
+        sc_prepared_file_view(&ctx, "forged.segc", file->block, file->bytes, &v);
+
+    if (status != SC_OK) {
+        assert_int_equal(status, SC_ERR_DATA);
+        assert_int_equal(h.errors, 1);
+        assert_non_null(strstr(h.text, "forged.segc: "));
+        return false;
+    }
+    for (int surface = 0; surface < 2; surface++) {
+        for (size_t skip = 0; skip < (every_way ? SC_COUNT_OF(skips) : 1); skip++) {
+            settings.surface = surface ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
+            settings.skip = skips[skip];
+            settings.local_thickness = v.thickness != NULL;
+            draw(&v, &settings);
+        }
+    }
+    return true;
+}
+
+/* Overwrite @p bytes bytes at offset @p at of a copy of @p from, let its checksum fit, and use it.
+ * @return whether it was accepted. */
+static bool accepts(const forged *from, size_t at, const void *with, size_t bytes)
+{
+    forged copy = *from;
+    void *block;
+    bool accepted;
+
+    assert_ok(sc_alloc(&quiet, copy.bytes, 1, &block));
+    copy.block = block;
+    memcpy(copy.block, from->block, copy.bytes);
+    memcpy(copy.block + at, with, bytes);
+    repair(&copy);
+    accepted = use(&copy, false);
+    sc_free(copy.block);
+    return accepted;
+}
+
+static void a_file_with_a_repaired_checksum_is_accepted(void **state)
+{
+    (void)state;
+    for (int wide = 0; wide < 2; wide++) {
+        forged file = prepared_file(wide);
+
+        repair(&file);
+        assert_true(use(&file, true));
+        sc_free(file.block);
+    }
+}
+
+/* Values that a field may be forged with. */
+static const int64_t numbers[] = {0,         1,          -1,        2,         3,
+                                  255,       256,        65535,     65536,     INT32_MAX,
+                                  INT32_MIN, UINT32_MAX, INT64_MAX, INT64_MIN, INT32_MAX - 4};
+
+static void every_word_of_the_header_can_be_forged(void **state)
+{
+    int accepted = 0, tried = 0;
+
+    (void)state;
+    for (int wide = 0; wide < 2; wide++) {
+        forged file = prepared_file(wide);
+
+        for (size_t at = 0; at < offsetof(block_header, checksum); at += 4) {
+            for (size_t i = 0; i < SC_COUNT_OF(numbers); i++, tried++) {
+                const size_t bytes = at % 8 || at + 8 > sizeof(block_header) ? 4 : 8;
+
+                accepted += accepts(&file, at, &numbers[i], bytes);
+                if (bytes == 8)
+                    accepted += accepts(&file, at, &numbers[i], 4);
+            }
+        }
+        sc_free(file.block);
+    }
+    print_message("%d forged headers, %d accepted\n", tried, accepted);
+}
+
+/* Damage that the kernels would follow out of their arrays, or compute with for ever. */
+static void contents_out_of_range_are_refused(void **state)
+{
+    static const float bad_floats[] = {NAN, INFINITY, -INFINITY, 2};
+    static const double bad_numbers[] = {NAN, INFINITY, -1, 1e300};
+    static const unsigned char two = 2, all = 255;
+    static const int64_t background_value = 0; /* the value of background */
+    forged file = prepared_file(false);
+    const uint64_t ones = ~0ull;
+    block_header h;
+    uint64_t bytes[SECTIONS];
+
+    (void)state;
+    memcpy(&h, file.block, sizeof h);
+    lay_out(&h, bytes);
+    assert_false(accepts(&file, h.offset[IDS] + bytes[IDS] / 2, &all, 1));
+    assert_false(accepts(&file, h.offset[NEAR], &ones, 8));
+    assert_false(accepts(&file, h.offset[NEAR] + bytes[NEAR] - 8, &ones, 8));
+    assert_false(accepts(&file, h.offset[NEAR_START] + bytes[NEAR_START] / 8 * 4, &ones, 4));
+    assert_false(accepts(&file, h.offset[HIDDEN], &two, 1));
+    for (size_t i = 0; i < 3; i++) {
+        const size_t label = h.offset[LABELS] + i * sizeof(sc_label);
+        const size_t stats = h.offset[STATS] + i * sizeof(sc_label_stats);
+        char name[SC_NAME_BYTES];
+
+        memset(name, 'x', sizeof name);
+        assert_false(accepts(&file, label + offsetof(sc_label, name), name, sizeof name));
+        assert_false(accepts(&file, label + offsetof(sc_label, name), "\x1b[2J", 5));
+        assert_false(accepts(&file, label + offsetof(sc_label, name), "\xc3", 2));
+        assert_false(accepts(&file, label + offsetof(sc_label, has_color), &two, 1));
+        assert_false(accepts(&file, label + offsetof(sc_label, hidden), &all, 1));
+        if (i > 0)
+            assert_false(accepts(&file, label, &background_value, 8));
+        for (size_t n = 0; n < SC_COUNT_OF(bad_floats); n++)
+            assert_false(accepts(&file, label + offsetof(sc_label, opacity), &bad_floats[n], 4));
+        for (size_t n = 0; n < SC_COUNT_OF(bad_numbers); n++) {
+            assert_false(
+                accepts(&file, stats + offsetof(sc_label_stats, thickness_mm), &bad_numbers[n], 8));
+            assert_false(
+                accepts(&file, stats + offsetof(sc_label_stats, surface_mm2), &bad_numbers[n], 8));
+        }
+        assert_false(accepts(&file, stats, &ones, 8));
+    }
+    for (size_t n = 0; n < SC_COUNT_OF(bad_numbers); n++)
+        assert_false(accepts(&file, offsetof(block_header, smooth), &bad_numbers[n], 8));
+    for (size_t n = 0; n < 12; n++)
+        assert_false(
+            accepts(&file, offsetof(block_header, to_ras_mm) + n * 8, &bad_numbers[n & 1], 8));
+    sc_free(file.block);
+}
+
+static void files_forged_at_random_do_not_crash(void **state)
+{
+    uint64_t random = 11;
+    int accepted = 0;
+
+    (void)state;
+    for (int i = 0; i < RANDOM_FORGERIES; i++) {
+        static forged file;
+        const bool anew = i % (RANDOM_FORGERIES / 2) == 0;
+        uint64_t bytes[SECTIONS], with = random_bits(&random);
+        block_header h;
+        int section;
+        size_t at, count;
+
+        if (anew && i)
+            sc_free(file.block);
+        if (anew)
+            file = prepared_file(i > 0);
+        memcpy(&h, file.block, sizeof h);
+        lay_out(&h, bytes);
+        section = (int)(random_bits(&random) % SECTIONS);
+        count = 1 + random_bits(&random) % 8;
+        if (bytes[section] < count)
+            continue;
+        at = h.offset[section] + random_bits(&random) % (bytes[section] - count + 1);
+        if (i % 4 == 0)
+            with &= 0x0303030303030303u; /* small numbers get past more checks */
+        accepted += accepts(&file, at, &with, count);
+        if (i == RANDOM_FORGERIES - 1)
+            sc_free(file.block);
+    }
+    print_message("%d files forged at random, %d accepted\n", RANDOM_FORGERIES, accepted);
+    assert_true(accepted > RANDOM_FORGERIES / 20); /* else nothing was drawn */
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_file_with_a_repaired_checksum_is_accepted),
+        cmocka_unit_test(contents_out_of_range_are_refused),
+        cmocka_unit_test(every_word_of_the_header_can_be_forged),
+        cmocka_unit_test(files_forged_at_random_do_not_crash),
+    };
+
+    return RUN(tests);
+}
