@@ -53,6 +53,7 @@ typedef struct sc_session {
     sc_job job;
     sc_shared *shared;  /* block that holds the prepared volume, or NULL: it is in a mapped file */
     const void *mapped; /* the prepared file that the job names as its volume, or NULL */
+    char *mapped_name;  /* its path, printable, for sc_signals_watch_file; owned */
     size_t mapped_bytes;
     size_t shared_bytes;   /* size of the prepared volume, wherever it is */
     sc_label *labels;      /* labels of a mapped or inspected volume with the job's names; owned */
@@ -154,8 +155,14 @@ double sc_deadline_s(const sc_app *app);
 /* What has to be done before anything else: from now on USR1 does not kill but is remembered for
  * sc_signals_catch_stop, also if it was blocked before; writing beyond the limit of file sizes
  * fails with EFBIG instead of killing; and at the limit of CPU time a message is printed before the
- * process ends, with exit code 71. */
+ * process ends, with exit code 71; and where memory that a file stands behind cannot be read any
+ * more (SIGBUS), a message is printed and the process ends with exit code 74. */
 void sc_signals_install(void);
+/* Let the process end with a message that names @p path, and exit code 74, when it reads memory in
+ * [data, data + bytes) of which the file has been cut off; without this the message names no file.
+ * @param path printable, borrowed until the next call; NULL: no file any more. One file at a time;
+ * not while other threads read the memory. */
+void sc_signals_watch_file(const char *path, const void *data, size_t bytes);
 /* Handle TERM, INT and the limit of CPU time, too: @return a flag that is 0, or the number of the
  * first signal that has asked for a stop, one that came before this call included. An INT or TERM
  * ends the process at once, with exit code 75, if it is the second such signal, or if it comes

@@ -218,6 +218,21 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_sess
     return SC_OK;
 }
 
+/* Have a message name the file that a session has mapped, should it be cut off meanwhile. */
+static sc_status watch(const sc_ctx *ctx, const char *path, sc_session *session)
+{
+    const size_t bytes = 4 * strlen(path) + 1; /* a byte is shown by 4 characters at most */
+    void *name;
+    sc_status status = sc_alloc(ctx, bytes, 1, &name);
+
+    if (status != SC_OK)
+        return status;
+    sc_printable(path, name, bytes);
+    session->mapped_name = name;
+    sc_signals_watch_file(name, session->mapped, session->mapped_bytes);
+    return SC_OK;
+}
+
 sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
 {
     const char *path = session->job.volume, *why;
@@ -227,6 +242,8 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     needs n = {0};
     sc_status status = sc_file_map(ctx, path, &session->mapped, &session->mapped_bytes);
 
+    if (status == SC_OK)
+        status = watch(ctx, path, session);
     if (status == SC_OK)
         status = sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes,
                                        &session->volume);

@@ -352,7 +352,10 @@ void sc_session_clear(sc_session *session)
     sc_shared_free(session->shared);
     sc_free(session->labels);
     sc_free(session->stats);
+    if (session->mapped)
+        sc_signals_watch_file(NULL, NULL, 0);
     sc_file_unmap(session->mapped, session->mapped_bytes);
+    sc_free(session->mapped_name);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

@@ -4,12 +4,22 @@
 
 #include <errno.h>
 #include <string.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 /* The only mutable global variables of segcast: a signal handler can reach nothing else. */
 static volatile sig_atomic_t stop_requested; /* 0, or the number of the first such signal */
 static volatile sig_atomic_t stops_in_order; /* see sc_signals_stop_in_order */
 static volatile sig_atomic_t tells_of_stop;  /* standard error is a terminal */
+
+static bool lost_memory_told;
+/* The mapped file that on_lost_memory can name; borrowed, path NULL: none. */
+static struct watched_file {
+    const char *path;
+    size_t path_bytes;
+    const char *begin;
+    size_t bytes;
+} watched;
 
 /* Print a text of @p bytes bytes to standard error, if a person waits at a terminal. A signal
  * handler may call it. */
@@ -53,6 +63,38 @@ static void on_cpu_limit(int number)
     _exit(71);
 }
 
+/* Memory that a file or shared memory stands behind is gone: the file was cut off meanwhile, its
+ * disk failed, or there is no room for a page. Whatever reads there cannot go on. */
+static void on_lost_memory(int number, siginfo_t *info, void *context)
+{
+    static const char file[] = "segcast: error: ",
+                      lost[] = ": cannot be read any more: the file was changed while it was "
+                               "mapped into memory, or its disk failed; run again when it is "
+                               "whole\n",
+                      other[] = "segcast: error: a file that is mapped into memory was cut off "
+                                "meanwhile or cannot be read, or there is no room for shared "
+                                "memory (/dev/shm)\n";
+    const char *at = info->si_addr;
+    const bool known = watched.path && at >= watched.begin && at < watched.begin + watched.bytes;
+    const struct iovec parts[] = {{(void *)(uintptr_t)file, sizeof file - 1},
+                                  {(void *)(uintptr_t)watched.path, watched.path_bytes},
+                                  {(void *)(uintptr_t)lost, sizeof lost - 1}};
+
+    (void)number;
+    (void)context;
+    if (__atomic_test_and_set(&lost_memory_told, __ATOMIC_RELAXED))
+        pause(); /* another thread tells it, and ends the process */
+    if (known ? writev(STDERR_FILENO, parts, 3) < 0
+              : write(STDERR_FILENO, other, sizeof other - 1) < 0)
+        _exit(74); /* nobody can be told */
+    _exit(74);
+}
+
+void sc_signals_watch_file(const char *path, const void *data, size_t bytes)
+{
+    watched = (struct watched_file){path, path ? strlen(path) : 0, data, bytes};
+}
+
 /* Let @p handler handle the signal @p number; calls of the system that it interrupts go on. */
 static void handle(int number, void (*handler)(int))
 {
@@ -67,8 +109,14 @@ static void handle(int number, void (*handler)(int))
 
 void sc_signals_install(void)
 {
+    struct sigaction bus;
     sigset_t set;
 
+    memset(&bus, 0, sizeof bus);
+    bus.sa_sigaction = on_lost_memory;
+    bus.sa_flags = SA_SIGINFO;
+    sigemptyset(&bus.sa_mask);
+    sigaction(SIGBUS, &bus, NULL);
     handle(SIGUSR1, on_stop);
     handle(SIGXCPU, on_cpu_limit);
     handle(SIGXFSZ, SIG_IGN);
