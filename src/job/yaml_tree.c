@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEPTH_MAX = 12, NODES_MAX = 100000 };
+enum { DEPTH_MAX = 12, NODES_MAX = 100000, DIRECTIVES_MAX = 16 };
 
 /* The state of parsing one text. */
 typedef struct reader {
@@ -332,6 +332,26 @@ out:
     return status;
 }
 
+/* Refuse a text with more than a few directives of YAML (%TAG), which no job needs: libyaml
+ * compares each with all before it. */
+static sc_status check_directives(const reader *r)
+{
+    const char *line = r->text, *end = r->text + r->bytes;
+    int directives = 0;
+
+    for (int number = 1; line; number++) {
+        const char *next = memchr(line, '\n', (size_t)(end - line));
+
+        directives += line < end && *line == '%';
+        if (directives > DIRECTIVES_MAX)
+            return sc_fail(r->ctx, SC_ERR_DATA,
+                           "%s:%d: more than %d lines that begin with %%, expected keys of a job",
+                           r->origin, number, DIRECTIVES_MAX);
+        line = next ? next + 1 : NULL;
+    }
+    return SC_OK;
+}
+
 sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text, size_t bytes,
                         sc_yaml **out)
 {
@@ -341,7 +361,9 @@ sc_status sc_yaml_parse(const sc_ctx *ctx, const char *origin, const char *text,
     if (!yaml_parser_initialize(&r.parser))
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", origin);
     yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, bytes);
-    status = parse_document(&r, out);
+    status = check_directives(&r);
+    if (status == SC_OK)
+        status = parse_document(&r, out);
     yaml_parser_delete(&r.parser);
     return status;
 }

@@ -83,6 +83,8 @@ static void what_is_no_yaml_is_told_in_words_of_the_user(void **state)
     refuses("volume: phantom\nlabels: \xff\n", "job.yaml:2:9: not YAML: \"\\xff\": not UTF-8");
     refuses("volume: phantom\n...\nfoo\n", "a job is one document");
     refuses("%YAML 9.1\nvolume: phantom\n", "%YAML 1.1");
+    refuses("%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n%\n",
+            "more than 16 lines that begin with %");
 }
 
 /* A NUL byte would end the text there, so that a value is silently another one. */

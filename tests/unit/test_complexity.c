@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every parser at n and at 2n: twice the input costs less than 2.5 times the operations. Operations
+ * are counted, not timed: blocks of code that ran in base, volume, job and the options, and bytes
+ * that functions of the C library looked at for them (tests/support/counted.h). What libyaml and
+ * zlib do inside is not counted. */
+#include "check.h"
+
+#include "options.h"
+#include "segcast/job.h"
+#include "segcast/volume.h"
+
+#include <stdio.h>
+#include <unistd.h>
+#include <zlib.h>
+
+uint64_t sc_test_operations;
+
+void __sanitizer_cov_trace_pc(void);
+void __sanitizer_cov_trace_pc(void)
+{
+    sc_test_operations++;
+}
+
+/* One input: writes it, with @p n parts, and parses it. */
+typedef struct parser {
+    const char *name;
+    void (*parse)(const struct parser *p, int n);
+    const char *head, *part,
+        *tail; /* part is a format with the number of the part, twice at most */
+    sc_table_format format;
+    sc_status wanted;
+    int n; /* parts of the shorter input */
+} parser;
+
+/* A context that drops its messages, but makes them. */
+static void drop(void *user, sc_log_level level, const char *text)
+{
+    (void)user;
+    (void)level;
+    (void)text;
+}
+static const sc_ctx ctx = {.level = SC_LOG_INFO, .write = drop};
+
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+
+/* Write head, n parts and tail to @p path, and behind them 64 voxels. */
+static void write_input(const parser *p, int n, const char *path)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fputs(p->head, file);
+    for (int i = 0; i < n; i++)
+        fprintf(file, p->part, i + 1, i + 1, i + 1);
+    fputs(p->tail, file);
+    for (int i = 0; i < 64; i++)
+        fputc(i % 5, file);
+    fclose(file);
+}
+
+static void parse_table(const parser *p, int n)
+{
+    sc_label_table table = {0};
+    FILE *file = fopen("c.txt", "wb");
+
+    assert_non_null(file);
+    fputs(p->head, file);
+    for (int i = 0; i < n; i++)
+        fprintf(file, p->part, i + 1, i + 1, i + 1);
+    fputs(p->tail, file);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_label_table_read(&ctx, "c.txt", p->format, &table), p->wanted);
+    sc_label_table_clear(&table);
+    unlink("c.txt");
+}
+
+static void parse_volume(const parser *p, int n)
+{
+    sc_label_scan scan = {0};
+
+    write_input(p, n, "c.vol");
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read_header(&ctx, "c.vol", &scan), p->wanted);
+    sc_label_scan_clear(&scan);
+    unlink("c.vol");
+}
+
+/* A list of data files: names of the same file, n times. */
+static void parse_list(const parser *p, int n)
+{
+    char head[512];
+    parser list = *p;
+    FILE *file = fopen("c.raw", "wb");
+
+    assert_non_null(file);
+    fputc('x', file);
+    fclose(file);
+    snprintf(head, sizeof head, p->head, n);
+    list.head = head;
+    parse_volume(&list, n);
+    unlink("c.raw");
+}
+
+/* Voxels of a NRRD with encoding ascii, or in another format: n rows of 1,600. */
+static void parse_numbers(const parser *p, int n)
+{
+    char head[512];
+    sc_volume v = {0};
+    FILE *file = fopen("c.vol", "wb");
+
+    assert_non_null(file);
+    snprintf(head, sizeof head, p->head, n);
+    fputs(head, file);
+    for (int i = 0; i < n * 1600; i++)
+        fputs(p->part, file);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.vol", &v), p->wanted);
+    sc_volume_clear(&v);
+    unlink("c.vol");
+}
+
+static void parse_nifti(const parser *p, int n)
+{
+    unsigned char h[352] = {0};
+    const int32_t size = 348;
+    const int16_t dim[] = {3, 16, 16, (int16_t)n}, type[] = {2, 8};
+    const float pixdim[] = {1, 1, 1, 1}, offset = 352;
+    gzFile file = gzopen("c.nii.gz", "wb");
+    sc_volume v = {0};
+
+    memcpy(h, &size, 4);
+    memcpy(h + 40, dim, sizeof dim);
+    memcpy(h + 70, type, sizeof type);
+    memcpy(h + 76, pixdim, sizeof pixdim);
+    memcpy(h + 108, &offset, 4);
+    memcpy(h + 344, "n+1", 4);
+    gzwrite(file, h, sizeof h);
+    for (int i = 0; i < n * 256; i++)
+        gzputc(file, i / 3 % 7);
+    gzclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.nii.gz", &v), p->wanted);
+    sc_volume_clear(&v);
+    unlink("c.nii.gz");
+}
+
+/* Load a job; what it says may be wrong, but it is parsed to its end. */
+static void load(const sc_job_sources *sources, sc_status wanted)
+{
+    sc_job job = {0};
+
+    sc_test_operations = 0;
+    assert_int_equal(sc_job_load(&ctx, sources, &job), wanted);
+    sc_job_clear(&job);
+}
+
+static void parse_job(const parser *p, int n)
+{
+    const sc_job_sources sources = {.path = "c.yaml"};
+    FILE *file = fopen("c.yaml", "wb");
+
+    assert_non_null(file);
+    fputs(p->head, file);
+    for (int i = 0; i < n; i++)
+        fprintf(file, p->part, i + 1, i + 1, i + 1);
+    fputs(p->tail, file);
+    fclose(file);
+    load(&sources, p->wanted);
+    unlink("c.yaml");
+}
+
+/* n settings, as of --set, or with wanted SC_OK and an empty part one setting with n members. */
+static void parse_settings(const parser *p, int n)
+{
+    sc_setting *settings = calloc((size_t)n, sizeof *settings);
+    char(*paths)[64] = calloc((size_t)n, sizeof *paths);
+    const sc_job_sources sources = {.settings = settings, .setting_count = (size_t)n};
+
+    assert_true(settings && paths);
+    settings[0] = (sc_setting){"--set", "volume", "phantom", false};
+    for (int i = 1; i < n; i++) {
+        snprintf(paths[i], sizeof paths[i], p->part, i, i);
+        settings[i] = (sc_setting){"--set", paths[i], p->tail, false};
+    }
+    load(&sources, p->wanted);
+    free(settings);
+    free(paths);
+}
+
+/* n variables of the environment. */
+static void parse_environment(const parser *p, int n)
+{
+    const char **environment = calloc((size_t)n + 2, sizeof *environment);
+    char(*texts)[64] = calloc((size_t)n, sizeof *texts);
+    const sc_job_sources sources = {.environment = environment};
+
+    assert_true(environment && texts);
+    environment[0] = "SEGCAST_VOLUME=phantom";
+    for (int i = 0; i < n; i++) {
+        snprintf(texts[i], sizeof texts[i], p->part, i, i);
+        environment[i + 1] = texts[i];
+    }
+    load(&sources, p->wanted);
+    free(environment);
+    free(texts);
+}
+
+/* n options of the command line, and as many settings. */
+static void parse_options(const parser *p, int n)
+{
+    static const sc_command command = {.name = "render", .argument = "JOB.yaml"};
+    char **argv = calloc((size_t)n + 4, sizeof *argv);
+    char(*texts)[64] = calloc((size_t)n, sizeof *texts);
+    sc_options options = {0};
+
+    assert_true(argv && texts);
+    argv[0] = (char[]){"segcast"};
+    argv[1] = (char[]){"render"};
+    for (int i = 0; i < n; i++) {
+        snprintf(texts[i], sizeof texts[i], p->part, i, i);
+        argv[i + 2] = texts[i];
+    }
+    argv[n + 2] = (char[]){"job.yaml"};
+    optind = 1; /* getopt_long begins anew */
+    sc_test_operations = 0;
+    assert_int_equal(sc_options_parse(&ctx, &command, n + 3, argv, &options), p->wanted);
+    sc_options_clear(&options);
+    free(argv);
+    free(texts);
+}
+
+#define NRRD                                                                                       \
+    "NRRD0005\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 4 4 4\n"                              \
+    "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n"
+#define META "NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\n"
+#define LOCAL "ElementDataFile = LOCAL\n"
+
+static const parser parsers[] = {
+    {"table of Slicer", parse_table, "", "%d name_%d 1 2 3 255\n", "", SC_TABLE_SLICER, SC_OK,
+     3000},
+    {"table of FreeSurfer", parse_table, "", "%d name-%d 1 2 3 0\n", "", SC_TABLE_FREESURFER, SC_OK,
+     3000},
+    {"table of ITK-SNAP", parse_table, "", "%d 1 2 3 1 1 1 \"name %d\"\n", "", SC_TABLE_ITKSNAP,
+     SC_OK, 3000},
+    {"table to be guessed", parse_table, "", "%d name_%d 1 2 3 255\n", "", SC_TABLE_AUTO, SC_OK,
+     3000},
+    {"table with names in quotes to be guessed", parse_table, "# x\n", "%d 1 2 3 1 1 1 \"n %d\"\n",
+     "", SC_TABLE_AUTO, SC_OK, 3000},
+    {"comments of a table", parse_table, "", "# a comment %d\n", "1 a 1 2 3\n", SC_TABLE_AUTO,
+     SC_OK, 3000},
+    {"lines of another form", parse_table, "1 a 1 2 3\n", "nonsense %d\n", "", SC_TABLE_AUTO, SC_OK,
+     3000},
+    {"lines that end with CR", parse_table, "", "%d name_%d 1 2 3 255\r", "", SC_TABLE_AUTO, SC_OK,
+     3000},
+    {"table of one line", parse_table, "1 ", "n%d", " 1 2 3 255\n", SC_TABLE_AUTO, SC_OK, 30000},
+    {"names that are no UTF-8", parse_table, "", "%d \xff\xfe 1 2 3 255\n", "", SC_TABLE_AUTO,
+     SC_OK, 3000},
+    {"segments", parse_volume, NRRD, "Segment%d_ID:=s%d\nSegment%d_Name:=n\n", "\n", 0, SC_OK,
+     3000},
+    {"other keys of NRRD", parse_volume, NRRD, "key %d:=value %d\n", "\n", 0, SC_OK, 3000},
+    {"comments of NRRD", parse_volume, NRRD, "# comment %d\n", "\n", 0, SC_OK, 3000},
+    {"one key again and again", parse_volume, NRRD, "Segment0_ID:=s%d\n", "\n", 0, SC_OK, 3000},
+    {"a long value", parse_volume, NRRD "Segment0_ID:=", "%d \\n ", "\n\n", 0, SC_OK, 30000},
+    {"a long field", parse_volume, NRRD "content: ", "%d ", "\n\n", 0, SC_OK, 30000},
+    {"lines that are no fields", parse_volume, NRRD, "nonsense %d\n", "\n", 0, SC_ERR_DATA, 3000},
+    {"no empty line", parse_volume, NRRD, "key %d:=value\r", "", 0, SC_ERR_DATA, 3000},
+    {"list of data files", parse_list,
+     "NRRD0005\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 1 1 %d\n"
+     "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\ndata file: LIST\n",
+     "c.raw\n", "\n", 0, SC_OK, 500},
+    {"numbers of encoding ascii", parse_numbers,
+     "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 100 %d 16\nencoding: ascii\n\n", "3 ", "", 0,
+     SC_OK, 1000},
+    {"voxels of NRRD", parse_numbers,
+     "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 100 %d 16\nencoding: raw\n\n", "3", "", 0, SC_OK,
+     10000},
+    {"voxels of MetaImage", parse_numbers,
+     "NDims = 3\nDimSize = 100 %d 16\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n", "3", "",
+     0, SC_OK, 10000},
+    {"voxels of NIfTI", parse_nifti, "", "", "", 0, SC_OK, 10000},
+    {"comments of MetaImage", parse_volume, META, "Comment = %d\n", LOCAL, 0, SC_OK, 3000},
+    {"a long line of MetaImage", parse_volume, META "Comment = ", "%d ", "\n" LOCAL, 0, SC_OK,
+     30000},
+    {"tissues", parse_job, "volume: phantom\ntissues:\n", "  t%d: {opacity: 0.5}\n", "", 0, SC_OK,
+     2000},
+    {"unknown keys", parse_job, "volume: phantom\n", "key%d: %d\n", "", 0, SC_ERR_DATA, 2000},
+    {"wrong values", parse_job, "volume: phantom\ntissues:\n", "  t%d: {opacity: %d}\n", "", 0,
+     SC_ERR_DATA, 2000},
+    {"one key twice at the end", parse_job, "volume: phantom\ntissues:\n", "  t%d: {}\n",
+     "  t1: {}\n", 0, SC_ERR_DATA, 2000},
+    {"items of a list", parse_job, "volume: [", "%d, ", "1]\n", 0, SC_ERR_DATA, 20000},
+    {"a long text", parse_job, "volume: phantom\noutput: {title: \"", "%d ", "\"}\n", 0,
+     SC_ERR_DATA, 30000},
+    {"exceptions of a clip plane", parse_job,
+     "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 50%}, except: [", "t%d, ",
+     "a]}]}\n", 0, SC_OK, 2000},
+    {"settings", parse_settings, "", "tissues.t%d.opacity", "0.5", 0, SC_OK, 2000},
+    {"settings of one key", parse_settings, "", "render.samples", "4", 0, SC_OK, 2000},
+    {"settings that name no key", parse_settings, "", "nothing%d", "4", 0, SC_ERR_USAGE, 2000},
+    {"variables of the environment", parse_environment, "", "SEGCAST_RENDER_SAMPLES=4", "", 0,
+     SC_OK, 2000},
+    {"variables that name no key", parse_environment, "", "SEGCAST_%d_X=4", "", 0, SC_OK, 2000},
+    {"options", parse_options, "", "--set=tissues.t%d.opacity=0.5", "", 0, SC_OK, 100},
+    {"options of one kind", parse_options, "", "--quiet", "", 0, SC_OK, 4000},
+};
+
+static void twice_the_input_costs_twice_the_operations(void **state)
+{
+    int failed = 0;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(parsers); i++) {
+        const parser *p = &parsers[i];
+        uint64_t once, twice;
+        double ratio;
+
+        p->parse(p, p->n);
+        once = sc_test_operations;
+        p->parse(p, 2 * p->n);
+        twice = sc_test_operations;
+        ratio = (double)twice / (double)once;
+        print_message("%-42s %9llu %10llu  %.2f\n", p->name, (unsigned long long)once,
+                      (unsigned long long)twice, ratio);
+        if (!(ratio < 2.5) || once < (uint64_t)p->n)
+            failed++;
+    }
+    assert_int_equal(failed, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(twice_the_input_costs_twice_the_operations),
+    };
+
+    return RUN(tests);
+}
