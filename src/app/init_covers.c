@@ -136,7 +136,7 @@ sc_status sc_find_covers(const sc_ctx *ctx, const sc_prepared *volume, const boo
                          int *layers)
 {
     enum { LAYERS_MAX = 5 };
-    const double least = 0.7; /* of the rays: a kidney within fat is hidden, one behind a rib not */
+    const double least = 0.55; /* of the rays: skin and skull hide more, half of a brain less */
     const size_t count = (size_t)volume->label_count;
     bool *removed;
     void *flags = NULL, *tallies = NULL;

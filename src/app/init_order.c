@@ -30,6 +30,10 @@ static const struct {
     const char *beginnings;
     sc_system system;
 } words_of_systems[] = {
+    {"rectus|oblique|sternocleido|longus|capitis|masseter|pterygoid|temporalis|trapez|scalen|"
+     "digastric|levator|nasalis|splenius|semispin|platysma|buccinat|orbicular|geniogloss|muscle",
+     SC_SYSTEM_MUSCLES},
+    {"pellucid", SC_SYSTEM_NERVES},
     {"aortic valve|pulmonary valve|pulmonic valve", SC_SYSTEM_HEART},
     {"kidney|renal|ureter|urin|urethr|prostat|uter|ovar|testi|seminal|vagin|cervix",
      SC_SYSTEM_UROGENITAL},
@@ -38,7 +42,7 @@ static const struct {
     {"arter|aort|vein|vena|venous|vessel|vascul|portal|carotid|subclavian|brachiocephalic|"
      "azygos|sinus|blood|pulmonary trunk|pulmonary vein",
      SC_SYSTEM_VESSELS},
-    {"liver|hepat|stomach|gastr|duoden|jejun|ileum|bowel|intestin|colon|rect|esophag|oesophag|"
+    {"liver|hepat|stomach|gastr|duoden|jejun|ileum|bowel|intestin|colon|rectum|esophag|oesophag|"
      "pancrea|gallblad|tongue|appendix|bile|caecum|cecum|pharyn",
      SC_SYSTEM_DIGESTIVE},
     {"lateral ventricle|third ventricle|fourth ventricle|3rd ventricle|4th ventricle|5th ventricle|"
@@ -51,8 +55,7 @@ static const struct {
      "mitral|tricuspid|auricle",
      SC_SYSTEM_HEART},
     {"lung|trache|bronch|laryn|airway|pulmonary|pleura|nasal|nose|diaphragm", SC_SYSTEM_AIRWAYS},
-    {"muscle|musc|glute|iliopsoas|psoas|autochthon|quadricep|thigh|sartorius|deltoid|trapez|"
-     "pector|masseter|tendon",
+    {"musc|glute|iliopsoas|psoas|autochthon|quadricep|thigh|sartorius|deltoid|pector|tendon",
      SC_SYSTEM_MUSCLES},
     {"bone|skull|crani|vertebra|rib|femur|hip|sacr|scapul|clavic|humer|stern|costal|pelvis|tibia|"
      "fibula|patella|radius|ulna|mandib|maxill|tooth|teeth|jaw|cartilage|disc|disk|skelet|carpal|"

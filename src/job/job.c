@@ -4,6 +4,7 @@
 
 #include "describe.h"
 
+#include <ctype.h>
 #include <string.h>
 
 enum { JOB_MAX_BYTES = 1 << 20 };
@@ -52,6 +53,53 @@ static sc_status apply_settings(const sc_ctx *ctx, const sc_setting *settings, s
     return status;
 }
 
+enum { VARIABLES_MAX = 256, VARIABLE_BYTES = 96 };
+
+/* The names of all environment variables of keys. */
+typedef struct variables {
+    char names[VARIABLES_MAX][VARIABLE_BYTES];
+    size_t count;
+} variables;
+
+/* Add the name of the variable of a row. Keys of tissues have none. For sc_keys_walk, with
+ * variables as user. */
+static sc_status add_variable(const sc_ctx *ctx, void *user, const sc_key_visit *visit)
+{
+    variables *v = user;
+    char *name = v->names[v->count];
+
+    (void)ctx;
+    if (v->count == VARIABLES_MAX || strstr(visit->path, ".NAME"))
+        return SC_OK;
+    snprintf(name, VARIABLE_BYTES, "SEGCAST_%s", visit->path);
+    for (; *name; name++)
+        *name = (char)(*name == '.' ? '_' : toupper((unsigned char)*name));
+    v->count++;
+    return SC_OK;
+}
+
+/* Warn of an environment variable that names no key, with the nearest that does. */
+static sc_status warn_of_variable(const sc_ctx *ctx, const char *name)
+{
+    const char *candidates[VARIABLES_MAX], *nearest;
+    variables *v;
+    void *block;
+    sc_status status = sc_zalloc(ctx, 1, sizeof *v, &block);
+
+    if (status != SC_OK)
+        return status;
+    v = block;
+    SC_TRY(sc_keys_walk(ctx, add_variable, v));
+    for (size_t i = 0; i < v->count; i++)
+        candidates[i] = v->names[i];
+    nearest = sc_nearest_word(name, candidates, v->count);
+    sc_warn(ctx, "environment variable %s names no key of a job and is not used%s%s%s", name,
+            nearest ? "; did you mean " : "", nearest ? nearest : "", nearest ? "?" : "");
+out:
+    sc_free(block);
+    return status;
+}
+
 /* Put every variable that begins with SEGCAST_ into the tree. One that names no key is warned of
  * and skipped: it may belong to another program. @return the first mistake; all are logged. */
 static sc_status apply_environment(const sc_ctx *ctx, const char *const *environment, sc_yaml *root)
@@ -69,10 +117,10 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
         snprintf(name, sizeof name, "%.*s", (int)(equals - entry), entry);
         if (!strcmp(name, "SEGCAST_THREADS"))
             continue; /* an option of the command line, not a key */
-        if (!sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path))
-            sc_warn(ctx, "environment variable %s names no key of a job and is not used", name);
-        else if (!sc_goes_on(&status,
-                             sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1)))
+        if (!sc_goes_on(&status,
+                        sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path)
+                            ? sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1)
+                            : warn_of_variable(ctx, name)))
             break;
     }
     return status;
