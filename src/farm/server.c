@@ -224,8 +224,8 @@ static void receive_gop(server *s, int source, const sc_result_message *message)
     unit_done(s, message->result.render_wall_s);
     if (status != SC_OK)
         stop_with(s, status);
-    if (bytes == 0)
-        return;
+    if (bytes == 0 || status != SC_OK)
+        return; /* the pieces of the payload of a GOP that failed are received and dropped */
     gop = begin_gop(s, (const sc_frame_result *)behind, count);
     if (!gop)
         return;
@@ -248,7 +248,7 @@ static void receive_piece(server *s, const sc_message *mail)
         link = &(*link)->next;
     gop = *link;
     if (!gop)
-        return; /* there was no memory for the GOP, and the farm is ending */
+        return; /* the GOP failed, or there was no memory for it, and the farm is ending */
     if (gop->payload.data && mail->bytes <= gop->payload.bytes - gop->received_bytes)
         memcpy((char *)gop->payload.data + gop->received_bytes, s->inbox, mail->bytes);
     gop->received_bytes += mail->bytes;
@@ -388,7 +388,8 @@ static void own_gop_done(server *s, const sc_draw_task *task)
     unit_done(s, wall_s);
     if (task->status != SC_OK)
         stop_with(s, task->status);
-    gop = task->payload.bytes > 0 ? begin_gop(s, task->results, count) : NULL;
+    gop = task->payload.bytes > 0 && task->status == SC_OK ? begin_gop(s, task->results, count)
+                                                           : NULL;
     if (!gop) {
         sc_free(task->payload.data);
         return;
