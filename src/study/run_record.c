@@ -24,13 +24,25 @@ double sc_run_imbalance(const sc_run_record *run)
     return sum > 0 ? most * run->ranks / sum - 1 : 0;
 }
 
+/* Append @p item, of which NULL stands for no memory. Takes ownership of it, and of @p array.
+ * @return the array, or NULL, once there was no memory. */
+static json_t *append(json_t *array, json_t *item)
+{
+    if (array && json_array_append_new(array, item) == 0)
+        return array;
+    if (!array)
+        json_decref(item);
+    json_decref(array);
+    return NULL;
+}
+
 /* The object `phases`. Wall time: that of the rank that took longest; CPU time: the sum over all
  * ranks. */
 static json_t *phases_json(const sc_run_record *run)
 {
     json_t *phases = json_object();
 
-    for (int phase = 0; phase < SC_PHASE_COUNT; phase++) {
+    for (int phase = 0; phase < SC_PHASE_COUNT && phases; phase++) {
         double wall_s = 0, cpu_s = 0;
 
         for (int i = 0; i < run->ranks; i++) {
@@ -39,8 +51,11 @@ static json_t *phases_json(const sc_run_record *run)
             wall_s = time->wall_s > wall_s ? time->wall_s : wall_s;
             cpu_s += time->cpu_s;
         }
-        json_object_set_new(phases, phase_names[phase],
-                            json_pack("{s:f, s:f}", "wall_s", wall_s, "cpu_s", cpu_s));
+        if (json_object_set_new(phases, phase_names[phase],
+                                json_pack("{s:f, s:f}", "wall_s", wall_s, "cpu_s", cpu_s))) {
+            json_decref(phases);
+            phases = NULL;
+        }
     }
     return phases;
 }
@@ -89,18 +104,18 @@ static json_t *frames_json(const sc_run_record *run)
     frame_cursor cursor = {.run = run};
     sc_past_frame past;
 
-    while (next_frame(&cursor, &past)) {
+    while (frames && next_frame(&cursor, &past)) {
         const sc_frame_result *f = &past.result;
         char hash[17];
 
         format_hash(f->hash, hash);
-        json_array_append_new(
-            frames,
-            json_pack("{s:i, s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame", f->frame,
-                      "run", past.run, "rank", f->rank, "render_wall_s", f->render_wall_s,
-                      "render_cpu_s", f->render_cpu_s, "wait_s", f->wait_s, "rays",
-                      (json_int_t)f->rays, "samples", (json_int_t)f->samples, "contributions",
-                      (json_int_t)f->contributions, "hash", hash));
+        frames =
+            append(frames,
+                   json_pack("{s:i, s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame",
+                             f->frame, "run", past.run, "rank", f->rank, "render_wall_s",
+                             f->render_wall_s, "render_cpu_s", f->render_cpu_s, "wait_s", f->wait_s,
+                             "rays", (json_int_t)f->rays, "samples", (json_int_t)f->samples,
+                             "contributions", (json_int_t)f->contributions, "hash", hash));
     }
     return frames;
 }
@@ -148,9 +163,8 @@ static json_t *runs_json(const sc_run_record *run)
     json_t *runs = json_array();
 
     for (int i = 0; run->earlier && i < run->earlier->run_count; i++)
-        json_array_append_new(runs, entry_json(&run->earlier->runs[i]));
-    json_array_append_new(runs, entry_json(&this_run));
-    return runs;
+        runs = append(runs, entry_json(&run->earlier->runs[i]));
+    return append(runs, entry_json(&this_run));
 }
 
 /* All of stats.json. */
@@ -164,7 +178,7 @@ static json_t *run_json(const sc_run_record *run)
     format_hash(run->job.volume, volume_hash);
     for (int i = 0; i < run->ranks; i++) {
         render_cpu_s += run->rank_records[i].phases[SC_PHASE_RENDER].cpu_s;
-        json_array_append_new(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
+        peaks = append(peaks, json_integer((json_int_t)run->rank_records[i].peak_rss_bytes));
     }
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
