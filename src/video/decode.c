@@ -2,6 +2,7 @@
 /* Decodes a video, to check what was written. */
 #include "segcast/video.h"
 
+#include <errno.h>
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 #include <libswscale/swscale.h>
@@ -15,6 +16,7 @@ typedef struct decoder {
     AVStream *stream; /* the video stream, borrowed from format */
     AVFrame *frame;   /* decoded last */
     AVPacket *packet;
+    int format_of_first;       /* pixel format of the first frame */
     struct SwsContext *scaler; /* made for the first frame, as is image */
     sc_image image;            /* frame as sRGB */
     int count;                 /* frames passed on so far */
@@ -73,7 +75,11 @@ static sc_status to_rgb(decoder *d)
         if (!d->scaler)
             return fail_data(d, "its pixel format cannot be converted");
         sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
+        d->format_of_first = f->format;
     }
+    if (f->width != d->image.width_px || f->height != d->image.height_px ||
+        f->format != d->format_of_first)
+        return fail_data(d, "a frame has another size or pixel format than the first");
     planes[0] = d->image.rgb;
     stride[0] = d->image.width_px * 3;
     sws_scale(d->scaler, (const uint8_t *const *)f->data, f->linesize, 0, f->height, planes,
@@ -82,12 +88,13 @@ static sc_status to_rgb(decoder *d)
 }
 
 /* Pass all frames that the codec has ready to @p on_frame, and count them. @return the error of
- * @p on_frame or of to_rgb. */
+ * @p on_frame or of to_rgb, or SC_ERR_DATA. */
 static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *user)
 {
     sc_status status = SC_OK;
+    int error = 0;
 
-    while (status == SC_OK && avcodec_receive_frame(d->codec, d->frame) >= 0) {
+    while (status == SC_OK && (error = avcodec_receive_frame(d->codec, d->frame)) >= 0) {
         const double time_s =
             (double)d->frame->best_effort_timestamp * av_q2d(d->stream->time_base);
 
@@ -95,6 +102,8 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
         if (status == SC_OK)
             status = on_frame(user, d->count++, time_s, &d->image);
     }
+    if (status == SC_OK && error != AVERROR(EAGAIN) && error != AVERROR_EOF)
+        status = fail_data(d, "a frame cannot be decoded");
     return status;
 }
 
@@ -102,19 +111,25 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
                           void *user)
 {
     decoder d = {.ctx = ctx, .path = path};
+    int end;
     sc_status status;
 
     SC_TRY(open_decoder(&d));
-    while (av_read_frame(d.format, d.packet) >= 0) {
+    while ((end = av_read_frame(d.format, d.packet)) >= 0) {
         const bool wanted = d.packet->stream_index == d.stream->index;
+        const bool cut = wanted && (d.packet->flags & AV_PKT_FLAG_CORRUPT);
         const int error = wanted ? avcodec_send_packet(d.codec, d.packet) : 0;
 
         av_packet_unref(d.packet);
-        if (error < 0) {
-            status = fail_data(&d, "a frame cannot be decoded");
+        if (error < 0 || cut) {
+            status = fail_data(&d, cut ? "a frame is cut off" : "a frame cannot be decoded");
             goto out;
         }
         SC_TRY(receive_frames(&d, on_frame, user));
+    }
+    if (end != AVERROR_EOF) {
+        status = fail_data(&d, "cannot be read to its end");
+        goto out;
     }
     avcodec_send_packet(d.codec, NULL);
     status = receive_frames(&d, on_frame, user);
