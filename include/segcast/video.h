@@ -39,15 +39,17 @@ typedef struct sc_segment {
 void sc_segment_free(sc_segment *segment);
 /** What a segment says of itself. */
 typedef struct sc_segment_info {
-    uint64_t identity; /**< of the job, as given to sc_encoder_finish */
-    int first_frame;   /**< number in the video, as given to sc_encoder_finish */
-    int frame_count;   /**< at least 1 */
+    uint64_t identity;            /**< of the job, as given to sc_encoder_finish */
+    int first_frame;              /**< number in the video, as given to sc_encoder_finish */
+    int frame_count;              /**< from 1 to fps */
+    int width_px, height_px, fps; /**< of the video: sides are even */
     /** frame_count numbers of type uint64_t, the hashes given to sc_encoder_push; borrowed from the
      *  segment. Not aligned: to be read with memcpy. */
     const void *hashes;
 } sc_segment_info;
-/** Verify the hash of a segment and read its head. @return false if the bytes are damaged,
- *  truncated, or not a segment; @p out is untouched then. */
+/** Verify the hash of a segment, and that what it holds can be a GOP: codec, sizes, number, order
+ *  and lengths of its packets; and read its head. @return false if the bytes are damaged,
+ *  truncated, forged, or not a segment; @p out is untouched then. */
 bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out);
 
 /** Encodes one GOP after the other. The bytes of a segment depend on the pictures of its GOP and on
@@ -151,9 +153,10 @@ void sc_video_libraries(char *text, size_t size);
  *  call. Anything but SC_OK ends the decoding. */
 typedef sc_status sc_video_frame_fn(void *user, int k, double time_s, const sc_image *image);
 /** Decode a video, to check what was written: call @p on_frame for each frame in the order in
- *  which they are shown. A file that ends early gives fewer frames, which the caller has to
- *  count. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if it is damaged,
- *  SC_ERR_MEMORY, or what @p on_frame returned, which ends the decoding. */
+ *  which they are shown. A file that was cut between two frames gives fewer of them, which the
+ *  caller has to count; all frames have the size of the first. @return SC_ERR_MISSING if it cannot
+ * be opened, SC_ERR_DATA if it is damaged, SC_ERR_MEMORY, or what @p on_frame returned, which ends
+ * the decoding. */
 SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path,
                                       sc_video_frame_fn *on_frame, void *user);
 

@@ -186,6 +186,8 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
 
 /* @return the number of frames of GOP @p gop; the last one may be shorter. */
 int sc_store_gop_frames(const sc_store *store, int gop);
+/* @return whether a segment that says this of itself is GOP @p gop of the job. */
+bool sc_store_is_segment_of(const sc_store *store, const sc_segment_info *info, int gop);
 /* @return whether the picture of frame @p k is in a segment or a partial GOP, as the last scan and
  * what was accepted since have it. */
 bool sc_store_has_picture(const sc_store *store, int k);
@@ -215,10 +217,12 @@ bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash);
  * sc_partial_close. */
 sc_status sc_partial_open(const sc_ctx *ctx, const char *directory, uint64_t identity,
                           size_t picture_bytes, int frames, sc_partial_gops *out);
-/* Set the locations of the pictures in the file @p path, up to the first that is damaged or of
- * another job. A frame that is found again gets the new location. A file that cannot be opened has
- * none. @return SC_ERR_MEMORY. */
-sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path);
+/* Set the locations of the pictures in the file @p path, up to the first that is damaged, of
+ * another job, or not one of the frames [first, first + count) of the file's GOP. A frame that is
+ * found again gets the new location. A file that cannot be opened has none. @return SC_ERR_MEMORY.
+ */
+sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int first,
+                          int count);
 /* Append a picture of GOP @p gop to this process's file for it, which is made if need be, and set
  * its location. @p hash: sc_image_hash of the frame. @return SC_ERR_CREATE, SC_ERR_WRITE,
  * SC_ERR_MEMORY. */

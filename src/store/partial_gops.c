@@ -93,7 +93,8 @@ static bool read_picture(const sc_partial_gops *partial, FILE *stream, picture_h
            hash_of(head, picture) == head->hash;
 }
 
-sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path)
+sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const char *path, int first,
+                          int count)
 {
     FILE *stream = fopen(path, "rb");
     void *picture = NULL;
@@ -107,7 +108,8 @@ sc_status sc_partial_scan(const sc_ctx *ctx, sc_partial_gops *partial, const cha
     SC_TRY(sc_alloc(ctx, partial->picture_bytes, 1, &picture));
     SC_TRY(add_file(ctx, partial, path, &index));
     partial->scanned_count = partial->file_count;
-    while (read_picture(partial, stream, &head, picture)) {
+    while (read_picture(partial, stream, &head, picture) && head.frame >= first &&
+           head.frame < first + count) {
         partial->locations[head.frame] =
             (sc_picture_location){index, (uint64_t)at, head.pixel_hash};
         at = ftell(stream);

@@ -119,9 +119,8 @@ static void scan_segment(const sc_ctx *ctx, sc_store *store, const char *path, i
         return; /* removed meanwhile by a process that completed the job */
     if (is_read) {
         segment.data = data;
-        ok = sc_segment_inspect(&segment, &info) && info.identity == store->identity &&
-             info.first_frame == gop * store->gop_frames &&
-             info.frame_count == sc_store_gop_frames(store, gop) && has_known_hashes(store, &info);
+        ok = sc_segment_inspect(&segment, &info) && sc_store_is_segment_of(store, &info, gop) &&
+             has_known_hashes(store, &info);
     }
     if (ok)
         add_lines(store, &info);
@@ -145,7 +144,8 @@ static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
     if (!sc_is_segment_name(name) || gop < 0 || gop >= store->gop_count)
         return SC_OK;
     if (!strcmp(extension, ".part"))
-        return sc_partial_scan(ctx, &store->partial, path);
+        return sc_partial_scan(ctx, &store->partial, path, (int)gop * store->gop_frames,
+                               sc_store_gop_frames(store, (int)gop));
     if (!strcmp(extension, ".seg"))
         scan_segment(ctx, store, path, (int)gop);
     return SC_OK;

@@ -9,6 +9,16 @@ int sc_store_gop_frames(const sc_store *store, int gop)
     return left < store->gop_frames ? left : store->gop_frames;
 }
 
+bool sc_store_is_segment_of(const sc_store *store, const sc_segment_info *info, int gop)
+{
+    const sc_video_settings *s = &store->job.settings;
+
+    return info->identity == store->identity && info->first_frame == gop * store->gop_frames &&
+           info->frame_count == sc_store_gop_frames(store, gop) &&
+           info->width_px == ((s->width_px + 1) & ~1) &&
+           info->height_px == ((s->height_px + 1) & ~1) && info->fps == s->fps;
+}
+
 bool sc_store_has_picture(const sc_store *store, int k)
 {
     return store->has_segment[k / store->gop_frames] || store->partial.locations[k].file >= 0;

@@ -328,7 +328,7 @@ static sc_status add_picture(const sc_ctx *ctx, sc_store *store, const sc_done_f
     const void *picture = sc_encoder_convert(store->encoder, image);
     sc_status status;
 
-    if (store->partial.locations[k].file < 0)
+    if (store->partial.locations[k].file < 0 || store->partial.locations[k].hash != done->hash)
         SC_TRY(sc_partial_add(ctx, &store->partial, k / store->gop_frames, k, picture, done->hash));
     status = sc_store_encode(ctx, store, k, picture);
 out:
@@ -398,9 +398,8 @@ sc_status sc_store_add_gop(const sc_ctx *ctx, sc_store *store, const sc_done_fra
     sc_segment_info info;
     sc_status status;
 
-    if (!sc_segment_inspect(segment, &info) || info.identity != store->identity ||
-        info.first_frame != first || info.frame_count != count ||
-        count != sc_store_gop_frames(store, gop))
+    if (!sc_segment_inspect(segment, &info) || !sc_store_is_segment_of(store, &info, gop) ||
+        info.first_frame != first || info.frame_count != count)
         return sc_fail(ctx, SC_ERR_INTERNAL,
                        "frames %d to %d: the segment that a rank sent is damaged or holds other "
                        "frames",

@@ -9,6 +9,8 @@
 
 #define MAGIC "segcast\x01"
 enum { BYTE_ORDER_MARK = 0x01020304 };
+/* What a segment may hold at most: a GOP is one second of video. */
+enum { FPS_MAX = 1000, SIDE_MAX_PX = 1 << 15, REORDER_MAX = 16, EXTRADATA_MAX_BYTES = 1 << 20 };
 
 /* How a segment begins. */
 typedef struct segment_head {
@@ -153,44 +155,10 @@ void sc_segment_free(sc_segment *segment)
     *segment = (sc_segment){0};
 }
 
-bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
-{
-    segment_head head;
-
-    if (segment->bytes < sizeof head)
-        return false;
-    memcpy(&head, segment->data, sizeof head);
-    if (memcmp(head.magic, MAGIC, sizeof head.magic) != 0 || head.byte_order != BYTE_ORDER_MARK ||
-        head.bytes != segment->bytes || head.frame_count < 1 ||
-        head.frame_count != head.packet_count ||
-        (uint64_t)head.frame_count * 8 + head.extradata_bytes + sizeof head > head.bytes ||
-        hash_of(segment->data, segment->bytes) != head.hash)
-        return false;
-    *out = (sc_segment_info){.identity = head.identity,
-                             .first_frame = head.first_frame,
-                             .frame_count = head.frame_count,
-                             .hashes = (const void *)((const char *)segment->data + sizeof head)};
-    return true;
-}
-
 /* Where the codec's extradata lie in a segment, whose head is @p head; borrowed. */
 static const char *extradata_of(const sc_segment *segment, const segment_head *head)
 {
     return (const char *)segment->data + sizeof *head + (size_t)head->frame_count * 8;
-}
-
-void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out)
-{
-    segment_head head;
-
-    memcpy(&head, segment->data, sizeof head);
-    *out = (sc_segment_codec){.codec_id = head.codec_id,
-                              .width_px = head.width_px,
-                              .height_px = head.height_px,
-                              .fps = head.fps,
-                              .reorder = head.reorder,
-                              .extradata = extradata_of(segment, &head),
-                              .extradata_bytes = head.extradata_bytes};
 }
 
 bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
@@ -214,4 +182,74 @@ bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *f
     *bytes = packet.bytes;
     *at += sizeof packet + packet.bytes;
     return true;
+}
+
+/* @return whether the numbers in the head of a segment can be those of a GOP. */
+static bool is_sane(const segment_head *head)
+{
+    return (head->codec_id == AV_CODEC_ID_H264 || head->codec_id == AV_CODEC_ID_VP9) &&
+           head->width_px >= 1 && head->width_px <= SIDE_MAX_PX && head->height_px >= 1 &&
+           head->height_px <= SIDE_MAX_PX && head->fps >= 1 && head->fps <= FPS_MAX &&
+           head->reorder >= 0 && head->reorder <= REORDER_MAX && head->first_frame >= 0 &&
+           head->first_frame <= INT32_MAX - FPS_MAX && head->frame_count >= 1 &&
+           head->frame_count <= head->fps && head->frame_count == head->packet_count &&
+           head->extradata_bytes <= EXTRADATA_MAX_BYTES &&
+           (uint64_t)head->frame_count * 8 + head->extradata_bytes + sizeof *head <= head->bytes;
+}
+
+/* @return whether the packets of a segment, whose head is sane, fill it exactly, begin with a key
+ * frame, and show each frame of the GOP once and none before it can be decoded. */
+static bool has_sane_packets(const sc_segment *segment, const segment_head *head)
+{
+    const int known_flags = AV_PKT_FLAG_KEY | AV_PKT_FLAG_DISPOSABLE;
+    bool shown[FPS_MAX] = {false};
+    const void *data;
+    size_t at = 0, bytes;
+    int64_t pts;
+    int flags;
+
+    for (int i = 0; i < head->packet_count; i++) {
+        if (!sc_segment_next(segment, &at, &pts, &flags, &data, &bytes) || bytes < 1 ||
+            bytes > INT32_MAX / 2 || (flags & ~known_flags) ||
+            (i == 0 && !(flags & AV_PKT_FLAG_KEY)) || pts < 0 || pts >= head->frame_count ||
+            pts < i - head->reorder || shown[pts])
+            return false;
+        shown[pts] = true;
+    }
+    return at == segment->bytes;
+}
+
+bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
+{
+    segment_head head;
+
+    if (segment->bytes < sizeof head)
+        return false;
+    memcpy(&head, segment->data, sizeof head);
+    if (memcmp(head.magic, MAGIC, sizeof head.magic) != 0 || head.byte_order != BYTE_ORDER_MARK ||
+        head.bytes != segment->bytes || !is_sane(&head) ||
+        hash_of(segment->data, segment->bytes) != head.hash || !has_sane_packets(segment, &head))
+        return false;
+    *out = (sc_segment_info){.identity = head.identity,
+                             .width_px = head.width_px,
+                             .height_px = head.height_px,
+                             .fps = head.fps,
+                             .first_frame = head.first_frame,
+                             .frame_count = head.frame_count,
+                             .hashes = (const void *)((const char *)segment->data + sizeof head)};
+    return true;
+}
+
+void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out)
+{
+    segment_head head;
+
+    memcpy(&head, segment->data, sizeof head);
+    *out = (sc_segment_codec){.codec_id = head.codec_id,
+                              .width_px = head.width_px,
+                              .height_px = head.height_px,
+                              .fps = head.fps,
+                              .reorder = head.reorder,
+                              .extradata = extradata_of(segment, &head),
+                              .extradata_bytes = head.extradata_bytes};
 }

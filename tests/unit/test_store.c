@@ -1,0 +1,544 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What stands in a directory is judged by its contents, also where its checksums are right: forged
+ * segments, partial GOPs and manifests are refused, and nothing is touched outside the directory.
+ */
+#include "check.h"
+
+#include "../../src/store/internal.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { WIDTH = 32, HEIGHT = 24, FPS = 4, FRAMES = 6 };
+
+static const sc_video_settings settings = {
+    .width_px = WIDTH, .height_px = HEIGHT, .fps = FPS, .crf = 20, .preset = "fast"};
+static char folder[] = "/tmp/segcast-store-XXXXXX";
+
+/* The job of all tests. */
+static sc_store_job make_job(void)
+{
+    return (sc_store_job){.version = "1.2",
+                          .job_hash = 17,
+                          .volume_hash = 4,
+                          .frames = FRAMES,
+                          .video = "v.mp4",
+                          .png = true,
+                          .settings = settings,
+                          .threads = 1};
+}
+
+/* Remove the folder with all that is in it, and make it anew. */
+static void empty_folder(void)
+{
+    char command[128];
+
+    snprintf(command, sizeof command, "rm -rf %s && mkdir %s", folder, folder);
+    assert_int_equal(system(command), 0);
+}
+
+/* "FOLDER/NAME" in static memory. */
+static const char *in_folder(const char *name)
+{
+    static char paths[4][512];
+    static int next;
+    char *path = paths[next++ % 4];
+
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+static sc_image make_picture(int k)
+{
+    sc_image image;
+
+    assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
+    for (int i = 0; i < WIDTH * HEIGHT * 3; i++)
+        image.rgb[i] = (uint8_t)(i * (k + 3) / 7);
+    return image;
+}
+
+static sc_store *open_store(sc_store_mode mode)
+{
+    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
+    const sc_store_job job = make_job();
+    sc_store *store;
+
+    assert_ok(sc_store_open(&quiet, folder, &job, wanted, FRAMES, NULL, mode, &store));
+    return store;
+}
+
+/* Add the frames [first, end) that are not there, as rank 0 does. */
+static void add_frames(sc_store *store, int first, int end)
+{
+    for (int k = first; k < end; k++) {
+        sc_image image = make_picture(k);
+        const sc_done_frame done = {.frame = k, .hash = sc_image_hash(&image)};
+
+        if (!sc_store_has(store, k))
+            assert_ok(sc_store_add_frame(&quiet, store, &done, &image));
+        sc_image_clear(&image);
+    }
+}
+
+/* Write the records, finish and seal. */
+static void finish(sc_store *store)
+{
+    static const char *const records[] = {"job.yaml", "status.json", "stats.json", "frames.csv",
+                                          "trace.json"};
+    int missing;
+
+    assert_ok(sc_store_finish(&quiet, store, &missing));
+    assert_int_equal(missing, 0);
+    for (size_t i = 0; i < SC_COUNT_OF(records); i++)
+        assert_ok(sc_file_write(&quiet, in_folder(records[i]), records[i], strlen(records[i])));
+    assert_ok(sc_store_seal(&quiet, store));
+    sc_store_close(store);
+}
+
+/* Write a file without flushing it to disk, which sc_file_write does and takes long. */
+static void write_quickly(const char *path, const void *data, size_t bytes)
+{
+    FILE *stream = fopen(path, "wb");
+
+    assert_non_null(stream);
+    assert_int_equal(fwrite(data, 1, bytes, stream), bytes);
+    assert_int_equal(fclose(stream), 0);
+}
+
+static char *read_all(const char *path, size_t *bytes)
+{
+    char *data;
+
+    assert_ok(sc_file_read(&quiet, path, (size_t)1 << 30, &data, bytes));
+    return data;
+}
+
+/* ---- segments ---- */
+
+static sc_segment make_segment(int first)
+{
+    sc_encoder *encoder;
+    sc_segment segment;
+
+    assert_ok(sc_encoder_open(&quiet, "v.mp4", &settings, &encoder));
+    for (int k = first; k < first + FPS; k++) {
+        sc_image image = make_picture(k);
+
+        assert_ok(sc_encoder_push(&quiet, encoder, sc_encoder_convert(encoder, &image),
+                                  sc_image_hash(&image)));
+        sc_image_clear(&image);
+    }
+    assert_ok(sc_encoder_finish(&quiet, encoder, 99, first, &segment));
+    sc_encoder_close(encoder);
+    return segment;
+}
+
+/* Make the hash in the head of a segment that of its bytes. */
+static void repair(sc_segment *segment)
+{
+    const uint64_t hash = sc_hash_bytes((char *)segment->data + 16, segment->bytes - 16, 0);
+
+    memcpy((char *)segment->data + 8, &hash, sizeof hash);
+}
+
+/* Where the numbers of the head lie in a segment: those of 32 bits from codec_id on. */
+enum { AT_BYTES = 16, AT_CODEC = 36, AT_EXTRADATA = 68, HEAD_BYTES = 72 };
+
+static void forged_segments(void **state)
+{
+    static const int32_t values[] = {INT32_MIN, -1, 0, 1, 3, 5, 17, 255, 1 << 16, INT32_MAX};
+    sc_segment good = make_segment(0), forged;
+    sc_segment_info info;
+
+    (void)state;
+    assert_true(sc_segment_inspect(&good, &info));
+    assert_int_equal(info.fps, FPS);
+    assert_int_equal(info.width_px, WIDTH);
+    forged = (sc_segment){malloc(good.bytes), good.bytes};
+    for (size_t at = AT_CODEC; at <= AT_EXTRADATA; at += 4) {
+        for (size_t i = 0; i < SC_COUNT_OF(values); i++) {
+            int32_t old;
+
+            memcpy(forged.data, good.data, good.bytes);
+            memcpy(&old, (char *)forged.data + at, 4);
+            memcpy((char *)forged.data + at, &values[i], 4);
+            repair(&forged);
+            if (!sc_segment_inspect(&forged, &info) || values[i] == old)
+                continue;
+            /* What is accepted is within range; the store compares it with the job. */
+            assert_true(info.frame_count == FPS && info.fps >= FPS && info.first_frame >= 0);
+            assert_true(info.width_px > 0 && info.height_px > 0);
+        }
+    }
+    free(forged.data);
+    sc_segment_free(&good);
+}
+
+/* Segments with random changes and the right hash are refused, or joined, but never crash. */
+static void random_segments(void **state)
+{
+    const char *rounds = getenv("SEGCAST_TEST_ROUNDS");
+    const int count = rounds ? atoi(rounds) : 400;
+    sc_segment good = make_segment(0), forged = {malloc(good.bytes), good.bytes};
+    uint64_t seed = 4711;
+    int accepted = 0;
+
+    (void)state;
+    empty_folder();
+    for (int i = 0; i < count; i++) {
+        const int changes = 1 + (int)(random_bits(&seed) % 3);
+        sc_muxer *muxer;
+        sc_status status;
+
+        memcpy(forged.data, good.data, good.bytes);
+        forged.bytes = good.bytes;
+        for (int k = 0; k < changes; k++) {
+            const size_t within = random_bits(&seed) % 2 ? HEAD_BYTES + FPS * 8 + 80 : good.bytes;
+
+            ((uint8_t *)forged.data)[16 + random_bits(&seed) % (within - 16)] =
+                (uint8_t)random_bits(&seed);
+        }
+        if (i % 5 == 0) { /* cut, too, with the length in the head right */
+            const uint64_t bytes = HEAD_BYTES + random_bits(&seed) % (good.bytes - HEAD_BYTES);
+
+            memcpy((char *)forged.data + AT_BYTES, &bytes, sizeof bytes);
+            forged.bytes = bytes;
+        }
+        repair(&forged);
+        assert_ok(sc_muxer_open(&quiet, in_folder("v.mp4"), NULL, &muxer));
+        status = sc_muxer_add(&quiet, muxer, &forged);
+        if (status == SC_OK)
+            accepted += sc_muxer_finish(&quiet, muxer, in_folder("v.mp4"), true) == SC_OK;
+        sc_muxer_close(muxer);
+    }
+    assert_true(accepted > 0 && accepted < count);
+    free(forged.data);
+    sc_segment_free(&good);
+}
+
+/* ---- partial GOPs ---- */
+
+/* The path of the only file in segments/ that ends with @p ending. */
+static void find_file(const char *ending, char path[512])
+{
+    FILE *stream;
+    char command[256];
+
+    snprintf(command, sizeof command, "ls %s/segments/*%s", folder, ending);
+    stream = popen(command, "r");
+    assert_non_null(stream);
+    assert_non_null(fgets(path, 512, stream));
+    path[strcspn(path, "\n")] = '\0';
+    pclose(stream);
+}
+
+/* Pictures with the right hash that are of no frame, or of another size, are not used; the result
+ * has the same bytes. */
+static void forged_pictures(void **state)
+{
+    static const int64_t values[] = {INT64_MIN, -1, 0, 1, 5, 6, 1 << 30, INT64_MAX};
+    const size_t head_bytes = 48, picture = sc_picture_bytes(&settings);
+    size_t bytes, video_bytes;
+    char path[512], *part, *video, *again;
+    sc_store *whole;
+
+    (void)state;
+    empty_folder();
+    whole = open_store(SC_STORE_NEW);
+    add_frames(whole, 0, FRAMES);
+    finish(whole);
+    video = read_all(in_folder("v.mp4"), &video_bytes);
+    for (size_t at = 16; at < head_bytes; at += 8) {
+        for (size_t i = at / 8 % 2; i < SC_COUNT_OF(values); i += 2) {
+            sc_store *store;
+            uint64_t hash;
+
+            empty_folder();
+            store = open_store(SC_STORE_NEW);
+            add_frames(store, 0, 2);
+            sc_store_close(store);
+            find_file(".part", path);
+            part = read_all(path, &bytes);
+            assert_int_equal(bytes, 2 * (head_bytes + picture));
+            memcpy(part + at, &values[i], 8);
+            hash = sc_hash_bytes(part + 16, head_bytes - 16, 0);
+            hash = sc_hash_bytes(part + head_bytes, picture, hash);
+            memcpy(part + 8, &hash, 8);
+            assert_ok(sc_file_write(&quiet, path, part, bytes));
+            sc_free(part);
+            store = open_store(SC_STORE_RESUME);
+            add_frames(store, 0, FRAMES);
+            finish(store);
+            again = read_all(in_folder("v.mp4"), &bytes);
+            assert_int_equal(bytes, video_bytes);
+            assert_memory_equal(again, video, bytes);
+            sc_free(again);
+        }
+    }
+    sc_free(video);
+}
+
+/* A process that has the number of one that was killed while it wrote does not append behind what
+ * that one has left. */
+static void torn_tail(void **state)
+{
+    sc_store *store;
+    char path[512];
+    struct stat info;
+
+    (void)state;
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, 2);
+    sc_store_close(store);
+    find_file(".part", path);
+    assert_int_equal(stat(path, &info), 0);
+    assert_int_equal(truncate(path, info.st_size - 100), 0);
+    store = open_store(SC_STORE_RESUME);
+    assert_true(sc_store_has(store, 0));
+    assert_false(sc_store_has(store, 1));
+    add_frames(store, 1, 3);
+    sc_store_close(store);
+    store = open_store(SC_STORE_RESUME);
+    for (int k = 0; k < 3; k++)
+        assert_true(sc_store_has(store, k));
+    sc_store_close(store);
+}
+
+/* ---- manifests ---- */
+
+/* Write manifest.jsonl with these lines, each with its proof. */
+static void write_manifest(const char *const *lines, size_t count)
+{
+    sc_text text = {0};
+    uint64_t chain = 0;
+
+    for (size_t i = 0; i < count; i++) {
+        const size_t bytes = strlen(lines[i]) - 1;
+
+        chain = sc_hash_bytes(lines[i], bytes, chain);
+        assert_ok(sc_text_add(&quiet, &text, "%.*s,\"line\":\"%016llx\"}\n", (int)bytes, lines[i],
+                              (unsigned long long)chain));
+    }
+    write_quickly(in_folder("manifest.jsonl"), text.data, text.length_bytes);
+    sc_text_clear(&text);
+}
+
+#define HEAD(owns, rest)                                                                           \
+    "{\"schema\":\"segcast-manifest-3\",\"version\":\"1.2\",\"job_hash\":\"0000000000000011\","    \
+    "\"volume_hash\":\"0000000000000004\"," rest ",\"owns\":[" owns "]}"
+#define SIZES "\"frames\":6,\"size\":[32,24]"
+
+/* First lines that prove themselves and say what cannot be. */
+static void forged_heads(void **state)
+{
+    static const char *const heads[] = {
+        HEAD("\"../v.mp4\"", SIZES),
+        HEAD("\"/etc/v.mp4\"", SIZES),
+        HEAD("\"patient7.nrrd\"", SIZES),
+        HEAD("\"frames/../../v.mp4\"", SIZES),
+        HEAD("\"frames/000001.png\"", SIZES),
+        HEAD("\".profile\"", SIZES),
+        HEAD("\".mp4\"", SIZES),
+        HEAD("17", SIZES),
+        HEAD("", "\"frames\":0,\"size\":[32,24]"),
+        HEAD("", "\"frames\":1000001,\"size\":[32,24]"),
+        HEAD("", "\"frames\":4294967302,\"size\":[32,24]"),
+        HEAD("", "\"frames\":6,\"size\":[32]"),
+        HEAD("", "\"frames\":6,\"size\":[-32,24]"),
+        HEAD("", "\"frames\":6.5,\"size\":[32,24]"),
+        "{\"schema\":\"segcast-manifest-3\"}",
+        "{\"schema\":17}",
+        "[1,2]",
+        "{}",
+    };
+    sc_store_report report;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(heads); i++) {
+        sc_store_job job = make_job();
+        sc_store *store;
+        char version[64];
+        const int wanted = 0;
+
+        empty_folder();
+        write_quickly(in_folder("v.mp4"), "mine", 4);
+        write_manifest(&heads[i], 1);
+        for (int mode = SC_STORE_NEW; mode <= SC_STORE_OVERWRITE; mode++) {
+            assert_int_equal(sc_store_check(&quiet, folder, &job, NULL, (sc_store_mode)mode),
+                             SC_ERR_CREATE);
+            assert_int_equal(
+                sc_store_open(&quiet, folder, &job, &wanted, 1, NULL, (sc_store_mode)mode, &store),
+                SC_ERR_CREATE);
+        }
+        assert_int_equal(sc_store_identify(&quiet, folder, &job, version), SC_ERR_DATA);
+        assert_ok(sc_store_status(&quiet, folder, NULL, 0, &report));
+        assert_int_equal(report.condition, SC_STORE_DAMAGED);
+    }
+}
+
+/* Further lines that prove themselves and say what cannot be: reading ends there, as with damage.
+ */
+static void forged_lines(void **state)
+{
+    static const char *const forged[] = {
+        "{\"frame\":6,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":0}",
+        "{\"frame\":-1,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":0}",
+        "{\"frame\":4294967296,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":0}",
+        "{\"frame\":1,\"hash\":\"1\",\"rank\":0,\"render_cpu_s\":0}",
+        "{\"frame\":1,\"hash\":\"00000000000000zz\",\"rank\":0,\"render_cpu_s\":0}",
+        "{\"frame\":1,\"hash\":\"0000000000000001\",\"rank\":-1,\"render_cpu_s\":0}",
+        "{\"frame\":1,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":-1}",
+        "{\"frame\":1,\"hash\":\"0000000000000001\",\"rank\":0,\"render_cpu_s\":0,\"png_bytes\":-"
+        "1}",
+        "{\"complete\":true,\"video\":\"../v.mp4\",\"video_bytes\":4,\"video_hash\":"
+        "\"0000000000000001\"}",
+        "{\"complete\":true,\"video\":\"v.mp4\",\"video_bytes\":-4,\"video_hash\":"
+        "\"0000000000000001\"}",
+        "{\"complete\":true,\"video\":\"v.mp4\\u0000/\",\"video_bytes\":4,\"video_hash\":"
+        "\"0000000000000001\"}",
+        "{\"file\":\"../job.yaml\",\"bytes\":4,\"hash\":\"0000000000000001\"}",
+        "{\"file\":\"frames/\",\"bytes\":4,\"hash\":\"0000000000000001\"}",
+        "{\"file\":\"notes.txt\",\"bytes\":4,\"hash\":\"0000000000000001\"}",
+        "{\"file\":\"job.yaml\",\"bytes\":-1,\"hash\":\"0000000000000001\"}",
+        "{\"something\":1}",
+    };
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
+        const char *const lines[] = {HEAD("\"v.mp4\"", SIZES), forged[i]};
+        sc_frame_line frames[FRAMES] = {{.known = false}};
+        sc_manifest_data data = {.lines = frames, .frames = FRAMES};
+
+        empty_folder();
+        write_manifest(lines, 2);
+        assert_ok(sc_manifest_read(&quiet, in_folder("manifest.jsonl"), &data));
+        assert_true(data.head.known);
+        assert_int_equal(data.damaged_line, 2);
+        assert_false(data.end.known);
+        assert_int_equal(data.count + data.files.count, 0);
+        sc_manifest_data_clear(&data);
+    }
+}
+
+/* The names that a manifest may give to segcast's files. */
+static void own_names(void **state)
+{
+    static const char *const right[] = {
+        "v.mp4",    "v.MKV",       "a b.webm",        "frames/",    "frames/*.png",  "segments/*",
+        "job.yaml", "status.json", "stats.0of2.json", "frames.csv", "trace.a_b.json"};
+    static const char *const wrong[] = {"",
+                                        ".",
+                                        "..",
+                                        "../v.mp4",
+                                        "a/v.mp4",
+                                        "/v.mp4",
+                                        ".v.mp4",
+                                        "job.yaml/",
+                                        "jobs.yaml",
+                                        "stats.csv",
+                                        "statsx.json",
+                                        "stats..json",
+                                        "volume.nrrd",
+                                        "segments",
+                                        "frames/1.png",
+                                        "status.a/b.json"};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(right); i++)
+        assert_true(sc_own_name(right[i]));
+    for (size_t i = 0; i < SC_COUNT_OF(wrong); i++)
+        assert_false(sc_own_name(wrong[i]));
+    assert_true(sc_is_segment_name("000001.seg") && sc_is_segment_name("000001.a.b.7.part"));
+    assert_false(sc_is_segment_name("000001.part") || sc_is_segment_name("000001-notes.seg") ||
+                 sc_is_segment_name("1.seg") || sc_is_segment_name("000001.seg.nrrd"));
+    assert_true(sc_is_frame_name("000005.png", 6));
+    assert_false(sc_is_frame_name("000006.png", 6) || sc_is_frame_name("0000005.png", 6) ||
+                 sc_is_frame_name("5.png", 6));
+}
+
+/* Every byte of a manifest is proven: another one there is damage, and a shorter file is unfinished
+ * or damaged. */
+static void manifest_bytes(void **state)
+{
+    sc_store *store;
+    sc_store_report report;
+    size_t bytes;
+    char *text;
+
+    (void)state;
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, FRAMES);
+    finish(store);
+    text = read_all(in_folder("manifest.jsonl"), &bytes);
+    for (size_t at = 0; at < bytes; at++) {
+        for (int bit = 0; bit < 8; bit += 5) {
+            text[at] ^= (char)(1 << bit);
+            write_quickly(in_folder("manifest.jsonl"), text, bytes);
+            assert_ok(sc_store_status(&quiet, folder, NULL, 0, &report));
+            if (report.condition != SC_STORE_DAMAGED)
+                fail_msg("bit %d of byte %zu of the manifest is not proven", bit, at);
+            text[at] ^= (char)(1 << bit);
+        }
+    }
+    for (size_t length = 0; length < bytes; length += 7) {
+        write_quickly(in_folder("manifest.jsonl"), text, length);
+        assert_ok(sc_store_status(&quiet, folder, NULL, 0, &report));
+        assert_int_not_equal(report.condition, SC_STORE_COMPLETE);
+    }
+    sc_free(text);
+}
+
+/* A directory of another job, version, size or volume is refused to a run that would go on. */
+static void other_jobs(void **state)
+{
+    const int wanted = 0;
+
+    (void)state;
+    empty_folder();
+    sc_store_close(open_store(SC_STORE_NEW));
+    for (int i = 0; i < 5; i++) {
+        sc_store_job job = make_job();
+        sc_store *store;
+
+        job.version = i == 0 ? "1.3" : job.version;
+        job.job_hash += i == 1;
+        job.volume_hash += i == 2;
+        job.frames += i == 3;
+        job.settings.width_px += 2 * (i == 4);
+        assert_int_equal(
+            sc_store_open(&quiet, folder, &job, &wanted, 1, NULL, SC_STORE_RESUME, &store),
+            SC_ERR_CREATE);
+    }
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    char command[128];
+
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(forged_segments), cmocka_unit_test(random_segments),
+        cmocka_unit_test(forged_pictures), cmocka_unit_test(torn_tail),
+        cmocka_unit_test(forged_heads),    cmocka_unit_test(forged_lines),
+        cmocka_unit_test(own_names),       cmocka_unit_test(manifest_bytes),
+        cmocka_unit_test(other_jobs),
+    };
+
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
