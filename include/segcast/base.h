@@ -27,7 +27,8 @@ typedef enum sc_status {
     SC_ERR_DATA = -3,       /**< an input, also a job file, exists and is broken */
     SC_ERR_MISSING = -4,    /**< an input does not exist or cannot be opened */
     SC_ERR_CREATE = -5,     /**< an output cannot be created */
-    SC_ERR_WRITE = -6,      /**< an output cannot be written, e.g. the disk is full */
+    SC_ERR_WRITE = -6,      /**< an output cannot be written, e.g. the disk is full; or an input
+                                 is there, but reading fails */
     SC_ERR_SYSTEM = -7,     /**< a limit or failure of the system, e.g. of the number of threads */
     SC_ERR_MEMORY = -8,     /**< out of memory, or a size that overflows */
     SC_ERR_INTERNAL = -9    /**< a bug of segcast or of a library */
@@ -148,6 +149,11 @@ sc_length_unit sc_length_unit_for(double finest_mm);
 /** @return @p value, or 0 if it would be printed as zero with @p decimals digits behind the point:
  * so that nothing is printed as "-0.0". */
 double sc_no_negative_zero(double value, int decimals);
+
+/** @return the return code for an input that cannot be opened or read with @p error, an errno:
+ *  SC_ERR_MISSING if it is not there or may not be read, SC_ERR_MEMORY, and for all other reasons,
+ *  such as a broken disk or too many open files, SC_ERR_WRITE. */
+sc_status sc_input_status(int error);
 
 /** Read a whole file. @p out holds its bytes and a NUL byte behind them. @return SC_ERR_MISSING if
  *  it cannot be opened or is a directory, SC_ERR_DATA if it is longer than @p max_bytes. Caller

@@ -9,6 +9,24 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+sc_status sc_input_status(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+    case EISDIR:
+    case EACCES:
+    case EPERM:
+    case ELOOP:
+    case ENAMETOOLONG:
+        return SC_ERR_MISSING;
+    case ENOMEM:
+        return SC_ERR_MEMORY;
+    default:
+        return SC_ERR_WRITE;
+    }
+}
+
 sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, char **out,
                        size_t *out_bytes)
 {
@@ -19,7 +37,7 @@ sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, ch
     sc_status status = SC_OK;
 
     if (stat(path, &info))
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (S_ISDIR(info.st_mode))
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory, expected a file", path);
     if (S_ISFIFO(info.st_mode)) /* opening it would wait for its writer */
@@ -29,11 +47,12 @@ sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, ch
                        (long long)info.st_size, max_bytes);
     stream = fopen(path, "rb");
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     SC_TRY(sc_alloc(ctx, (size_t)info.st_size + 1, 1, &data));
     bytes = fread(data, 1, (size_t)info.st_size, stream);
     if (ferror(stream)) {
-        status = sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be read: %s", path, strerror(errno));
+        status =
+            sc_fail(ctx, sc_input_status(errno), "%s: cannot be read: %s", path, strerror(errno));
         goto out;
     }
     ((char *)data)[bytes] = '\0';
@@ -52,13 +71,18 @@ sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, siz
     struct stat info;
     void *data = MAP_FAILED;
     sc_status status = SC_OK;
+    int error = 0;
 
     if (file < 0)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0) {
         data = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_SHARED, file, 0);
+        error = data == MAP_FAILED ? errno : 0;
+    }
     if (data == MAP_FAILED) {
-        status = sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be mapped into memory", path);
+        status = sc_fail(ctx, error ? sc_input_status(error) : SC_ERR_MISSING,
+                         "%s: cannot be mapped into memory: %s", path,
+                         error ? strerror(error) : "it is empty, or not a regular file");
     } else {
         *out = data;
         *out_bytes = (size_t)info.st_size;

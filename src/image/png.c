@@ -92,7 +92,7 @@ sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
     FILE *stream = fopen(path, "rb");
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (!png_image_begin_read_from_stdio(&png, stream)) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
         goto out;

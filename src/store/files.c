@@ -129,7 +129,7 @@ sc_status sc_each_file(const sc_ctx *ctx, const char *directory, void *user, sc_
     sc_status status = SC_OK;
 
     if (count < 0 && errno != ENOENT && errno != ENOTDIR)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be listed: %s", directory,
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be listed: %s", directory,
                        sc_reason(errno));
     for (int i = 0; i < count; i++) {
         if (status == SC_OK && names[i]->d_name[0] != '.')

@@ -333,7 +333,7 @@ sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_heade
     sc_status status;
 
     if (!stream || fstat(fileno(stream), &info)) {
-        status = sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        status = sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
         goto out;
     }
     SC_TRY(read_text(&r, stream, &bytes));

@@ -200,7 +200,7 @@ static sc_status data_path(const meta *m, char **out, uint64_t *bytes)
 
     if (!strcmp(m->data_file, "LOCAL")) {
         if (stat(m->path, &info))
-            return sc_fail(m->ctx, SC_ERR_MISSING, "%s: %s", m->path, strerror(errno));
+            return sc_fail(m->ctx, sc_input_status(errno), "%s: %s", m->path, strerror(errno));
         *bytes = (uint64_t)info.st_size;
         return sc_path_join(m->ctx, "", m->path, out);
     }
@@ -256,7 +256,7 @@ sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc
 
     (void)header_only; /* the voxels are always streamed */
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     SC_TRY(read_text(&m, stream));
     SC_TRY(parse_header(&m));
     if (m.dimensions != 3 || !m.has_size) {

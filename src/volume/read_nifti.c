@@ -32,7 +32,7 @@ static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char 
     gzFile file = gzopen(path, "rb");
 
     if (!file)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     *count = gzread(file, bytes, HEADER2_BYTES);
     gzclose_r(file);
     if (*count < HEADER1_BYTES)
@@ -233,7 +233,7 @@ static sc_status check_file_size(const sc_ctx *ctx, const char *path, double nee
     if (!file || stat(path, &info)) {
         if (file)
             gzclose_r(file);
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     }
     plain = gzdirect(file);
     gzclose_r(file);

@@ -10,10 +10,12 @@
 #include <string.h>
 #include <teem/nrrd.h>
 
-/* Log the cause of Teem's last error, and empty Teem's error log. @return SC_ERR_DATA always. */
-static sc_status teem_error(const sc_ctx *ctx, const char *path)
+/* Log the cause of Teem's last error, and empty Teem's error log. @param error errno after the
+ * call, which was 0 before it. @return SC_ERR_DATA, or SC_ERR_MEMORY: Teem takes a part of the file
+ * that found no memory for one that is damaged. */
+static sc_status teem_error(const sc_ctx *ctx, const char *path, int error)
 {
-    char *text = biffGetDone(NRRD);
+    char *text = biffCheck(NRRD) ? biffGetDone(NRRD) : NULL;
     const char *line = text ? text : "unknown";
     sc_status status;
 
@@ -25,6 +27,10 @@ static sc_status teem_error(const sc_ctx *ctx, const char *path)
     }
     if (line[0] == '[' && strstr(line, ": ")) /* "[nrrd] function: reason" */
         line = strstr(line, ": ") + 2;
+    if (error == ENOMEM) {
+        free(text);
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while the NRRD was read", path);
+    }
     status = sc_fail(ctx, SC_ERR_DATA, "%s: not a readable NRRD: %.*s", path,
                      (int)strcspn(line, "\n"), line);
     free(text);
@@ -286,8 +292,11 @@ static sc_status read_fields(const sc_ctx *ctx, const char *path, const sc_nrrd_
 
     nrrdStateVerboseIO = 0; /* teem_error logs what went wrong */
     nio->skipData = AIR_TRUE;
+    errno = 0;
     if (nrrdStringRead(nrrd, header->fields.data, nio))
-        return teem_error(ctx, path);
+        return teem_error(ctx, path, errno);
+    if (errno == ENOMEM) /* Teem has left something out */
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory while the NRRD was read", path);
     if (nio->format && nio->format != nrrdFormatNRRD)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is %s, expected NRRD", path, nio->format->name);
     for (size_t i = 0; i < SC_COUNT_OF(required); i++) {
@@ -316,7 +325,7 @@ static sc_status skip_lines(const sc_ctx *ctx, const char *file, unsigned lines,
     int c = 0, last = 0;
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", file, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", file, strerror(errno));
     (void)fseeko(stream, (off_t)*offset_bytes, SEEK_SET); /* reading notices an error */
     for (; c != EOF; last = c) {
         c = getc(stream);
@@ -419,8 +428,9 @@ static sc_status load_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }
+    errno = 0;
     if (nrrdRead(nrrd, stream, nio)) {
-        status = teem_error(ctx, path);
+        status = teem_error(ctx, path, errno);
         goto out;
     }
     source->data = nrrd->data;

@@ -77,7 +77,7 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     int count;
 
     if (stat(path, &info))
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (S_ISDIR(info.st_mode))
         return refuse_directory(ctx, path);
     if (!S_ISREG(info.st_mode))
@@ -89,7 +89,7 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
         return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
     file = gzopen(path, "rb");
     if (!file)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", path, strerror(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     *out = (head){0};
     count = gzread(file, out->bytes, HEAD_BYTES);
     out->compressed = !gzdirect(file);

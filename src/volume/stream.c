@@ -48,7 +48,7 @@ static sc_status open_gzip(sc_voxel_stream *s)
     const int file = open(s->source->file, O_RDONLY | O_CLOEXEC);
 
     if (file < 0)
-        return sc_fail(s->ctx, SC_ERR_MISSING, "%s: %s", s->source->file, strerror(errno));
+        return sc_fail(s->ctx, sc_input_status(errno), "%s: %s", s->source->file, strerror(errno));
     if (lseek(file, (off_t)s->source->offset_bytes, SEEK_SET) < 0 ||
         !(s->gzip = gzdopen(file, "rb"))) {
         close(file);
@@ -66,7 +66,7 @@ static sc_status open_file(sc_voxel_stream *s)
 {
     s->plain = fopen(s->source->file, "rb");
     if (!s->plain)
-        return sc_fail(s->ctx, SC_ERR_MISSING, "%s: %s", s->source->file, strerror(errno));
+        return sc_fail(s->ctx, sc_input_status(errno), "%s: %s", s->source->file, strerror(errno));
     (void)fseeko(s->plain, (off_t)s->source->offset_bytes,
                  SEEK_SET); /* an error is noticed when reading */
     return SC_OK;
