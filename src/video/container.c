@@ -43,11 +43,18 @@ sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, cons
 {
     char reason[128] = "unknown";
 
+    if (error == AVERROR(ENOMEM))
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
     if (error == AVERROR(EFBIG))
         snprintf(reason, sizeof reason, "%s", sc_reason(EFBIG));
     else
         av_strerror(error, reason, sizeof reason);
     return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
+}
+
+int sc_av_result(int error)
+{
+    return errno == ENOMEM ? AVERROR(ENOMEM) : error;
 }
 
 sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)

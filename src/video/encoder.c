@@ -5,6 +5,7 @@
  * and has the right colours. */
 #include "internal.h"
 
+#include <errno.h>
 #include <libavutil/cpu.h>
 #include <libavutil/imgutils.h>
 #include <libavutil/opt.h>
@@ -34,17 +35,21 @@ struct sc_encoder {
  * for example 192 x 120 and 320 x 180, so that the bytes of a video depend on what the heap held
  * before. Therefore its AVX2 code is used instead. test_video.c detects the error by filling fresh
  * memory with different bytes (M_PERTURB). */
-static void avoid_x264_avx512(AVCodecContext *codec)
+static int avoid_x264_avx512(AVCodecContext *codec)
 {
-    if (av_get_cpu_flags() & AV_CPU_FLAG_AVX512)
-        av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0);
+    return av_get_cpu_flags() & AV_CPU_FLAG_AVX512
+               ? av_opt_set(codec->priv_data, "x264-params", "asm=avx2", 0)
+               : 0;
 }
 
 /* Set all settings of @p codec, which is allocated for the container's encoder and not yet
- * open. An odd side is rounded up to an even one. */
-static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
-                       const sc_container *container)
+ * open. An odd side is rounded up to an even one. @return 0, or libav's code of an error: a video
+ * without one of the settings would have other bytes. */
+static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
+                      const sc_container *container)
 {
+    int error;
+
     codec->width = (settings->width_px + 1) & ~1;
     codec->height = (settings->height_px + 1) & ~1;
     codec->pix_fmt = AV_PIX_FMT_YUV420P;
@@ -61,16 +66,15 @@ static void fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     codec->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_BITEXACT;
     if (container->global_header)
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-    av_opt_set_int(codec->priv_data, "crf", settings->crf, 0);
+    error = av_opt_set_int(codec->priv_data, "crf", settings->crf, 0);
     if (codec->codec_id == AV_CODEC_ID_H264) {
-        av_opt_set(codec->priv_data, "preset", settings->preset, 0);
-        av_opt_set(codec->priv_data, "profile", "high", 0);
-        avoid_x264_avx512(codec);
-    } else {
-        codec->bit_rate = 0; /* 0 selects constant quality, by crf */
-        av_opt_set(codec->priv_data, "deadline", "good", 0);
-        av_opt_set_int(codec->priv_data, "cpu-used", 4, 0);
+        error = error < 0 ? error : av_opt_set(codec->priv_data, "preset", settings->preset, 0);
+        error = error < 0 ? error : av_opt_set(codec->priv_data, "profile", "high", 0);
+        return error < 0 ? error : avoid_x264_avx512(codec);
     }
+    codec->bit_rate = 0; /* 0 selects constant quality, by crf */
+    error = error < 0 ? error : av_opt_set(codec->priv_data, "deadline", "good", 0);
+    return error < 0 ? error : av_opt_set_int(codec->priv_data, "cpu-used", 4, 0);
 }
 
 /* Make and open e->codec for the next GOP. @return SC_ERR_CREATE, SC_ERR_MEMORY; e->codec may
@@ -88,8 +92,10 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
     e->codec = avcodec_alloc_context3(codec);
     if (!e->codec)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
-    fill_codec(e->codec, &e->settings, e->container);
-    error = avcodec_open2(e->codec, codec, NULL);
+    error = fill_codec(e->codec, &e->settings, e->container);
+    errno = 0;
+    if (error >= 0)
+        error = sc_av_result(avcodec_open2(e->codec, codec, NULL));
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
     return SC_OK;
@@ -217,9 +223,11 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
 static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
 {
     for (;;) {
-        const int error = avcodec_receive_packet(e->codec, e->packet);
+        int error;
         sc_status status;
 
+        errno = 0;
+        error = sc_av_result(avcodec_receive_packet(e->codec, e->packet));
         if (error == AVERROR(EAGAIN) || error == AVERROR_EOF)
             return SC_OK;
         if (error < 0)
@@ -248,7 +256,8 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
     av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides,
                   AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
-    error = avcodec_send_frame(e->codec, e->frame);
+    errno = 0;
+    error = sc_av_result(avcodec_send_frame(e->codec, e->frame));
     status = error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
                        : receive_packets(ctx, e);
 out:
@@ -263,9 +272,11 @@ int sc_encoder_count(const sc_encoder *e)
 sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *e, uint64_t identity, int first_frame,
                             sc_segment *out)
 {
-    const int error = avcodec_send_frame(e->codec, NULL);
+    int error;
     sc_status status;
 
+    errno = 0;
+    error = sc_av_result(avcodec_send_frame(e->codec, NULL));
     if (error < 0) {
         status = sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
         goto out;

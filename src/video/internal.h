@@ -19,9 +19,15 @@ typedef struct sc_container {
 /* @return the container that the extension of @p path names, in any case, from a static table;
  * NULL for another extension or none. */
 const sc_container *sc_container_find(const char *path);
-/* Log "PATH: WHAT: REASON" with libav's text for its @p error, and return @p status. */
+/* Log "PATH: WHAT: REASON" with libav's text for its @p error. @return @p status, or SC_ERR_MEMORY
+ * if that is the error. */
 sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
                      int error);
+
+/* Some functions of libav go on without what they found no memory for: a name or a setting is
+ * missing in the video then. errno tells, if it is 0 before they are called. @return
+ * AVERROR(ENOMEM) if so, otherwise @p error, which is their result. */
+int sc_av_result(int error);
 
 /* Let libav write to @p file, which stays borrowed until sc_output_end. libav opens no file by
  * itself then. @return false if there is no memory. */

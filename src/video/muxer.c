@@ -2,6 +2,7 @@
 /* Joins segments to a video file; nothing is encoded again. */
 #include "internal.h"
 
+#include <errno.h>
 #include <libavformat/avformat.h>
 #include <string.h>
 
@@ -23,6 +24,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, 
     sc_muxer *m = NULL;
     sc_text copy = {0};
     void *block = NULL;
+    int error;
     sc_status status;
 
     if (!container)
@@ -35,8 +37,14 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, 
     m->path = copy.data;
     SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
     m->packet = av_packet_alloc();
-    if (!m->packet ||
-        avformat_alloc_output_context2(&m->format, NULL, container->muxer, path) < 0) {
+    errno = 0;
+    error = m->packet ? avformat_alloc_output_context2(&m->format, NULL, container->muxer, path)
+                      : AVERROR(ENOMEM);
+    if (sc_av_result(error) == AVERROR(ENOMEM)) {
+        status = sc_av_fail(ctx, SC_ERR_MEMORY, path, "cannot be created", AVERROR(ENOMEM));
+        goto out;
+    }
+    if (error < 0) {
         status = sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path,
                          container->muxer);
         goto out;
@@ -86,8 +94,10 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     m->stream->time_base = (AVRational){1, m->codec.fps};
     m->stream->avg_frame_rate = m->stream->r_frame_rate = (AVRational){m->codec.fps, 1};
     m->format->flags |= AVFMT_FLAG_BITEXACT;
-    av_dict_set(&options, "movflags", "+faststart", 0);
-    error = avformat_write_header(m->format, &options);
+    errno = 0;
+    error = av_dict_set(&options, "movflags", "+faststart", 0);
+    if (error >= 0)
+        error = sc_av_result(avformat_write_header(m->format, &options));
     av_dict_free(&options);
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
@@ -123,7 +133,8 @@ static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int fla
     m->packet->dts = m->packets++ - m->codec.reorder;
     m->packet->duration = 1;
     av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
-    error = av_interleaved_write_frame(m->format, m->packet);
+    errno = 0;
+    error = sc_av_result(av_interleaved_write_frame(m->format, m->packet));
     if (error >= 0 && m->format->pb->error < 0)
         error = m->format->pb->error;
     return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
@@ -160,9 +171,11 @@ out:
 
 sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool replace)
 {
-    int error = av_write_trailer(m->format);
+    int error;
     sc_status status;
 
+    errno = 0;
+    error = sc_av_result(av_write_trailer(m->format));
     if (error >= 0)
         error = sc_output_end(m->format);
     if (error < 0)

@@ -27,10 +27,12 @@ typedef uint8_t written_byte;
 static int write_bytes(void *user, written_byte *bytes, int size)
 {
     const sc_outfile *file = user;
+    const int before = errno; /* which sc_av_result looks at */
 
     errno = 0;
     if (fwrite(bytes, 1, (size_t)size, file->stream) != (size_t)size)
         return AVERROR(errno ? errno : EIO);
+    errno = before;
     return size;
 }
 
