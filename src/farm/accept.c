@@ -23,6 +23,7 @@ void sc_accept_task_run(void *user, sc_task *task)
     sc_accept_task *accept = (sc_accept_task *)task;
 
     accept->status = SC_OK;
+    accept->accepted = false;
     if (acceptor->status != SC_OK)
         return;
     if (accept->is_gop) {
@@ -32,6 +33,7 @@ void sc_accept_task_run(void *user, sc_task *task)
     } else {
         accept->status = accept_frame(farm, (sc_frame_slot *)accept);
     }
+    accept->accepted = accept->status == SC_OK;
     acceptor->status = accept->status;
 }
 

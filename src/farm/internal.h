@@ -122,7 +122,8 @@ void sc_draw_task_run(void *user, sc_task *task);
 typedef struct sc_accept_task {
     sc_task task;
     bool is_gop;
-    sc_status status; /* result: the return code of the callback */
+    bool accepted;    /* result: the callback was called and has succeeded */
+    sc_status status; /* result: the return code of the callback; SC_OK if it was not called */
 } sc_accept_task;
 
 /* A slot of rank 0's window: the frame at index i of farm->frames is collected in slot i % window,
@@ -156,9 +157,8 @@ typedef struct sc_acceptor {
     sc_status status; /* the first error; after one nothing more is accepted */
 } sc_acceptor;
 
-/* Accept a frame or GOP (its sc_accept_task), and store the return code in the task; after an error
- * of an earlier one do nothing and store SC_OK. For sc_worker_thread_start, with the acceptor as
- * user. */
+/* Accept a frame or GOP (its sc_accept_task), and store the outcome in the task; after an error of
+ * an earlier one do nothing. For sc_worker_thread_start, with the acceptor as user. */
 void sc_accept_task_run(void *user, sc_task *task);
 /* Make a GOP with a copy of @p results and no payload. Caller owns *out: sc_gop_free. */
 sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out);

@@ -39,7 +39,7 @@ typedef struct server {
     int next_to_accept;   /* index of the first frame that the accepting thread does not have yet */
     sc_gop *arriving;     /* list of GOPs whose payload is arriving, owned */
     int gops_in_hand;     /* arriving or being accepted */
-    int gop_frames_accepted; /* frames of GOPs that were accepted */
+    int frames_accepted;  /* frames that were accepted, those of GOPs included */
     sc_acceptor acceptor;
     sc_worker_thread *accepting;
 
@@ -92,7 +92,8 @@ static void give_gop(server *s, sc_gop *gop)
 }
 
 /* Collect one frame or GOP that the accepting thread is done with, and free its slot or memory. One
- * that it could not accept stops the farm, and is counted like the others. @return false if there
+ * that it could not accept stops the farm; a frame makes room in the window all the same, but only
+ * what was accepted is counted as such. @return false if there
  * is none. */
 static bool collect_accepted(server *s)
 {
@@ -107,10 +108,11 @@ static bool collect_accepted(server *s)
     if (accept->is_gop) {
         sc_gop *gop = (sc_gop *)accept;
 
-        s->gop_frames_accepted += gop->count;
+        s->frames_accepted += accept->accepted ? gop->count : 0;
         s->gops_in_hand--;
         sc_gop_free(gop);
     } else {
+        s->frames_accepted += accept->accepted;
         ((sc_frame_slot *)accept)->full = false;
         s->handout.accepted++;
     }
@@ -460,11 +462,6 @@ static bool is_done(const server *s)
            s->handout.accepted == s->handout.next_frame;
 }
 
-static int frames_done(const server *s)
-{
-    return s->handout.accepted + s->gop_frames_accepted;
-}
-
 /* @return the number of frames that the farm is to draw, those of GOPs included. */
 static int frames_in_all(const server *s)
 {
@@ -497,7 +494,7 @@ static void serve(server *s)
         s->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         s->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
         if (s->farm->on_progress && begin_s > told_s + PROGRESS_INTERVAL_S) {
-            s->farm->on_progress(s->farm->user, frames_done(s), total);
+            s->farm->on_progress(s->farm->user, s->frames_accepted, total);
             told_s = begin_s;
         }
         if (busy) {
@@ -609,7 +606,7 @@ sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,
         serve(&s);
         dismiss(&s);
         status = s.status;
-        if (status == SC_ERR_INCOMPLETE && frames_done(&s) == frames_in_all(&s))
+        if (status == SC_ERR_INCOMPLETE && s.frames_accepted == frames_in_all(&s))
             status = SC_OK; /* the stop came too late to change anything */
     }
     close_server(&s);
