@@ -38,13 +38,17 @@ static json_t *hash_to_json(uint64_t value)
 static sc_status add_line(const sc_ctx *ctx, FILE *stream, const char *path, uint64_t *chain,
                           json_t *line)
 {
-    char *text = line ? json_dumps(line, JSON_COMPACT) : NULL;
+    char *text;
     sc_status status = SC_OK;
     size_t bytes;
 
+    errno = 0;
+    text = line ? json_dumps(line, JSON_COMPACT) : NULL;
     json_decref(line);
-    if (!text)
+    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
+        free(text);
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    }
     bytes = strlen(text) - 1; /* without the brace at the end, which is part of the proof */
     *chain = sc_hash_bytes(text, bytes, *chain);
     if (fprintf(stream, "%.*s" PROOF "\n", (int)bytes, text, (unsigned long long)*chain) < 0)

@@ -256,6 +256,8 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
         SC_TRY(clean_up(ctx, store));
     if (!store->complete)
         SC_TRY(begin_run(ctx, store, wanted, wanted_count));
+    else /* a run that was killed while it wrote its records may have left some */
+        sc_remove_temporaries(store->directory, false);
     *out = store;
     return SC_OK;
 out:

@@ -2,6 +2,7 @@
 /* Writes status.json, which tells users and scripts how far a run is. */
 #include "segcast/study.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,10 +13,12 @@ sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progre
                              "state", report->state, "done", report->done, "total", report->total,
                              "elapsed_s", report->elapsed_s, "frames_per_s", report->frames_per_s,
                              "remaining_s", report->remaining_s);
-    char *text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
+    char *text;
     sc_status status;
 
-    if (!text) {
+    errno = 0;
+    text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
+    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }

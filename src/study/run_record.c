@@ -3,6 +3,7 @@
  * new reference that the caller owns, or NULL if there is no memory. */
 #include "segcast/study.h"
 
+#include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -199,9 +200,15 @@ static json_t *run_json(const sc_run_record *run)
 static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const char *path)
 {
     json_t *json = run_json(run);
-    char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
-    sc_status status = text ? sc_file_write(ctx, path, text, strlen(text))
-                            : sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    char *text;
+    sc_status status;
+
+    errno = 0;
+    text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
+    if (!text || errno == ENOMEM) /* jansson leaves out what it has no memory for */
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+    else
+        status = sc_file_write(ctx, path, text, strlen(text));
 
     free(text);
     json_decref(json);
