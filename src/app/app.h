@@ -10,6 +10,8 @@
 /* Standard error, which shows messages and, if it is a terminal, a progress bar below them. */
 typedef struct sc_terminal {
     bool is_tty, quiet, bar_shown;
+    bool one_error; /* only the first error is printed: what fails after it follows from it */
+    int errors;     /* how many there were; atomic, since several threads log */
 } sc_terminal;
 /* A function for sc_ctx.write, with an sc_terminal as user: prints the message above the bar. */
 void sc_terminal_write(void *user, sc_log_level level, const char *text);
@@ -17,6 +19,10 @@ void sc_terminal_write(void *user, sc_log_level level, const char *text);
 void sc_terminal_bar(sc_terminal *terminal, const char *text);
 /* Remove the bar. */
 void sc_terminal_clear(sc_terminal *terminal);
+
+/* As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:
+ * a rank that has failed for want of memory, which it can do alone, says so. Collective. */
+sc_status sc_agree_aloud(const struct sc_app *app, sc_status mine);
 
 /* What every command gets. */
 struct sc_app {

@@ -425,6 +425,9 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     sc_status status;
 
     SC_TRY(sc_session_job(app, job_path, &run->session));
+    /* From here on the first error ends the run. Threads that work at the same time, and the last
+     * status.json, can fail for the same reason. */
+    app->terminal->one_error = true;
     SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
     SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
     if (first && run->keep_records)
@@ -508,8 +511,8 @@ sc_status sc_cmd_orbit(sc_app *app)
     SC_TRY(
         sc_options_set_text(app->ctx, &app->options, "output.video", slash ? slash + 1 : output));
     app->options.frames = NULL;
-    status = run_job(app, NULL, false);
 out:
     sc_text_clear(&directory);
-    return status;
+    status = sc_comm_agree(app->comm, status);
+    return status == SC_OK ? run_job(app, NULL, false) : status;
 }

@@ -49,11 +49,12 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     }
     if (!command)
         return sc_command_unknown(ctx, app->commands, name);
-    SC_TRY(sc_check_communicator(ctx, app->comm));
-    SC_TRY(sc_options_parse(ctx, command, argc, argv, options));
-    if (is_root && !options->help && !options->version)
-        status = sc_input_check(ctx, command, options->input);
-    SC_TRY(sc_comm_agree(app->comm, status)); /* only rank 0 has looked at the file */
+    status = sc_check_communicator(ctx, app->comm);
+    if (status == SC_OK)
+        status = sc_options_parse(ctx, command, argc, argv, options);
+    if (status == SC_OK && is_root && !options->help && !options->version)
+        status = sc_input_check(ctx, command, options->input); /* only rank 0 looks at the file */
+    SC_TRY(sc_agree_aloud(app, status));
     app->terminal->quiet = options->quiet;
     app->threads = options->threads ? options->threads : sc_default_threads();
     if (options->help)

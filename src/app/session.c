@@ -7,6 +7,15 @@
 
 #include <string.h>
 
+sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
+{
+    const sc_status agreed = sc_comm_agree(app->comm, mine);
+
+    if (mine == SC_ERR_MEMORY && sc_comm_rank(app->comm) > 0)
+        return sc_fail(app->ctx, agreed, "out of memory");
+    return agreed;
+}
+
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -138,7 +147,7 @@ out:
 
 sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
-    return sc_comm_agree(app->comm, resolve_tissues(app, session));
+    return sc_agree_aloud(app, resolve_tissues(app, session));
 }
 
 /* Make session->renderer from the job, the volume and the tissues. */

@@ -23,6 +23,9 @@ void sc_terminal_write(void *user, sc_log_level level, const char *text)
 
     if (terminal->quiet && level > SC_LOG_WARN)
         return;
+    if (level == SC_LOG_ERROR && __atomic_fetch_add(&terminal->errors, 1, __ATOMIC_RELAXED) > 0 &&
+        terminal->one_error)
+        return;
     sc_terminal_clear(terminal);
     sc_log_to_stderr(NULL, level, text);
 }
