@@ -3,7 +3,7 @@
 command -v shellcheck >/dev/null || skip "shellcheck is not installed"
 cd "$SOURCE"
 shellcheck jobs/slurm/*.sbatch jobs/pbs/*.pbs || fail "shellcheck found the problems above"
-shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/common || fail "shellcheck found the problems above"
+shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/faults tools/common || fail "shellcheck found the problems above"
 for script in jobs/slurm/*.sbatch jobs/pbs/*.pbs; do
     [ "$(wc -l <"$script")" -le 80 ] || fail "$script has more than 80 lines"
     grep -q "$(basename "$script")" docs/cluster.md || fail "$script is not named in docs/cluster.md"

@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# case.sh RANKS KIND ERROR MODE RANK NUMBER: one fault in one run of the job in this folder (see matrix.sh), in a
+# folder of its own. Prints "ok CODE ..." or "WRONG CODE ...: REASON", with the arguments; a wrong case keeps its
+# folder. RANK "-" means the faults are on all ranks.
+set -u
+ranks=$1 kind=$2 error=$3 mode=$4 rank=$5 number=$6
+name=$ranks-$kind-$error-$mode-$rank-$number
+top=$PWD
+
+ended() { # ended ok|WRONG [REASON]
+    local site
+    site=$(sed -n 's/^fault //p' report* 2>/dev/null | head -n 1 | cut -c 1-160)
+    printf '%s %s %s%s [%s]\n' "$1" "$code" "$name" "${2:+: $2}" "$site"
+    cd "$top" || exit 1
+    [ "$1" = WRONG ] || rm -rf "$name"
+    exit 0
+}
+
+# same_output: out holds what ref holds, and the records are whole.
+same_output() {
+    cmp -s out/film.mp4 ../reference/out/film.mp4 || { why="the video differs or is missing"; return 1; }
+    diff -rq out/frames ../reference/out/frames >/dev/null || { why="the PNG files differ"; return 1; }
+    cmp -s out/job.yaml ../reference/out/job.yaml || { why="job.yaml differs or is missing"; return 1; }
+    [ "$(jq -c 'select(.frame != null) | [.frame, .hash]' out/manifest.jsonl | sort)" = "$(cat ../hashes.txt)" ] ||
+        { why="the hashes of the frames differ"; return 1; }
+    jq -e '.state == "complete"' out/status.json >/dev/null 2>&1 || { why="status.json is not that of a complete run"; return 1; }
+    jq -e '.runs and .host and .phases and .memory.peak_rss_bytes[0] and all(.frames[]; .hash)' out/stats.json \
+        >/dev/null 2>&1 || { why="stats.json is not whole"; return 1; }
+    jq -e .traceEvents out/trace.json >/dev/null 2>&1 || { why="trace.json is not whole"; return 1; }
+    [ -z "$(find out -name '.*' -o -name segments -o -name '*.part')" ] || { why="files are left"; return 1; }
+    return 0
+}
+
+rm -rf "$name"
+mkdir "$name"
+cd "$name" || exit 1
+launch=()
+[ "$ranks" = 1 ] || launch=(mpirun -n "$ranks")
+faults=(LD_PRELOAD="$FAULT_SHIM" FAULT_KIND="$kind" FAULT_AT="$number" FAULT_ERROR="$error" FAULT_MODE="$mode"
+    FAULT_REPORT="$PWD/report")
+[ "$rank" = - ] || faults+=(FAULT_RANK="$rank")
+code=0
+# The launcher itself has no faults; the shim would not count its calls either.
+timeout -k 5 "${FAULT_PATIENCE:-60}" "${launch[@]}" env "${faults[@]}" \
+    "$SEGCAST" render ../job.yaml -o out -q >stdout.txt 2>stderr.txt || code=$?
+errors=$(grep -c 'segcast: \(rank [0-9]*: \)\?error' stderr.txt)
+# Libraries that end the process without memory, or use what they did not get: nothing can be done about it
+# from outside, but that the directory can be resumed.
+library=
+if [ "$kind" = alloc ]; then
+    case "$code $(sed -n 's/^fault //p' report* 2>/dev/null | head -n 1)" in
+    134*libavcodec:avcodec_alloc_context3*) library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
+    139*libx264:x264_encoder_* | 139*libteem:*) library="the library uses memory that it did not get" ;;
+    esac
+fi
+case $code in
+134 | 139) [ -n "$library" ] || ended WRONG "it crashes: $(grep -v '^$' stderr.txt | head -n 1)" ;;
+0)
+    same_output || ended WRONG "exit code 0, but $why"
+    [ "$errors" = 0 ] || ended WRONG "exit code 0 with an error message"
+    ended ok
+    ;;
+70 | 71 | 73 | 74)
+    [ "$errors" = 1 ] || ended WRONG "$errors error messages: $(grep "segcast: .*error" stderr.txt | tr "\n" ";")"
+    # x264 and Teem print by themselves that they have no memory, and cannot be kept from it.
+    noise=$(grep -vE '^segcast: |^x264 \[error\]: |^\[?(biff|air|nrrd).* PANIC|^$' stderr.txt | head -n 1)
+    [ "$ranks" != 1 ] || [ -z "$noise" ] || ended WRONG "a library prints: $noise"
+    ;;
+124 | 137)
+    if [ "$error" != KILL ] || [ $code != 137 ]; then ended WRONG "it hangs, or was killed"; fi
+    ;;
+*) ended WRONG "exit code $code: $(grep -v '^$' stderr.txt | head -n 1)" ;;
+esac
+first=$code
+[ -e out ] || ended ok # there is nothing to resume
+code=0
+timeout -k 5 "${FAULT_PATIENCE:-60}" "$SEGCAST" render ../job.yaml -o out -q --resume >resumed.txt 2>&1 || code=$?
+[ "$code" = 0 ] || ended WRONG "after $first, --resume exits with $code: $(head -n 1 resumed.txt)"
+same_output || ended WRONG "after $first and --resume, $why"
+code=$first
+ended ok

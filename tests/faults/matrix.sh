@@ -1,0 +1,108 @@
+# Every call of malloc, write, fsync, rename, open, mmap and pthread_create that a small job makes fails once, or
+# from there on: segcast must end with 70, 71, 73 or 74 and one message, or absorb it, and must not hang; and
+# --resume must then lead to the same bytes. Killed at each write, fsync, rename and open it must resume, too.
+#
+# FAULT_STEP      only every so manyeth call of a kind (default: chosen so that it lasts about a minute)
+# FAULT_OFFSET    the first of them (default: another one each day); printed, so that a selection can be repeated
+# FAULT_RANKS     "1", "2" or "1 2" (default)
+# FAULT_KINDS     for example "write sync" (default: all)
+# FAULT_RESULTS   where the list of outcomes is copied to
+# FAULT_JOBS      how many runs there are at a time (default: one per core)
+[ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
+command -v jq >/dev/null || skip "jq is not installed"
+
+step=${FAULT_STEP:-97}
+offset=${FAULT_OFFSET:-$((10#$(date +%j) % step))}
+read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
+read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"
+command -v mpirun >/dev/null || all_ranks=(1)
+
+# A volume of two tissues, compressed, and a job of two GOPs.
+{
+    printf '%s\n' NRRD0004 'type: unsigned char' 'dimension: 3' 'space: left-posterior-superior' 'sizes: 12 10 12' \
+        'space directions: (1,0,0) (0,1,0) (0,0,1)' 'encoding: gzip' 'space origin: (0,0,0)' \
+        'Segment0_Name:=wall' 'Segment0_LabelValue:=1' 'Segment0_Color:=0.8 0.3 0.2' \
+        'Segment1_Name:=blood' 'Segment1_LabelValue:=2' ''
+    awk 'BEGIN { for (z = 0; z < 12; z++) for (y = 0; y < 10; y++) for (x = 0; x < 12; x++) {
+        d = (x - 5.5) ^ 2 + (y - 4.5) ^ 2 + (z - 5.5) ^ 2
+        printf "%d", d < 6 ? 2 : d < 15 } }' | tr 012 '\000\001\002' | gzip -9n
+} >volume.nrrd
+cat >job.yaml <<YAML
+volume: volume.nrrd
+output: {directory: out, size: [32, 24], fps: 2, frames: png, video: film.mp4}
+tissues:
+  wall: {opacity: 0.6}
+animation:
+  frames: 3
+  camera: {orbit: {axis: superior, elevation: 10}}
+farm: {encode: segments}
+YAML
+mkdir reference
+(cd reference && "$SEGCAST" render ../job.yaml -o out -q >/dev/null)
+jq -c 'select(.frame != null) | [.frame, .hash]' reference/out/manifest.jsonl | sort >hashes.txt
+
+# plans KIND: print the errors and modes with which calls of a kind fail.
+plans() {
+    case $1 in
+    alloc) echo "ENOMEM once" "ENOMEM on" ;;
+    write) echo "EIO once" "ENOSPC on" "SHORT once" "KILL once" ;;
+    sync | rename) echo "EIO once" "KILL once" ;;
+    open) echo "EMFILE once" "EIO on" "KILL once" ;;
+    map) echo "ENOMEM once" ;;
+    thread) echo "EAGAIN once" "EAGAIN on" ;;
+    esac
+}
+
+# count RANKS: run the job without a fault, and leave the numbers of its calls in counts.RANKS.RANK.
+count() {
+    local launch=() rank
+    [ "$1" = 1 ] || launch=(mpirun -n "$1")
+    rm -f report*
+    "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" "$SEGCAST" render job.yaml -o "counted$1" -q >/dev/null
+    for rank in $(seq 0 $(($1 - 1))); do
+        cat "report.$rank" 2>/dev/null || cat report
+    done >/dev/null
+    if [ "$1" = 1 ]; then mv report counts.1.-; else
+        for rank in $(seq 0 $(($1 - 1))); do mv "report.$rank" "counts.$1.$rank"; done
+    fi
+}
+
+# list RANKS RANK: print the arguments of case.sh for all faults on a rank.
+list() {
+    local kind words total i n
+    for kind in "${all_kinds[@]}"; do
+        total=$(awk -v kind="$kind" '$2 == kind {print $3}' "counts.$1.$2")
+        read -ra words <<<"$(plans "$kind")"
+        for ((i = 0; i < ${#words[@]}; i += 2)); do
+            [ "${words[i]}" != KILL ] || [ "$1" = 1 ] || continue # the launcher ends the other ranks: mpi.soak has that
+            for ((n = 1 + offset % step; n <= total; n += step)); do
+                echo "$1 $kind ${words[i]} ${words[i + 1]} $2 $n"
+            done
+            # of kinds with few calls at least one
+            [ "$total" = 0 ] || [ $((1 + offset % step)) -le "$total" ] ||
+                echo "$1 $kind ${words[i]} ${words[i + 1]} $2 $((1 + offset % total))"
+        done
+    done
+}
+
+for ranks in "${all_ranks[@]}"; do
+    count "$ranks"
+    if [ "$ranks" = 1 ]; then list 1 -; else
+        for rank in $(seq 0 $((ranks - 1))); do list "$ranks" "$rank"; done
+    fi
+done >cases.txt
+total=$(wc -l <cases.txt)
+echo "FAULT_STEP=$step FAULT_OFFSET=$offset: $total faults"
+export FAULT_SHIM SEGCAST
+xargs -P "${FAULT_JOBS:-$(nproc)}" -L 1 bash "$SOURCE/tests/faults/case.sh" <cases.txt >results.txt &
+work=$!
+while sleep 5 && kill -0 $work 2>/dev/null; do
+    [ -z "${FAULT_PROGRESS:-}" ] ||
+        printf '%d of %d faults, %d wrong\n' "$(wc -l <results.txt)" "$total" "$(grep -c ^WRONG results.txt)" >&2
+done
+wait $work
+[ -z "${FAULT_RESULTS:-}" ] || cp results.txt "$FAULT_RESULTS"
+echo "outcomes (number, exit code):"
+awk '{print $2}' results.txt | sort | uniq -c
+[ "$(wc -l <results.txt)" = "$total" ] || fail "$(wc -l <results.txt) outcomes of $total faults"
+if grep ^WRONG results.txt; then fail "$(grep -c ^WRONG results.txt) of $total faults end as they must not"; fi
