@@ -30,11 +30,11 @@ typedef struct sc_phase_time {
 typedef struct sc_rank_record {
     sc_phase_time phases[SC_PHASE_COUNT];
     uint64_t peak_rss_bytes;
-    double cpu_s;         /**< CPU seconds of the whole process */
-    double farm_idle_s;   /**< for how long its worker thread had no task */
-    double accept_wall_s; /**< rank 0: encoding and writing, beside the drawing; else 0 */
-    int32_t threads;      /**< number of threads that draw */
-    char host[64];        /**< name of its node, NUL-terminated */
+    double cpu_s;             /**< CPU seconds of the whole process */
+    double farm_idle_s;       /**< for how long its worker thread had no task */
+    double accept_wall_s;     /**< rank 0: encoding and writing, beside the drawing; else 0 */
+    int32_t threads;          /**< number of threads that draw */
+    char host[SC_HOST_BYTES]; /**< name of its node, NUL-terminated */
 } sc_rank_record;
 
 /* ---- runs before this one ---- */
@@ -47,7 +47,7 @@ typedef struct sc_job_hashes {
 /** One run on the job: an element of `runs` in stats.json. */
 typedef struct sc_run_entry {
     char begin[32];            /**< "2026-11-21T19:44:38Z" */
-    char host[64];             /**< host of rank 0 */
+    char host[SC_HOST_BYTES];  /**< host of rank 0 */
     int ranks, threads, nodes; /**< threads: of rank 0 */
     double wall_s, cpu_s;      /**< seconds; cpu_s: of all ranks together */
     int frames;                /**< how many it drew */

@@ -110,7 +110,7 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
 typedef struct mapped_file {
     uint64_t hash;
     int32_t status;
-    char host[64];
+    char host[SC_HOST_BYTES];
 } mapped_file;
 
 /* @return words for what a rank has mapped instead of rank 0's file. */
@@ -133,7 +133,7 @@ static sc_status agree_on_file(const sc_app *app, const sc_session *session, sc_
     void *block = NULL;
     sc_status status = SC_OK;
 
-    gethostname(file.host, sizeof file.host - 1);
+    sc_host_name(file.host);
     if (first)
         status = sc_alloc(app->ctx, (size_t)ranks, sizeof file, &block);
     SC_TRY(sc_comm_agree(app->comm, status));

@@ -8,7 +8,7 @@
 
 /* The placement of one rank, as it reports it. */
 typedef struct placement {
-    char host[64];
+    char host[SC_HOST_BYTES];
     sc_core_set cores;
     int threads;
     uint64_t memory_bytes;
@@ -80,7 +80,7 @@ static void log_table(const sc_app *app, const placement *all, int count)
     sc_info(app->ctx, "rank  host              threads  cores             memory share");
     for (int i = 0; i < count && i < LINES_MAX; i++) {
         const host_sum sum = sum_host(all, count, &all[i]);
-        char cores[64];
+        char cores[3 * 64 * SC_CORE_WORDS]; /* "1023," for every other core, at most */
 
         list_cores(&all[i].cores, cores, sizeof cores);
         sc_info(app->ctx, "%4d  %-16s  %7d  %-16s  %.1f GB", i, all[i].host, all[i].threads, cores,
@@ -145,7 +145,7 @@ sc_status sc_report_placement(sc_app *app)
     sc_status status = SC_OK;
 
     memset(&mine, 0, sizeof mine); /* the gaps between the members are sent, too */
-    gethostname(mine.host, sizeof mine.host - 1);
+    sc_host_name(mine.host);
     mine.cores = sc_core_set_of_process();
     mine.threads = app->threads;
     mine.memory_bytes = sc_machine_memory();

@@ -138,7 +138,7 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     r->farm_idle_s = times->idle_s;
     r->peak_rss_bytes = sc_peak_rss();
     r->cpu_s = sc_cpu_s();
-    gethostname(r->host, sizeof r->host - 1);
+    sc_host_name(r->host);
 }
 
 /* ---- the timing records of all ranks ---- */

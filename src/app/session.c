@@ -251,7 +251,7 @@ static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
 {
     const sc_vec3 n = t->animation.sweeps[plane].normal;
     const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 100);
-    char at[64];
+    char at[640]; /* room for two of the longest numbers */
 
     snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(t->from_mm[plane] / unit.mm, 1));
     if (t->from_mm[plane] != t->to_mm[plane])

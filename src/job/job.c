@@ -109,12 +109,18 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
 
     for (; environment && *environment; environment++) {
         const char *entry = *environment, *equals = strchr(entry, '=');
-        char name[256], path[256];
+        char name[256] = "", path[256];
+        size_t length;
 
-        if (strncmp(entry, prefix, sizeof prefix - 1) || !equals ||
-            (size_t)(equals - entry) >= sizeof name)
+        if (strncmp(entry, prefix, sizeof prefix - 1) || !equals)
             continue;
-        snprintf(name, sizeof name, "%.*s", (int)(equals - entry), entry);
+        length = (size_t)(equals - entry);
+        if (length >= sizeof name) { /* no key has such a long path */
+            sc_warn(ctx, "environment variable %.*s names no key of a job and is not used",
+                    (int)length, entry);
+            continue;
+        }
+        memcpy(name, entry, length);
         if (!strcmp(name, "SEGCAST_THREADS"))
             continue; /* an option of the command line, not a key */
         if (!sc_goes_on(&status,

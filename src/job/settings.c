@@ -224,7 +224,10 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
 
         path = path_element(path, element, sizeof element);
         if (!path) {
-            status = sc_fail(ctx, SC_ERR_USAGE, "%s: expected key.path=value", origin);
+            status = sc_fail(ctx, SC_ERR_USAGE,
+                             "%s: expected key.path=value, where each key has at most %zu "
+                             "characters",
+                             origin, sizeof element - 1);
             break;
         }
         status = enter(ctx, &at, element, origin, &index);

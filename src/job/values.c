@@ -65,25 +65,52 @@ sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *wo
 {
     const char *nearest = sc_nearest_word(word, words, count);
     const char *what = node->key && strcmp(node->key, word) ? node->key : "key";
-    char all[512] = "";
+    sc_text all = {0};
+    sc_status status;
 
     if (nearest)
         return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; did you mean \"%s\"?", what, word,
                             nearest);
-    for (size_t i = 0; i < count; i++) {
-        const size_t used = strlen(all);
+    for (size_t i = 0; i < count; i++)
+        SC_TRY(sc_text_add(ctx, &all, "%s%s", i ? ", " : "", words[i]));
+    status = sc_yaml_fail(ctx, node, "unknown %s \"%s\"; expected one of: %s", what, word,
+                          all.data ? all.data : "");
+out:
+    sc_text_clear(&all);
+    return status;
+}
 
-        snprintf(all + used, sizeof all - used, "%s%s", i ? ", " : "", words[i]);
+/* Copy @p text to out[size]. If it does not fit, three dots stand for what is left out: the
+ * beginning if @p keep_end, else the end. No character of UTF-8 is cut in two. */
+static void copy_shortened(const char *text, bool keep_end, char *out, size_t size)
+{
+    static const char dots[] = "...";
+    const size_t length = strlen(text), kept = size - sizeof dots;
+    size_t cut = keep_end ? length - kept : kept;
+
+    if (length < size) {
+        memcpy(out, text, length + 1);
+    } else if (keep_end) {
+        while (((unsigned char)text[cut] & 0xc0) == 0x80)
+            cut++;
+        strcpy(out, dots);
+        strcpy(out + sizeof dots - 1, text + cut);
+    } else {
+        while (cut > 0 && ((unsigned char)text[cut] & 0xc0) == 0x80)
+            cut--;
+        memcpy(out, text, cut);
+        strcpy(out + cut, dots);
     }
-    return sc_yaml_fail(ctx, node, "unknown %s \"%s\"; expected one of: %s", what, word, all);
 }
 
 void sc_note_where(const sc_yaml *node, char *where, size_t size)
 {
+    enum { LINE_BYTES = 16 };
+    const size_t room = node->line > 0 ? size - LINE_BYTES : size;
+
+    copy_shortened(node->origin, node->line > 0, where, room);
     if (node->line > 0)
-        snprintf(where, size, "%.130s:%d", node->origin, node->line);
-    else
-        snprintf(where, size, "%.150s", node->origin);
+        snprintf(where + strlen(where), LINE_BYTES, ":%d", node->line);
 }
 
 /* ---- numbers ---- */

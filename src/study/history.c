@@ -25,7 +25,7 @@ static bool read_hash(const json_t *object, const char *key, uint64_t *out)
     return !*end;
 }
 
-/* Read an element of `runs`; names that are too long are cut off. */
+/* Read an element of `runs`. @return false if it is none, also for names that are too long. */
 static bool read_run(json_t *json, sc_run_entry *out)
 {
     const char *begin, *host;
@@ -35,8 +35,10 @@ static bool read_run(json_t *json, sc_run_entry *out)
                     &host, "ranks", &run.ranks, "threads", &run.threads, "nodes", &run.nodes,
                     "wall_s", &run.wall_s, "cpu_s", &run.cpu_s, "frames", &run.frames))
         return false;
-    snprintf(run.begin, sizeof run.begin, "%s", begin);
-    snprintf(run.host, sizeof run.host, "%s", host);
+    if (strlen(begin) >= sizeof run.begin || strlen(host) >= sizeof run.host)
+        return false; /* segcast has not written this */
+    strcpy(run.begin, begin);
+    strcpy(run.host, host);
     *out = run;
     return true;
 }
