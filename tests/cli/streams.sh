@@ -14,7 +14,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     prepare) echo heart.nrrd -o out.segc --overwrite ;;
     phantom) echo --size 20x20x20 -o out.nrrd --overwrite ;;
     join | verify | status) echo 'done' ;;
-    init) echo heart.nrrd ;;
+    init) echo heart.nrrd -o - ;;
     keys) echo render ;;
     help | version | -*) ;;
     *) fail "the command $1 is new: say here what makes it print" ;;

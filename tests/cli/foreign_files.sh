@@ -1,0 +1,114 @@
+# Every command, in and with a folder full of strangers' files that bear the names of ours: nothing that
+# segcast has not made changes, also not behind symbolic links. The list of commands is the program's own.
+"$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
+small_job job.yaml
+sed -i "s|^volume.*|volume: $PWD/heart.nrrd|; s|frames: 7|frames: 2|; s|video: none|video: film.mp4, frames: png|" job.yaml
+"$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+
+strangers() { # strangers DIR [links]: a folder of files that are not ours; segments/ and frames/ may be links
+    mkdir -p "$1" outside/segments outside/frames
+    if [ "${2:-}" = links ]; then
+        ln -s "$PWD/outside/segments" "$1/segments"
+        ln -s "$PWD/outside/frames" "$1/frames"
+        ln -s "$PWD/outside/film" "$1/film.mp4"
+        ln -s "$PWD/outside/nowhere" "$1/stats.json"
+    fi
+    mkdir -p "$1/segments" "$1/frames"
+    local name
+    for name in segments/patient7.seg.nrrd segments/000000.seg segments/000000.host.1.part \
+        segments/.000000.seg.tmp.host.1.0123456789abcdef frames/000000.png frames/000003.png frames/a.png \
+        stats.json status.json frames.csv trace.json job.yaml film.mp4 film.partial.mp4 video.mp4 manifest.jsonl.bak \
+        manifest.0.jsonl.old .film.mp4.tmp.host.1 film.mp4.tmp notes.tmp still.png views.png orbit.mp4 \
+        orbit.partial.mp4 prepared.segc phantom.nrrd heart.yaml; do
+        [ -e "$1/$name" ] || [ -L "$1/$name" ] || echo "mine: $name" >"$1/$name"
+    done
+}
+snapshot() { # snapshot DIR...: a line for everything in the folders
+    find "$@" \( -type f -exec sha256sum {} + \) -o \( -type l -printf '%p -> %l\n' \) | sort
+}
+unchanged() { # unchanged BEFORE DIR...: every line of BEFORE is still true
+    local before=$1 lost
+    shift
+    lost=$(comm -23 <(echo "$before") <(snapshot "$@"))
+    [ -z "$lost" ] || fail "changed by \"$ran\": $lost"
+}
+run() { # run COMMAND [ARGUMENT]...: any exit code of the contract is right, as long as the files stay
+    local code=0
+    ran="$*"
+    "$SEGCAST" "$@" >"$top/stdout.txt" 2>"$top/stderr.txt" </dev/null || code=$?
+    case $code in 0 | 64 | 65 | 66 | 73 | 75) ;; *) cat "$top/stderr.txt" >&2; fail "exit code $code: $ran" ;; esac
+    codes="$codes $code"
+}
+top=$PWD job=$PWD/job.yaml heart=$PWD/heart.nrrd codes=
+
+# ways COMMAND: the command with everything that may write, one way a line, run in the folder of strangers
+ways() {
+    local more
+    case $1 in
+    render) for more in "" --overwrite --resume "--slice 0/2" "--frames 0"; do
+        echo "render $job -o . $more"
+        echo "render $job -o ../strangers/sub $more"
+        echo "render job.yaml $more"
+    done ;;
+    check | plan) echo "$1 $job"; echo "$1 job.yaml" ;;
+    still) echo "still $job"; echo "still $job -o new.png --overwrite"; echo "still $job -o frames/a.png"; echo "still $job -o ." ;;
+    views) echo "views $heart --size 64x48"; echo "views $heart --size 64x48 -o frames/000000.png" ;;
+    orbit) echo "orbit $heart --frames 2 --size 64x48"; echo "orbit $heart --frames 2 --size 64x48 -o new.mp4 --overwrite"
+        echo "orbit $heart --frames 2 --size 64x48 -o film.mp4" ;;
+    info) echo "info $heart --json" ;;
+    init) echo "init $heart"; echo "init $heart -o job.yaml" ;;
+    prepare) echo "prepare $heart"; echo "prepare $job"; echo "prepare $heart -o new.segc --overwrite" ;;
+    join | verify | status) echo "$1 ."; echo "$1 sub" ;;
+    phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd" ;;
+    keys) echo "keys --schema"; echo "keys --markdown" ;;
+    help) echo "help --man"; echo "help render" ;;
+    version) echo version ;;
+    *) fail "the command $1 is new: say here how it may write" ;;
+    esac
+}
+commands=$("$SEGCAST" --help | sed -n 's/^  segcast \([a-z]*\) .*/\1/p' | sort -u)
+[ "$(wc -w <<<"$commands")" -gt 12 ] || fail "the list of commands: $commands"
+for kind in plain links; do
+    rm -rf strangers outside
+    strangers strangers $kind
+    strangers strangers/sub $kind
+    before=$(snapshot "$top/strangers" "$top/outside")
+    cd strangers
+    for command in $commands; do
+        while read -ra words; do
+            run "${words[@]}"
+            unchanged "$before" "$top/strangers" "$top/outside"
+        done <<<"$(ways "$command")"
+    done
+    cd "$top"
+    [ ! -e outside/nowhere ] || fail "a file was made behind a dangling link"
+done
+[[ $codes == *73* && $codes == *' 0'* ]] || fail "exit codes: $codes"
+
+# Strangers' files beside ours: theirs stay, whatever becomes of ours. Where they stand in folders that are
+# ours alone, they are in the way.
+mkdir -p run
+echo mine >outside/file
+"$SEGCAST" render "$job" -o run -q >/dev/null
+ln -s "$PWD/outside" run/link
+beside() { # beside NAME...: render, verify and join with these files there
+    local name
+    mkdir -p run/segments
+    for name in "$@"; do
+        echo mine >"run/$name"
+    done
+    for more in --resume --overwrite "--overwrite --set render.samples=2"; do
+        # shellcheck disable=SC2086 # a list of words
+        run render "$job" -o run -q $more
+        run verify run
+        run join run
+        for name in "$@"; do
+            [ "$(cat "run/$name")" = mine ] || fail "run/$name changed: $more"
+        done
+        [ -L run/link ] && [ "$(cat outside/file)" = mine ] || fail "what a link leads to changed: $more"
+    done
+}
+codes=
+beside notes.txt stats.json.bak .hidden.tmp x.tmp film.mp4.bak manifest.jsonl.old
+[ "$codes" = ' 0 0 0 0 0 0 0 0 0' ] || fail "files beside a run are in the way: $codes"
+beside segments/patient7.seg.nrrd segments/000001-notes.seg frames/a.png frames/notes.txt
