@@ -11,10 +11,10 @@ void sc_plain_words(const char *name, char *to)
     size_t used = 0;
 
     for (; *name && used + 1 < SC_NAME_BYTES; name++) {
-        const bool separates = strchr(" _-.,;:/()[]", *name) != NULL;
+        const char c = (char)tolower((unsigned char)*name);
 
-        if (!separates)
-            to[used++] = (char)tolower((unsigned char)*name);
+        if (!strchr(" _-.,;:/()[]", c))
+            to[used++] = c;
         else if (used > 0 && to[used - 1] != ' ')
             to[used++] = ' ';
     }

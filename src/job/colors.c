@@ -188,8 +188,10 @@ static bool find_name(const char *text, char *plain, size_t size, uint8_t rgb[3]
     size_t used = 0;
 
     for (; *text && used + 1 < size; text++) {
-        if (!strchr(" -_", *text))
-            plain[used++] = (char)tolower((unsigned char)*text);
+        const char c = (char)tolower((unsigned char)*text);
+
+        if (!strchr(" -_", c))
+            plain[used++] = c;
     }
     plain[used] = '\0';
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {

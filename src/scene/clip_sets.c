@@ -18,10 +18,10 @@ static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
     return (*count)++;
 }
 
-/* Does an exception say the same as the one before it, of another plane of the same box? */
+/* Does an exception say the same as one before it, of another plane of the same box? */
 static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
 {
-    for (size_t j = 0; j < i; j++) {
+    for (size_t j = 0; j < i && exceptions[i].where[0]; j++) {
         if (!strcmp(exceptions[j].pattern, exceptions[i].pattern) &&
             !strcmp(exceptions[j].where, exceptions[i].where))
             return true;
@@ -34,17 +34,19 @@ enum { MISTAKES_MAX = 50 }; /* of which more are not looked for */
 sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
                                    const sc_clip_exception *exceptions, size_t count)
 {
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
     int mistakes = 0;
 
     for (size_t i = 0; i < count && mistakes < MISTAKES_MAX; i++) {
-        sc_status status;
+        const sc_clip_exception *e = &exceptions[i];
+        sc_status status = sc_pattern_check(&silent, volume, e->pattern, e->where);
 
-        if (i > 0 && exceptions[i].where[0] && is_repeated(exceptions, i))
-            continue;
-        status = sc_pattern_check(ctx, volume, exceptions[i].pattern, exceptions[i].where);
+        if (status == SC_ERR_DATA && !is_repeated(exceptions, i)) {
+            status = sc_pattern_check(ctx, volume, e->pattern, e->where);
+            mistakes++;
+        }
         if (status != SC_OK && status != SC_ERR_DATA)
             return status;
-        mistakes += status == SC_ERR_DATA;
     }
     return mistakes ? SC_ERR_DATA : SC_OK;
 }

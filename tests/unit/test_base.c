@@ -58,6 +58,23 @@ static void the_nearest_word_is_found(void **state)
     assert_null(sc_nearest_word("background", words, 4));
 }
 
+/* Several words that may be meant: the nearest, those nearly as near, else those that hold it. */
+static void the_nearest_words_are_found(void **state)
+{
+    static const char *const words[] = {"rib 1", NULL, "rib 2", "rib 2", "left rib 10", "aorta"};
+    const char *out[3];
+
+    (void)state;
+    assert_int_equal(sc_nearest_words("rib 3", words, 6, 3, out), 2);
+    assert_string_equal(out[0], "rib 1");
+    assert_string_equal(out[1], "rib 2");
+    assert_int_equal(sc_nearest_words("rib 3", words, 6, 1, out), 1);
+    assert_int_equal(sc_nearest_words("AOR", words, 6, 3, out), 1);
+    assert_string_equal(out[0], "aorta");
+    assert_int_equal(sc_nearest_words("lung", words, 6, 3, out), 0);
+    assert_int_equal(sc_nearest_words("", words, 6, 3, out), 0);
+}
+
 /* The first value is that of the reference implementation of XXH3. */
 static void hashes_are_the_same_everywhere_and_can_be_chained(void **state)
 {
@@ -330,6 +347,7 @@ int main(void)
         cmocka_unit_test(the_nth_allocation_fails_on_purpose),
         cmocka_unit_test(text_grows),
         cmocka_unit_test(the_nearest_word_is_found),
+        cmocka_unit_test(the_nearest_words_are_found),
         cmocka_unit_test(hashes_are_the_same_everywhere_and_can_be_chained),
         cmocka_unit_test(a_file_appears_only_when_complete),
         cmocka_unit_test(a_temporary_file_is_new_and_removed),
