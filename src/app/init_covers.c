@@ -6,12 +6,17 @@
 #include <ctype.h>
 #include <string.h>
 
+static char lower(char c)
+{
+    return (char)tolower((unsigned char)c);
+}
+
 void sc_plain_words(const char *name, char *to)
 {
     size_t used = 0;
 
     for (; *name && used + 1 < SC_NAME_BYTES; name++) {
-        const char c = (char)tolower((unsigned char)*name);
+        const char c = lower(*name);
 
         if (!strchr(" _-.,;:/()[]", c))
             to[used++] = c;

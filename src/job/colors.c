@@ -181,6 +181,11 @@ static bool read_digits(const char *text, uint8_t rgb[3])
     return true;
 }
 
+static char lower(char c)
+{
+    return (char)tolower((unsigned char)c);
+}
+
 /* Find a colour by its name, in which case, blanks, "-" and "_" do not matter. @param plain room
  * for @p size bytes: gets the name as the table writes it. @return false if no colour has it. */
 static bool find_name(const char *text, char *plain, size_t size, uint8_t rgb[3])
@@ -188,7 +193,7 @@ static bool find_name(const char *text, char *plain, size_t size, uint8_t rgb[3]
     size_t used = 0;
 
     for (; *text && used + 1 < size; text++) {
-        const char c = (char)tolower((unsigned char)*text);
+        const char c = lower(*text);
 
         if (!strchr(" -_", c))
             plain[used++] = c;
