@@ -67,6 +67,9 @@ typedef struct sc_ctx {
     void *user;
     /** NULL, or the number of allocations that still succeed: tests use it to let the n-th fail. */
     long *alloc_budget;
+    /** Most memory in bytes that one volume may take while it is read and prepared; what needs more
+     *  is refused before it is allocated (sc_volume_memory_check). 0: no limit. */
+    uint64_t memory_max_bytes;
 } sc_ctx;
 
 /** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */

@@ -43,6 +43,14 @@ typedef struct sc_volume {
     bool oriented;       /**< false: the file does not say where left is; RAS was taken */
 } sc_volume;
 
+/** Check that a volume of @p size voxels may be read and prepared within ctx->memory_max_bytes: its
+ *  ids, what is measured on them and the prepared copy take about 4 bytes for each voxel. Files
+ * that are compressed well promise more than a machine has. @param more_bytes what reading takes
+ * beside that. @return SC_ERR_SYSTEM, logged under @p path with the option that raises the limit.
+ */
+SC_MUST_USE sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
+                                             double more_bytes);
+
 /** Free what the volume owns and set it to zero. A zeroed volume is allowed. */
 void sc_volume_clear(sc_volume *volume);
 /** @return the number of voxels, from the size alone. */

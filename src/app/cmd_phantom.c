@@ -19,6 +19,8 @@ sc_status sc_cmd_phantom(sc_app *app)
                        app->options.size);
     SC_TRY(sc_check_ending(app->ctx, path, ".nrrd", "a volume in the format NRRD"));
     SC_TRY(sc_check_output(app, NULL, path));
+    if (size[0] > 0 && size[1] > 0 && size[2] > 0)
+        SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
     SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite));

@@ -48,6 +48,7 @@ static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *ou
     sc_status status;
 
     SC_TRY(sc_phantom_size(app->ctx, text, size));
+    SC_TRY(sc_volume_memory_check(app->ctx, text, size, 0));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);
 out:

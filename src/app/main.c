@@ -56,6 +56,8 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         status = sc_input_check(ctx, command, options->input); /* only rank 0 looks at the file */
     SC_TRY(sc_agree_aloud(app, status));
     app->terminal->quiet = options->quiet;
+    app->ctx->memory_max_bytes =
+        options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
     app->threads = options->threads ? options->threads : sc_default_threads();
     if (options->help)
         status = is_root ? sc_print_command_help(ctx, command, stdout) : SC_OK;

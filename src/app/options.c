@@ -161,6 +161,36 @@ static sc_status store_threads(const sc_ctx *ctx, sc_options *options, const sc_
     return set_threads(ctx, options, "--threads", value);
 }
 
+/* Set the limit of memory: a number of bytes, or of K, M, G or T (powers of 1,024), such as 1.5G or
+ * 64GiB. @param name what messages call its source. */
+static sc_status set_max_memory(const sc_ctx *ctx, sc_options *options, const char *name,
+                                const char *value)
+{
+    static const char units[] = "KMGT";
+    char *end;
+    double bytes = strtod(value, &end);
+    const char *unit = *end ? strchr(units, *end) : NULL;
+
+    if (unit) {
+        for (const char *u = units; u <= unit; u++)
+            bytes *= 1024;
+        end++;
+        end += !strcmp(end, "iB") ? 2 : !strcmp(end, "B") ? 1 : 0;
+    }
+    if (end == value || *end || !(bytes >= 1 && bytes <= 1e18))
+        return sc_fail(ctx, SC_ERR_USAGE, "%s is \"%s\", expected a size such as 8G or 500M", name,
+                       value);
+    options->max_memory_bytes = (uint64_t)bytes;
+    return SC_OK;
+}
+
+static sc_status store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                                  const char *value)
+{
+    (void)option;
+    return set_max_memory(ctx, options, "--max-memory", value);
+}
+
 static sc_status store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                              const char *value)
 {
@@ -285,6 +315,10 @@ static const sc_option option_rows[] = {
     {"fish", 0, NULL, "completions for fish", "help", store_flag, AT(fish), ""},
     {"threads", 0, "N", "threads of each rank (also SEGCAST_THREADS)",
      JOB_COMMANDS " info init phantom prepare join verify", store_threads, 0, ""},
+    {"max-memory", 0, "SIZE",
+     "refuse volumes that take more memory, for example 8G (also SEGCAST_MAX_MEMORY; default: what "
+     "the machine has)",
+     JOB_COMMANDS " info phantom prepare", store_max_memory, 0, ""},
     {"quiet", 'q', NULL, "errors and warnings only",
      JOB_COMMANDS " info init phantom prepare join verify status", store_flag, AT(quiet), ""},
     {"help", 'h', NULL, "explain the command and its options", NULL, store_flag, AT(help), ""},
@@ -512,6 +546,7 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
                            sc_options *out)
 {
     const char *threads = getenv("SEGCAST_THREADS");
+    const char *max_memory = getenv("SEGCAST_MAX_MEMORY");
     sc_option_list list;
     getopt_tables tables;
     sc_options options = {.frame = -1};
@@ -524,6 +559,8 @@ sc_status sc_options_parse(const sc_ctx *ctx, const sc_command *command, int arg
     fill_tables(&list, &tables);
     if (threads)
         SC_TRY(set_threads(ctx, &options, "SEGCAST_THREADS", threads));
+    if (max_memory)
+        SC_TRY(set_max_memory(ctx, &options, "SEGCAST_MAX_MEMORY", max_memory));
     opterr = 0; /* getopt_long prints no messages: refuse does */
     while ((result = getopt_long(argc - 1, argv + 1, tables.shorts, tables.longs, NULL)) != -1) {
         const sc_option *row = find_option(&list, result);

@@ -9,13 +9,14 @@ enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
 
 /* The command line as read. Pointers lead into argv, into static text, or into owned[]. */
 typedef struct sc_options {
-    const char *input;  /* the argument: a job, volume, directory, command or key */
-    const char *output; /* -o */
-    const char *frames; /* --frames */
-    int slice, slices;  /* --slice I/N; slices 0: not given */
-    const char *size;   /* --size of the phantom, as given */
-    long frame;         /* --frame; -1: not given */
-    int threads;        /* --threads or SEGCAST_THREADS; 0: not given */
+    const char *input;         /* the argument: a job, volume, directory, command or key */
+    const char *output;        /* -o */
+    const char *frames;        /* --frames */
+    int slice, slices;         /* --slice I/N; slices 0: not given */
+    const char *size;          /* --size of the phantom, as given */
+    long frame;                /* --frame; -1: not given */
+    int threads;               /* --threads or SEGCAST_THREADS; 0: not given */
+    uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
     bool fast; /* --fast of segcast check */
     bool scan; /* the command reads all voxels, and tells all mistakes against them */

@@ -44,14 +44,14 @@ sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t siz
 static void tell_volume_mistakes(sc_app *app, sc_session *session)
 {
     const sc_job *job = &session->job;
-    sc_ctx errors = {SC_LOG_ERROR, app->ctx->rank, app->ctx->write, app->ctx->user,
-                     app->ctx->alloc_budget};
+    sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
     sc_status status;
 
     if (!job->volume[0] || job->rule_count + job->exception_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
         return;
+    errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
     if (sc_session_inspect(&quieter, !app->options.scan, session) != SC_OK)
         return;

@@ -121,8 +121,8 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
             continue;
         }
         memcpy(name, entry, length);
-        if (!strcmp(name, "SEGCAST_THREADS"))
-            continue; /* an option of the command line, not a key */
+        if (!strcmp(name, "SEGCAST_THREADS") || !strcmp(name, "SEGCAST_MAX_MEMORY"))
+            continue; /* options of the command line, not keys */
         if (!sc_goes_on(&status,
                         sc_setting_path(sc_job_keys, name + sizeof prefix - 1, path, sizeof path)
                             ? sc_setting_apply(ctx, sc_job_keys, root, entry, path, equals + 1)
@@ -194,7 +194,12 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
 sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *out)
 {
     listener l = {.to = ctx};
-    const sc_ctx counting = {ctx->level, ctx->rank, hear, &l, ctx->alloc_budget};
+    const sc_ctx counting = {.level = ctx->level,
+                             .rank = ctx->rank,
+                             .write = hear,
+                             .user = &l,
+                             .alloc_budget = ctx->alloc_budget,
+                             .memory_max_bytes = ctx->memory_max_bytes};
     char *text = NULL;
     sc_yaml *root = NULL;
     sc_job job = {0};

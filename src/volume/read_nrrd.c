@@ -517,6 +517,19 @@ out:
     return status;
 }
 
+/* Check that the voxels may be read whole, beside the file itself if that is read whole, too.
+ * @return SC_ERR_SYSTEM. */
+static sc_status check_loaded(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
+                              const NrrdIoState *nio, const sc_source *source)
+{
+    const bool ascii = nio->encoding == nrrdEncodingAscii;
+    const double each = ascii ? sizeof(int64_t) : (double)sc_voxel_type_bytes(source->type);
+    const double file = ascii || header->attached ? 2 * (double)header->file_bytes : 0;
+
+    return sc_volume_memory_check(ctx, path, source->size,
+                                  (double)sc_source_voxels(source) * each + file);
+}
+
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     Nrrd *nrrd = nrrdNew();
@@ -536,9 +549,11 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
     SC_TRY(read_segments(ctx, path, &header, &source.table));
     if (is_streamable(&header, nio))
         SC_TRY(find_voxels(ctx, path, &header, nio, &source));
-    else if (!header_only && nio->encoding == nrrdEncodingAscii)
-        SC_TRY(load_ascii(ctx, path, &header, nio, &source));
     else if (!header_only)
+        SC_TRY(check_loaded(ctx, path, &header, nio, &source));
+    if (!header_only && !source.file && nio->encoding == nrrdEncodingAscii)
+        SC_TRY(load_ascii(ctx, path, &header, nio, &source));
+    else if (!header_only && !source.file)
         SC_TRY(load_voxels(ctx, path, &header, &source));
     *out = source;
     source = (sc_source){0};

@@ -301,6 +301,8 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, bool keep_ids,
     sc_status status;
 
     SC_TRY(open_source(ctx, path, false, &source));
+    if (keep_ids)
+        SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
     volume.to_ras_mm = source.to_ras_mm;
     volume.oriented = source.oriented;

@@ -11,6 +11,23 @@ void sc_volume_clear(sc_volume *volume)
     *volume = (sc_volume){0};
 }
 
+sc_status sc_volume_memory_check(const sc_ctx *ctx, const char *path, const int size[3],
+                                 double more_bytes)
+{
+    static const double bytes_per_voxel = 4, gib = 1024.0 * 1024 * 1024;
+    const double voxels = (double)size[0] * size[1] * size[2];
+    const double bytes = voxels * bytes_per_voxel + more_bytes;
+
+    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_SYSTEM,
+                   "%s: %d x %d x %d voxels take about %.1f GiB of memory, more than the limit of "
+                   "%.1f GiB; crop or resample the volume, or raise the limit where there is more "
+                   "memory: --max-memory %.0fG",
+                   path, size[0], size[1], size[2], bytes / gib,
+                   (double)ctx->memory_max_bytes / gib, ceil(bytes / gib));
+}
+
 size_t sc_volume_voxels(const sc_volume *volume)
 {
     return (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];

@@ -251,6 +251,43 @@ static void names_survive_writing_and_reading(void **state)
     unlink("h.nrrd");
 }
 
+/* A volume that takes more memory than the limit is refused before any of it is allocated; a scan
+ * keeps no voxels and needs none. */
+static void what_takes_more_memory_than_the_limit_is_refused(void **state)
+{
+    static const char *const encodings[] = {"raw", "ascii"};
+    char text[512], data[VOXELS];
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_scan scan;
+
+    (void)state;
+    for (int i = 0; i < VOXELS; i++)
+        data[i] = (char)(i % 5);
+    snprintf(text, sizeof text, "%s\n", nrrd);
+    write_file("h.nrrd", text, data, sizeof data);
+    ctx.memory_max_bytes = 4 * VOXELS;
+    assert_ok(read_volume(&ctx, "h.nrrd"));
+    ctx.memory_max_bytes--;
+    assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_SYSTEM);
+    assert_non_null(strstr(said.text, "--max-memory"));
+    assert_ok(sc_volume_scan_labels(&ctx, "h.nrrd", &scan));
+    sc_label_scan_clear(&scan);
+    ctx.memory_max_bytes = 1 << 20;
+    for (size_t i = 0; i < SC_COUNT_OF(encodings); i++) {
+        FILE *file = fopen("h.nrrd", "wb");
+
+        assert_non_null(file);
+        fprintf(file, "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 100 100 100\nencoding: %s\n\n",
+                encodings[i]);
+        for (int k = 0; k < 1000000; k++)
+            fputs(i ? "1 " : "1", file);
+        fclose(file);
+        assert_int_equal(read_volume(&ctx, "h.nrrd"), SC_ERR_SYSTEM);
+    }
+    unlink("h.nrrd");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -260,6 +297,7 @@ int main(void)
         cmocka_unit_test(numbers_in_text_are_bounded),
         cmocka_unit_test(long_lines_of_metaimage_are_read),
         cmocka_unit_test(the_check_sum_of_zlib_is_verified),
+        cmocka_unit_test(what_takes_more_memory_than_the_limit_is_refused),
         cmocka_unit_test(names_survive_writing_and_reading),
     };
 
