@@ -354,7 +354,8 @@ sc_status sc_nrrd_header_read(const sc_ctx *ctx, const char *path, sc_nrrd_heade
         header.file_bytes = (uint64_t)info.st_size;
     if (!header.file_count && !header.attached) {
         status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: its header has neither an empty line, behind which the voxels begin, "
+                         "%s: not a readable NRRD: its header has neither an empty line, behind "
+                         "which the voxels begin, "
                          "nor a data file",
                          path);
         goto out;
