@@ -631,6 +631,41 @@ static void no_allocation_that_fails_is_lost(void **state)
     unlink("job2.yaml");
 }
 
+/* The same for a job with mistakes: they are told, or there is no memory. */
+static void no_allocation_that_fails_hides_a_mistake(void **state)
+{
+    static const sc_setting settings[] = {{"a", "animation.clip.7.plane", "{normal: up}", false},
+                                          {"b", "tissues.x.color", "#12", false}};
+    static const char *const environment[] = {"SEGCAST_RENDER_SAMPELS=2", "HOME=/home/x", NULL};
+    const sc_job_sources sources = {.path = "job3.yaml",
+                                    .settings = settings,
+                                    .setting_count = SC_COUNT_OF(settings),
+                                    .environment = environment,
+                                    .check_inputs = true};
+    FILE *file = fopen("job3.yaml", "w");
+    sc_status status = SC_ERR_MEMORY;
+
+    (void)state;
+    fputs("volume: ~/none.nrrd\nlabels: none.ctbl\nligth: {}\noutput: {size: 9, directory: ~/o}\n"
+          "tissues: {a: {color: rde}, b: 3}\nanimation:\n  duration: 1 ms\n"
+          "  clip:\n    - {sweep: {from: 3}, except: [a, [b]]}\n    - {box: {from: [1]}}\n",
+          file);
+    fclose(file);
+    for (long n = 0; status == SC_ERR_MEMORY; n++) {
+        long budget = n;
+        heard h;
+        sc_ctx ctx = listening(&h);
+        sc_job job = {0};
+
+        ctx.alloc_budget = &budget;
+        status = sc_job_load(&ctx, &sources, &job);
+        sc_job_clear(&job);
+        assert_true(status == SC_ERR_MEMORY || status == SC_ERR_USAGE);
+        assert_true(h.errors > 0);
+    }
+    unlink("job3.yaml");
+}
+
 static void expect_frames(const char *text, int total, int count, int first, int last)
 {
     int *frames, found;
@@ -720,6 +755,7 @@ int main(void)
         cmocka_unit_test(every_text_is_written_so_that_it_can_be_read),
         cmocka_unit_test(a_file_named_like_the_phantom_is_a_file),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(no_allocation_that_fails_hides_a_mistake),
         cmocka_unit_test(modes_set_defaults),
         cmocka_unit_test(a_box_is_six_planes),
         cmocka_unit_test(ranges_of_frames),
