@@ -333,8 +333,13 @@ static void a_stop_ends_the_hand_out_at_a_frame(void **state)
 
 /* ---- the farm with one rank ---- */
 
+#define SLOW_S 0.5
+
 typedef struct probe {
     int accepted[UNITS], count, stop_after, fail_after;
+    int slow_frame;  /* drawing this frame takes SLOW_S; 0: none does */
+    double accept_s; /* how long accepting a frame takes */
+    int most_done;   /* the largest number of frames that on_progress was told */
     volatile sig_atomic_t stop;
     sc_partition partition;
     int gops;
@@ -345,8 +350,10 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result)
 {
     const size_t row_bytes = (size_t)image->width_px * 3;
+    const probe *p = user;
 
-    (void)user;
+    if (frame > 0 && frame == p->slow_frame)
+        sc_sleep_s(SLOW_S);
     memset(image->rgb + (size_t)row * row_bytes, frame, (size_t)rows * row_bytes);
     result->samples = (uint64_t)frame * 3 * (uint64_t)rows;
     return SC_OK;
@@ -375,6 +382,7 @@ static sc_status accept_frame(void *user, const sc_frame_result *result, const s
     assert_int_equal(result->samples, (uint64_t)result->frame * 3 * (uint64_t)image->height_px);
     assert_int_equal(result->hash, sc_image_hash(image));
     p->accepted[p->count++] = result->frame;
+    sc_sleep_s(p->accept_s);
     p->stop = p->stop || p->count == p->stop_after;
     if (p->stop_after > 0)
         sc_sleep_s(5e-3); /* so that the farm notices the stop */
@@ -391,6 +399,14 @@ static sc_status accept_gop(void *user, const sc_frame_result *results, int coun
     for (int i = 0; i < count; i++)
         p->accepted[p->count++] = results[i].frame;
     return SC_OK;
+}
+
+static void note_progress(void *user, int done, int total)
+{
+    probe *p = user;
+
+    (void)total;
+    p->most_done = done > p->most_done ? done : p->most_done;
 }
 
 static sc_status run(probe *p, const int *frames, int count)
@@ -412,6 +428,7 @@ static sc_status run(probe *p, const int *frames, int count)
                           .frame_count = count,
                           .draw = draw,
                           .accept_frame = accept_frame,
+                          .on_progress = note_progress,
                           .stop = &p->stop,
                           .user = p};
     sc_status status;
@@ -475,6 +492,19 @@ static void the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback
     assert_int_equal(q.count, 4);
 }
 
+/* The frame that cannot be accepted fails while the next one is still being drawn, so that progress
+ * is told afterwards. */
+static void a_frame_that_cannot_be_accepted_does_not_count_as_done(void **state)
+{
+    const int frames[] = {0, 1, 2, 3, 4};
+    probe p = {.stop_after = -1, .fail_after = 1, .slow_frame = 1, .accept_s = SLOW_S / 5};
+
+    (void)state;
+    assert_int_equal(run(&p, frames, 5), SC_ERR_WRITE);
+    assert_int_equal(p.count, 1);
+    assert_int_equal(p.most_done, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -489,6 +519,7 @@ int main(void)
         cmocka_unit_test(bands_and_gops_are_all_accepted),
         cmocka_unit_test(a_deadline_that_has_passed_stops_the_farm),
         cmocka_unit_test(the_farm_returns_incomplete_after_a_stop_and_the_error_of_a_callback),
+        cmocka_unit_test(a_frame_that_cannot_be_accepted_does_not_count_as_done),
     };
 
     return RUN(tests);
