@@ -147,7 +147,14 @@ static sc_status agree_on_file(const sc_app *app, const sc_session *session, sc_
         }
     }
     status = mine;
-    if (mine == SC_OK && different)
+    if (mine == SC_OK && different &&
+        (all[example].status == SC_ERR_MEMORY || all[example].status == SC_ERR_WRITE))
+        status =
+            sc_fail(app->ctx, (sc_status)all[example].status,
+                    "%s: rank %d on %s could not map the file into memory: %s", session->job.volume,
+                    example, all[example].host,
+                    all[example].status == SC_ERR_MEMORY ? "out of memory" : "reading it failed");
+    else if (mine == SC_OK && different)
         status = sc_fail(app->ctx, SC_ERR_DATA,
                          "%s: is not the same on all nodes: rank 0 has mapped it on %s, but %d of "
                          "%d ranks have not, the first of them rank %d, which has %s on %s; copy "

@@ -6,6 +6,7 @@
 # FAULT_OFFSET    the first of them (default: another one each day); printed, so that a selection can be repeated
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
+# FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
 # FAULT_RESULTS   where the list of outcomes is copied to
 # FAULT_JOBS      how many runs there are at a time (default: one per core)
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
@@ -37,6 +38,10 @@ animation:
   camera: {orbit: {axis: superior, elevation: 10}}
 farm: {encode: segments}
 YAML
+if [ -n "${FAULT_PREPARED:-}" ]; then
+    "$SEGCAST" prepare job.yaml -o volume.segc -q
+    sed -i 's/volume.nrrd/volume.segc/' job.yaml
+fi
 mkdir reference
 (cd reference && "$SEGCAST" render ../job.yaml -o out -q >/dev/null)
 jq -c 'select(.frame != null) | [.frame, .hash]' reference/out/manifest.jsonl | sort >hashes.txt
