@@ -460,7 +460,8 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
     sc_status status;
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", path, sc_reason(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
+                       sc_reason(errno));
     begin(data);
     SC_TRY(sc_zalloc(ctx, HEAD_MAX_BYTES + 1, 1, &text));
     bytes = fread(text, 1, HEAD_MAX_BYTES, stream);

@@ -54,7 +54,8 @@ sc_status sc_store_hash_file(const sc_ctx *ctx, const char *path, uint64_t *byte
     sc_status status;
 
     if (fd < 0)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", path, sc_reason(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
+                       sc_reason(errno));
     if (fstat(fd, &info) || !S_ISREG(info.st_mode)) {
         status = sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
         goto out;

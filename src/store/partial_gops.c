@@ -224,8 +224,8 @@ sc_status sc_partial_read(const sc_ctx *ctx, const sc_partial_gops *partial, int
     bool ok;
 
     if (!stream)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: cannot be opened: %s", partial->files[location->file],
-                       sc_reason(errno));
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s",
+                       partial->files[location->file], sc_reason(errno));
     ok = !fseek(stream, (long)location->offset, SEEK_SET) &&
          read_picture(partial, stream, &head, picture) && head.frame == frame;
     fclose(stream);

@@ -3,6 +3,7 @@
 #include "internal.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -25,13 +26,17 @@ static int open_folder(const char *path)
 
 /* Remove from a folder of the directory the files with names of segments, or else those of the
  * frames below @p frames; with @p all the temporary files there, too; and with @p folder_too the
- * folder itself, if nothing else is in it. */
-static void empty_folder(const char *path, bool segments, int frames, bool folder_too)
+ * folder itself, if nothing else is in it. Warns if the folder is there and cannot be listed. */
+static void empty_folder(const sc_ctx *ctx, const char *path, bool segments, int frames,
+                         bool folder_too)
 {
     const int fd = open_folder(path), listed = fd < 0 ? -1 : dup(fd);
     DIR *stream = listed < 0 ? NULL : fdopendir(listed);
     const struct dirent *entry;
 
+    if (!stream && errno != ENOENT && errno != ENOTDIR && errno != ELOOP)
+        sc_warn(ctx, "%s: files of segcast that are not needed any more stay there: %s", path,
+                sc_reason(errno));
     while (stream && (entry = readdir(stream))) {
         if (segments ? sc_is_segment_name(entry->d_name) : sc_is_frame_name(entry->d_name, frames))
             remove_file(fd, entry->d_name);
@@ -47,29 +52,31 @@ static void empty_folder(const char *path, bool segments, int frames, bool folde
 }
 
 /* Remove what @p owned names of segments/. */
-static void remove_segments(const char *directory, const sc_names *owned)
+static void remove_segments(const sc_ctx *ctx, const char *directory, const sc_names *owned)
 {
     char path[SC_FILE_BYTES];
 
     sc_directory_path(directory, path, "segments");
     if (sc_names_has(owned, SC_OWN_SEGMENTS))
-        empty_folder(path, true, 0, sc_names_has(owned, "segments/"));
+        empty_folder(ctx, path, true, 0, sc_names_has(owned, "segments/"));
 }
 
 void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
 {
+    const sc_ctx silent = {.alloc_budget =
+                               ctx->alloc_budget}; /* the job is complete all the same */
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     char path[SC_FILE_BYTES];
     sc_text partial = {0};
 
-    remove_segments(store->directory, &store->data.owned);
-    if (store->has_video && sc_video_partial_name(ctx, store->job.video, &partial) == SC_OK &&
+    remove_segments(ctx, store->directory, &store->data.owned);
+    if (store->has_video && sc_video_partial_name(&silent, store->job.video, &partial) == SC_OK &&
         sc_names_has(&store->data.owned, partial.data))
         remove_file(fd, partial.data);
     sc_text_clear(&partial);
     sc_store_path(store, path, "frames");
     if (sc_names_has(&store->data.owned, SC_OWN_PNG))
-        empty_folder(path, false, 0, false);
+        empty_folder(ctx, path, false, 0, false);
     sc_remove_temporaries(store->directory, false);
     if (fd >= 0)
         close(fd);
@@ -142,10 +149,10 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
         if (!strchr(owned->names[i], '/'))
             remove_file(fd, owned->names[i]);
     }
-    remove_segments(store->directory, owned);
+    remove_segments(ctx, store->directory, owned);
     sc_store_path(store, path, "frames");
     if (sc_names_has(owned, SC_OWN_PNG))
-        empty_folder(path, false, all.frames, sc_names_has(owned, "frames/"));
+        empty_folder(ctx, path, false, all.frames, sc_names_has(owned, "frames/"));
     /* The manifests go last, that of the whole job at the very end: after an accident they still
      * say what is segcast's. */
     SC_TRY(sc_store_remove_slices(ctx, store));

@@ -27,7 +27,8 @@ same_output() {
     jq -e '.runs and .host and .phases and .memory.peak_rss_bytes[0] and all(.frames[]; .hash)' out/stats.json \
         >/dev/null 2>&1 || { why="stats.json is not whole"; return 1; }
     jq -e .traceEvents out/trace.json >/dev/null 2>&1 || { why="trace.json is not whole"; return 1; }
-    [ -z "$(find out -name '.*' -o -name segments -o -name '*.part')" ] || { why="files are left"; return 1; }
+    [ -z "$(find out -name '.*' -o -name segments -o -name '*.part')" ] || grep -q 'not needed any more stay there' stderr.txt ||
+        { why="files are left, and nobody is told"; return 1; }
     return 0
 }
 
