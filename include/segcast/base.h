@@ -228,6 +228,15 @@ uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, 
 /** Let the calling thread sleep; a signal may end the sleep early. */
 void sc_sleep_s(double seconds);
 
+/** Threads that were started only to find out how many can be. */
+typedef struct sc_thread_probe sc_thread_probe;
+/** Start @p wanted threads that do nothing, or as many of them as the system allows. @param started
+ *  how many there are now. @return SC_ERR_MEMORY. Caller owns *out: sc_thread_probe_end. */
+SC_MUST_USE sc_status sc_thread_probe_start(const sc_ctx *ctx, int wanted, sc_thread_probe **out,
+                                            int *started);
+/** End the threads; returns when the last has ended. NULL is allowed. */
+void sc_thread_probe_end(sc_thread_probe *probe);
+
 /** Body of a parallel loop: does the items [begin, end). @param thread number of the thread that
  *  calls it, from 0: the index of memory that each thread has for itself. */
 typedef void sc_range_fn(void *user, size_t begin, size_t end, int thread);

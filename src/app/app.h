@@ -37,11 +37,19 @@ struct sc_app {
     sc_trace *trace; /* where sc_add_time adds events; borrowed, or NULL */
 };
 
-/* Was this process started by an MPI launcher such as mpirun or srun? */
-bool sc_launched_by_mpi(void);
-/* @return SC_ERR_USAGE, logged, if srun has started several tasks that are not connected by MPI:
- * each would be rank 0 of 1, and they would overwrite each other's files. */
+/* Find out from the environment whether this process has to start MPI: because a launcher such as
+ * mpirun or srun has started it as one of several, or because SEGCAST_MPI says so. @return
+ * SC_ERR_USAGE, logged, if that variable holds something else than yes, no or auto. */
+sc_status sc_launch_mode(const sc_ctx *ctx, bool *use_mpi);
+/* @return SC_ERR_USAGE, logged, if a launcher has started several processes that are not connected
+ * by MPI, and SEGCAST_MPI is not "no": each would be rank 0 of 1, and they would overwrite each
+ * other's files. */
 sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
+/* Lower app->threads to what the cores make sensible and the limits of the system allow, and warn
+ * if that is less than was asked for: a thread that OpenMP cannot start would end the process.
+ * Tries it out, by starting so many. Collective. @return SC_ERR_SYSTEM, logged, if there is no room
+ * even for one thread that draws; SC_ERR_MEMORY. */
+sc_status sc_bound_threads(sc_app *app);
 
 /* Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);

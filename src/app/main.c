@@ -17,7 +17,7 @@ static sc_status execute_alone(sc_app *app, const sc_command *command)
     if (status != SC_OK)
         return status;
     app->comm = alone;
-    status = command->execute(app);
+    status = sc_execute_bounded(app, command);
     app->comm = all;
     sc_comm_close(alone);
     return status;
@@ -64,7 +64,7 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     else if (options->version && is_root)
         sc_print_version(stdout);
     else if (!options->version && command->by_all)
-        status = command->execute(app);
+        status = sc_execute_bounded(app, command);
     else if (!options->version && is_root)
         status = execute_alone(app, command);
 out:
@@ -85,7 +85,7 @@ int main(int argc, char **argv)
     sc_signals_install();
     if (!sc_open_standard_streams())
         return sc_exit_code_of(SC_ERR_INTERNAL);
-    status = sc_comm_open(&ctx, sc_launched_by_mpi(), &app.comm);
+    status = sc_launch(&ctx, &app.comm);
     if (status != SC_OK)
         return sc_exit_code_of(status);
     ctx.rank = sc_comm_rank(app.comm);

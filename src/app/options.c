@@ -340,6 +340,15 @@ static bool names_command(const char *commands, const char *command)
     return false;
 }
 
+bool sc_command_has_threads(const sc_command *command)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
+        if (!strcmp(option_rows[i].name, "threads"))
+            return names_command(option_rows[i].commands, command->name);
+    }
+    return false;
+}
+
 /* Lists the options of a command. */
 typedef struct lister {
     const sc_ctx *ctx;

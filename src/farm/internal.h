@@ -80,7 +80,7 @@ typedef struct sc_task {
 typedef void sc_task_fn(void *user, sc_task *task);
 
 /* Start a thread that calls @p run with @p user, which stays borrowed, for each task. @return
- * SC_ERR_MEMORY, also if the system starts no more threads. Caller owns *out:
+ * SC_ERR_MEMORY, or SC_ERR_SYSTEM if the system starts no more threads. Caller owns *out:
  * sc_worker_thread_stop. */
 sc_status sc_worker_thread_start(const sc_ctx *ctx, sc_task_fn *run, void *user,
                                  sc_worker_thread **out);

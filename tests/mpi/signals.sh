@@ -77,7 +77,7 @@ env --block-signal=USR1 bash -c 'kill -USR1 $$; exec "$@"' bash "$SEGCAST" rende
 [ $code = 75 ] || { cat stderr.txt >&2; fail "a pending USR1: exit $code, expected 75"; }
 grep -q 'stopped on request after 0 of 4000 frames' stderr.txt || { cat stderr.txt >&2; fail "the pending USR1 was forgotten"; }
 for try in 1 2 3; do
-    PMI_RANK=0 PMI_SIZE=1 "$SEGCAST" render job.yaml -o early$try >/dev/null 2>stderr.txt &
+    SEGCAST_MPI=yes "$SEGCAST" render job.yaml -o early$try >/dev/null 2>stderr.txt &
     pid=$!
     threads=
     while [ -z "$threads" ]; do # until USR1, which is signal 10, is among those that are caught
