@@ -1,5 +1,5 @@
-# Processes are killed at random moments, again and again, and each time the next run continues. In the end
-# all files are those of an undisturbed run. SOAK_KILLS is the number of kills (tools/soak: 50).
+# Processes are killed at random moments, again and again, and each time the next run continues. All files of
+# each job that is complete in the end are those of an undisturbed run. SOAK_KILLS is the number of kills (tools/soak: 50).
 kills=${SOAK_KILLS:-6}
 RANDOM=${SOAK_SEED:-1}
 small_job job.yaml
@@ -11,6 +11,16 @@ name=sc_soak_$$
 ln -s "$SEGCAST" "$name"
 trap 'pkill -KILL -x "$name" 2>/dev/null || true' EXIT
 
+# compare: out is complete, and its files are those of the undisturbed run.
+compare() {
+    [ "$(hashes out)" = "$(hashes ref)" ] || fail "the frames differ from those of an undisturbed run"
+    cmp out/film.mp4 ref/film.mp4 || fail "the video differs from that of an undisturbed run"
+    diff -r out/frames ref/frames || fail "the PNG files differ from those of an undisturbed run"
+    "$SEGCAST" verify out >/dev/null || fail "verify"
+    [ -z "$(find out -name "*.part" -o -name segments -o -name ".*")" ] || fail "files are left: $(find out)"
+    finished=$((finished + 1))
+}
+finished=0
 encodes=(rank0 segments auto)
 partitions=(auto tiles frames)
 killed=0
@@ -22,6 +32,8 @@ while :; do
         --set "farm.encode=${encodes[runs % 3]}" --set "farm.partition=${partitions[runs / 3 % 3]}" \
         >/dev/null 2>stderr.txt &
     launcher=$!
+    (sleep 300; kill -ABRT $launcher) 2>/dev/null & # a run that hangs ends with a code that is not expected
+    watchdog=$!
     if [ $killed -lt "$kills" ]; then
         delay_ms=$((RANDOM % (whole_ms / 2 + 500)))
         sleep "$((delay_ms / 1000)).$(printf %03d $((delay_ms % 1000)))"
@@ -35,6 +47,7 @@ while :; do
     fi
     code=0
     wait $launcher 2>/dev/null || code=$?
+    kill $watchdog 2>/dev/null || fail "a run took more than 300 s"
     for _ in $(seq 200); do
         pgrep -r R,S,D -x "$name" >/dev/null || break
         sleep 0.05
@@ -43,16 +56,13 @@ while :; do
     grep -q 'are there, and verified' stderr.txt && kept=$((kept + 1))
     ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "a run logged an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
+        compare
         rm -rf out # the job was complete before all kills: begin again
     elif [ $code = 0 ]; then
         break
     fi
     [ $runs -lt $((4 * kills + 20)) ] || fail "no progress in $runs runs"
 done
-echo "$killed kills, $runs runs, $kept of them with frames to keep"
 [ $kept -gt 0 ] || fail "no run kept frames of an earlier one"
-[ "$(hashes out)" = "$(hashes ref)" ] || fail "the frames differ from those of an undisturbed run"
-cmp out/film.mp4 ref/film.mp4 || fail "the video differs from that of an undisturbed run"
-diff -r out/frames ref/frames || fail "the PNG files differ from those of an undisturbed run"
-"$SEGCAST" verify out >/dev/null || fail "verify"
-[ -z "$(find out -name "*.part" -o -name segments -o -name ".*")" ] || fail "files are left: $(find out)"
+compare
+echo "$killed kills, $runs runs, $kept of them with frames to keep; $finished jobs complete and identical"

@@ -7,10 +7,22 @@
 #include <stdlib.h>
 
 static const char *const names[] = {
-    "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE", "PMIX_RANK",           "PMI_RANK",
-    "PMI_SIZE",             "PMI_FD",               "PALS_RANKID",         "ALPS_APP_PE",
-    "MV2_COMM_WORLD_RANK",  "MV2_COMM_WORLD_SIZE",  "FLUX_TASK_RANK",      "FLUX_JOB_SIZE",
-    "SLURM_STEP_NUM_TASKS", "SLURM_PROCID",         "PMI_LOCAL_RANK",      "SEGCAST_MPI",
+    "OMPI_COMM_WORLD_RANK",
+    "OMPI_COMM_WORLD_SIZE",
+    "PMIX_RANK",
+    "PMI_RANK",
+    "PMI_SIZE",
+    "PMI_FD",
+    "PALS_RANKID",
+    "ALPS_APP_PE",
+    "MV2_COMM_WORLD_RANK",
+    "MV2_COMM_WORLD_SIZE",
+    "FLUX_TASK_RANK",
+    "FLUX_JOB_SIZE",
+    "SLURM_STEP_NUM_TASKS",
+    "SLURM_PROCID",
+    "PMI_LOCAL_RANK",
+    "SEGCAST_MPI",
 };
 
 /* An environment, as "NAME=VALUE ...", and what follows from it. */
