@@ -179,6 +179,10 @@ static sc_status report_job(const sc_app *app, sc_job *job, const char **directo
                                job->animation.frames, &wanted, &count));
     else if (o->frames)
         SC_TRY(sc_frames_parse(app->ctx, o->frames, job->animation.frames, &wanted, &count));
+    if (o->slices && count == 0) { /* more slices than GOPs: there is nothing to do for this one */
+        *out = (sc_store_report){.condition = SC_STORE_COMPLETE};
+        goto out;
+    }
     SC_TRY(sc_store_status(app->ctx, *directory, wanted, count, out));
     if (out->condition != SC_STORE_DAMAGED)
         status = compare_jobs(app->ctx, job, *directory);

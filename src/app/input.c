@@ -117,7 +117,7 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
                        "one",
                        command->name, input, exists ? "is" : "is named like",
                        job_command_for(command->name), input);
-    if (takes_directory && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
+    if (takes_directory && !takes_job && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
         return sc_fail(
             ctx, SC_ERR_USAGE,
             "segcast %s takes the folder that a job has made (its output.directory), but "

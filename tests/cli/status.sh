@@ -41,6 +41,7 @@ expect 0 '' "$SEGCAST" status job.yaml -o slices --frames 1-3 --json
 jq -e '.condition == "complete" and .done == 3 and .frames == 3' stdout.txt >/dev/null || fail "status of frames: $(cat stdout.txt)"
 "$SEGCAST" render job.yaml -o slices --slice 1/2 -q >/dev/null
 expect 0 '' "$SEGCAST" status job.yaml -o slices --slice 1/2
+expect 0 '' "$SEGCAST" status job.yaml -o nowhere --slice 0/3 # there are only two GOPs
 # If all frames are there, but not the end of the manifest, no slice is complete: one has to join the video.
 sed '/"complete"/,$d' slices/manifest.jsonl >all.jsonl
 cp -r slices unjoined
