@@ -45,11 +45,13 @@ sc_status sc_launch_mode(const sc_ctx *ctx, bool *use_mpi);
  * by MPI, and SEGCAST_MPI is not "no": each would be rank 0 of 1, and they would overwrite each
  * other's files. */
 sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
-/* Lower app->threads to what the cores make sensible and the limits of the system allow, and warn
- * if that is less than was asked for: a thread that OpenMP cannot start would end the process.
- * Tries it out, by starting so many. Collective. @return SC_ERR_SYSTEM, logged, if there is no room
- * even for one thread that draws; SC_ERR_MEMORY. */
-sc_status sc_bound_threads(sc_app *app);
+/* Start MPI, if sc_launch_mode says so, or work alone. @return as sc_launch_mode and sc_comm_open.
+ * Caller owns *out: sc_comm_close. */
+sc_status sc_launch(const sc_ctx *ctx, sc_comm **out);
+/* Execute a command. If it has the option --threads, app->threads is first lowered to what the
+ * cores make sensible and the limits of the system allow, with a warning. Collective. @return as
+ * the command, or SC_ERR_SYSTEM, logged, if not even the fewest threads can be started. */
+sc_status sc_execute_bounded(sc_app *app, const sc_command *command);
 
 /* Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);

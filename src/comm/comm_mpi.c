@@ -13,6 +13,7 @@
 #include "shared_file.h"
 
 #include <mpi.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -392,6 +393,10 @@ sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
     mpi_comm *comm;
     sc_status status;
 
+    /* MPI asks hwloc for the topology of the machine, and hwloc's plug-in for graphics cards looks
+     * for displays of X, on the host "localhost" too: without /etc/hosts that takes the 5 seconds
+     * after which a name server is given up. */
+    setenv("HWLOC_COMPONENTS", "-gl", 0);
     /* Funneled: only the main thread calls MPI. */
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted))
         return sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");

@@ -4,7 +4,7 @@ HOSTS=3
 . "$SOURCE/tests/support/cluster.sh"
 make_job 12
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "12 frames" has_frames 12
+wait_for 240 "12 frames" has_frames 12
 "$SLURM_CLUSTER" kill-node n2
 on_head scontrol update nodename=n2 state=down reason=killed
 wait_for 180 "the end of the job" has_ended

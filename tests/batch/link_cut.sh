@@ -2,7 +2,7 @@
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "10 frames" has_frames 10
+wait_for 240 "10 frames" has_frames 10
 "$SLURM_CLUSTER" cut n2
 sleep 3
 "$SLURM_CLUSTER" mend n2

@@ -2,7 +2,7 @@
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8
 submit "${SMALL[@]}" -o job.log "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
-wait_for 60 "12 frames" has_frames 12
+wait_for 240 "12 frames" has_frames 12
 on_head scancel "$id"
 wait_for 60 "the end of the job" has_ended
 [ "$(state)" = CANCELLED ] || fail "state $(state)"

@@ -3,7 +3,7 @@
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8
 submit "${SMALL[@]}" --time=10 -o job.log "$SOURCE/jobs/slurm/requeue.sbatch" job.yaml -o out
-wait_for 60 "10 frames" has_frames 10
+wait_for 240 "10 frames" has_frames 10
 on_head scancel -b -s USR1 "$id"
 wait_for 180 "the end of the job" has_ended
 [ "$(state)" = COMPLETED ] || { cat job.log >&2; fail "state $(state)"; }

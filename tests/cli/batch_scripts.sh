@@ -11,6 +11,7 @@ stub qsub ''
 stub squeue 'date -d "+1 hour" +%Y-%m-%dT%H:%M:%S'
 # srun and mpirun: run the command after their options, or do not (LAUNCH=no); then end with CODE, if it is given.
 launch='while [ $# -gt 0 ] && [[ $1 != env && $1 != segcast && $1 != true ]]; do shift; done
+[ -z "$SIGNAL" ] || { trap "" USR1; kill -$SIGNAL $PPID; sleep 0.5; }
 [ "$LAUNCH" = no ] || "$@" ${FRAMES:+--frames $FRAMES}
 exit ${CODE:-$?}'
 stub srun '[ "$1" = --mpi=list ] && { printf "MPI plugin types are...\n\tnone\n\t%s\n" $OFFERED; exit; }
@@ -44,6 +45,9 @@ for name in one-node many-nodes requeue; do
     SLURM_RESTART_COUNT=9 FRAMES=0-2 CODE=137 batch 75 yes "$script" job.yaml -o out
     LAUNCH=no CODE=65 batch 65 no "$script" job.yaml -o out
     LAUNCH=no CODE=75 batch 75 yes "$script" job.yaml -o out
+    # Slurm asks to stop in time: again. Slurm ends the job, because it is cancelled or queued again by others: not.
+    SIGNAL=USR1 LAUNCH=no CODE=75 batch 75 yes "$script" job.yaml -o out
+    SIGNAL=TERM LAUNCH=no CODE=75 batch 75 no "$script" job.yaml -o out
     # Complete, and still so if the launcher then ends with an error of its own.
     batch 0 no "$script" job.yaml -o out
     CODE=137 batch 0 no "$script" job.yaml -o out

@@ -25,6 +25,7 @@ make_job() {
     sed -i 's/size: \[96, 72\], video: none/size: [640, 480], fps: 5, frames: png, video: film.mp4/' job.yaml
     "$SEGCAST" render job.yaml -o trial -q --threads 2 >/dev/null
     frames=$(jq "(7 / (.phases.render.wall_s + .phases.encode.wall_s + .phases.write.wall_s) * $1 | floor) + 7" trial/stats.json)
+    [ "$frames" -ge 40 ] || frames=40 # the trial may be slow because the machine is busy with other things
     sed -i "s/frames: 7/frames: $frames/" job.yaml
     "$SEGCAST" render job.yaml -o ref -q --threads 2 >/dev/null
 }
