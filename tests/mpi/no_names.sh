@@ -1,4 +1,4 @@
-# The start of MPI asks no name server, and looks for no display: where /etc/hosts is missing, the first would take
+# The start of MPI asks no name server, and looks for no display: where /etc/hosts is missing, that would take
 # seconds for each run.
 small_job job.yaml
 command -v strace >/dev/null || skip "strace is not installed"
