@@ -9,6 +9,7 @@
 #include <string.h>
 
 /* Write "DIR/" and the formatted name into @p out. */
+SC_PRINTF(3, 0)
 static void put_path(const char *directory, char out[SC_FILE_BYTES], const char *fmt, va_list args)
 {
     const int used = snprintf(out, SC_FILE_BYTES, "%s/", directory);

@@ -95,7 +95,7 @@ static small_scene random_scene(uint64_t *seed, sc_surface surface)
     s.settings.width_px = WIDTH_PX;
     s.settings.height_px = HEIGHT_PX;
     s.settings.cap_outline = random_below(seed, 2);
-    s.settings.light.shadows = random_below(seed, 2) ? 0.5 : 0;
+    s.settings.light.shadows = random_below(seed, 2);
     s.settings.light.depth_cue = random_below(seed, 2) ? 0.5 : 0;
     s.settings.local_thickness = random_below(seed, 2);
     return s;
