@@ -11,7 +11,7 @@
 #include "segcast/comm.h"
 #include "segcast/image.h"
 
-#include <signal.h>
+#include <stdatomic.h>
 
 /** The timing record of a frame, which travels with its pixels. */
 typedef struct sc_frame_result {
@@ -144,8 +144,9 @@ typedef struct sc_farm {
     /** Called on rank 0's main thread several times a second, with the numbers of frames that are
      *  accepted and that this farm has, those of GOPs included. NULL is allowed. */
     void (*on_progress)(void *user, int done, int total);
-    /** Not NULL. Once a signal handler of any rank has set it, no more is handed out. */
-    const volatile sig_atomic_t *stop;
+    /** Not NULL. Once it is not 0 on any rank, no more is handed out. Signal handlers and any
+     *  thread may set it; it stays borrowed. */
+    const atomic_int *stop;
     /** Rank 0: end before this time of sc_wall_s, judged by the measured cost of work units; 0: no
      *  limit. */
     double deadline_s;

@@ -64,12 +64,19 @@ const char *sc_version(void);
  * sc_session_load, sc_session_tissues and sc_session_timeline; or for a check the last two after
  * sc_session_inspect. After an error of any of them only sc_session_clear may be called. */
 
+/* A file that is mapped into memory, for the message when it is cut off meanwhile. */
+typedef struct sc_watched_file {
+    char *name; /* its path, printable */
+    const char *begin;
+    size_t bytes;
+} sc_watched_file;
+
 typedef struct sc_session {
     bool measure; /* set between job and volume: measure all labels, so that none is hidden */
     sc_job job;
     sc_shared *shared;  /* block that holds the prepared volume, or NULL: it is in a mapped file */
     const void *mapped; /* the prepared file that the job names as its volume, or NULL */
-    char *mapped_name;  /* its path, printable, for sc_signals_watch_file; owned */
+    sc_watched_file *watched; /* that file, for sc_signals_watch_file; NULL: not watched; owned */
     size_t mapped_bytes;
     size_t shared_bytes;   /* size of the prepared volume, wherever it is */
     sc_label *labels;      /* labels of a mapped or inspected volume with the job's names; owned */
@@ -174,16 +181,17 @@ double sc_deadline_s(const sc_app *app);
  * process ends, with exit code 71; and where memory that a file stands behind cannot be read any
  * more (SIGBUS), a message is printed and the process ends with exit code 74. */
 void sc_signals_install(void);
-/* Let the process end with a message that names @p path, and exit code 74, when it reads memory in
- * [data, data + bytes) of which the file has been cut off; without this the message names no file.
- * @param path printable, borrowed until the next call; NULL: no file any more. One file at a time;
- * not while other threads read the memory. */
-void sc_signals_watch_file(const char *path, const void *data, size_t bytes);
+/* Let the process end with a message that names the file, and exit code 74, when it reads memory of
+ * @p file that has been cut off; without this the message names no file. One file at a time: the
+ * last one. @param file borrowed until sc_signals_forget_file. Any thread. */
+void sc_signals_watch_file(const sc_watched_file *file);
+/* Before the memory of @p file is unmapped: nothing if it is not the one that is watched. */
+void sc_signals_forget_file(const sc_watched_file *file);
 /* Handle TERM, INT and the limit of CPU time, too: @return a flag that is 0, or the number of the
  * first signal that has asked for a stop, one that came before this call included. An INT or TERM
  * ends the process at once, with exit code 75, if it is the second such signal, or if it comes
  * before sc_signals_stop_in_order. @param is_tty answer each on standard error, a terminal. */
-const volatile sig_atomic_t *sc_signals_catch_stop(bool is_tty);
+const atomic_int *sc_signals_catch_stop(bool is_tty);
 /* From now on the first INT or TERM only sets the flag. */
 void sc_signals_stop_in_order(void);
 

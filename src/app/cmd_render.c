@@ -2,6 +2,7 @@
 /* segcast render and segcast orbit: a run, from the job to the finished outputs. */
 #include "run.h"
 
+#include <signal.h>
 #include <string.h>
 #include <time.h>
 

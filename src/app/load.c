@@ -230,15 +230,19 @@ static sc_status check_hidden(const sc_ctx *ctx, const char *path, const sc_sess
 static sc_status watch(const sc_ctx *ctx, const char *path, sc_session *session)
 {
     const size_t bytes = 4 * strlen(path) + 1; /* a byte is shown by 4 characters at most */
-    void *name;
-    sc_status status = sc_alloc(ctx, bytes, 1, &name);
+    void *name = NULL, *block = NULL;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_alloc(ctx, bytes, 1, &name));
+    SC_TRY(sc_alloc(ctx, 1, sizeof *session->watched, &block));
     sc_printable(path, name, bytes);
-    session->mapped_name = name;
-    sc_signals_watch_file(name, session->mapped, session->mapped_bytes);
-    return SC_OK;
+    session->watched = block;
+    *session->watched = (sc_watched_file){name, session->mapped, session->mapped_bytes};
+    name = NULL;
+    sc_signals_watch_file(session->watched);
+out:
+    sc_free(name);
+    return status;
 }
 
 sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)

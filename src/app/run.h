@@ -26,7 +26,7 @@ typedef struct sc_run {
     double farm_cpu_s;            /* CPU time of the process before the farm */
     double deadline_s;            /* see sc_deadline_s */
     int64_t begin_unix_s;
-    const volatile sig_atomic_t *stop;
+    const atomic_int *stop;
     sc_trace *trace;
     bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
     /* used by the worker thread that draws */

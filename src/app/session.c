@@ -361,10 +361,11 @@ void sc_session_clear(sc_session *session)
     sc_shared_free(session->shared);
     sc_free(session->labels);
     sc_free(session->stats);
-    if (session->mapped)
-        sc_signals_watch_file(NULL, NULL, 0);
+    sc_signals_forget_file(session->watched);
     sc_file_unmap(session->mapped, session->mapped_bytes);
-    sc_free(session->mapped_name);
+    if (session->watched)
+        sc_free(session->watched->name);
+    sc_free(session->watched);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

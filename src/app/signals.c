@@ -3,23 +3,20 @@
 #include "app.h"
 
 #include <errno.h>
+#include <signal.h>
+#include <stdatomic.h>
 #include <string.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 /* The only mutable global variables of segcast: a signal handler can reach nothing else. */
-static volatile sig_atomic_t stop_requested; /* 0, or the number of the first such signal */
-static volatile sig_atomic_t stops_in_order; /* see sc_signals_stop_in_order */
-static volatile sig_atomic_t tells_of_stop;  /* standard error is a terminal */
+static atomic_int stop_requested; /* 0, or the number of the first such signal */
+static atomic_int stops_in_order; /* see sc_signals_stop_in_order */
+static atomic_int tells_of_stop;  /* standard error is a terminal */
 
 static bool lost_memory_told;
-/* The mapped file that on_lost_memory can name; borrowed, path NULL: none. */
-static struct watched_file {
-    const char *path;
-    size_t path_bytes;
-    const char *begin;
-    size_t bytes;
-} watched;
+/* The mapped file that on_lost_memory can name; borrowed, NULL: none. */
+static _Atomic(const sc_watched_file *) watched;
 
 /* Print a text of @p bytes bytes to standard error, if a person waits at a terminal. A signal
  * handler may call it. */
@@ -75,9 +72,10 @@ static void on_lost_memory(int number, siginfo_t *info, void *context)
                                 "meanwhile or cannot be read, or there is no room for shared "
                                 "memory (/dev/shm)\n";
     const char *at = info->si_addr;
-    const bool known = watched.path && at >= watched.begin && at < watched.begin + watched.bytes;
+    const sc_watched_file *w = watched;
+    const bool known = w && at >= w->begin && at < w->begin + w->bytes;
     const struct iovec parts[] = {{(void *)(uintptr_t)file, sizeof file - 1},
-                                  {(void *)(uintptr_t)watched.path, watched.path_bytes},
+                                  {w ? w->name : NULL, w ? strlen(w->name) : 0},
                                   {(void *)(uintptr_t)lost, sizeof lost - 1}};
 
     (void)number;
@@ -90,9 +88,16 @@ static void on_lost_memory(int number, siginfo_t *info, void *context)
     _exit(74);
 }
 
-void sc_signals_watch_file(const char *path, const void *data, size_t bytes)
+void sc_signals_watch_file(const sc_watched_file *file)
 {
-    watched = (struct watched_file){path, path ? strlen(path) : 0, data, bytes};
+    watched = file;
+}
+
+void sc_signals_forget_file(const sc_watched_file *file)
+{
+    const sc_watched_file *expected = file;
+
+    atomic_compare_exchange_strong(&watched, &expected, NULL);
 }
 
 /* Let @p handler handle the signal @p number; calls of the system that it interrupts go on. */
@@ -125,7 +130,7 @@ void sc_signals_install(void)
     sigprocmask(SIG_UNBLOCK, &set, NULL);
 }
 
-const volatile sig_atomic_t *sc_signals_catch_stop(bool is_tty)
+const atomic_int *sc_signals_catch_stop(bool is_tty)
 {
     tells_of_stop = is_tty;
     handle(SIGXCPU, on_stop);

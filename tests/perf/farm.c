@@ -120,9 +120,9 @@ static const sc_comm_ops sim_ops = {.agree = sim_agree,
 
 /* What the callbacks of the farm get as user. */
 typedef struct load {
-    double draw_s;              /* that drawing a frame takes; 0: no time */
-    int accepted;               /* frames that have reached rank 0 */
-    volatile sig_atomic_t stop; /* for the farm; never set */
+    double draw_s;   /* that drawing a frame takes; 0: no time */
+    int accepted;    /* frames that have reached rank 0 */
+    atomic_int stop; /* for the farm; never set */
 } load;
 
 /* Draw nothing: sleep as long as drawing would take. See sc_farm.draw. */

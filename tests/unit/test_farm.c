@@ -340,7 +340,7 @@ typedef struct probe {
     int slow_frame;  /* drawing this frame takes SLOW_S; 0: none does */
     double accept_s; /* how long accepting a frame takes */
     int most_done;   /* the largest number of frames that on_progress was told */
-    volatile sig_atomic_t stop;
+    atomic_int stop;
     sc_partition partition;
     int gops;
     double deadline_s;

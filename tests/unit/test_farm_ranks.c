@@ -25,7 +25,7 @@ typedef struct scenario {
     int fails_at;  /* the frame that cannot be drawn, or NEVER */
     int poor_rank; /* the rank on which only the first `budget` allocations succeed, or NEVER */
     long budget;
-    volatile sig_atomic_t stop;
+    atomic_int stop;
     bool accepted[TOTAL];
     int accepted_count;
     sc_status outcomes[THREAD_RANKS_MAX];
