@@ -1,5 +1,6 @@
 # Each run logs a table of ranks, and one warning with the options that help if threads share cores.
 small_job job.yaml
+sed -i 's/video: none/video: none, frames: png/' job.yaml # without files there is a warning of that
 cores=$(env -u OMP_NUM_THREADS nproc)
 many=$((cores * 2))
 logs() { # logs WARNINGS PATTERN COMMAND...
