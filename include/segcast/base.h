@@ -202,9 +202,11 @@ SC_MUST_USE sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file);
  */
 void sc_outfile_discard(sc_outfile *file);
 /** Check, before any work is done, that @p path can become an output file: nothing has this name,
- *  or with @p replace a regular file at most, and its directory can be written to. @return
- *  SC_ERR_CREATE, SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace);
+ *  or with @p replace a regular file at most, and its directory can be written to. @param hint what
+ *  else can be done if the name is taken, for the end of the message. @return SC_ERR_CREATE,
+ *  SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace,
+                                       const char *hint);
 /** @return whether both paths lead to one file, by whatever symbolic or hard links. */
 bool sc_same_file(const char *a, const char *b);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose

@@ -86,6 +86,10 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
  *  Threads: the libraries behind it keep global state: one call at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
 
+/** @return whether the volume file @p volume, or the file that its header names for the voxels, is
+ *  @p path, by whatever symbolic or hard links. Nothing is logged. False for several data files. */
+bool sc_volume_reads(const char *volume, const char *path);
+
 /** Write a volume, with its ids, as NRRD, gzip-compressed, with the label names and colours in
  *  the keys that 3D Slicer uses for segmentations (Segment0_Name and so on; none for
  *  background). The voxels are written as label values in the narrowest integer type that holds

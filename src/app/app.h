@@ -147,9 +147,11 @@ void sc_session_clear(sc_session *session);
 
 /* Check, before any work, that @p path can become the output file of a command: nothing has this
  * name, or with --overwrite a regular file at most, which is none of the inputs. @param session
- * with its job read; NULL: the command has no inputs. Not collective.
+ * with its job read; NULL: the command has no inputs. @param can_replace the command has the option
+ * --overwrite. Not collective.
  * @return SC_ERR_CREATE, SC_ERR_MEMORY. */
-sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path);
+sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
+                          bool can_replace);
 /* Check that a name ends in @p ending, which says what is written, in upper or lower case. @param
  * kind what is written, for the message. @return SC_ERR_USAGE. */
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,

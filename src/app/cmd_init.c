@@ -305,7 +305,7 @@ sc_status sc_cmd_init(sc_app *app)
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
     if (strcmp(path.data, "-"))
-        SC_TRY(sc_check_output(app, &session, path.data));
+        SC_TRY(sc_check_output(app, &session, path.data, false));
     session.measure = true;
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(describe(app, &session, path.data, stem, &text));

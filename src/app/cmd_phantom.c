@@ -18,7 +18,7 @@ sc_status sc_cmd_phantom(sc_app *app)
         return sc_fail(app->ctx, SC_ERR_USAGE, "--size is \"%s\", expected for example 128x96x128",
                        app->options.size);
     SC_TRY(sc_check_ending(app->ctx, path, ".nrrd", "a volume in the format NRRD"));
-    SC_TRY(sc_check_output(app, NULL, path));
+    SC_TRY(sc_check_output(app, NULL, path, true));
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
         SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));

@@ -27,7 +27,7 @@ sc_status sc_cmd_prepare(sc_app *app)
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_check_ending(app->ctx, path, ".segc", "a prepared volume"));
     SC_TRY(sc_session_job(app, job, &session));
-    SC_TRY(sc_check_output(app, &session, path));
+    SC_TRY(sc_check_output(app, &session, path, true));
     if (sc_is_prepared_file(session.job.volume)) {
         status =
             sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", session.job.volume);

@@ -361,7 +361,7 @@ static sc_status prepare_video(sc_run *run)
 
     SC_TRY(sc_path_join(ctx, run->directory, run->session.job.output.video, &run->video_path));
     SC_TRY(sc_make_directory(ctx, run->directory));
-    status = sc_check_output(run->app, &run->session, run->video_path);
+    status = sc_check_output(run->app, &run->session, run->video_path, true);
 out:
     return status;
 }

@@ -15,7 +15,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 
     SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
     SC_TRY(sc_session_job(app, job_path, &session));
-    SC_TRY(sc_check_output(app, &session, path));
+    SC_TRY(sc_check_output(app, &session, path, true));
     if (app->options.frame < 0)
         app->options.frame = 0;
     if (app->options.frame >= session.job.animation.frames) {

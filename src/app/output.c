@@ -4,20 +4,25 @@
 
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
-sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path)
+sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
+                          bool can_replace)
 {
-    const char *inputs[] = {app->options.input, session ? session->job.volume : NULL,
-                            session ? session->job.labels : NULL};
+    const char *volume = session ? session->job.volume : NULL;
+    const char *inputs[] = {app->options.input, volume, session ? session->job.labels : NULL};
 
     for (size_t i = 0; i < SC_COUNT_OF(inputs); i++) {
-        if (inputs[i] && sc_same_file(inputs[i], path))
+        if (inputs[i] && access(path, F_OK) == 0 &&
+            (sc_same_file(inputs[i], path) ||
+             (inputs[i] == volume && sc_volume_reads(volume, path))))
             return sc_fail(app->ctx, SC_ERR_CREATE,
                            "%s: is an input of this command (%s), which would be lost; give "
                            "another name for the output",
                            path, inputs[i]);
     }
-    return sc_outfile_check(app->ctx, path, app->options.overwrite);
+    return sc_outfile_check(app->ctx, path, app->options.overwrite,
+                            can_replace ? ", or --overwrite to replace it" : "");
 }
 
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending, const char *kind)

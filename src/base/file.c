@@ -67,7 +67,7 @@ out:
 
 sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, size_t *out_bytes)
 {
-    const int file = open(path, O_RDONLY | O_CLOEXEC);
+    const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat info;
     void *data = MAP_FAILED;
     sc_status status = SC_OK;

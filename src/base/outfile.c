@@ -273,7 +273,7 @@ sc_status sc_file_write(const sc_ctx *ctx, const char *path, const void *data, s
 
 /* ---- before the work ---- */
 
-sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace)
+sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace, const char *hint)
 {
     const char *slash = strrchr(path, '/');
     sc_text directory = {0};
@@ -291,7 +291,7 @@ sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool replace)
                                                    : "no regular file");
         if (!replace)
             return sc_fail(ctx, SC_ERR_CREATE,
-                           "%s: exists; give another name, or --overwrite to replace it", path);
+                           "%s: exists, and is not replaced; give another name%s", path, hint);
     } else if (errno != ENOENT) {
         return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
     }

@@ -313,6 +313,18 @@ out:
     return status;
 }
 
+bool sc_volume_reads(const char *volume, const char *path)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_source source = {0};
+    bool reads = sc_same_file(volume, path);
+
+    if (!reads && open_source(&silent, volume, true, &source) == SC_OK)
+        reads = source.file && sc_same_file(source.file, path);
+    sc_source_clear(&source);
+    return reads;
+}
+
 sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
 {
     sc_label_tally *tallies = NULL;

@@ -34,6 +34,15 @@ printf '1 a 1 2 3 255\n' >table.png
 expect 73 'table.png: is an input' "$SEGCAST" still job.yaml --set labels=table.png -o table.png --overwrite
 [ "$(cat table.png)" = '1 a 1 2 3 255' ] || fail "the label table was changed"
 
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nspace: right-anterior-superior\n'
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\ndata file: voxels.segc\n'
+} >detached.nhdr
+head -c 512 /dev/zero | tr '\0' '\1' >voxels.segc
+cp voxels.segc voxels.copy
+expect 73 'voxels.segc: is an input' "$SEGCAST" prepare detached.nhdr -o voxels.segc --overwrite; one_error
+cmp voxels.segc voxels.copy || fail "the voxels of a detached header were replaced"
+
 # An output that exists.
 write() { # write FILE [OPTION]...: let the command that makes such a file write it
     local file=$1

@@ -184,7 +184,7 @@ static void a_name_that_is_taken_is_refused(void **state)
     (void)state;
     unlink("taken.txt");
     unlink("link.txt");
-    assert_ok(sc_outfile_check(&ctx, "taken.txt", false));
+    assert_ok(sc_outfile_check(&ctx, "taken.txt", false, ""));
     assert_ok(sc_outfile_open(&ctx, "taken.txt", false, &file));
     fputs("new", file.stream);
     assert_ok(sc_file_write(&ctx, "taken.txt", "old", 3)); /* appears meanwhile */
@@ -194,16 +194,16 @@ static void a_name_that_is_taken_is_refused(void **state)
     assert_ok(sc_file_read(&ctx, "taken.txt", 100, &text, &bytes));
     assert_string_equal(text, "old");
     sc_free(text);
-    assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false), SC_ERR_CREATE);
-    assert_ok(sc_outfile_check(&quiet, "taken.txt", true));
+    assert_int_equal(sc_outfile_check(&quiet, "taken.txt", false, ""), SC_ERR_CREATE);
+    assert_ok(sc_outfile_check(&quiet, "taken.txt", true, ""));
     assert_int_equal(symlink("taken.txt", "link.txt"), 0);
-    assert_int_equal(sc_outfile_check(&quiet, "link.txt", true), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "link.txt", true, ""), SC_ERR_CREATE);
     assert_true(sc_same_file("taken.txt", "link.txt"));
     assert_false(sc_same_file("taken.txt", "."));
-    assert_int_equal(sc_outfile_check(&quiet, ".", true), SC_ERR_CREATE);
-    assert_int_equal(sc_outfile_check(&quiet, "no/such/folder", true), SC_ERR_CREATE);
-    assert_int_equal(sc_outfile_check(&quiet, "", true), SC_ERR_CREATE);
-    assert_int_equal(sc_outfile_check(&quiet, "folder/", true), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, ".", true, ""), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "no/such/folder", true, ""), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "", true, ""), SC_ERR_CREATE);
+    assert_int_equal(sc_outfile_check(&quiet, "folder/", true, ""), SC_ERR_CREATE);
     unlink("taken.txt");
     unlink("link.txt");
 }
