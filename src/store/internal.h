@@ -152,9 +152,9 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store);
  * name, and folders that are empty then. No symbolic link is followed. A file that is not there, or
  * that cannot be removed, is no error. The state of the store is left as it is. ---- */
 
-/* Remove everything that the manifests in the directory name, and at last these manifests.
- * @return SC_ERR_CREATE if a file of the name of this run's manifest is none; an error if a
- * directory cannot be listed. */
+/* Remove everything that the manifests in the directory name, these manifests included; instead of
+ * them comes, first of all, one of this job without any frame, which names the same.
+ * @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; an error if a directory cannot be listed. */
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store);
 /* Remove what only an unfinished job needs, as far as store->data.owned names it: segments, partial
  * GOPs, the partial video and temporary files, and the folder of the segments. */
@@ -171,6 +171,7 @@ typedef struct sc_store_place {
     const char *video; /* name of the video, or "none" */
     bool png;
     bool joins; /* no records are written */
+    bool fresh; /* what earlier runs made was removed: what manifests name is not read */
     int frames;
 } sc_store_place;
 /* Refuse a directory in which something stands in the way of a run and was not made by segcast: a

@@ -174,7 +174,7 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
 {
     const sc_store_place *place = s->place;
     const bool has_video = strcmp(place->video, "none") != 0;
-    sc_status status;
+    sc_status status = SC_OK;
 
     if (has_video) {
         look_for_file(s, place->video, place->video);
@@ -185,6 +185,8 @@ static sc_status find_obstacles(const sc_ctx *ctx, search *s, const char *partia
         look_into_folder(s, "frames", false, &s->has_frames);
     if (!place->joins)
         SC_TRY(sc_each_record(ctx, place->slice, s, look_for_record));
+    if (place->fresh)
+        goto out;
     SC_TRY(sc_each_file(ctx, place->directory, s, read_owned));
     if (s->vanished) /* for a manifest that says the same and was not listed yet */
         SC_TRY(sc_each_file(ctx, place->directory, s, read_owned));

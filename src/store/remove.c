@@ -113,7 +113,7 @@ sc_status sc_store_remove_slices(const sc_ctx *ctx, sc_store *store)
     return sc_each_file(ctx, store->directory, store, remove_slice);
 }
 
-/* What remove_owned collects of all manifests. */
+/* What sc_store_remove_run collects of all manifests. */
 typedef struct all_owned {
     const sc_store *store;
     sc_manifest_data data; /* only owned and head are used */
@@ -145,6 +145,11 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     sc_status status;
 
     SC_TRY(sc_each_file(ctx, store->directory, &all, collect));
+    /* First of all a manifest of the new run, without a frame, that names all that is here: after
+     * an accident the directory is that of an unfinished job. */
+    sc_store_path(store, path, "manifest.jsonl");
+    SC_TRY(sc_manifest_create(ctx, path, &store->job, &all.data, NULL, false, NULL));
+    SC_TRY(sc_store_remove_slices(ctx, store));
     for (int i = 0; i < owned->count; i++) {
         if (!strchr(owned->names[i], '/'))
             remove_file(fd, owned->names[i]);
@@ -153,10 +158,6 @@ sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)
     sc_store_path(store, path, "frames");
     if (sc_names_has(owned, SC_OWN_PNG))
         empty_folder(ctx, path, false, all.frames, sc_names_has(owned, "frames/"));
-    /* The manifests go last, that of the whole job at the very end: after an accident they still
-     * say what is segcast's. */
-    SC_TRY(sc_store_remove_slices(ctx, store));
-    SC_TRY(remove_manifest(ctx, store, "manifest.jsonl"));
 out:
     sc_manifest_data_clear(&all.data);
     if (fd >= 0)

@@ -84,14 +84,15 @@ static sc_status refuse_run(const sc_ctx *ctx, const sc_store *store)
 }
 
 /* What sc_store_check does, for a store of which directory, job and slice are set; what the run
- * owns is added to store->data.owned. */
-static sc_status check(const sc_ctx *ctx, sc_store *store, sc_store_mode mode)
+ * owns is added to store->data.owned. @param fresh see sc_store_place. */
+static sc_status check(const sc_ctx *ctx, sc_store *store, sc_store_mode mode, bool fresh)
 {
     const sc_store_place place = {.directory = store->directory,
                                   .slice = store->slice,
                                   .video = store->job.video,
                                   .png = store->job.png,
                                   .joins = store->joins,
+                                  .fresh = fresh,
                                   .frames = store->job.frames};
     sc_status status = sc_store_check_place(ctx, &place, &store->data.owned, &store->owns_more);
 
@@ -116,7 +117,7 @@ sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_stor
     sc_status status = set_directory(ctx, &probe, directory);
 
     if (status == SC_OK)
-        status = check(ctx, &probe, mode);
+        status = check(ctx, &probe, mode, false);
     sc_manifest_data_clear(&probe.data);
     return status;
 }
@@ -216,6 +217,21 @@ static sc_status clean_up(const sc_ctx *ctx, sc_store *store)
     return sc_store_remove_slices(ctx, store);
 }
 
+/* Remove what earlier runs have made; the run then owns what it makes itself, and no more. */
+static sc_status begin_anew(const sc_ctx *ctx, sc_store *store)
+{
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    SC_TRY(sc_store_remove_run(ctx, store));
+    sc_names_clear(&store->data.owned);
+    SC_TRY(check(ctx, store, SC_STORE_OVERWRITE, true));
+    sc_store_path(store, path, "manifest.jsonl");
+    status = sc_manifest_create(ctx, path, &store->job, &store->data, NULL, false, NULL);
+out:
+    return status;
+}
+
 sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
                         const int *wanted, int wanted_count, const char *slice, sc_store_mode mode,
                         sc_store **out)
@@ -242,12 +258,10 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(&job->settings),
                            job->frames, &store->partial));
     SC_TRY(sc_make_directory(ctx, directory));
-    SC_TRY(check(ctx, store, mode));
-    if (mode == SC_STORE_OVERWRITE) {
-        SC_TRY(sc_store_remove_run(ctx, store));
-        sc_names_clear(&store->data.owned);
-        SC_TRY(check(ctx, store, mode));
-    }
+    SC_TRY(check(ctx, store, mode, false));
+    if (mode == SC_STORE_OVERWRITE)
+        SC_TRY(begin_anew(ctx, store));
+    sc_remove_temporaries(directory, false);
     SC_TRY(sc_store_scan(ctx, store));
     store->takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
