@@ -261,7 +261,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     SC_TRY(check(ctx, store, mode, false));
     if (mode == SC_STORE_OVERWRITE)
         SC_TRY(begin_anew(ctx, store));
-    sc_remove_temporaries(directory, false);
+    sc_remove_temporaries(directory, false); /* what a run that was killed has left */
     SC_TRY(sc_store_scan(ctx, store));
     store->takes_over = mode == SC_STORE_RESUME;
     for (int i = 0; i < wanted_count; i++)
@@ -270,8 +270,6 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
         SC_TRY(clean_up(ctx, store));
     if (!store->complete)
         SC_TRY(begin_run(ctx, store, wanted, wanted_count));
-    else /* a run that was killed while it wrote its records may have left some */
-        sc_remove_temporaries(store->directory, false);
     *out = store;
     return SC_OK;
 out:
