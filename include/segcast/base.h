@@ -210,7 +210,8 @@ SC_MUST_USE sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool
 /** @return whether both paths lead to one file, by whatever symbolic or hard links. */
 bool sc_same_file(const char *a, const char *b);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose
- *  process no longer exists. @param all also all those of other hosts. */
+ *  process no longer exists, also if a later one has its number. @param all also all those of other
+ *  hosts. */
 void sc_remove_temporaries(const char *directory, bool all);
 /** Write a whole file under @p path, by way of an sc_outfile; a file of that name is replaced.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE. */

@@ -13,6 +13,7 @@
 #include <string.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 /* A temporary name is ".NAME.tmp.HOST.PID.RANDOM": NAME is cut, so that all of it is a name that
@@ -91,6 +92,35 @@ static long temporary_owner(const char *name, const char *host, bool *here)
     return number;
 }
 
+/* Did the process @p number begin more than a moment after the time @p when of the clock? Then it
+ * has the number of an earlier process that is gone. @return false also where that cannot be told.
+ */
+static bool began_after(long number, const struct timespec *when)
+{
+    enum { FIELDS_BEFORE = 20, MARGIN_S = 2 }; /* spaces from the name to the field starttime */
+    char path[64], text[1024], *at;
+    struct timespec now, since_boot;
+    unsigned long long ticks;
+    size_t length = 0;
+    FILE *stream;
+
+    snprintf(path, sizeof path, "/proc/%ld/stat", number);
+    stream = fopen(path, "r");
+    if (stream) {
+        length = fread(text, 1, sizeof text - 1, stream);
+        fclose(stream);
+    }
+    text[length] = '\0';
+    at = strrchr(text, ')'); /* the name before it may hold spaces */
+    for (int i = 0; i < FIELDS_BEFORE && at; i++)
+        at = strchr(at + 1, ' ');
+    if (!at || sscanf(at, " %llu", &ticks) != 1 || clock_gettime(CLOCK_REALTIME, &now) ||
+        clock_gettime(CLOCK_BOOTTIME, &since_boot))
+        return false;
+    return (double)(now.tv_sec - since_boot.tv_sec) + (double)ticks / (double)sysconf(_SC_CLK_TCK) >
+           (double)when->tv_sec + MARGIN_S;
+}
+
 void sc_remove_temporaries(const char *directory, bool all)
 {
     DIR *stream = opendir(directory);
@@ -101,12 +131,16 @@ void sc_remove_temporaries(const char *directory, bool all)
     while (stream && (entry = readdir(stream))) {
         bool here = false;
         const long process = temporary_owner(entry->d_name, host, &here);
-        const bool gone = process > 0 && kill((pid_t)process, 0) != 0 && errno == ESRCH;
         struct stat info;
+        bool gone;
 
-        if (process > 0 && (here ? gone : all) &&
-            !fstatat(dirfd(stream), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) &&
-            S_ISREG(info.st_mode))
+        if (process <= 0 || (!here && !all) ||
+            fstatat(dirfd(stream), entry->d_name, &info, AT_SYMLINK_NOFOLLOW) ||
+            !S_ISREG(info.st_mode))
+            continue;
+        gone =
+            (kill((pid_t)process, 0) != 0 && errno == ESRCH) || began_after(process, &info.st_mtim);
+        if (!here || gone)
             unlinkat(dirfd(stream), entry->d_name, 0);
     }
     if (stream)

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 static void sizes_that_overflow_are_refused(void **state)
@@ -130,6 +132,7 @@ static void a_temporary_file_is_new_and_removed(void **state)
                                        ".a.tmp.host.12.0123456789abcdeg",
                                        ".a.tmp.host.12.0123456789abcdef0"};
     static const char *const other = "temporaries/.a.tmp.no.such.host.12.0123456789abcdef";
+    const struct timespec yesterday[2] = {{time(NULL) - 86400, 0}, {time(NULL) - 86400, 0}};
     char host[SC_HOST_BYTES], name[300];
     sc_outfile first = {0}, second = {0};
     struct stat info;
@@ -144,6 +147,11 @@ static void a_temporary_file_is_new_and_removed(void **state)
     assert_true(S_ISREG(info.st_mode));
     sc_remove_temporaries("temporaries", true); /* this process lives */
     assert_true(exists(first.temporary));
+    assert_int_equal(utimensat(AT_FDCWD, first.temporary, yesterday, 0), 0);
+    sc_remove_temporaries("temporaries",
+                          false); /* one with the same number, before it, has made this */
+    assert_false(exists(first.temporary));
+    assert_true(exists(second.temporary));
     sc_outfile_discard(&first);
     sc_outfile_discard(&second);
     for (size_t i = 0; i < SC_COUNT_OF(kept); i++) {
