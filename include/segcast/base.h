@@ -119,6 +119,8 @@ size_t sc_printable(const char *text, char *out, size_t size);
 /** Print @p text to @p stream as sc_printable shows it. For every name and path that comes from the
  *  user or from a file; messages of sc_fail, sc_warn and sc_info are treated so as a whole. */
 void sc_print(FILE *stream, const char *text);
+/** Print a path that scripts read: as it is, but as of sc_print where @p stream is a terminal. */
+void sc_print_path(FILE *stream, const char *path);
 /** Copy a name from a file to out[size] as valid UTF-8: bytes that are not UTF-8 become U+FFFD,
  *  control characters become blanks, and what does not fit is left out at a whole character. size
  *  is at least 1. @return false if bytes were replaced or left out, which is to be told. */

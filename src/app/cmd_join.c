@@ -52,9 +52,12 @@ sc_status sc_cmd_join(sc_app *app)
     if (missing > 0)
         status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",
                          directory, missing, store_job.frames);
-    else
-        printf("%s%s%s\n", directory, sc_run_has_video(&job) ? "/" : "",
-               sc_run_has_video(&job) ? job.output.video : "");
+    else {
+        sc_print_path(stdout, directory);
+        fputs(sc_run_has_video(&job) ? "/" : "", stdout);
+        sc_print_path(stdout, sc_run_has_video(&job) ? job.output.video : "");
+        printf("\n");
+    }
 out:
     sc_store_close(store);
     sc_job_clear(&job);

@@ -3,6 +3,7 @@
 #include "segcast/base.h"
 
 #include <string.h>
+#include <unistd.h>
 
 size_t sc_utf8_bytes(const char *text)
 {
@@ -95,6 +96,14 @@ void sc_print(FILE *stream, const char *text)
 
         fwrite(shown, 1, count, stream);
     }
+}
+
+void sc_print_path(FILE *stream, const char *path)
+{
+    if (isatty(fileno(stream)))
+        sc_print(stream, path);
+    else
+        fputs(path, stream);
 }
 
 bool sc_copy_name(const char *from, char *out, size_t size)

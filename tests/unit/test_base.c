@@ -348,6 +348,35 @@ static void messages_are_never_cut_and_never_obeyed(void **state)
     assert_string_equal(text, "rank 3: ppppp\\x1bpppp");
 }
 
+/* A script gets a path as it is; a terminal, what it can show of it. */
+static void a_terminal_shows_a_path_and_does_not_obey_it(void **state)
+{
+    static const char path[] = "\x1b[31mout.mp4";
+    const int master = posix_openpt(O_RDWR | O_NOCTTY);
+    char text[64] = "";
+    FILE *stream = fopen("b.txt", "w+");
+
+    (void)state;
+    assert_non_null(stream);
+    sc_print_path(stream, path);
+    rewind(stream);
+    assert_non_null(fgets(text, sizeof text, stream));
+    assert_string_equal(text, path);
+    fclose(stream);
+    unlink("b.txt");
+    if (master < 0 || grantpt(master) || unlockpt(master))
+        skip(); /* there are no terminals here */
+    stream = fopen(ptsname(master), "w");
+    assert_non_null(stream);
+    sc_print_path(stream, path);
+    fflush(stream);
+    memset(text, 0, sizeof text);
+    assert_true(read(master, text, sizeof text - 1) > 0);
+    assert_string_equal(text, "\\x1b[31mout.mp4");
+    fclose(stream);
+    close(master);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -367,6 +396,7 @@ int main(void)
         cmocka_unit_test(text_from_files_is_shown_and_not_obeyed),
         cmocka_unit_test(names_become_valid_utf8_and_end_at_a_whole_character),
         cmocka_unit_test(messages_are_never_cut_and_never_obeyed),
+        cmocka_unit_test(a_terminal_shows_a_path_and_does_not_obey_it),
     };
 
     return RUN(tests);
