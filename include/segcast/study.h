@@ -168,7 +168,8 @@ const sc_trace_event *sc_trace_events(const sc_trace *trace);
 /** Write the events of all ranks as Chrome trace events into the file @p path, which appears when
  *  it is complete. Those of rank i are the counts[i] events from events[i * stride] on; of
  *  @p records [ranks] host and threads are used. The threads of a rank are numbered from 0; number
- *  records[i].threads is the one that encodes and writes.
+ *  records[i].threads is the one that encodes and writes. In the file rank i is pid i + 1, its
+ *  thread n tid n + 1.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                                      const sc_rank_record *records, const sc_trace_event *events,

@@ -79,7 +79,9 @@ size_t sc_trace_dropped(const sc_trace *trace)
 }
 
 /* Both write elements of the array of trace events to @p stream, each after the first with a comma
- * before it. Errors of the stream are found when the file is committed.
+ * before it. Errors of the stream are found when the file is committed. Ranks and threads are
+ * numbered from 0, the pid and tid that stand for them in the file from 1: viewers take 0 for the
+ * idle task, and hide it.
  *
  * Write the name of a thread. @param encoder the number of the one that encodes and writes. */
 static void name_thread(FILE *stream, int rank, int thread, int encoder)
@@ -90,7 +92,7 @@ static void name_thread(FILE *stream, int rank, int thread, int encoder)
     fprintf(stream,
             ",\n{\"ph\":\"M\",\"pid\":%d,\"tid\":%d,\"name\":\"thread_name\",\"args\":{"
             "\"name\":\"%s\"}}",
-            rank, thread, thread == encoder ? "encode, write" : name);
+            rank + 1, thread + 1, thread == encoder ? "encode, write" : name);
 }
 
 /* Write the names of a rank and of its threads, and its events. */
@@ -103,7 +105,7 @@ static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
     fprintf(stream,
             "%s{\"ph\":\"M\",\"pid\":%d,\"name\":\"process_name\",\"args\":{\"name\":\"rank %d\","
             "\"host\":%s}}",
-            rank ? ",\n" : "", rank, rank, quoted ? quoted : "\"\"");
+            rank ? ",\n" : "", rank + 1, rank, quoted ? quoted : "\"\"");
     for (int thread = 0; thread <= record->threads; thread++)
         name_thread(stream, rank, thread, record->threads);
     for (size_t i = 0; i < count; i++) {
@@ -111,7 +113,7 @@ static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
 
         fprintf(stream,
                 ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.1f,\"dur\":%.1f,\"name\":\"%s",
-                rank, e->thread, 1e6 * e->begin_s, 1e6 * e->duration_s, kinds[e->kind]);
+                rank + 1, e->thread + 1, 1e6 * e->begin_s, 1e6 * e->duration_s, kinds[e->kind]);
         if (e->frame >= 0)
             fprintf(stream, " %d\",\"args\":{\"frame\":%d}}", e->frame, e->frame);
         else

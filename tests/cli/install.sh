@@ -31,3 +31,20 @@ complete_words() { # complete_words WORD...: what bash offers for the last word
 [ "$(complete_words render --set render.samp)" = render.samples= ] || fail "completion of a key"
 if command -v zsh >/dev/null; then zsh -n to/share/zsh/site-functions/_segcast || fail "zsh completion"; fi
 if command -v fish >/dev/null; then fish -n to/share/fish/vendor_completions.d/segcast.fish || fail "fish completion"; fi
+
+# Sources from an archive know no commit, also if they lie in a repository of something else, or GIT_DIR
+# names one: it would be the commit of that.
+mkdir -p foreign/segcast
+(
+    cd foreign
+    git init -q .
+    git -c user.name=test -c user.email=test@example.org commit -q --allow-empty -m other
+) || fail "git"
+cp -r "$SOURCE"/CMakeLists.txt "$SOURCE"/cmake "$SOURCE"/src "$SOURCE"/include foreign/segcast/
+GIT_DIR=$PWD/foreign/.git cmake -S foreign/segcast -B foreign/build -DBUILD_TESTING=OFF >configure.log 2>&1 ||
+    { cat configure.log >&2; fail "sources from an archive cannot be configured"; }
+grep -q 'SC_COMMIT "unknown"' foreign/build/src/app/version.h ||
+    fail "the commit of another repository: $(cat foreign/build/src/app/version.h)"
+if [ -e "$SOURCE/.git" ]; then
+    to/bin/segcast --version | grep -qE '^commit +[0-9a-f]{12}$' || fail "no commit: $(to/bin/segcast --version)"
+fi

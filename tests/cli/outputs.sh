@@ -24,7 +24,7 @@ jq -e '.schema and .version and .host and .ranks == 1 and .threads == 1 and .nod
 jq -e '[.traceEvents[] | select(.ph == "X")] |
     ([.[] | select(.name | startswith("draw")) | .args.frame] | unique) == [0,1,2,3,4,5,6] and
     ([.[].name | split(" ")[0]] | unique) == ["draw","encode","finish","prepare","read","share"] and
-    ([.[] | .dur >= 0 and .ts >= 0 and .pid == 0] | all)' out/trace.json >/dev/null || fail "trace.json lacks events, or they are wrong"
+    ([.[] | .dur >= 0 and .ts >= 0 and .pid == 1 and .tid >= 1] | all)' out/trace.json >/dev/null || fail "trace.json lacks events, or they are wrong"
 [ "$(wc -l <out/frames.csv)" = 8 ] || fail "frames.csv does not have 8 lines"
 
 # The resolved job gives the same pictures as the job, and so do a slice and a still of it.
