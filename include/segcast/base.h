@@ -13,6 +13,7 @@
 #ifndef SEGCAST_BASE_H
 #define SEGCAST_BASE_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -55,6 +56,16 @@ typedef enum sc_status {
 /** How important a message is, the most important level first. */
 typedef enum sc_log_level { SC_LOG_ERROR, SC_LOG_WARN, SC_LOG_INFO, SC_LOG_DEBUG } sc_log_level;
 
+/** What a command is at. The functions sc_stage_* set it; any thread may read it at any time. */
+typedef struct sc_stage {
+    _Atomic(const char *)
+        name; /**< such as "reading"; static text; NULL: nothing that takes long */
+    _Atomic uint64_t begun_with; /**< what `done` was at the beginning of the stage */
+    _Atomic uint64_t done;       /**< of `total`; may lie beyond it by rounding */
+    _Atomic uint64_t total;      /**< 0: unknown */
+    _Atomic double begin_s;      /**< when the stage began, by sc_wall_s */
+} sc_stage;
+
 /** The context of a call: where messages go and, in tests, how many allocations still succeed. Each
  *  function that gets one borrows it. Several threads may use one if @p write allows that and
  *  alloc_budget is NULL. */
@@ -70,6 +81,7 @@ typedef struct sc_ctx {
     /** Most memory in bytes that one volume may take while it is read and prepared; what needs more
      *  is refused before it is allocated (sc_volume_memory_check). 0: no limit. */
     uint64_t memory_max_bytes;
+    sc_stage *stage; /**< where the work says what it is at, or NULL; borrowed */
 } sc_ctx;
 
 /** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */
@@ -188,6 +200,7 @@ typedef struct sc_outfile {
     char *path;      /**< final name */
     char *temporary; /**< name while unfinished */
     bool replace;    /**< a file that has the final name is replaced */
+    int unfinished;  /**< see sc_unfinished_drop */
 } sc_outfile;
 /** Begin an output file. @param replace false: a file of that name is an error of the commit.
  * @return SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_outfile_commit or sc_outfile_discard.
@@ -211,6 +224,17 @@ SC_MUST_USE sc_status sc_outfile_check(const sc_ctx *ctx, const char *path, bool
                                        const char *hint);
 /** @return whether both paths lead to one file, by whatever symbolic or hard links. */
 bool sc_same_file(const char *a, const char *b);
+/** Remove all files that this process has not completed: those of sc_outfile, and those given to
+ *  sc_unfinished_add. For a process that is to end at once: threads that begin a file afterwards
+ *  stand still. A signal handler may call it. */
+void sc_unfinished_remove(void);
+/** Let sc_unfinished_remove remove @p path, too, a file or a directory that is empty then. The
+ *  process has made it, or is going to. Nothing is done if the path is too long, or if there are
+ * too many of them.
+ *  @return the number for sc_unfinished_drop. */
+int sc_unfinished_add(const char *path);
+/** The file of this number stays. -1 is allowed. */
+void sc_unfinished_drop(int number);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose
  *  process no longer exists, also if a later one has its number. @param all also all those of other
  *  hosts. */
@@ -249,6 +273,19 @@ typedef void sc_range_fn(void *user, size_t begin, size_t end, int thread);
  * one after the other; returns when all items are done. Which thread does which chunk, and when,
  * differs from call to call, and results must not depend on it. */
 void sc_parallel_for(int threads, size_t count, size_t chunk, sc_range_fn *body, void *user);
+/** Say that the stage @p name begins. Functions that may take longer than a second begin a stage
+ * each, for their parts or as a whole. @param name static text, as a participle: "reading".
+ *  @param done, total how much of it is done already, and of how much; total 0: unknown.
+ *  Threads: one at a time. Does nothing without ctx->stage. */
+void sc_stage_begin(const sc_ctx *ctx, const char *name, uint64_t done, uint64_t total);
+/** Add @p count to what is done of the stage. Threads: any. */
+void sc_stage_add(const sc_ctx *ctx, uint64_t count);
+/** Say that nothing that takes long is being done. Threads: as of sc_stage_begin. */
+void sc_stage_end(const sc_ctx *ctx);
+/** As sc_parallel_for, as a part of the current stage: when all items are done, @p worth has been
+ *  added to what is done of it, little by little. */
+void sc_stage_for(const sc_ctx *ctx, uint64_t worth, int threads, size_t count, size_t chunk,
+                  sc_range_fn *body, void *user);
 /** @return how many threads to use by default: OMP_NUM_THREADS, or else the usable cores. */
 int sc_default_threads(void);
 /** @return how many cores this process may run on. */

@@ -6,6 +6,8 @@
 #ifndef SEGCAST_RENDER_H
 #define SEGCAST_RENDER_H
 
+#include <stdatomic.h>
+
 #include "segcast/image.h"
 #include "segcast/kernel.h"
 
@@ -32,6 +34,9 @@ typedef struct sc_render_settings {
     uint8_t background[3]; /**< sRGB */
     int tile_px;           /**< edge of a tile, at least 1 */
     int threads;           /**< that draw a frame, at least 1 */
+    /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and
+     * what is drawn is of no use. Borrowed. */
+    const atomic_int *give_up;
 } sc_render_settings;
 
 /** Draws frames of one volume with one set of tissues and settings. */

@@ -61,6 +61,27 @@ typedef struct sc_done_frame {
 SC_MUST_USE sc_status sc_store_check(const sc_ctx *ctx, const char *directory,
                                      const sc_store_job *job, const char *slice,
                                      sc_store_mode mode);
+/** What sc_store_begin has made. Zero-initialise; owns its texts: sc_store_begun_clear. */
+typedef struct sc_store_begun {
+    bool may_write;                      /**< the record status.json may be written */
+    bool made;                           /**< a manifest was written */
+    bool made_directory;                 /**< and the directory made for it */
+    char *directory, *manifest, *status; /**< paths; NULL: not made */
+    int numbers[3];                      /**< see sc_unfinished_add */
+} sc_store_begun;
+/** After sc_store_check, before the volume is read: if the directory holds no manifest of this
+ * slice or job, make it and write one that names what the run is going to make and has no hashes
+ * yet, so that status.json may be written. Such a manifest is no run: sc_store_open replaces it,
+ * and sc_store_check takes no notice of it. @param job of which video, png, frames, settings and
+ *  version are read. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. Caller owns *out:
+ *  sc_store_unbegin, or sc_store_begun_clear when the store is open. */
+SC_MUST_USE sc_status sc_store_begin(const sc_ctx *ctx, const char *directory,
+                                     const sc_store_job *job, const char *slice, sc_store_mode mode,
+                                     sc_store_begun *out);
+/** Remove what sc_store_begin has made, and status.json beside it. All zero is allowed. */
+void sc_store_unbegin(sc_store_begun *begun);
+/** Free @p begun; what was made stays. All zero is allowed. */
+void sc_store_begun_clear(sc_store_begun *begun);
 /** Open @p directory, which is made if it does not exist, and verify what is there of the job.
  *  Unless the job is complete already, the directory then holds a manifest of this process with
  *  the lines of those wanted frames that are there. Warns of each file that is damaged.

@@ -180,10 +180,12 @@ SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ra
 /** How far a run is, as status.json has it. */
 typedef struct sc_progress_report {
     const char *state;   /**< "running", "complete", "incomplete" or "failed"; borrowed */
+    const char *phase;   /**< what the run is at, such as "reading"; NULL: it has ended; borrowed */
+    double phase_share;  /**< how much of the phase is done, 0 to 1; -1: unknown */
     int done, total;     /**< frames, those of earlier runs included */
     double elapsed_s;    /**< since the run began */
     double frames_per_s; /**< those that were drawn in this run alone */
-    double remaining_s;  /**< estimated; 0 if unknown, or at the end */
+    double remaining_s;  /**< estimated, of the phase; 0 if unknown, or at the end */
 } sc_progress_report;
 /** Write @p report to @p path, that of a status.json, of which readers never see a part: see
  *  sc_file_write. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */

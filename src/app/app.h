@@ -7,22 +7,45 @@
 #include "segcast/comm.h"
 #include "segcast/study.h"
 
-/* Standard error, which shows messages and, if it is a terminal, a progress bar below them. */
+#include <pthread.h>
+
+/* Standard error, which shows messages and, if it is a terminal, a line with the progress below
+ * them. Several threads may call its functions. */
 typedef struct sc_terminal {
-    bool is_tty, quiet, bar_shown;
-    bool one_error; /* only the first error is printed: what fails after it follows from it */
-    int errors;     /* how many there were; atomic, since several threads log */
+    bool is_tty, quiet;
+    bool one_error;       /* only the first error is printed: what fails after it follows from it */
+    int errors;           /* how many there were; atomic, since several threads log */
+    pthread_mutex_t lock; /* of what is written */
+    int shown_columns;    /* width of the progress that stands there, 0: none; at most this */
 } sc_terminal;
-/* A function for sc_ctx.write, with an sc_terminal as user: prints the message above the bar. */
+/* A function for sc_ctx.write, with an sc_terminal as user: prints the message above the progress.
+ */
 void sc_terminal_write(void *user, sc_log_level level, const char *text);
-/* Draw the bar with @p text in it, in the line of an earlier bar. Does nothing if quiet. */
-void sc_terminal_bar(sc_terminal *terminal, const char *text);
-/* Remove the bar. */
+/* Show @p text as progress instead of an earlier one, as far as it fits into one line. Does nothing
+ * if quiet. @return how many columns there are. */
+int sc_terminal_bar(sc_terminal *terminal, const char *text);
+/* Remove the progress. */
 void sc_terminal_clear(sc_terminal *terminal);
 
 /* As sc_comm_agree, for what all ranks do in the same way, so that rank 0 alone logs errors in it:
  * a rank that has failed for want of memory, which it can do alone, says so. Collective. */
 sc_status sc_agree_aloud(const struct sc_app *app, sc_status mine);
+typedef struct sc_display sc_display;
+
+/* The stage in which frames are drawn; its progress is shown in frames. */
+#define SC_STAGE_DRAWING "drawing"
+/* What a stage says of itself at a moment. */
+typedef struct sc_stage_view {
+    const char *name;     /* NULL: there is no stage, and all else is 0 */
+    uint64_t done, total; /* total 0: unknown */
+    double share;         /* 0 to 1; -1: unknown */
+    double elapsed_s;     /* since the stage began */
+    double rate, left_s;  /* per second, and what is left; both 0 while that is unknown */
+} sc_stage_view;
+/* @return what ctx->stage is now. Any thread. */
+sc_stage_view sc_stage_look(const sc_ctx *ctx);
+/* Called now and then with the stage, from another thread. */
+typedef void sc_watch_fn(void *user, const sc_stage_view *view);
 
 /* What every command gets. */
 struct sc_app {
@@ -32,10 +55,23 @@ struct sc_app {
     const char *const *environment;
     const sc_command *commands; /* the table; ended by a row without a name */
     sc_options options;
-    int threads;     /* number of threads of this rank */
-    double begin_s;  /* when the process began, by sc_wall_s */
-    sc_trace *trace; /* where sc_add_time adds events; borrowed, or NULL */
+    int threads;         /* number of threads of this rank */
+    double begin_s;      /* when the process began, by sc_wall_s */
+    sc_trace *trace;     /* where sc_add_time adds events; borrowed, or NULL */
+    sc_display *display; /* shows the progress; NULL: not on this rank */
 };
+
+/* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
+ * line now and then; not if app->terminal is quiet. @return NULL if there is no memory or thread
+ * for that: then the command goes on without. Ended by sc_display_stop. */
+sc_display *sc_display_start(const sc_app *app);
+/* Call @p watch every two seconds, and when another stage has begun; never more than one call at a
+ * time. NULL: no longer; when this returns, no call is going on. display NULL is allowed. */
+void sc_display_watch(sc_display *display, sc_watch_fn *watch, void *user);
+/* Stop showing progress, and free @p display. NULL is allowed. */
+void sc_display_stop(sc_display *display);
+/* End the stage and remove its progress from the terminal: before a result is printed. */
+void sc_display_end_stage(const sc_app *app);
 
 /* Find out from the environment whether this process has to start MPI: because a launcher such as
  * mpirun or srun has started it as one of several, or because SEGCAST_MPI says so. @return
@@ -48,10 +84,10 @@ sc_status sc_check_communicator(const sc_ctx *ctx, const sc_comm *comm);
 /* Start MPI, if sc_launch_mode says so, or work alone. @return as sc_launch_mode and sc_comm_open.
  * Caller owns *out: sc_comm_close. */
 sc_status sc_launch(const sc_ctx *ctx, sc_comm **out);
-/* Execute a command. If it has the option --threads, app->threads is first lowered to what the
- * cores make sensible and the limits of the system allow, with a warning. Collective. @return as
- * the command, or SC_ERR_SYSTEM, logged, if not even the fewest threads can be started. */
-sc_status sc_execute_bounded(sc_app *app, const sc_command *command);
+/* Execute a command on those ranks that take part in it, with as many threads as are sensible and
+ * the system allows, and show its progress. Collective. @return as the command, or SC_ERR_SYSTEM,
+ * logged, if not even the fewest threads can be started. */
+sc_status sc_execute(sc_app *app, const sc_command *command);
 
 /* Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);
@@ -177,11 +213,12 @@ sc_status sc_report_placement(sc_app *app);
  * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/* What has to be done before anything else: from now on USR1 does not kill but is remembered for
- * sc_signals_catch_stop, also if it was blocked before; writing beyond the limit of file sizes
- * fails with EFBIG instead of killing; and at the limit of CPU time a message is printed before the
- * process ends, with exit code 71; and where memory that a file stands behind cannot be read any
- * more (SIGBUS), a message is printed and the process ends with exit code 74. */
+/* What has to be done before anything else: from now on INT, TERM and HUP end the process as
+ * sc_signals_stop_in_order says. USR1 does not kill but is remembered for sc_signals_catch_stop,
+ * also if it was blocked before; writing beyond the limit of file sizes fails with EFBIG instead of
+ * killing; at the limit of CPU time a message is printed before the process ends, with exit
+ * code 71; and where memory that a file stands behind cannot be read any more (SIGBUS), a message
+ * is printed and the process ends with exit code 74. */
 void sc_signals_install(void);
 /* Let the process end with a message that names the file, and exit code 74, when it reads memory of
  * @p file that has been cut off; without this the message names no file. One file at a time: the
@@ -189,13 +226,18 @@ void sc_signals_install(void);
 void sc_signals_watch_file(const sc_watched_file *file);
 /* Before the memory of @p file is unmapped: nothing if it is not the one that is watched. */
 void sc_signals_forget_file(const sc_watched_file *file);
-/* Handle TERM, INT and the limit of CPU time, too: @return a flag that is 0, or the number of the
- * first signal that has asked for a stop, one that came before this call included. An INT or TERM
- * ends the process at once, with exit code 75, if it is the second such signal, or if it comes
- * before sc_signals_stop_in_order. @param is_tty answer each on standard error, a terminal. */
-const atomic_int *sc_signals_catch_stop(bool is_tty);
-/* From now on the first INT or TERM only sets the flag. */
-void sc_signals_stop_in_order(void);
+/* Say how signals are answered on standard error. @param tells not at all, if false.
+ * @param is_tty it is a terminal, which may show progress. */
+void sc_signals_tell(bool tells, bool is_tty);
+/* Handle the limit of CPU time like USR1, too: @return a flag that is 0, or the number of the first
+ * signal that has asked for a stop, one that came before this call included. */
+const atomic_int *sc_signals_catch_stop(void);
+/* Whether the first INT, TERM or HUP only sets the flag of sc_signals_catch_stop. Otherwise, and if
+ * it is the second, it ends the process at once, with exit code 75, after sc_unfinished_remove. */
+void sc_signals_stop_in_order(bool in_order);
+/* @return a flag that is set a quarter of a second after the first INT, TERM or HUP: somebody waits
+ * for the end of the process, and what was begun is to be given up. */
+const atomic_int *sc_signals_give_up(void);
 
 /* ---- the commands: rows of sc_commands, by their names ---- */
 

@@ -67,6 +67,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_tissues(app, &session));
     SC_TRY(find_corners(app, &session, &corners, &count));
     sc_session_timeline(app, &session, corners, count);
+    sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
            job->animation.frames, job->output.size_px[0], job->output.size_px[1],

@@ -153,6 +153,7 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
     in = gather(&session.volume, session.tissues);
+    sc_display_end_stage(app);
     if (app->options.json)
         status = print_json(app->ctx, &in);
     else

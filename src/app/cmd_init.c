@@ -277,6 +277,7 @@ static sc_status write_job(const sc_app *app, const char *path, const sc_text *t
     sc_outfile file = {0};
     sc_status status;
 
+    sc_display_end_stage(app);
     if (!strcmp(path, "-")) {
         fwrite(text->data, 1, text->length_bytes, stdout);
         return SC_OK;

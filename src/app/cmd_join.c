@@ -49,6 +49,7 @@ sc_status sc_cmd_join(sc_app *app)
         sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
     SC_TRY(sc_store_finish(app->ctx, store, &missing));
     SC_TRY(sc_store_seal(app->ctx, store));
+    sc_display_end_stage(app);
     if (missing > 0)
         status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",
                          directory, missing, store_job.frames);
@@ -76,6 +77,7 @@ sc_status sc_cmd_verify(sc_app *app)
     SC_TRY(sc_store_verify_records(app->ctx, app->options.input, &names));
     SC_TRY(read_directory(app, &job, &store_job, version));
     SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
+    sc_display_end_stage(app);
     printf("%s: %d frames, all verified: manifest.jsonl%s", app->options.input, store_job.frames,
            names.data ? names.data : "");
     if (store_job.png)

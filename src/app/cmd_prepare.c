@@ -38,6 +38,7 @@ sc_status sc_cmd_prepare(sc_app *app)
     sc_info(app->ctx, "%s: %.1f MB, prepared in %.2f s, %.2f CPU s", path,
             (double)sc_preparation_bytes(preparation) * 1e-6, sc_wall_s() - wall_s,
             sc_cpu_s() - cpu_s);
+    sc_display_end_stage(app);
     printf("%s\n", path);
 out:
     sc_preparation_free(preparation);

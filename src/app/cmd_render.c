@@ -127,6 +127,7 @@ static sc_status open_store(sc_run *run)
     SC_TRY(hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
                          slice_of(run), store_mode(run->app), &run->store));
+    sc_store_begun_clear(&run->begun); /* now it is the store's */
     run->plan.complete = sc_store_is_complete(run->store);
     run->plan.sealed = sc_store_is_sealed(run->store);
     run->plan.identity = sc_store_identity(run->store);
@@ -288,10 +289,13 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .user = run};
     sc_status status;
 
-    run->farm_begin_s = run->told_s = sc_wall_s();
+    sc_stage_begin(app->ctx, SC_STAGE_DRAWING, (uint64_t)run->plan.kept,
+                   (uint64_t)run->wanted_count);
+    run->farm_begin_s = sc_wall_s();
     run->farm_cpu_s = sc_cpu_s();
     status = sc_farm_run(app->ctx, app->comm, &farm, times);
-    sc_terminal_clear(app->terminal);
+    sc_signals_stop_in_order(false); /* what was drawn is on disk */
+    sc_stage_begin(app->ctx, "completing", 0, 0);
     if (sc_comm_rank(app->comm) == 0)
         status = finish_outputs(run, status);
     status = sc_comm_agree(app->comm, status);
@@ -301,6 +305,8 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
 
 static void clear_run(sc_run *run)
 {
+    sc_display_watch(run->app->display, NULL, NULL);
+    sc_store_unbegin(&run->begun);
     sc_video_writer_close(run->writer);
     sc_store_close(run->store);
     sc_encoder_close(run->encoder);
@@ -396,8 +402,10 @@ static sc_status prepare_run(sc_run *run)
     if (run->keep_records) {
         const sc_store_job store_job = store_job_of(run);
 
-        status =
-            sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app));
+        SC_TRY(
+            sc_store_check(app->ctx, run->directory, &store_job, slice_of(run), store_mode(app)));
+        status = sc_store_begin(app->ctx, run->directory, &store_job, slice_of(run),
+                                store_mode(app), &run->begun);
     } else {
         status = prepare_video(run);
     }
@@ -438,13 +446,18 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     SC_TRY(sc_report_placement(app));
     run->deadline_s = sc_deadline_s(app);
     app->trace = run->trace;
+    if (run->begun.may_write)
+        sc_display_watch(app->display, sc_run_watch, run);
     SC_TRY(sc_session_volume(app, &run->session));
-    sc_signals_stop_in_order();
+    sc_signals_stop_in_order(true);
     SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
     if (run->plan.complete)
         run->plan.kept = run->wanted_count;
+    atomic_store(&run->frames_done, run->plan.kept);
+    if (first && run->keep_records && !run->plan.complete)
+        sc_display_watch(app->display, sc_run_watch, run);
     if (first && run->plan.sealed)
         sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
                 run->directory);
@@ -466,7 +479,8 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
                   .keep_records = keep_records,
                   .begin_s = sc_wall_s(),
                   .begin_unix_s = (int64_t)time(NULL),
-                  .stop = sc_signals_catch_stop(app->terminal->is_tty)};
+                  .stop = sc_signals_catch_stop(),
+                  .give_up = sc_signals_give_up()};
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_farm_times times = {0};
     sc_status status, outcome = SC_OK;
@@ -474,17 +488,20 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
     SC_TRY(begin_run(&run, job_path));
     if (!run.plan.complete) {
         outcome = run_farm(&run, &times);
+        sc_display_watch(app->display, NULL, NULL);
         if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
             (void)sc_run_write_state(&run, outcome); /* the first error is the one to report */
         status = outcome;
         if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
             goto out;
     }
+    sc_display_watch(app->display, NULL, NULL);
     if (!run.plan.sealed) {
         SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(&run, &times)));
         SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(&run, outcome) : SC_OK));
         SC_TRY(sc_comm_agree(app->comm, first ? close_outputs(&run) : SC_OK));
     }
+    sc_display_end_stage(app);
     report_outcome(&run, outcome);
     status = outcome;
 out:

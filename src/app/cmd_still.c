@@ -33,6 +33,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
             stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
             (unsigned long long)stats.counters.cell_visits,
             sc_renderer_kernel(session.renderer)->name);
+    sc_display_end_stage(app);
     printf("%s\n", path);
 out:
     sc_image_clear(&image);

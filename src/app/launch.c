@@ -147,9 +147,43 @@ static sc_status bound_threads(sc_app *app)
     return sc_comm_agree(app->comm, status);
 }
 
-sc_status sc_execute_bounded(sc_app *app, const sc_command *command)
+/* Execute a command. If it has the option --threads, app->threads is first lowered to what the
+ * cores make sensible and the limits of the system allow, with a warning. Collective. @return as
+ * the command, or SC_ERR_SYSTEM, logged, if not even the fewest threads can be started. */
+static sc_status execute_bounded(sc_app *app, const sc_command *command)
 {
     const sc_status status = sc_command_has_threads(command) ? bound_threads(app) : SC_OK;
 
     return status == SC_OK ? command->execute(app) : status;
+}
+
+/* Execute a command for one process: on rank 0, with a communicator of its own, while the other
+ * ranks wait for the return code. */
+static sc_status execute_alone(sc_app *app, const sc_command *command)
+{
+    sc_comm *all = app->comm, *alone = NULL;
+    sc_status status = sc_comm_open(app->ctx, false, &alone);
+
+    if (status != SC_OK)
+        return status;
+    app->comm = alone;
+    status = execute_bounded(app, command);
+    app->comm = all;
+    sc_comm_close(alone);
+    return status;
+}
+
+sc_status sc_execute(sc_app *app, const sc_command *command)
+{
+    const bool is_root = sc_comm_rank(app->comm) == 0;
+    sc_status status = SC_OK;
+
+    app->display = is_root ? sc_display_start(app) : NULL;
+    if (command->by_all)
+        status = execute_bounded(app, command);
+    else if (is_root)
+        status = execute_alone(app, command);
+    sc_display_stop(app->display);
+    app->display = NULL;
+    return status;
 }

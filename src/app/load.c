@@ -252,7 +252,10 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
     needs n = {0};
-    sc_status status = sc_file_map(ctx, path, &session->mapped, &session->mapped_bytes);
+    sc_status status;
+
+    sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
+    status = sc_file_map(ctx, path, &session->mapped, &session->mapped_bytes);
 
     if (status == SC_OK)
         status = watch(ctx, path, session);
@@ -432,6 +435,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     session->shared_bytes = bytes;
     SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, temporary_folder(), &session->shared));
     SC_TRY(tell_place(app, session));
+    sc_stage_begin(app->ctx, "sharing", 0, 0);
     if (first)
         sc_preparation_pack(preparation, sc_shared_data(session->shared));
     sc_preparation_free(preparation);

@@ -7,22 +7,6 @@
 
 extern char **environ;
 
-/* Execute a command for one process: on rank 0, with a communicator of its own, while the other
- * ranks wait in main for the return code. */
-static sc_status execute_alone(sc_app *app, const sc_command *command)
-{
-    sc_comm *all = app->comm, *alone = NULL;
-    sc_status status = sc_comm_open(app->ctx, false, &alone);
-
-    if (status != SC_OK)
-        return status;
-    app->comm = alone;
-    status = sc_execute_bounded(app, command);
-    app->comm = all;
-    sc_comm_close(alone);
-    return status;
-}
-
 /* Read the command line and execute its command. Only rank 0 logs mistakes in the command line. */
 static sc_status execute(sc_app *app, int argc, char **argv)
 {
@@ -58,23 +42,25 @@ static sc_status execute(sc_app *app, int argc, char **argv)
     app->terminal->quiet = options->quiet;
     app->ctx->memory_max_bytes =
         options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
+    sc_signals_tell(is_root, app->terminal->is_tty);
     app->threads = options->threads ? options->threads : sc_default_threads();
     if (options->help)
         status = is_root ? sc_print_command_help(ctx, command, stdout) : SC_OK;
     else if (options->version && is_root)
         sc_print_version(stdout);
-    else if (!options->version && command->by_all)
-        status = sc_execute_bounded(app, command);
-    else if (!options->version && is_root)
-        status = execute_alone(app, command);
+    else if (!options->version)
+        status = sc_execute(app, command);
 out:
     return status;
 }
 
 int main(int argc, char **argv)
 {
-    sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM")};
-    sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal};
+    sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM"),
+                            .lock = PTHREAD_MUTEX_INITIALIZER};
+    sc_stage stage = {NULL};
+    sc_ctx ctx = {
+        .level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal, .stage = &stage};
     sc_app app = {.ctx = &ctx,
                   .terminal = &terminal,
                   .commands = sc_commands,

@@ -26,7 +26,7 @@ typedef struct sc_run {
     double farm_cpu_s;            /* CPU time of the process before the farm */
     double deadline_s;            /* see sc_deadline_s */
     int64_t begin_unix_s;
-    const atomic_int *stop;
+    const atomic_int *stop, *give_up; /* see sc_signals_catch_stop, _give_up */
     sc_trace *trace;
     bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
     /* used by the worker thread that draws */
@@ -45,7 +45,8 @@ typedef struct sc_run {
     sc_video_writer *writer;  /* instead of the store, if only the video is written */
     sc_frame_result *results; /* [wanted_count], of frames accepted in this run */
     int result_count;
-    double told_s, written_s; /* when progress was last shown, and written to status.json */
+    atomic_int frames_done; /* of those wanted, by earlier runs and this one */
+    sc_store_begun begun;   /* what was made before the volume was read */
 } sc_run;
 
 /* ---- run_draw.c: callbacks of sc_farm, with an sc_run as user ---- */
@@ -63,8 +64,10 @@ bool sc_run_has_video(const sc_job *job);
 
 /* ---- run_report.c: progress and timing records ---- */
 
-/* For sc_farm.on_progress: show the progress, and write status.json now and then. */
+/* For sc_farm.on_progress: note how many frames are done. */
 void sc_run_on_progress(void *user, int done, int total);
+/* For sc_display_watch, with a run as user whose directory may be written to: write status.json. */
+void sc_run_watch(void *user, const sc_stage_view *view);
 /* Fill in the timing record of this rank after the farm, from @p times and the store's. */
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times);
 /* Write status.json for the last time, with the state that belongs to @p outcome. */

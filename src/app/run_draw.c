@@ -49,7 +49,8 @@ static sc_status draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image
     result->samples = stats.counters.cell_visits;
     result->contributions = stats.counters.contributions;
     trace_threads(run, frame);
-    return status;
+    /* The renderer leaves tiles out when the frame is to be given up. */
+    return status == SC_OK && *run->give_up ? SC_ERR_INCOMPLETE : status;
 }
 
 sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
@@ -123,6 +124,8 @@ static bool should_give_up(const sc_run *run, double begin_s, int done, int coun
     const double now_s = sc_wall_s();
     const double left_s = done ? (now_s - begin_s) / done * (count - done) : PATIENCE_S;
 
+    if (*run->give_up)
+        return true;
     if (!*run->stop)
         return false;
     return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
@@ -183,7 +186,11 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
     for (int i = 0; i < count; i++) {
         if (should_give_up(run, begin_s, i, count))
             goto out;
-        SC_TRY(draw_and_push(run, first + i, &results[i], &pngs));
+        status = draw_and_push(run, first + i, &results[i], &pngs);
+        if (status != SC_OK) {
+            status = status == SC_ERR_INCOMPLETE ? SC_OK : status; /* the GOP is given up */
+            goto out;
+        }
     }
     finish_s = sc_wall_s();
     SC_TRY(sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment));

@@ -7,33 +7,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#define BAR_INTERVAL_S 0.2    /* between two drawings of the progress bar */
-#define STATUS_INTERVAL_S 2.0 /* between two versions of status.json */
-
-/* Print a duration such as "1:23:45" or "23:45" into @p text. */
-static void format_seconds(double seconds, char *text, size_t size)
-{
-    const long s = (long)(seconds + 0.5);
-
-    if (s >= 3600)
-        snprintf(text, size, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
-    else
-        snprintf(text, size, "%ld:%02ld", s / 60, s % 60);
-}
-
-/* Draw the progress bar. @param left the time that is left, as text. */
-static void show_bar(const sc_run *run, int done, int total, double rate, const char *left)
-{
-    enum { WIDTH = 30 };
-    char bar[WIDTH + 1], text[160];
-
-    memset(bar, '.', WIDTH);
-    memset(bar, '#', (size_t)(WIDTH * (long)done / total));
-    bar[WIDTH] = '\0';
-    snprintf(text, sizeof text, "[%s] %d/%d frames  %.2f/s  %s left", bar, done, total, rate, left);
-    sc_terminal_bar(run->app->terminal, text);
-}
-
 /* Make "DIR/NAME.ENDING", or for a slice, which shares the directory with others,
  * "DIR/NAME.SLICE.ENDING". */
 static sc_status record_path(const sc_run *run, const char *name, const char *ending, char **out)
@@ -60,43 +33,32 @@ static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
     return status;
 }
 
-/* @return the interval at which progress is logged if there is no terminal: it grows with the
- * duration of the run. */
-static double log_interval_s(double elapsed_s)
-{
-    return elapsed_s < 60 ? 5 : elapsed_s < 3600 ? 30 : 300;
-}
-
-void sc_run_on_progress(void *user, int done_now, int total_now)
+void sc_run_on_progress(void *user, int done, int total)
 {
     sc_run *run = user;
-    const double now_s = sc_wall_s(), elapsed_s = now_s - run->farm_begin_s;
-    const double rate = elapsed_s > 0 ? done_now / elapsed_s : 0;
-    const double remaining_s = rate > 0 ? (total_now - done_now) / rate : 0;
-    const int done = run->plan.kept + done_now, total = run->plan.kept + total_now;
-    const bool tty = run->app->terminal->is_tty;
-    const sc_progress_report report = {"running", done,       total, now_s - run->begin_s,
-                                       rate,      remaining_s};
-    char left[32] = "?";
+    const int before = atomic_exchange(&run->frames_done, run->plan.kept + done);
 
-    if (rate > 0)
-        format_seconds(remaining_s, left, sizeof left);
-    if (tty && now_s - run->told_s > BAR_INTERVAL_S) {
-        show_bar(run, done, total, rate, left);
-        run->told_s = now_s;
-    } else if (!tty && now_s - run->told_s > log_interval_s(elapsed_s)) {
-        sc_info(run->app->ctx, "%d of %d frames (%.0f %%), %.2f frames/s, %s left", done, total,
-                100.0 * done / total, rate, left);
-        run->told_s = now_s;
-    }
+    (void)total;
+    sc_stage_add(run->app->ctx, (uint64_t)(run->plan.kept + done - before));
+}
+
+void sc_run_watch(void *user, const sc_stage_view *view)
+{
+    const sc_run *run = user;
+    const bool draws = !strcmp(view->name, SC_STAGE_DRAWING);
+    const sc_ctx silent = {.rank = 0};
+    const sc_progress_report report = {.state = "running",
+                                       .phase = view->name,
+                                       .phase_share = view->share,
+                                       .done = atomic_load(&run->frames_done),
+                                       .total = run->wanted_count,
+                                       .elapsed_s = sc_wall_s() - run->begin_s,
+                                       .frames_per_s = draws ? view->rate : 0,
+                                       .remaining_s = view->left_s};
+
     /* A status.json that cannot be written does not end the run. If the disk is full, writing
      * frames will fail and say so. */
-    if (run->keep_records && now_s - run->written_s > STATUS_INTERVAL_S) {
-        const sc_ctx silent = {.rank = 0};
-
-        if (write_status(run, &silent, &report) == SC_OK)
-            run->written_s = now_s;
-    }
+    (void)write_status(run, &silent, &report);
 }
 
 sc_status sc_run_write_state(sc_run *run, sc_status outcome)

@@ -169,6 +169,7 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .local_thickness = job->render.thickness != 0,
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
+        .give_up = sc_signals_give_up(),
     };
 
     memcpy(settings.background, job->render.background, sizeof settings.background);
@@ -345,6 +346,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     SC_TRY(sc_session_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
+    sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_session_tissues(app, session));
     SC_TRY(sc_comm_agree(app->comm, make_renderer(app, session)));
     hull = sc_renderer_hull(session->renderer, &hull_count);

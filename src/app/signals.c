@@ -6,47 +6,72 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/time.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
-/* The only mutable global variables of segcast: a signal handler can reach nothing else. */
+/* Mutable global variables: a signal handler can reach nothing else. Beside these there are only
+ * the unfinished files in base/outfile.c. */
 static atomic_int stop_requested; /* 0, or the number of the first such signal */
 static atomic_int stops_in_order; /* see sc_signals_stop_in_order */
-static atomic_int tells_of_stop;  /* standard error is a terminal */
+static atomic_int gives_up;       /* see sc_signals_give_up */
+static atomic_int tells_of_stop;  /* see sc_signals_tell */
+static atomic_int is_terminal;
 
 static bool lost_memory_told;
 /* The mapped file that on_lost_memory can name; borrowed, NULL: none. */
 static _Atomic(const sc_watched_file *) watched;
 
-/* Print a text of @p bytes bytes to standard error, if a person waits at a terminal. A signal
- * handler may call it. */
-static void tell(const char *text, size_t bytes)
+/* How long what was begun has after INT and the like; with what follows, the process ends within a
+ * second. */
+enum { GIVE_UP_AFTER_US = 250000 };
+
+/* Print a text to standard error. A signal handler may call it. */
+static void tell(const char *text)
 {
+    static const char clear[] = "\r\033[K";
     const int error = errno;
 
-    if (tells_of_stop && write(STDERR_FILENO, text, bytes) < 0)
+    if (tells_of_stop && ((is_terminal && write(STDERR_FILENO, clear, sizeof clear - 1) < 0) ||
+                          write(STDERR_FILENO, text, strlen(text)) < 0))
         tells_of_stop = 0; /* the terminal is gone */
     errno = error;
 }
 
-/* Make a note of the request to stop. INT or TERM ends the process at once, with exit code 75, if
- * it is the second request, or if the run has not begun to draw, so that nothing can be lost. */
+/* Let SIGALRM come when what was begun is to be given up. */
+static void arm_timer(void)
+{
+    const struct itimerval after = {.it_value = {.tv_usec = GIVE_UP_AFTER_US}};
+
+    if (setitimer(ITIMER_REAL, &after, NULL)) /* a mere call of the system: handlers may make it */
+        gives_up = 1;
+}
+
+static void on_alarm(int number)
+{
+    (void)number;
+    gives_up = 1;
+}
+
+/* Make a note of the request to stop. INT, TERM or HUP ends the process at once, with exit code 75,
+ * if it is the second request, or if nothing can be lost by that. */
 static void on_stop(int number)
 {
-    static const char waits[] =
-        "\nsegcast: stopping when the frames that were begun are done; press "
-        "Ctrl-C again to stop at once\n";
-    static const char stops[] = "\nsegcast: stopped before the first frame\n";
+    const bool is_urgent = number == SIGINT || number == SIGTERM || number == SIGHUP;
 
-    if ((number == SIGINT || number == SIGTERM) && (stop_requested || !stops_in_order)) {
-        if (!stops_in_order)
-            tell(stops, sizeof stops - 1);
+    if (is_urgent && (stop_requested || !stops_in_order)) {
+        sc_unfinished_remove();
+        tell("segcast: stopped on request\n");
         _exit(75);
     }
-    if (!stop_requested)
-        tell(waits, sizeof waits - 1);
-    if (!stop_requested)
-        stop_requested = number;
+    if (stop_requested)
+        return;
+    stop_requested = number;
+    if (is_urgent)
+        arm_timer();
+    tell(is_urgent ? "segcast: stopping; what is drawn is kept. Ctrl-C again stops at once\n"
+                   : "segcast: stopping when the frames that were begun are done; Ctrl-C stops at "
+                     "once\n");
 }
 
 /* A command other than those that can stop in order has used up its CPU time. */
@@ -55,6 +80,7 @@ static void on_cpu_limit(int number)
     static const char text[] = "segcast: error: the limit of CPU time is reached (ulimit -t)\n";
 
     (void)number;
+    sc_unfinished_remove();
     if (write(STDERR_FILENO, text, sizeof text - 1) < 0)
         _exit(71); /* nobody can be told */
     _exit(71);
@@ -82,6 +108,7 @@ static void on_lost_memory(int number, siginfo_t *info, void *context)
     (void)context;
     if (__atomic_test_and_set(&lost_memory_told, __ATOMIC_RELAXED))
         pause(); /* another thread tells it, and ends the process */
+    sc_unfinished_remove();
     if (known ? writev(STDERR_FILENO, parts, 3) < 0
               : write(STDERR_FILENO, other, sizeof other - 1) < 0)
         _exit(74); /* nobody can be told */
@@ -115,6 +142,7 @@ static void handle(int number, void (*handler)(int))
 void sc_signals_install(void)
 {
     struct sigaction bus;
+    struct sigaction before;
     sigset_t set;
 
     memset(&bus, 0, sizeof bus);
@@ -123,6 +151,11 @@ void sc_signals_install(void)
     sigemptyset(&bus.sa_mask);
     sigaction(SIGBUS, &bus, NULL);
     handle(SIGUSR1, on_stop);
+    handle(SIGTERM, on_stop);
+    handle(SIGINT, on_stop);
+    if (!sigaction(SIGHUP, NULL, &before) && before.sa_handler != SIG_IGN) /* not under nohup */
+        handle(SIGHUP, on_stop);
+    handle(SIGALRM, on_alarm);
     handle(SIGXCPU, on_cpu_limit);
     handle(SIGXFSZ, SIG_IGN);
     sigemptyset(&set);
@@ -130,16 +163,24 @@ void sc_signals_install(void)
     sigprocmask(SIG_UNBLOCK, &set, NULL);
 }
 
-const atomic_int *sc_signals_catch_stop(bool is_tty)
+void sc_signals_tell(bool tells, bool is_tty)
 {
-    tells_of_stop = is_tty;
+    is_terminal = is_tty;
+    tells_of_stop = tells;
+}
+
+const atomic_int *sc_signals_catch_stop(void)
+{
     handle(SIGXCPU, on_stop);
-    handle(SIGTERM, on_stop);
-    handle(SIGINT, on_stop);
     return &stop_requested;
 }
 
-void sc_signals_stop_in_order(void)
+void sc_signals_stop_in_order(bool in_order)
 {
-    stops_in_order = 1;
+    stops_in_order = in_order;
+}
+
+const atomic_int *sc_signals_give_up(void)
+{
+    return &gives_up;
 }

@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -147,28 +148,91 @@ void sc_remove_temporaries(const char *directory, bool all)
         closedir(stream);
 }
 
+/* ---- files to be removed if a signal ends the process ---- */
+
+/* Paths of files that are not complete. A signal handler reads them while other threads go on:
+ * therefore they lie in memory that is never freed, and a slot is written only while it is
+ * TAKEN. */
+enum { UNFINISHED_MAX = 64 };
+enum { SLOT_FREE, SLOT_TAKEN, SLOT_SET };
+static struct {
+    atomic_int state;
+    char path[PATH_MAX];
+} unfinished[UNFINISHED_MAX];
+static atomic_int ending; /* sc_unfinished_remove was called */
+
+/* Stand still while the process ends, so that nothing is made after it was cleaned up. */
+static void wait_for_end(void)
+{
+    while (atomic_load(&ending))
+        pause();
+}
+
+int sc_unfinished_add(const char *path)
+{
+    if (strlen(path) >= PATH_MAX)
+        return -1;
+    for (int i = 0; i < UNFINISHED_MAX; i++) {
+        int expected = SLOT_FREE;
+
+        if (!atomic_compare_exchange_strong(&unfinished[i].state, &expected, SLOT_TAKEN))
+            continue;
+        wait_for_end();
+        strcpy(unfinished[i].path, path);
+        atomic_store(&unfinished[i].state, SLOT_SET);
+        return i;
+    }
+    return -1;
+}
+
+void sc_unfinished_drop(int number)
+{
+    if (number >= 0)
+        atomic_store(&unfinished[number].state, SLOT_FREE);
+}
+
+void sc_unfinished_remove(void)
+{
+    atomic_store(&ending, 1);
+    /* The second time for a file that another thread was about to open. */
+    for (int time = 0; time < 2; time++) {
+        for (int i = 0; i < UNFINISHED_MAX; i++) {
+            if (atomic_load(&unfinished[i].state) == SLOT_SET && unlink(unfinished[i].path))
+                (void)rmdir(unfinished[i].path);
+        }
+        if (time == 0)
+            (void)poll(NULL, 0, 10);
+    }
+}
+
+/* ---- writing ---- */
+
 /* Open a new temporary file beside @p path for writing and reading. It is never one that was there
  * before, nor behind a symbolic link, so that whoever else may write to the directory can make it
  * neither change nor show other files. @param out_name caller owns: sc_free. @return SC_ERR_CREATE,
- * SC_ERR_MEMORY. */
-static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_name, int *out_fd)
+ * SC_ERR_MEMORY. @param out_number for sc_unfinished_drop. */
+static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_name, int *out_fd,
+                                int *out_number)
 {
     sc_status status;
 
     for (int i = 0; i < TRIES; i++) {
         char *name = NULL;
-        int fd, error;
+        int fd, error, number;
 
         status = temporary_name(ctx, path, &name);
         if (status != SC_OK)
             return status;
+        number = sc_unfinished_add(name);
         fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         error = errno;
         if (fd >= 0) {
             *out_name = name;
             *out_fd = fd;
+            *out_number = number;
             return SC_OK;
         }
+        sc_unfinished_drop(number);
         sc_free(name);
         if (error != EEXIST)
             return sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(error));
@@ -178,14 +242,14 @@ static sc_status open_temporary(const sc_ctx *ctx, const char *path, char **out_
 
 sc_status sc_outfile_open(const sc_ctx *ctx, const char *path, bool replace, sc_outfile *out)
 {
-    sc_outfile file = {.replace = replace};
+    sc_outfile file = {.replace = replace, .unfinished = -1};
     sc_text copy = {0};
     int fd = -1;
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     file.path = copy.data;
-    SC_TRY(open_temporary(ctx, path, &file.temporary, &fd));
+    SC_TRY(open_temporary(ctx, path, &file.temporary, &fd, &file.unfinished));
     file.stream = fdopen(fd, "w+b");
     if (!file.stream) {
         status = sc_fail(ctx, SC_ERR_CREATE, "%s: cannot be created: %s", path, sc_reason(errno));
@@ -215,8 +279,10 @@ void sc_outfile_discard(sc_outfile *file)
 {
     if (file->stream)
         fclose(file->stream);
-    if (file->temporary)
+    if (file->temporary) {
         unlink(file->temporary);
+        sc_unfinished_drop(file->unfinished);
+    }
     sc_free(file->path);
     sc_free(file->temporary);
     *file = (sc_outfile){0};
@@ -277,6 +343,7 @@ sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)
     else if (!error)
         error = give_free_name(file->temporary, file->path);
     if (!error) {
+        sc_unfinished_drop(file->unfinished);
         sc_free(file->temporary);
         file->temporary = NULL;
         error = sync_directory_of(file->path);

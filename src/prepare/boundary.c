@@ -251,7 +251,8 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
     f.rows = rows;
     clear_stats(p->stats, labels);
     clear_stats(f.stats, labels * threads);
-    sc_parallel_for(p->settings.threads, (size_t)p->bricks[2], 1, find_layers, &f);
+    sc_stage_for(ctx, SC_WORTH_BOUNDARY, p->settings.threads, (size_t)p->bricks[2], 1, find_layers,
+                 &f);
     merge_stats(&f);
 out:
     sc_free(stats);

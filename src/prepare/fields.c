@@ -580,7 +580,8 @@ sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
     p->records = block;
     SC_TRY(fill_filters(ctx, &f));
-    sc_parallel_for(p->settings.threads, p->brick_count, 1024, fields_of_bricks, &f);
+    sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 1024, fields_of_bricks,
+                 &f);
 out:
     sc_free(f.weight_tables);
     sc_free(f.wide.table);

@@ -56,6 +56,14 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
  * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */
 sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *view);
 
+/* How long the stages take, as shares of their sum: roughly those of a large volume. */
+enum {
+    SC_WORTH_BOUNDARY = 30000,
+    SC_WORTH_FIELDS = 30000,
+    SC_WORTH_POLISH = 20000,
+    SC_WORTH_SURFACE = 10000,
+    SC_WORTH_THICKNESS = 30000
+};
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
  * read what the ones before it filled. It blocks until its settings.threads threads are done.
  * Returns SC_ERR_MEMORY; after an error the preparation can only be freed. */

@@ -185,13 +185,18 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
     sc_status status;
     bool written;
 
+    sc_stage_begin(ctx, "writing", 0, h.total_bytes);
     sources_of(p, sources);
     h.checksum = checksum_of(&h, sources, bytes);
     SC_TRY(sc_outfile_open(ctx, path, replace, &file));
     written = put(file.stream, &h, sizeof h, &at, h.offset[IDS]);
-    for (int i = 0; i < SECTIONS && written; i++)
+    for (int i = 0; i < SECTIONS && written; i++) {
+        const uint64_t before = at;
+
         written = put(file.stream, sources[i], bytes[i], &at,
                       i + 1 < SECTIONS ? h.offset[i + 1] : h.total_bytes);
+        sc_stage_add(ctx, at - before);
+    }
     if (!written)
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written after %llu of %llu bytes", path,
                          (unsigned long long)at, (unsigned long long)h.total_bytes);

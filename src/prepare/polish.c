@@ -308,21 +308,22 @@ sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
 {
     polish w = {.p = p};
     const int threads = p->settings.threads;
+    const uint64_t each = SC_WORTH_POLISH / (SPREADS + 2); /* there are so many loops */
     sc_status status;
 
     if (!(p->settings.smooth > 0))
         return SC_OK;
     SC_TRY(allocate(ctx, &w));
     fill_weights(&w);
-    sc_parallel_for(threads, p->brick_count, 4096, sum_bricks, &w);
+    sc_stage_for(ctx, each, threads, p->brick_count, 4096, sum_bricks, &w);
     for (int i = 0; i < SPREADS; i++) {
         entry *swap = w.entries;
 
-        sc_parallel_for(threads, p->brick_count, 4096, spread_bricks, &w);
+        sc_stage_for(ctx, each, threads, p->brick_count, 4096, spread_bricks, &w);
         w.entries = w.spread;
         w.spread = swap;
     }
-    sc_parallel_for(threads, p->brick_count, 4096, polish_bricks, &w);
+    sc_stage_for(ctx, each, threads, p->brick_count, 4096, polish_bricks, &w);
 out:
     sc_free(w.slot);
     sc_free(w.entries);

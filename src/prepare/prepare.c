@@ -2,6 +2,14 @@
 /* The stages of preprocessing, in their order. */
 #include "internal.h"
 
+/* @return the sum of what the stages are worth that these settings ask for. */
+static uint64_t worth_of(const sc_prepare_settings *s)
+{
+    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS + (s->smooth > 0 ? SC_WORTH_POLISH : 0) +
+           (s->surface ? SC_WORTH_SURFACE : 0) +
+           (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
+}
+
 sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                      const sc_prepare_settings *settings, sc_preparation **out)
 {
@@ -9,6 +17,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     void *block = NULL;
     sc_status status;
 
+    sc_stage_begin(ctx, "preparing", 0, worth_of(settings));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
     p = block;
     p->volume = volume;

@@ -80,7 +80,7 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
         largest_mm2 = fmax(largest_mm2, sc_vec3_length(s.face[axis]));
     }
     s.units_per_mm2 = UNITS_PER_FACE / largest_mm2;
-    sc_parallel_for(p->settings.threads, p->brick_count, 4096, add_bricks, &s);
+    sc_stage_for(ctx, SC_WORTH_SURFACE, p->settings.threads, p->brick_count, 4096, add_bricks, &s);
     for (size_t id = 0; id < labels; id++) {
         uint64_t units = 0; /* whole numbers first: their sum does not depend on the threads */
 

@@ -317,20 +317,22 @@ static void local_bricks(void *user, size_t begin, size_t end, int thread)
 
 /* Fill t->distance, then t->sums and, if it is asked for, the local thickness. All other members
  * must be set, and the sums zero. */
-static void run_passes(transform *t)
+static void run_passes(const sc_ctx *ctx, transform *t)
 {
     const sc_volume *v = t->p->volume;
     const size_t rows = (size_t)v->size[1] * (size_t)v->size[2];
     const size_t blocks = ((size_t)v->size[0] + COLUMNS - 1) / COLUMNS;
+    const int threads = t->p->settings.threads;
+    const uint64_t each = SC_WORTH_THICKNESS / 5; /* there are so many loops */
 
-    sc_parallel_for(t->p->settings.threads, rows, 64, rows_pass, t);
+    sc_stage_for(ctx, each, threads, rows, 64, rows_pass, t);
     t->axis = 1;
-    sc_parallel_for(t->p->settings.threads, blocks * (size_t)v->size[2], 8, lines_pass, t);
+    sc_stage_for(ctx, each, threads, blocks * (size_t)v->size[2], 8, lines_pass, t);
     t->axis = 2;
-    sc_parallel_for(t->p->settings.threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
-    sc_parallel_for(t->p->settings.threads, rows, 64, sum_medial, t);
+    sc_stage_for(ctx, each, threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
+    sc_stage_for(ctx, each, threads, rows, 64, sum_medial, t);
     if (t->p->thickness)
-        sc_parallel_for(t->p->settings.threads, t->p->brick_count, 1024, local_bricks, t);
+        sc_stage_for(ctx, each, threads, t->p->brick_count, 1024, local_bricks, t);
 }
 
 /* Store the thickness of each label in thickness_mm of its stats; a label without medial voxels,
@@ -395,7 +397,7 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     for (int i = 0; i < longest + 2; i++)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     t.sums = sums;
-    run_passes(&t);
+    run_passes(ctx, &t);
     store_thickness(&t);
 out:
     sc_free(distance);

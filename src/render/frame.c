@@ -321,7 +321,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     t.stride = side;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
-    for (size_t i = begin; i < end; i++) {
+    for (size_t i = begin; i < end && !(s->give_up && *s->give_up); i++) {
         t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);

@@ -115,10 +115,12 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
 {
     sc_status status = SC_OK;
 
+    sc_stage_begin(ctx, "encoding", 0, (uint64_t)store->gop_count);
     for (int gop = 0; gop < store->gop_count && status == SC_OK; gop++) {
         const int first = gop * store->gop_frames;
         bool all = !store->has_segment[gop];
 
+        sc_stage_add(ctx, 1);
         for (int k = first; k < first + sc_store_gop_frames(store, gop); k++)
             all = all && store->partial.locations[k].file >= 0;
         if (!all)
@@ -135,6 +137,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
     sc_muxer *muxer = NULL;
     sc_status status;
 
+    sc_stage_begin(ctx, "joining the video", 0, (uint64_t)gops);
     SC_TRY(sc_muxer_open(ctx, path, store->job.settings.title, &muxer));
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
         char name[SC_FILE_BYTES];
@@ -147,6 +150,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
         segment.data = data;
         status = sc_muxer_add(ctx, muxer, &segment);
         sc_free(data);
+        sc_stage_add(ctx, 1);
     }
     if (status == SC_OK)
         status = sc_muxer_finish(ctx, muxer, path, true);

@@ -118,7 +118,7 @@ out:
 sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing)
 {
     const double begin_s = sc_wall_s();
-    const sc_ctx silent = {.rank = 0};
+    const sc_ctx silent = {.stage = ctx->stage};
     sc_status status;
 
     *missing = 0;

@@ -49,6 +49,12 @@ typedef struct sc_manifest_head {
     int frames, size_px[2]; /* width and height */
 } sc_manifest_head;
 
+/* Is it the head of sc_store_begin, which knows neither hash yet? */
+static inline bool sc_head_has_no_hashes(const sc_manifest_head *head)
+{
+    return head->job_hash == 0 && head->volume_hash == 0;
+}
+
 /* What the line says that a manifest has when the outputs of a job are there. */
 typedef struct sc_manifest_end {
     bool known;
@@ -198,10 +204,10 @@ bool sc_store_has_picture(const sc_store *store, int k);
 /* Verify the PNG files of the frames that have one of the @p lines [frames], on @p threads threads:
  * their bytes have the hash that the line names, and their pixels, decoded, the other one. A line
  * that does not name the bytes (png_bytes is 0) gets size and hash of a file with the right pixels.
- * @param out [frames], set to whether the file is right: false without a line or a file. Prints no
- * messages. */
-void sc_verify_png_files(const char *directory, sc_frame_line *lines, int frames, int threads,
-                         bool *out);
+ * @param out [frames], set to whether the file is right: false without a line or a file. @param ctx
+ * gets no messages; the frames are counted in its stage. */
+void sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines, int frames,
+                         int threads, bool *out);
 /* Read the whole file: set its size and the hash of its bytes. No symbolic link is followed.
  * @return SC_ERR_MISSING if it cannot be read or is no regular file, SC_ERR_MEMORY. */
 sc_status sc_store_hash_file(const sc_ctx *ctx, const char *path, uint64_t *bytes, uint64_t *hash);

@@ -132,11 +132,11 @@ static void verify_png_range(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-void sc_verify_png_files(const char *directory, sc_frame_line *lines, int frames, int threads,
-                         bool *out)
+void sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines, int frames,
+                         int threads, bool *out)
 {
     png_check check = {directory, lines, out};
 
     memset(out, 0, (size_t)frames * sizeof *out);
-    sc_parallel_for(threads, (size_t)frames, 1, verify_png_range, &check);
+    sc_stage_for(ctx, (uint64_t)frames, threads, (size_t)frames, 1, verify_png_range, &check);
 }

@@ -48,7 +48,7 @@ static sc_status scan_manifest(const sc_ctx *ctx, void *user, const char *name)
         return SC_OK;
     sc_store_path(store, path, "%s", name);
     status = sc_manifest_read(ctx, path, &store->data);
-    if (status != SC_OK || !store->data.head.known)
+    if (status != SC_OK || !store->data.head.known || sc_head_has_no_hashes(&store->data.head))
         return status;
     if (belongs_to(&store->data.head, &store->job, reason)) {
         if (store->data.damaged_line)
@@ -148,6 +148,7 @@ static sc_status scan_file(const sc_ctx *ctx, void *user, const char *name)
                                sc_store_gop_frames(store, (int)gop));
     if (!strcmp(extension, ".seg"))
         scan_segment(ctx, store, path, (int)gop);
+    sc_stage_add(ctx, 1);
     return SC_OK;
 }
 
@@ -226,6 +227,8 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
     store->sealed = false;
     store->open_slices = 0;
     sc_partial_forget(&store->partial);
+    sc_stage_begin(ctx, "verifying what is there", 0,
+                   (uint64_t)(store->job.png ? frames : 0) + (uint64_t)store->gop_count);
     SC_TRY(sc_each_file(ctx, store->directory, store, scan_manifest));
     if (store->has_video) {
         sc_store_path(store, path, "segments");
@@ -233,7 +236,7 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
         compare_partial_gops(store);
     }
     if (store->job.png)
-        sc_verify_png_files(store->directory, store->data.lines, frames, store->job.threads,
+        sc_verify_png_files(ctx, store->directory, store->data.lines, frames, store->job.threads,
                             store->has_png);
     store->complete = is_complete(ctx, store);
     store->sealed = store->sealed && store->complete && has_sound_records(ctx, store);

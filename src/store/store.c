@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 bool sc_store_is_complete(const sc_store *store)
 {
@@ -56,7 +57,8 @@ static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
     sc_store_path(search->store, path, "%s", name);
     if (!sc_is_manifest_name(name))
         return SC_OK;
-    known = sc_manifest_read_head(&silent, path, &data) == SC_OK && data.head.known;
+    known = sc_manifest_read_head(&silent, path, &data) == SC_OK && data.head.known &&
+            !sc_head_has_no_hashes(&data.head);
     sc_manifest_data_clear(&data);
     if (!known)
         return SC_OK;
@@ -120,6 +122,106 @@ sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_stor
         status = check(ctx, &probe, mode, false);
     sc_manifest_data_clear(&probe.data);
     return status;
+}
+
+/* ---- before the volume is read ---- */
+
+/* @return whether the run may write status.json although the manifest @p path is there: it is one
+ * of a run that was not completed. @param none whether it is none of a run at all. */
+static bool may_write_beside(const sc_ctx *ctx, const char *path, bool *none)
+{
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    sc_manifest_data data = {.frames = 0};
+    const bool known = access(path, F_OK) == 0 && sc_manifest_read(&silent, path, &data) == SC_OK &&
+                       data.head.known;
+    const bool complete = known && (data.end.known || data.closed);
+
+    *none = !known || sc_head_has_no_hashes(&data.head);
+    sc_manifest_data_clear(&data);
+    return !*none && !complete;
+}
+
+/* Fill the paths and numbers of @p begun, of what is going to be made. */
+static sc_status note_begun(const sc_ctx *ctx, const sc_store *store, sc_store_begun *begun)
+{
+    char path[SC_FILE_BYTES];
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &text, "%s/", store->directory));
+    begun->directory = text.data;
+    text = (sc_text){0};
+    sc_store_manifest_path(store, path);
+    SC_TRY(sc_text_add(ctx, &text, "%s", path));
+    begun->manifest = text.data;
+    text = (sc_text){0};
+    SC_TRY(sc_text_add(ctx, &text, "%s/status%s%s.json", store->directory, store->slice ? "." : "",
+                       store->slice ? store->slice : ""));
+    begun->status = text.data;
+    if (begun->made_directory)
+        begun->numbers[0] = sc_unfinished_add(begun->directory);
+    begun->numbers[1] = sc_unfinished_add(begun->manifest);
+    begun->numbers[2] = sc_unfinished_add(begun->status);
+    begun->made = true;
+out:
+    return status;
+}
+
+sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_store_job *job,
+                         const char *slice, sc_store_mode mode, sc_store_begun *out)
+{
+    sc_store store = {.job = *job, .slice = slice};
+    sc_store_begun begun = {.numbers = {-1, -1, -1}};
+    char path[SC_FILE_BYTES];
+    bool none, none_whole;
+    sc_status status;
+
+    SC_TRY(set_directory(ctx, &store, directory));
+    begun.made_directory = access(directory, F_OK) != 0;
+    sc_store_manifest_path(&store, path);
+    begun.may_write = may_write_beside(ctx, path, &none) && mode == SC_STORE_RESUME;
+    if (slice) { /* the records beside the manifest of a complete job are proven by that */
+        sc_store_path(&store, path, "manifest.jsonl");
+        (void)may_write_beside(ctx, path, &none_whole);
+        begun.may_write = begun.may_write && none_whole;
+        none = none && none_whole;
+        sc_store_manifest_path(&store, path);
+    }
+    if (none) {
+        SC_TRY(note_begun(ctx, &store, &begun));
+        SC_TRY(sc_make_directory(ctx, directory));
+        store.job.job_hash = store.job.volume_hash = 0;
+        SC_TRY(check(ctx, &store, mode, false));
+        SC_TRY(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL));
+        begun.may_write = true;
+    }
+    *out = begun;
+    begun = (sc_store_begun){0};
+out:
+    sc_store_unbegin(&begun);
+    sc_manifest_data_clear(&store.data);
+    return status;
+}
+
+void sc_store_unbegin(sc_store_begun *begun)
+{
+    if (begun->made) {
+        unlink(begun->status);
+        unlink(begun->manifest);
+        if (begun->made_directory)
+            rmdir(begun->directory);
+    }
+    sc_store_begun_clear(begun);
+}
+
+void sc_store_begun_clear(sc_store_begun *begun)
+{
+    for (int i = 0; begun->made && i < (int)SC_COUNT_OF(begun->numbers); i++)
+        sc_unfinished_drop(begun->numbers[i]);
+    sc_free(begun->directory);
+    sc_free(begun->manifest);
+    sc_free(begun->status);
+    *begun = (sc_store_begun){0};
 }
 
 /* Allocate the arrays of the store, zeroed, and the buffer for a picture. Needs job and gop_count.

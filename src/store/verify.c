@@ -88,6 +88,7 @@ static sc_status check_video_frame(void *user, int k, double time_s, const sc_im
     const double expected_s = (double)k / check->job->settings.fps;
 
     check->frames = k + 1;
+    sc_stage_add(check->ctx, 1);
     if (fabs(time_s - expected_s) > 1e-3)
         return sc_fail(check->ctx, SC_ERR_DATA, "%s: frame %d is shown at %.4f s, expected %.4f",
                        check->path, k, time_s, expected_s);
@@ -116,6 +117,7 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
                        "manifest names",
                        path, (unsigned long long)end->video_bytes,
                        (unsigned long long)end->video_hash);
+    sc_stage_begin(ctx, "verifying the video", 0, (uint64_t)job->frames);
     status = sc_video_decode(ctx, path, check_video_frame, &check);
     if (status == SC_OK && check.frames != job->frames)
         return sc_fail(ctx, SC_ERR_DATA, "%s: holds %d frames, expected %d", path, check.frames,
@@ -134,7 +136,8 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
 
     if (status != SC_OK)
         return status;
-    sc_verify_png_files(directory, lines, job->frames, job->threads, verified);
+    sc_stage_begin(ctx, "verifying frames", 0, (uint64_t)job->frames);
+    sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified);
     for (int k = 0; k < job->frames && status == SC_OK; k++) {
         if (!((bool *)verified)[k])
             status = sc_fail(ctx, SC_ERR_DATA,

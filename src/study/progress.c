@@ -16,6 +16,10 @@ sc_status sc_progress_write(const sc_ctx *ctx, const char *path, const sc_progre
     char *text;
     sc_status status;
 
+    if (json && report->phase)
+        json_object_set_new(json, "phase", json_string(report->phase));
+    if (json && report->phase && report->phase_share >= 0)
+        json_object_set_new(json, "phase_share", json_real(report->phase_share));
     errno = 0;
     text = json ? json_dumps(json, JSON_INDENT(2)) : NULL;
     if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */

@@ -174,12 +174,14 @@ static sc_status visit_voxels(label_pass *pass)
     SC_TRY(id_of(pass, 0, 0, &background));
     SC_TRY(sc_alloc(pass->ctx, SC_STREAM_BLOCK, sizeof(int64_t), &block));
     SC_TRY(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
+    sc_stage_begin(pass->ctx, "reading", 0, pass->voxels);
     for (size_t begin = 0; begin < pass->voxels; begin += SC_STREAM_BLOCK) {
         const size_t left = pass->voxels - begin;
         const size_t count = left < SC_STREAM_BLOCK ? left : SC_STREAM_BLOCK;
 
         SC_TRY(sc_stream_next(stream, count, block));
         SC_TRY(visit_block(pass, block, begin, (int)count, at));
+        sc_stage_add(pass->ctx, count);
     }
     status = sc_stream_finish(stream);
 out:

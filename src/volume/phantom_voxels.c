@@ -177,6 +177,7 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
     voxeliser v = {.phantom = phantom};
     sc_volume volume = {0};
     const sc_affine *m = &volume.to_ras_mm;
+    size_t blocks;
     sc_status status;
 
     SC_TRY(make_grid(ctx, size, &volume));
@@ -189,8 +190,9 @@ sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom, const 
     SC_TRY(make_labels(ctx, phantom, &volume));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(&volume), 1, &volume.ids));
     v.ids = volume.ids;
-    sc_parallel_for(threads, (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2], 1,
-                    voxelise_blocks, &v);
+    blocks = (size_t)v.blocks[0] * (size_t)v.blocks[1] * (size_t)v.blocks[2];
+    sc_stage_begin(ctx, "making the phantom", 0, blocks);
+    sc_stage_for(ctx, blocks, threads, blocks, 1, voxelise_blocks, &v);
     *out = volume;
     volume = (sc_volume){0};
 out:

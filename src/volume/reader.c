@@ -300,6 +300,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, bool keep_ids,
     sc_volume volume = {0};
     sc_status status;
 
+    sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
     SC_TRY(open_source(ctx, path, false, &source));
     if (keep_ids)
         SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));

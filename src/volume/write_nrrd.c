@@ -116,6 +116,7 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
     int64_t block[BLOCK]; /* room for the widest type */
     bool failed = !file;
 
+    sc_stage_begin(ctx, "writing", 0, voxels);
     if (!file && fd >= 0)
         close(fd);
     for (size_t begin = 0; begin < voxels && !failed; begin += BLOCK) {
@@ -124,6 +125,7 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
 
         values_of(volume, begin, count, type, block);
         failed = gzwrite(file, block, bytes) != (int)bytes;
+        sc_stage_add(ctx, count);
     }
     if (file && gzclose_w(file) != Z_OK)
         failed = true;
