@@ -87,6 +87,10 @@ void sc_history_clear(sc_history *history);
  *  run, the last one: sums over all runs can be had from `runs`. */
 typedef struct sc_run_record {
     const char *version, *host; /**< version of segcast; host of rank 0 */
+    /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its
+     *  version; NULL: unknown. */
+    const char *commit, *processor, *kernel, *mpi;
+    const char *batch_job; /**< id of the batch job, or NULL */
     sc_job_hashes job;
     int64_t begin_unix_s;      /**< when the run began, in seconds since 1970 (UTC) */
     const sc_history *earlier; /**< or NULL */

@@ -92,6 +92,8 @@ sc_status sc_execute(sc_app *app, const sc_command *command);
 /* Print the version, the commit, the compiler and the libraries. */
 void sc_print_version(FILE *stream);
 const char *sc_version(void);
+/* @return the commit of these sources, or "unknown". */
+const char *sc_commit(void);
 
 /* ---- a session: a job with its volume and renderer ----
  *

@@ -304,7 +304,7 @@ static const sc_option option_rows[] = {
      ""},
     {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", store_flag,
      AT(fast), ""},
-    {"json", 0, NULL, "as JSON, for machines", "info keys status", store_flag, AT(json), ""},
+    {"json", 0, NULL, "as JSON, for machines", "info keys plan status", store_flag, AT(json), ""},
     {"markdown", 0, NULL, "as the document docs/job.md", "keys", store_flag, AT(markdown), ""},
     {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",
      store_flag, AT(schema), ""},

@@ -238,6 +238,37 @@ out:
     return status;
 }
 
+/* Write the name of the processor as the system has it into @p text; empty if it has none. */
+static void name_processor(char *text, int size)
+{
+    FILE *file = fopen("/proc/cpuinfo", "r");
+
+    text[0] = '\0';
+    while (file && fgets(text, size, file)) {
+        const char *colon = strchr(text, ':');
+
+        if (!strncmp(text, "model name", 10) && colon) {
+            memmove(text, colon + 2, strlen(colon + 2) + 1);
+            text[strcspn(text, "\n")] = '\0';
+            break;
+        }
+        text[0] = '\0';
+    }
+    if (file)
+        fclose(file);
+}
+
+/* @return the id that the batch system has given to this job, or NULL. */
+static const char *batch_job(void)
+{
+    static const char *const names[] = {"SLURM_JOB_ID", "PBS_JOBID", "LSB_JOBID", "JOB_ID"};
+    const char *id = NULL;
+
+    for (size_t i = 0; i < SC_COUNT_OF(names) && !id; i++)
+        id = getenv(names[i]);
+    return id;
+}
+
 sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
 {
     sc_app *app = run->app;
@@ -259,9 +290,17 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
                             .farm_wall_s = times->wall_s,
                             .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
                             .from_prepared = run->session.mapped && !run->session.shared};
+    char processor[256], mpi[256];
     void *all = NULL;
     sc_status status = SC_OK;
 
+    name_processor(processor, sizeof processor);
+    sc_comm_library(mpi, sizeof mpi);
+    record.processor = processor;
+    record.mpi = mpi;
+    record.commit = sc_commit();
+    record.kernel = sc_renderer_kernel(run->session.renderer)->cpu;
+    record.batch_job = batch_job();
     if (first)
         status = sc_alloc(app->ctx, (size_t)record.ranks, sizeof(sc_rank_record), &all);
     SC_TRY(sc_comm_agree(app->comm, status));

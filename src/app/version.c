@@ -9,6 +9,11 @@ const char *sc_version(void)
     return SC_VERSION;
 }
 
+const char *sc_commit(void)
+{
+    return SC_COMMIT;
+}
+
 void sc_print_version(FILE *stream)
 {
     char mpi[256], video[256];

@@ -168,12 +168,30 @@ static json_t *runs_json(const sc_run_record *run)
     return append(runs, entry_json(&this_run));
 }
 
+/* The array `hosts`: each once, in the order of ranks. */
+static json_t *hosts_json(const sc_run_record *run)
+{
+    json_t *hosts = json_array();
+
+    for (int i = 0; i < run->ranks; i++) {
+        const char *host = run->rank_records[i].host;
+        bool known = false;
+
+        for (size_t k = 0; k < json_array_size(hosts) && !known; k++)
+            known = !strcmp(json_string_value(json_array_get(hosts, k)), host);
+        if (!known)
+            hosts = append(hosts, json_string(host));
+    }
+    return hosts;
+}
+
 /* All of stats.json. */
 static json_t *run_json(const sc_run_record *run)
 {
     json_t *peaks = json_array();
     char job_hash[17], volume_hash[17];
     double render_cpu_s = 0, rays = 0;
+    const sc_run_entry entry = entry_of(run);
 
     format_hash(run->job.job, job_hash);
     format_hash(run->job.volume, volume_hash);
@@ -185,7 +203,7 @@ static json_t *run_json(const sc_run_record *run)
         rays += (double)run->frames[i].rays;
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:o}, "
-        "s:{s:f, s:f}, s:f}",
+        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f}",
         "schema", "segcast-stats-1", "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", run->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
@@ -193,7 +211,10 @@ static json_t *run_json(const sc_run_record *run)
         frames_json(run), "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
         (json_int_t)run->prepared_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
         run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
-        render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run));
+        render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run),
+        "begin", entry.begin, "commit", run->commit, "processor", run->processor, "kernel",
+        run->kernel, "mpi", run->mpi, "batch_job", run->batch_job, "hosts", hosts_json(run),
+        "farm_wall_s", run->farm_wall_s);
 }
 
 /* Write stats.json under @p path. */

@@ -68,3 +68,8 @@ done
     --set output.title=Turning >/dev/null
 grep -aq Turning titled.mp4 || fail "orbit: no title"
 
+
+# Where and with what the run was made.
+jq -e '(.begin | test("^20..-..-..T..:..:..Z$")) and (.hosts | length == 1) and (.kernel | length > 0) and
+    (.mpi | length > 0) and (.commit | length > 0) and .farm_wall_s > 0 and .farm_wall_s < .wall_s and
+    has("batch_job") and has("processor")' out/stats.json >/dev/null || fail "stats.json: $(cat out/stats.json)"
