@@ -133,6 +133,14 @@ static sc_status print_json(const sc_ctx *ctx, const sc_session *session, const 
     return SC_OK;
 }
 
+/* @return the wall seconds up to the last frame on @p nodes nodes like this one, with a thread on
+ * each core; encoding beside the drawing is not counted. */
+static double wall_s_on(int nodes, const sc_session *session, const probe *p)
+{
+    return p->prepare_wall_s +
+           p->frame_cpu_s * session->job.animation.frames / nodes / sc_usable_cores();
+}
+
 /* Print the plan for people. */
 static void print_text(const sc_session *session, const probe *p, uint64_t program_bytes)
 {
@@ -151,6 +159,10 @@ static void print_text(const sc_session *session, const probe *p, uint64_t progr
     printf("drawing          %.3f CPU s per frame, %.4f core hours in all (parts of %d frames "
            "measured here; encoding comes on top)\n",
            p->frame_cpu_s, p->frame_cpu_s * job->animation.frames / 3600, p->frames);
+    printf("wall time        %.0f s on 1 node like this one (%d cores), %.0f s on 4, %.0f s on 16, "
+           "without encoding\n",
+           wall_s_on(1, session, p), sc_usable_cores(), wall_s_on(4, session, p),
+           wall_s_on(16, session, p));
 }
 
 sc_status sc_cmd_plan(sc_app *app)

@@ -2,6 +2,7 @@
 small_job good.yaml
 "$SEGCAST" check good.yaml | grep -q 'ok: 7 frames of 96 x 72' || fail "segcast check refuses a good job"
 "$SEGCAST" plan good.yaml | grep -q 'core hours' || fail "segcast plan prints no core hours"
+"$SEGCAST" plan good.yaml | grep -qE '^wall time +[0-9]+ s on 1 node' || fail "segcast plan prints no wall time"
 "$SEGCAST" plan good.yaml --json | jq -e '.schema == "segcast-plan-1" and .draw_cpu_s_per_frame > 0 and
     .frames_measured > 0 and .prepare_wall_s >= 0 and .memory.prepared_bytes > 0' >/dev/null ||
     fail "segcast plan --json: $("$SEGCAST" plan good.yaml --json)"
