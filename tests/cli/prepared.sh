@@ -40,7 +40,7 @@ refused() { # refused CODE PATTERN ARGUMENT...: segcast exits with CODE and a me
 }
 refused 65 'was prepared without "epicardial fat"' check lacks.yaml
 refused 64 'is a prepared file already' prepare mapped.yaml -o again.segc
-refused 64 'unknown option' prepare heart.nrrd --frame 3
+refused 64 'has no option --frame; these commands have: still' prepare heart.nrrd --frame 3
 
 # With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
