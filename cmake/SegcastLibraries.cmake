@@ -1,17 +1,26 @@
-# The libraries that segcast uses. A library is linked only by the modules whose CMakeLists.txt names it.
+# SPDX-License-Identifier: BSD-3-Clause
+# The libraries that segcast uses, with the oldest versions that have what it calls (Debian 12 and newer are
+# tested). A library is linked only by the modules whose CMakeLists.txt names it.
 find_package(PkgConfig REQUIRED)
 find_package(OpenMP REQUIRED COMPONENTS C)
 find_package(Threads REQUIRED)
-find_package(PNG REQUIRED)
-find_package(ZLIB REQUIRED)
+find_package(PNG 1.6 REQUIRED)
+find_package(ZLIB 1.2.11 REQUIRED)
 if(SC_ENABLE_MPI)
-  find_package(MPI REQUIRED COMPONENTS C)
+  find_package(MPI 3.0 COMPONENTS C)
+  if(NOT MPI_C_FOUND)
+    message(FATAL_ERROR "There is no MPI library of version 3.0 or newer for the C compiler. Install one "
+      "(Debian: libopenmpi-dev), name its compiler by -DMPI_C_COMPILER=..., or build segcast for one process: "
+      "cmake --preset nompi")
+  endif()
 endif()
-pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
-pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
-pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
-pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
-pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1>=0.2.2)
+pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson>=2.13)
+pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo>=1.16)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash>=0.8.0)
+# FFmpeg 4.4
+pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat>=58.76 libavcodec>=58.134 libavutil>=56.70
+  libswscale>=5.9)
 
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # segcast_add_module(NAME SOURCES file... [USES target...])
 #
 # One static library per module of src/. USES names the modules and libraries that it may include

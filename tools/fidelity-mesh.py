@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Make a mesh of label 1 of a NRRD volume as 3D Slicer does, by discrete flying edges and windowed sinc
 smoothing, for tools/fidelity. Usage: fidelity-mesh.py IN.nrrd OUT.ply ITERATIONS PASS_BAND"""
 import sys

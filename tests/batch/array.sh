@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A job array of four tasks draws slices of one job into one directory, without locks; the task that ends
 # last makes the video.
 . "$SOURCE/tests/support/cluster.sh"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A host loses its power during the run: Slurm requeues the job, which continues on another host. (It cannot
 # continue on the same one, where PMIx fails because of a socket that the killed step has left.)
 HOSTS=3

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Hosts lose their power under a job and come back, SC_HOST_KILLS times (tools/soak hosts: 20): each job ends
 # COMPLETED with the bytes of an undisturbed run, or FAILED with a message, but never COMPLETED without all frames.
 kills=${SC_HOST_KILLS:-2}

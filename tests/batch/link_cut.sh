@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The network is cut for some seconds: the run continues afterwards, and all files are right.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8

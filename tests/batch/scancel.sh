@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # After scancel, a run outside Slurm continues in the same directory.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 8

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A job that requeues itself is not queued again by scancel: it ends as CANCELLED, and a run outside Slurm
 # continues in the same directory.
 . "$SOURCE/tests/support/cluster.sh"

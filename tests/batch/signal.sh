@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # USR1 to the batch script, as --signal=B:USR1@N sends it: srun passes it on, all ranks stop in order, the
 # job requeues itself, and the next run completes it.
 . "$SOURCE/tests/support/cluster.sh"

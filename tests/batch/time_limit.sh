@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The time limit ends during the run: it stops in order, the job requeues itself, and the next run
 # completes it.
 . "$SOURCE/tests/support/cluster.sh"

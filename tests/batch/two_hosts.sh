@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A run on two hosts, by sbatch with jobs/slurm/many-nodes.sbatch.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 4

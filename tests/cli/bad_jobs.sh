@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A job that cannot run is refused with one message and the documented exit code, and nothing is written.
 small_job good.yaml
 "$SEGCAST" check good.yaml | grep -q 'ok: 7 frames of 96 x 72' || fail "segcast check refuses a good job"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The batch scripts end with 0 only if the job is complete, whatever the launcher says, and decide what is queued
 # again; with stand-ins for the commands of Slurm and PBS, which write down how they were called.
 small_job job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Volumes of one voxel's thickness, of background only, and the like: segcast draws them, warns where
 # that helps, and exits with 0.
 nrrd() { # nrrd NAME SIZES COUNT BYTE: write NAME.nrrd, whose COUNT voxels all hold BYTE

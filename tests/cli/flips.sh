@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # segcast verify proves every byte of every file of a finished job: one bit changed anywhere is exit code 65.
 # SEGCAST_TEST_ALL=1 changes every byte (20 minutes); otherwise about two hundred of them are tried.
 cat >job.yaml <<'YAML'

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # segcast changes and removes only what its own manifest says it made: whatever else is in its way is an
 # error (73) before any work, with --resume and --overwrite, too, and stays as it is, byte for byte.
 small_job job.yaml

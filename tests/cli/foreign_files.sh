@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every command, in and with a folder full of strangers' files that bear the names of ours: nothing that
 # segcast has not made changes, also not behind symbolic links. The list of commands is the program's own.
 "$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null

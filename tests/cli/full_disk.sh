@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Writing fails in the middle: segcast exits with 74 and one message, and no incomplete file has its
 # final name. A limit of the file size stands for a full disk; segcast ignores its signal, so that write()
 # fails instead.

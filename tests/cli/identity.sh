@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Everything that determines the pictures belongs to the identity of a job, also what follows from the names
 # in a label table while the job file stays the same.
 "$SEGCAST" phantom --size 59x41x61 -o p.nrrd -q >/dev/null

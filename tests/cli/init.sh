@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # segcast init writes a job that names every tissue, that check accepts and that draws what it should.
 export HOME=/home/someone
 "$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null

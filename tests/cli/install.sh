@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # What `cmake --install` leaves: program, manual pages, completions, jobs with their schema, documents.
 cmake --install "$BUILD" --prefix "$PWD/to" >install.log 2>&1 || { cat install.log >&2; fail "install"; }
 for file in bin/segcast share/man/man1/segcast.1 share/man/man5/segcast-job.5 \

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The documents that are made from the table of keys are what the program prints, and the JSON schema
 # agrees with the program on which job files are right.
 for pair in docs/job.md:--markdown jobs/job.schema.json:--schema; do

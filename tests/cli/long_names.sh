@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Paths of any length that the system accepts are used whole; longer ones are refused, and nothing is
 # written anywhere else. Names that do not fit are refused with their limit, or shown with dots.
 "$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null

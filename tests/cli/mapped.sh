@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A prepared file that is cut off while jobs have it mapped ends them with one message that names it, and
 # with exit code 74.
 cat >job.yaml <<'YAML'

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every mistake of mistakes.tsv ends with its exit code and its messages, and with no others.
 export HOME=/home/someone
 segcast() { "$SEGCAST" "$@"; }

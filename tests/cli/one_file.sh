@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Commands that write one file replace none that is there, unless --overwrite is given; none that is an
 # input, by whatever name, not even then; and nothing but files. All of this is said before any work.
 "$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null

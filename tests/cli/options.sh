@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Options: every command has help and version; mistakes are named, with exit code 64.
 "$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
 for word in commit compiler MPI libav; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done

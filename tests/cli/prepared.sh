@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A prepared file gives the same pictures as the volume. Where the job hides other tissues or needs other
 # settings, it is prepared again or refused with the reason. A damaged file is refused.
 "$SEGCAST" phantom --size 79x55x81 -o heart.nrrd -q >/dev/null

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Progress from the first second, never wider than the terminal; status.json with the phase; a signal ends
 # every phase within a second or so, with exit code 75, and leaves nothing behind.
 slow=phantom:640x640x640 # takes some seconds to make and to prepare

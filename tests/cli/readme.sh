@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # What README.md, CONTRIBUTING.md and docs/*.md say is true:
 # - every block ```sh runs and ends with exit code 0, in one directory per document, with the job
 #   files that the document shows. A comment <!-- not run: REASON --> on the line before a block

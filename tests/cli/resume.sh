@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # --resume verifies what is there and draws the rest and what is damaged; the outputs then have the same
 # bytes as those of an undisturbed run, ref/. A directory of another job is refused.
 small_job job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Slices of a job, drawn by processes that do not communicate, give the same video as one process.
 small_job job.yaml
 sed -i 's/size: \[96, 72\], video: none/size: [96, 72], fps: 4, frames: png, video: film.mp4/; s/frames: 7/frames: 18/' job.yaml

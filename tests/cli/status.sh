@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # `segcast status DIR` ends with 0 only if the job is complete: scripts of batch systems ask it.
 small_job job.yaml
 sed -i 's/video: none/video: film.mp4, fps: 4, frames: png/' job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Standard streams that are full, closed or cut off. What cannot be printed is an error, of every command.
 "$SEGCAST" phantom --size 24x20x26 -o heart.nrrd -q >/dev/null
 small_job job.yaml

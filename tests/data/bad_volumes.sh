@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Damaged and unusual volumes, as other programs write them, are accepted or refused as EXPECT.tsv says;
 # none makes segcast crash or hang. Where segcast differs from the table, judge() says why.
 [ -d "$DATA/bad/made" ] || skip "there is no $DATA/bad/made (SC_TEST_DATA)"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Files that were made to do harm are accepted or refused as EXPECT.tsv says: at once, in little memory,
 # with one message, and without one escape code of theirs reaching the terminal.
 [ -d "$DATA/hostile" ] || skip "there is no $DATA/hostile (SC_TEST_DATA)"

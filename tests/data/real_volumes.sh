@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Real label volumes are read, with as many labels and the axes that their sources name.
 [ -d "$DATA/real" ] || skip "there is no $DATA/real (SC_TEST_DATA)"
 expect_labels() { # expect_labels FILE COUNT AXES: labels without background, orientation

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # case.sh RANKS KIND ERROR MODE RANK NUMBER: one fault in one run of the job in this folder (see matrix.sh), in a
 # folder of its own. Prints "ok CODE ..." or "WRONG CODE ...: REASON", with the arguments; a wrong case keeps its
 # folder. RANK "-" means the faults are on all ranks.

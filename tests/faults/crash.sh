@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Crash consistency: segcast is killed at each of its changes to the output directory (creating, writing,
 # flushing, renaming, removing), or in the middle of a write; whatever the prefix of changes that is left,
 # --resume ends with the bytes of an undisturbed run, and nothing else is left in the directory.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every call of malloc, write, fsync, rename, open, mmap and pthread_create that a small job makes fails once, or
 # from there on: segcast must end with 70, 71, 73 or 74 and one message, or absorb it, and must not hang; and
 # --resume must then lead to the same bytes. Killed at each write, fsync, rename and open it must resume, too.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every job of jobs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
 # To replace these, after looking at the new ones: GOLDEN_UPDATE=1 ctest -L golden
 golden=$SOURCE/tests/golden

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # With several ranks the check for files of others is made once, before the volume is read; all ranks leave
 # with 73.
 small_job job.yaml

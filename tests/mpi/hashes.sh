@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Each frame has the same hash for any number of ranks and threads, any partition, tile size and skip
 # method, and with the plain C kernels or the fastest ones; for both surface models, and with the three views.
 small_job job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # After any error all ranks end together, soon, with one message and the same exit code.
 small_job good.yaml
 refuse() { # refuse CODE PATTERN ARGUMENT...

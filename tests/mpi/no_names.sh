@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The start of MPI asks no name server, and looks for no display: where /etc/hosts is missing, that would take
 # seconds for each run.
 small_job job.yaml

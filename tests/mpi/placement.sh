@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Each run logs a table of ranks, and one warning with the options that help if threads share cores.
 small_job job.yaml
 sed -i 's/video: none/video: none, frames: png/' job.yaml # without files there is a warning of that

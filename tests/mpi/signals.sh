@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # After a deadline or a signal, in one process and under mpirun, the frames that were begun are finished
 # and the exit code is 75; a second TERM ends the run at once. In both cases the next run continues.
 small_job job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Where /dev/shm is too small for the prepared volume (containers have 64 MB by default), the ranks share it
 # in a file, or each has a copy. No run hangs, the user is told, and the frames stay the same.
 [ "$(uname -s)" = Linux ] || skip "/dev/shm is a matter of Linux"

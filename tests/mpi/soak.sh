@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Processes are killed at random moments, again and again, and each time the next run continues. All files of
 # each job that is complete in the end are those of an undisturbed run. SOAK_KILLS is the number of kills (tools/soak: 50).
 kills=${SOAK_KILLS:-6}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # After USR1 to any rank no frame is begun, those that were begun are finished, the exit code is 75, and
 # what is finished can be played.
 small_job job.yaml

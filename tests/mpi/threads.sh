@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # More threads than the machine can use, or than the limits allow, are not started: a run goes on with fewer
 # and says so, or ends with 71 and a message.
 small_job job.yaml

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Smooth surfaces, drawn with the default settings, are compared with the true surfaces of closed shapes
 # and stay within bounds for position, normals and volume. tools/fidelity prints the whole table.
 bound() { # bound SHAPE POSITION_VOXELS NORMAL_DEG LEAST_VOLUME MOST_VOLUME

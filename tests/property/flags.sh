@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A build with other compiler flags draws the same pictures, bit by bit, as the release build beside it.
 # Compilers may fuse a multiplication with an addition where the processor can (-march=x86-64-v3):
 # the build has to keep them from doing so.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The table of modules in docs/architecture.md agrees with the build files: its rows stand in the
 # order of src/CMakeLists.txt, and name the libraries that each module links.
 cd "$SOURCE"

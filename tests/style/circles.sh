@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Within a module, files use each other's functions in one direction: no file calls back, directly or by
 # way of others, into one that uses it.
 count=0

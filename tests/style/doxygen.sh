@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Doxygen builds the reference of the public headers without a warning.
 command -v doxygen >/dev/null || skip "doxygen is not installed"
 output=$PWD

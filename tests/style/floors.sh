@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # A module includes only headers of modules that stand above it in the list of src/CMakeLists.txt,
 # and each foreign library, and each thing that is hard to test, is used in one place only.
 cd "$SOURCE"

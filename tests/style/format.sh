@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every C source is formatted as clang-format 14 does it (.clang-format); tools/format does it.
 command -v clang-format-14 >/dev/null || skip "clang-format-14 is not installed"
 cd "$SOURCE"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every public header compiles by itself, may be included twice, and begins with the licence and
 # with an @file comment that says what the module is for.
 for header in "$SOURCE"/include/segcast/*.h; do

@@ -1,9 +1,15 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # shellcheck finds nothing in the shell scripts; batch scripts are short and documented, and what is the same
 # in all of them is the same.
 command -v shellcheck >/dev/null || skip "shellcheck is not installed"
 cd "$SOURCE"
 shellcheck jobs/slurm/*.sbatch jobs/pbs/*.pbs || fail "shellcheck found the problems above"
 shellcheck -e SC1091,SC2154 tools/test tools/demo tools/soak tools/faults tools/common || fail "shellcheck found the problems above"
+while IFS= read -r script; do
+    sed -n 1,2p "$script" | grep -qx '# SPDX-License-Identifier: BSD-3-Clause' ||
+        fail "$script: neither line 1 nor line 2 is the licence: # SPDX-License-Identifier: BSD-3-Clause"
+done < <(find cmake jobs src tests tools CMakeLists.txt -type f \( -name '*.sh' -o -name '*.py' -o -name '*.cmake' \
+    -o -name CMakeLists.txt -o -name '*.sbatch' -o -name '*.pbs' -o -path 'tools/*' ! -name 'packages*' \))
 for script in jobs/slurm/*.sbatch jobs/pbs/*.pbs; do
     [ "$(wc -l <"$script")" -le 80 ] || fail "$script has more than 80 lines"
     grep -q "$(basename "$script")" docs/cluster.md || fail "$script is not named in docs/cluster.md"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Every symbol that a library of segcast exports begins with sc_, so that it cannot clash with a
 # program's own; and no library holds mutable global data, except the flag that signal handlers set.
 command -v nm >/dev/null || skip "nm is not installed"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # clang-tidy 14 finds nothing: static analysis, frequent mistakes, sizes of functions (.clang-tidy).
 command -v clang-tidy-14 >/dev/null || skip "clang-tidy-14 is not installed"
 [ -e "$BUILD/compile_commands.json" ] || skip "there is no compile_commands.json in $BUILD"

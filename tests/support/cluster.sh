@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # shellcheck shell=bash
 # Shared by the tests that run under a real Slurm with several virtual hosts on this machine. The script that
 # starts such a cluster is not part of the project: cmake -DSC_SLURM_CLUSTER=PATH names it. If the tests
