@@ -4,7 +4,7 @@
 # --resume must then lead to the same bytes. Killed at each write, fsync, rename and open it must resume, too.
 #
 # FAULT_STEP      only every so manyeth call of a kind (default: chosen so that it lasts about a minute)
-# FAULT_OFFSET    the first of them (default: another one each day); printed, so that a selection can be repeated
+# FAULT_OFFSET    the first of them (default: 0)
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
@@ -14,7 +14,7 @@
 command -v jq >/dev/null || skip "jq is not installed"
 
 step=${FAULT_STEP:-97}
-offset=${FAULT_OFFSET:-$((10#$(date +%j) % step))}
+offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"
 command -v mpirun >/dev/null || all_ranks=(1)
