@@ -113,6 +113,7 @@ static sc_status print_json(const sc_ctx *ctx, const sc_session *session, const 
 {
     const sc_job *job = &session->job;
     const sc_farm_memory farm = farm_memory(job, job->output.size_px);
+    const size_t root_bytes = farm.window + farm.root;
     json_t *json = json_pack(
         "{s:s, s:i, s:[i,i], s:i, s:i, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, s:I, s:I}}", "schema",
         "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
@@ -122,7 +123,7 @@ static sc_status print_json(const sc_ctx *ctx, const sc_session *session, const 
         p->prepare_wall_s, "memory", "prepared_bytes", (json_int_t)session->shared_bytes,
         "program_bytes", (json_int_t)program_bytes, "renderer_bytes",
         (json_int_t)sc_renderer_bytes(session->renderer), "frames_bytes", (json_int_t)farm.worker,
-        "root_frames_bytes", (json_int_t)(farm.window + farm.root));
+        "root_frames_bytes", (json_int_t)root_bytes);
     char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
 
     json_decref(json);

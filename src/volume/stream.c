@@ -49,11 +49,16 @@ static sc_status open_gzip(sc_voxel_stream *s)
 
     if (file < 0)
         return sc_fail(s->ctx, sc_input_status(errno), "%s: %s", s->source->file, strerror(errno));
-    if (lseek(file, (off_t)s->source->offset_bytes, SEEK_SET) < 0 ||
-        !(s->gzip = gzdopen(file, "rb"))) {
+    if (lseek(file, (off_t)s->source->offset_bytes, SEEK_SET) < 0) {
         close(file);
         return sc_fail(s->ctx, SC_ERR_DATA, "%s: the voxels at byte %llu cannot be read",
                        s->source->file, (unsigned long long)s->source->offset_bytes);
+    }
+    s->gzip = gzdopen(file, "rb");
+    if (!s->gzip) { /* the only reason: the descriptor and the mode are right */
+        close(file);
+        return sc_fail(s->ctx, SC_ERR_MEMORY, "%s: no memory to unpack the voxels",
+                       s->source->file);
     }
     gzbuffer(s->gzip, GZIP_BUFFER_BYTES);
     gzseek(s->gzip, (z_off_t)s->source->skip_bytes,

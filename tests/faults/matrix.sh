@@ -13,7 +13,7 @@
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
 command -v jq >/dev/null || skip "jq is not installed"
 
-step=${FAULT_STEP:-97}
+step=${FAULT_STEP:-193}
 offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"

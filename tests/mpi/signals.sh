@@ -61,7 +61,10 @@ done
 rm -rf out
 "$SEGCAST" render job.yaml -o out --set output.size=[3840,2160] >/dev/null 2>stderr.txt &
 pid=$!
-for _ in $(seq 200); do [ -e out/manifest.jsonl ] && break; sleep 0.05; done
+for _ in $(seq 400); do # before the first frame is begun, one TERM is enough
+    [ "$(jq -r .phase out/status.json 2>/dev/null)" != drawing ] || break
+    sleep 0.05
+done
 kill -TERM $pid
 sleep 0.02 # two signals at the same time would be delivered as one
 kill -TERM $pid

@@ -33,7 +33,12 @@ while :; do
         --set "farm.encode=${encodes[runs % 3]}" --set "farm.partition=${partitions[runs / 3 % 3]}" \
         >/dev/null 2>stderr.txt &
     launcher=$!
-    (sleep 300; kill -ABRT $launcher) 2>/dev/null & # a run that hangs ends with a code that is not expected
+    ( # a run that hangs ends with a code that is not expected
+        sleep 300 &
+        trap 'kill $!; exit' TERM
+        wait
+        kill -ABRT $launcher
+    ) >/dev/null 2>&1 &
     watchdog=$!
     if [ $killed -lt "$kills" ]; then
         delay_ms=$((RANDOM % (whole_ms / 2 + 500)))
