@@ -6,6 +6,7 @@
 #include <png.h>
 #include <setjmp.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* What the callbacks of libpng need for messages; both are borrowed. */
 typedef struct png_target {
@@ -83,6 +84,17 @@ sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char
     return status;
 }
 
+/* @return whether a file as long as the one that is open can hold the pixels that its header says:
+ * deflate makes at most 1032 bytes of one, and a byte holds at most eight pixels. What no file can
+ * hold is not allocated. */
+static bool can_hold(FILE *stream, const png_image *png)
+{
+    struct stat info;
+
+    return fstat(fileno(stream), &info) == 0 &&
+           (double)png->width * png->height <= 8 * 1032.0 * (double)info.st_size;
+}
+
 sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
 {
     static const png_color black = {0, 0, 0};
@@ -95,6 +107,12 @@ sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (!png_image_begin_read_from_stdio(&png, stream)) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
+        goto out;
+    }
+    if (!can_hold(stream, &png)) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: says that it holds %u x %u pixels, but is too short for that", path,
+                         (unsigned)png.width, (unsigned)png.height);
         goto out;
     }
     png.format = PNG_FORMAT_RGB;

@@ -102,9 +102,31 @@ static void a_transparent_png_is_read_on_black(void **state)
     unlink("alpha.png");
 }
 
+/* A header that says more than the file can hold is refused before the pixels are allocated. */
+static void a_png_too_short_for_its_size_is_refused(void **state)
+{
+    static const unsigned char png[] = {
+        0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48,
+        0x44, 0x52, 0x00, 0x00, 0xea, 0x60, 0x00, 0x00, 0xea, 0x60, 0x01, 0x00, 0x00, 0x00,
+        0x00, 0xa8, 0xa9, 0x48, 0xef, 0x00, 0x00, 0x00, 0x09, 0x49, 0x44, 0x41, 0x54, 0x78,
+        0x9c, 0x63, 0x00, 0x00, 0x00, 0x01, 0x00, 0x01, 0x5e, 0xff, 0x7d, 0xf9};
+    long allocations = 0;
+    heard h;
+    sc_ctx ctx = listening(&h);
+    sc_image image = {0};
+
+    (void)state;
+    ctx.alloc_budget = &allocations;
+    assert_ok(sc_file_write(&quiet, "huge.png", png, sizeof png));
+    assert_int_equal(sc_image_load_png(&ctx, "huge.png", &image), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "60000 x 60000"));
+    unlink("huge.png");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_png_too_short_for_its_size_is_refused),
         cmocka_unit_test(a_transparent_png_is_read_on_black),
         cmocka_unit_test(a_png_file_keeps_every_pixel),
         cmocka_unit_test(the_hash_depends_on_size_and_pixels),
