@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The input is a list of changes (fuzz_patch) to a valid prepared file, whose checksum is made to
+ * fit; before it, a byte that chooses the file and how it is drawn if it is accepted. */
+#include "fuzz.h"
+#include "segcast/phantom.h"
+#include "segcast/render.h"
+#include "segcast/timeline.h"
+
+/* For its header, and to make the checksum fit. */
+#include "../../src/prepare/pack.c"
+
+enum { WIDTH = 16, HEIGHT = 12 };
+
+/* Prepared files in memory: with ids of one byte, and of two. */
+static char *files[2];
+static size_t file_bytes[2];
+
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+    const sc_prepare_settings settings = {
+        .smooth = 1, .thickness = true, .local_thickness = true, .surface = true, .threads = 1};
+
+    (void)argc;
+    (void)argv;
+    for (int wide = 0; wide < 2; wide++) {
+        const int size[3] = {wide ? 11 : 15, 13, 12};
+        sc_preparation *preparation;
+        sc_phantom *phantom;
+        sc_volume v;
+
+        FUZZ_CHECK(sc_phantom_new(&fuzz_ctx, &phantom) == SC_OK);
+        FUZZ_CHECK(sc_phantom_volume(&fuzz_ctx, phantom, size, 1, &v) == SC_OK);
+        if (wide) {
+            uint8_t *ids = v.ids;
+
+            FUZZ_CHECK(sc_alloc(&fuzz_ctx, sc_volume_voxels(&v), 2, &v.ids) == SC_OK);
+            for (size_t i = 0; i < sc_volume_voxels(&v); i++)
+                ((uint16_t *)v.ids)[i] = ids[i];
+            sc_free(ids);
+            v.label_bytes = 2;
+        }
+        FUZZ_CHECK(sc_prepare(&fuzz_ctx, &v, &settings, &preparation) == SC_OK);
+        FUZZ_CHECK(sc_preparation_save(&fuzz_ctx, preparation, fuzz_path("p.segc"), true) == SC_OK);
+        FUZZ_CHECK(sc_file_read(&fuzz_ctx, fuzz_path("p.segc"), 1 << 28, &files[wide],
+                                &file_bytes[wide]) == SC_OK);
+        sc_preparation_free(preparation);
+        sc_volume_clear(&v);
+        sc_phantom_free(phantom);
+    }
+    return 0;
+}
+
+/* Draw one small picture; @p how chooses surface and skip method. */
+static void draw(const sc_prepared *v, int how)
+{
+    static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_NONE};
+    const sc_render_settings settings = {.width_px = WIDTH,
+                                         .height_px = HEIGHT,
+                                         .samples = 1,
+                                         .step_voxels = 0.5,
+                                         .caps = true,
+                                         .surface = how & 1 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
+                                         .skip = skips[how / 2 % 3],
+                                         .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
+                                         .local_thickness = v->thickness != NULL,
+                                         .tile_px = 8,
+                                         .threads = 1};
+    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    sc_animation a = {.frames = 8,
+                      .camera = {.axis = {0, 0, 1},
+                                 .turns = 1,
+                                 .elevation_deg = 14,
+                                 .fov_deg = 30,
+                                 .zoom = {1, 1, 0, 1, 0}}};
+    sc_renderer *renderer;
+    void *tissues;
+
+    FUZZ_CHECK(sc_alloc(&fuzz_ctx, (size_t)v->label_count, sizeof(sc_tissue), &tissues) == SC_OK);
+    FUZZ_CHECK(sc_transfer_resolve(&fuzz_ctx, v, &rule, how & 8 ? 1 : 0, tissues) == SC_OK);
+    if (sc_renderer_new(&fuzz_ctx, &settings, v, tissues, &renderer) == SC_OK) {
+        size_t count;
+        const sc_vec3 *hull = sc_renderer_hull(renderer, &count);
+        sc_timeline timeline;
+        sc_render_stats stats;
+        sc_scene scene;
+        sc_image image;
+
+        sc_timeline_resolve(&a, hull, count, (double)WIDTH / HEIGHT, &timeline);
+        scene = sc_timeline_scene(&timeline, 1 + how / 16 % 4);
+        FUZZ_CHECK(sc_image_init(&fuzz_ctx, WIDTH, HEIGHT, &image) == SC_OK);
+        sc_render_frame(renderer, &scene, NULL, &image, &stats);
+        sc_image_clear(&image);
+        sc_renderer_free(renderer);
+    }
+    sc_free(tissues);
+}
+
+/* Make the checksum of a file fit its contents, if its header says where they are. */
+static void repair(char *file, size_t total)
+{
+    const void *sections[SECTIONS];
+    uint64_t bytes[SECTIONS];
+    block_header h;
+
+    memcpy(&h, file, sizeof h);
+    if (!is_sound(&h) || h.total_bytes != total)
+        return;
+    lay_out(&h, bytes);
+    h.checksum = 0;
+    for (int i = 0; i < SECTIONS; i++)
+        sections[i] = file + h.offset[i];
+    h.checksum = checksum_of(&h, sections, bytes);
+    memcpy(file, &h, sizeof h);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    const int how = size ? data[0] : 0, wide = how >> 7;
+    fuzz_region regions[SECTIONS + 1] = {{0, offsetof(block_header, checksum)}};
+    uint64_t bytes[SECTIONS];
+    block_header h;
+    sc_prepared v;
+    void *copy;
+
+    FUZZ_CHECK(sc_alloc(&fuzz_ctx, file_bytes[wide], 1, &copy) == SC_OK);
+    memcpy(copy, files[wide], file_bytes[wide]);
+    memcpy(&h, copy, sizeof h);
+    lay_out(&h, bytes);
+    for (int i = 0; i < SECTIONS; i++)
+        regions[i + 1] = (fuzz_region){h.offset[i], bytes[i]};
+    if (size)
+        fuzz_patch(copy, regions, SC_COUNT_OF(regions), data + 1, size - 1);
+    repair(copy, file_bytes[wide]);
+    if (sc_prepared_file_view(&fuzz_ctx, "p.segc", copy, file_bytes[wide], &v) == SC_OK)
+        draw(&v, how);
+    sc_free(copy);
+    return 0;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A volume file that is an input: the same for all formats, each of which is a target of its own so
+ * that it has its own corpus. */
+#ifndef SC_FUZZ_VOLUME_H
+#define SC_FUZZ_VOLUME_H
+
+#include "fuzz.h"
+#include "segcast/volume.h"
+
+/* Labels are as volume.h promises: background, then rising values; names are UTF-8. */
+static inline void fuzz_check_labels(const sc_volume *v)
+{
+    FUZZ_CHECK(v->label_count >= 1 && v->label_count <= SC_LABELS_MAX && v->labels[0].value == 0);
+    for (int i = 0; i < v->label_count; i++) {
+        const sc_label *label = &v->labels[i];
+        const char *at = label->name;
+
+        FUZZ_CHECK(memchr(label->name, 0, sizeof label->name));
+        while (*at) {
+            FUZZ_CHECK(sc_utf8_bytes(at));
+            at += sc_utf8_bytes(at);
+        }
+        FUZZ_CHECK(label->opacity <= 1);
+        FUZZ_CHECK(i < 2 || label->value > v->labels[i - 1].value);
+    }
+}
+
+/* Read the header, the labels and the voxels of an input that is a file. What is read whole can
+ * also be read in part, and what is read twice is the same. */
+static inline void fuzz_volume(const char *name, const uint8_t *data, size_t size)
+{
+    const char *path = fuzz_write(name, data, size);
+    sc_label_scan header = {0}, scan = {0};
+    sc_volume volume = {0};
+    const sc_status read_header = sc_volume_read_header(&fuzz_ctx, path, &header);
+    const sc_status scanned = sc_volume_scan_labels(&fuzz_ctx, path, &scan);
+    const sc_status read = sc_volume_read(&fuzz_ctx, path, &volume);
+
+    FUZZ_CHECK(read != SC_ERR_INTERNAL && read != SC_ERR_MEMORY);
+    FUZZ_CHECK(read != SC_OK || (read_header == SC_OK && scanned == SC_OK));
+    FUZZ_CHECK(scanned != SC_OK || read == SC_OK || read == SC_ERR_SYSTEM);
+    if (read_header == SC_OK)
+        fuzz_check_labels(&header.volume);
+    if (scanned == SC_OK)
+        fuzz_check_labels(&scan.volume);
+    if (read == SC_OK) {
+        const size_t voxels = sc_volume_voxels(&volume);
+
+        fuzz_check_labels(&volume);
+        FUZZ_CHECK(volume.label_count == scan.volume.label_count);
+        for (size_t i = 0; i < voxels; i++)
+            FUZZ_CHECK((volume.label_bytes == 1
+                            ? ((uint8_t *)volume.ids)[i]
+                            : ((uint16_t *)volume.ids)[i]) < volume.label_count);
+    }
+    sc_label_scan_clear(&header);
+    sc_label_scan_clear(&scan);
+    sc_volume_clear(&volume);
+}
+
+#endif
