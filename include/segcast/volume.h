@@ -149,8 +149,8 @@ SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *tabl
 /** Read a label table, a text of at most 64 MiB and 1,048,576 rows. SC_TABLE_AUTO guesses the
  * format and logs which. Rows of label 0 are left out; lines of another form, too, with a warning.
  * A value may have several rows. Caller owns *out: sc_label_table_clear. @return SC_ERR_MISSING;
- *  SC_ERR_DATA if no line has the form of the table (with the first line) or the file is no such
- *  text; SC_ERR_MEMORY. */
+ *  SC_ERR_DATA if no line has the form of the table (with the first line, unless the file is empty)
+ *  or the file is no such text; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
 /** Give the labels of @p volume what the rows with their values hold: name, colour and opacity

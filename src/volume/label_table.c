@@ -245,12 +245,13 @@ static sc_table_format guess(char *text)
 
 /* Append the rows of @p text, which is cut into lines and words, to @p table. Blank lines,
  * comments and label 0 are left out. Lines of another form are left out with one warning;
- * SC_ERR_DATA with the first of them if there is no row at all. @param format not
- * SC_TABLE_AUTO. @return also SC_ERR_MEMORY. */
+ * SC_ERR_DATA with the first of them if there is no row but that of label 0, and for a text without
+ * any row. @param format not SC_TABLE_AUTO. @return also SC_ERR_MEMORY. */
 static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_format format,
                              char *text, sc_label_table *table)
 {
     int number = 0, skipped = 0, first_skipped = 0;
+    bool has_rows = false;
     sc_name_count names = {0};
     sc_status status = SC_OK;
 
@@ -265,6 +266,7 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
             first_skipped = skipped++ ? first_skipped : number;
             continue;
         }
+        has_rows = true;
         if (row.value == 0) /* background is never shown: its name and colour do not matter */
             continue;
         if (table->count == TABLE_MAX_ROWS)
@@ -279,6 +281,10 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
     if (status == SC_OK && skipped && table->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s:%d: is not a line of a %s label table", path,
                        first_skipped, formats[format].name);
+    if (status == SC_OK && !has_rows)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has no labels; expected one a line, such as: 1 aorta 255 0 0 255",
+                       path);
     if (status == SC_OK && skipped)
         sc_warn(ctx, "%s:%d: %d line%s not of the form of a %s label table and not used", path,
                 first_skipped, skipped, skipped == 1 ? " is" : "s are", formats[format].name);

@@ -388,6 +388,13 @@ static void tables_of_three_programs_are_read(void **state)
     write_file("t.txt", "4 left_atrium\nnonsense\n", "", 0, false);
     assert_int_equal(sc_label_table_read(&ctx, "t.txt", SC_TABLE_SLICER, &table), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "t.txt:1:"));
+    write_file("t.txt", "# no label\n\n", "", 0, false);
+    assert_int_equal(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "has no labels"));
+    write_file("t.txt", "0 background 0 0 0 0\n", "", 0, false);
+    assert_ok(sc_label_table_read(&ctx, "t.txt", SC_TABLE_AUTO, &table));
+    assert_int_equal(table.count, 0);
+    sc_label_table_clear(&table);
     unlink("t.txt");
 }
 
