@@ -36,6 +36,8 @@ static sc_status load(const char *text, heard *h, const char *setting, const cha
     *job = (sc_job){0};
     status = sc_job_load(&ctx, &sources, job);
     unlink("job.yaml");
+    if (status != SC_OK) /* what was right of it, which no caller looks at */
+        sc_job_clear(job);
     return status;
 }
 
