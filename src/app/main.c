@@ -58,7 +58,7 @@ int main(int argc, char **argv)
 {
     sc_terminal terminal = {.is_tty = isatty(STDERR_FILENO) && getenv("TERM"),
                             .lock = PTHREAD_MUTEX_INITIALIZER};
-    sc_stage stage = {NULL};
+    sc_stage stage = {.name = NULL};
     sc_ctx ctx = {
         .level = SC_LOG_INFO, .write = sc_terminal_write, .user = &terminal, .stage = &stage};
     sc_app app = {.ctx = &ctx,
