@@ -326,7 +326,8 @@ static bool read_file(const sc_ctx *ctx, const json_t *line, sc_manifest_data *d
     return *status == SC_OK;
 }
 
-/* Read the line of a frame into data->lines, if that is not NULL, and count it. */
+/* Read the line of a frame into data->lines, if that is not NULL, and count it. Without these lines
+ * the head says how many frames there are. */
 static bool read_frame(const json_t *line, sc_manifest_data *data)
 {
     const json_t *seconds = json_object_get(line, "render_cpu_s");
@@ -334,7 +335,7 @@ static bool read_frame(const json_t *line, sc_manifest_data *data)
     long long frame, rank, bytes = 0;
 
     if (!get_number(json_object_get(line, "frame"), 0,
-                    (data->lines ? data->frames : SC_STORE_FRAMES_MAX) - 1, &frame) ||
+                    (data->lines ? data->frames : data->head.frames) - 1, &frame) ||
         !get_number(json_object_get(line, "rank"), 0, INT32_MAX, &rank) ||
         !get_hash(line, "hash", &done.hash) || !json_is_number(seconds) ||
         !(done.render_cpu_s >= 0 && done.render_cpu_s < 1e12))
