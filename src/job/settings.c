@@ -15,6 +15,7 @@ typedef struct position {
     const sc_key *keys;     /* the table of the map that the node is, or of the maps in it */
     sc_container container; /* what kind of container the node is */
     const char *shorthand;  /* see sc_key.shorthand */
+    bool added;             /* the node was missing in the tree; a single value has no text yet */
 } position;
 
 /* Make a tree that was parsed from a setting one of that setting: messages name @p origin, which is
@@ -200,7 +201,8 @@ static sc_status enter(const sc_ctx *ctx, position *at, const char *element, con
     *index = sc_yaml_index(at->node, element);
     if (is_list)
         SC_TRY(find_item(ctx, at->node, element, origin, index));
-    if (*index == at->node->count)
+    member.added = *index == at->node->count;
+    if (member.added)
         SC_TRY(
             sc_yaml_add(ctx, at->node, kinds[member.container], is_list ? NULL : element, origin));
     member.node = at->node->items[*index];
@@ -210,12 +212,14 @@ out:
     return status;
 }
 
-/* Put @p value at @p path of the tree; takes ownership of it, also after an error. */
+/* Put @p value at @p path of the tree; takes ownership of it, also after an error, and leaves no
+ * nodes in the tree then that were added on the way: further mistakes are looked for in it. */
 static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
                      const char *path, sc_yaml *value)
 {
     position at = {.node = root, .keys = keys, .container = SC_CONTAINER_MAP};
     char element[256];
+    sc_yaml *grown = NULL; /* the first node that got a member on the way, its last one */
     sc_status status;
 
     for (;;) {
@@ -233,9 +237,13 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
         status = enter(ctx, &at, element, origin, &index);
         if (status != SC_OK)
             break;
+        if (at.added && !grown)
+            grown = parent;
         if (!*path)
             return merge(ctx, at.keys, at.container, parent, index, value);
     }
+    if (grown)
+        sc_yaml_remove(grown, grown->count - 1);
     sc_yaml_free(value);
     return status;
 }

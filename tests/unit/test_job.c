@@ -736,9 +736,30 @@ static void ranges_of_frames(void **state)
         assert_int_equal(sc_frames_parse(&quiet, bad[i], 10, &frames, &found), SC_ERR_USAGE);
 }
 
+/* A setting that leads nowhere leaves nothing in the job that further mistakes are looked for in.
+ */
+static void a_setting_within_a_single_value_is_refused(void **state)
+{
+    static const char *const settings[] = {"volume.x=2", "output.video.a.b=2",
+                                           "tissues.t.opacity.x=2",
+                                           "animation.clip.0.plane.at.x=2"};
+    heard h;
+    sc_job job;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(settings); i++) {
+        const char *text = i ? "volume: phantom\n" : "output: {directory: a}\n";
+
+        assert_int_equal(load(text, &h, settings[i], NULL, &job), SC_ERR_USAGE);
+        assert_int_equal(h.errors, i ? 1 : 2); /* the first job has no volume */
+        sc_job_clear(&job);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_setting_within_a_single_value_is_refused),
         cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
         cmocka_unit_test(what_is_no_yaml_is_told_in_words_of_the_user),
         cmocka_unit_test(a_nul_byte_is_refused_with_its_line),
