@@ -43,8 +43,8 @@ static const sc_ctx ctx = {.level = SC_LOG_INFO, .write = drop};
 
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
 
-/* Write head, n parts and tail to @p path, and behind them 64 voxels. */
-static void write_input(const parser *p, int n, const char *path)
+/* Write head, n parts and tail to @p path, and behind them @p voxels bytes of voxels. */
+static void write_input(const parser *p, int n, int voxels, const char *path)
 {
     FILE *file = fopen(path, "wb");
 
@@ -53,7 +53,7 @@ static void write_input(const parser *p, int n, const char *path)
     for (int i = 0; i < n; i++)
         fprintf(file, p->part, i + 1, i + 1, i + 1);
     fputs(p->tail, file);
-    for (int i = 0; i < 64; i++)
+    for (int i = 0; i < voxels; i++)
         fputc(i % 5, file);
     fclose(file);
 }
@@ -61,14 +61,8 @@ static void write_input(const parser *p, int n, const char *path)
 static void parse_table(const parser *p, int n)
 {
     sc_label_table table = {0};
-    FILE *file = fopen("c.txt", "wb");
 
-    assert_non_null(file);
-    fputs(p->head, file);
-    for (int i = 0; i < n; i++)
-        fprintf(file, p->part, i + 1, i + 1, i + 1);
-    fputs(p->tail, file);
-    fclose(file);
+    write_input(p, n, 0, "c.txt");
     sc_test_operations = 0;
     assert_int_equal(sc_label_table_read(&ctx, "c.txt", p->format, &table), p->wanted);
     sc_label_table_clear(&table);
@@ -79,7 +73,7 @@ static void parse_volume(const parser *p, int n)
 {
     sc_label_scan scan = {0};
 
-    write_input(p, n, "c.vol");
+    write_input(p, n, 64, "c.vol");
     sc_test_operations = 0;
     assert_int_equal(sc_volume_read_header(&ctx, "c.vol", &scan), p->wanted);
     sc_label_scan_clear(&scan);
@@ -159,14 +153,8 @@ static void load(const sc_job_sources *sources, sc_status wanted)
 static void parse_job(const parser *p, int n)
 {
     const sc_job_sources sources = {.path = "c.yaml"};
-    FILE *file = fopen("c.yaml", "wb");
 
-    assert_non_null(file);
-    fputs(p->head, file);
-    for (int i = 0; i < n; i++)
-        fprintf(file, p->part, i + 1, i + 1, i + 1);
-    fputs(p->tail, file);
-    fclose(file);
+    write_input(p, n, 0, "c.yaml");
     load(&sources, p->wanted);
     unlink("c.yaml");
 }
