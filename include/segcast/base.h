@@ -128,10 +128,12 @@ size_t sc_utf8_bytes(const char *text);
  * text around become \\u202e. What does not fit is left out at a whole character. @p text and @p
  * out do not overlap. @return how many bytes the whole result has, its NUL byte not counted. */
 size_t sc_printable(const char *text, char *out, size_t size);
-/** Print @p text to @p stream as sc_printable shows it. For every name and path that comes from the
- *  user or from a file; messages of sc_fail, sc_warn and sc_info are treated so as a whole. */
+/** Print @p text to @p stream as sc_printable shows it. To be used for every name and path that
+ * comes from the user or from a file. What sc_fail, sc_warn and sc_info log needs no call: they
+ * pass their whole message through sc_printable. */
 void sc_print(FILE *stream, const char *text);
-/** Print a path that scripts read: as it is, but as of sc_print where @p stream is a terminal. */
+/** Print a path that scripts may read: as sc_print does if @p stream is a terminal, otherwise
+ *  unchanged. */
 void sc_print_path(FILE *stream, const char *path);
 /** Copy a name from a file to out[size] as valid UTF-8: bytes that are not UTF-8 become U+FFFD,
  *  control characters become blanks, and what does not fit is left out at a whole character. size
@@ -236,8 +238,8 @@ int sc_unfinished_add(const char *path);
 /** The file of this number stays. -1 is allowed. */
 void sc_unfinished_drop(int number);
 /** Remove temporary files that killed processes have left in @p directory: those of this host whose
- *  process no longer exists, also if a later one has its number. @param all also all those of other
- *  hosts. */
+ *  process no longer exists, even if a later process has got the same process id. @param all also
+ * all those of other hosts. */
 void sc_remove_temporaries(const char *directory, bool all);
 /** Write a whole file under @p path, by way of an sc_outfile; a file of that name is replaced.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE. */

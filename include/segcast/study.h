@@ -68,10 +68,11 @@ typedef struct sc_history {
     int frame_count;
 } sc_history;
 
-/** Add what the stats.json under @p path says of earlier runs on the job @p job. A file that cannot
- *  be read adds nothing; one that is damaged, too large or of another job adds nothing and gives a
- *  warning. Runs that @p history has already are not added again; of a frame that several runs drew
- *  the one of the run with the highest index stays. @return SC_ERR_MEMORY, @p history untouched. */
+/** Add what the stats.json under @p path says of earlier runs on the job @p job. Nothing is
+ *  added if the file cannot be read, or if it is damaged, too large or of another job; in the
+ * latter three cases a warning is logged. Runs that @p history has already are not added again; of
+ * a frame that several runs drew the one of the run with the highest index stays. @return
+ * SC_ERR_MEMORY, @p history untouched. */
 SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
                                       sc_history *history);
 /** Free both arrays; the history is empty then. An empty one is allowed. */

@@ -19,7 +19,7 @@ struct sc_worker_thread {
     int load;       /* tasks that were given and are not finished */
     double began_s; /* by sc_wall_s: when the present task was begun, or 0 */
     bool stopping;
-    double idle_s; /* how long the thread had no task so far */
+    double idle_s; /* total time that the thread has waited for a task */
 };
 
 /* Both are called with the lock held.

@@ -21,10 +21,11 @@ typedef struct sc_nrrd_header {
                        data file, each with a newline behind it */
     sc_nrrd_segment *segments; /* [segment_capacity], the first segment_count by their number */
     size_t segment_count, segment_capacity;
-    bool attached;       /* the voxels follow the header in the same file */
-    uint64_t end_bytes;  /* where they begin then */
-    sc_text list;        /* else: the field "data file" for Teem, patterns as a list of names */
-    char *first_file;    /* else: path of the first data file, owned */
+    bool attached;      /* the voxels follow the header in the same file */
+    uint64_t end_bytes; /* if attached: where in the file the voxels begin */
+    sc_text list;     /* if not attached: the lines that name the data files, for Teem; a pattern of
+                         names is written out as a list */
+    char *first_file; /* path of the first data file, owned; NULL if attached */
     size_t file_count;   /* number of data files; 0 if attached */
     uint64_t file_bytes; /* bytes of all data files, or of the file with header and voxels */
 } sc_nrrd_header;

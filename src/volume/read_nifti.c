@@ -61,7 +61,7 @@ static void fields_of_header1(const unsigned char *bytes, bool swapped, fields *
     memcpy(out->magic, header.magic, 4);
 }
 
-/* As fields_of_header1, of a header of version 2. */
+/* The same for a header of version 2 (NIfTI-2), which is larger and has wider fields. */
 static void fields_of_header2(const unsigned char *bytes, bool swapped, fields *out)
 {
     nifti_2_header header;

@@ -251,8 +251,8 @@ static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, con
 }
 
 /* Floats, and integers that the header scales: write slope * value + intercept to out[count].
- * Floats are read from @p raw; integers stand in @p out already. @return SC_ERR_DATA for the
- * first that is no whole number or is beyond 2^53. */
+ * Floats are read from @p raw; integers stand in @p out already. @return SC_ERR_DATA, logged with
+ * the position of the voxel, if a result is not a whole number or its magnitude exceeds 2^53. */
 static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
 {
     const sc_source *source = s->source;
