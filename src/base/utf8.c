@@ -72,19 +72,19 @@ size_t sc_printable(const char *text, char *out, size_t size)
     size_t used = 0;
     bool fits = size > 0;
 
+    if (fits)
+        out[0] = '\0';
     while (*text) {
         char shown[9];
         const size_t count = show(&text, shown);
 
         fits = fits && used + count < size;
-        if (fits)
+        if (fits) {
             memcpy(out + used, shown, count);
-        if (fits)
             out[used + count] = '\0';
+        }
         used += count;
     }
-    if (used == 0 && size > 0)
-        out[0] = '\0';
     return used;
 }
 

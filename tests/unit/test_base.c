@@ -313,6 +313,11 @@ static void text_from_files_is_shown_and_not_obeyed(void **state)
     }
     assert_int_equal(sc_printable("abcd\x1b", small, sizeof small), 8);
     assert_string_equal(small, "abcd"); /* the next four bytes and a NUL byte have no room */
+    assert_int_equal(sc_printable("\x1b"
+                                  "abc",
+                                  small, 4),
+                     7);
+    assert_string_equal(small, ""); /* not even the first character has room */
 }
 
 static void names_become_valid_utf8_and_end_at_a_whole_character(void **state)
