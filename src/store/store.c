@@ -188,10 +188,11 @@ sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_stor
         sc_store_manifest_path(&store, path);
     }
     if (none) {
+        /* First the check: what is noted as begun is removed after an error. */
+        SC_TRY(check(ctx, &store, mode, false));
         SC_TRY(note_begun(ctx, &store, &begun));
         SC_TRY(sc_make_directory(ctx, directory));
         store.job.job_hash = store.job.volume_hash = 0;
-        SC_TRY(check(ctx, &store, mode, false));
         SC_TRY(sc_manifest_create(ctx, path, &store.job, &store.data, NULL, false, NULL));
         begun.may_write = true;
     }
