@@ -7,10 +7,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define SCHEMA "segcast-manifest-3"
 enum { MANIFEST_MAX_BYTES = 1 << 30 }; /* about seven million lines */
+enum { OWNED_MAX = 1 << 16 }; /* names of files in a manifest: the records of 16,000 slices */
 /* A line ends with this, the hash of what stands before it, and a newline. */
 #define PROOF ",\"line\":\"%016llx\"}"
 enum { PROOF_BYTES = 9 + 16 + 2 };
@@ -272,7 +274,8 @@ static bool read_head(const sc_ctx *ctx, const json_t *line, sc_manifest_data *d
         !get_hash(line, "volume_hash", &head.volume_hash) ||
         !get_number(json_object_get(line, "frames"), 1, SC_STORE_FRAMES_MAX, &frames) ||
         !get_number(json_array_get(size, 0), 1, 1 << 20, &width) ||
-        !get_number(json_array_get(size, 1), 1, 1 << 20, &height) || !json_is_array(owns))
+        !get_number(json_array_get(size, 1), 1, 1 << 20, &height) || !json_is_array(owns) ||
+        json_array_size(owns) > OWNED_MAX)
         return false;
     strcpy(head.version, version);
     head.frames = (int)frames;
@@ -320,7 +323,7 @@ static bool read_file(const sc_ctx *ctx, const json_t *line, sc_manifest_data *d
 
     if (!name || strchr(name, '/') || !sc_own_name(name) ||
         !get_number(json_object_get(line, "bytes"), 0, INT64_MAX, &bytes) ||
-        !get_hash(line, "hash", &hash))
+        !get_hash(line, "hash", &hash) || data->files.count >= OWNED_MAX)
         return false;
     *status = sc_file_lines_put(ctx, &data->files, name, (uint64_t)bytes, hash);
     return *status == SC_OK;
@@ -427,13 +430,14 @@ static void begin(sc_manifest_data *data)
     data->damaged_line = 0;
 }
 
-/* Set head.problem for a first line, at @p text, of another format of manifests. */
-static void name_other_format(const char *text, sc_manifest_data *data)
+/* Set head.problem if the text[bytes] is of another format of manifests. */
+static void name_other_format(const char *text, size_t bytes, sc_manifest_data *data)
 {
-    static const char other[] = "{\"schema\":\"segcast-manifest-";
+    static const char any[] = "{\"schema\":\"segcast-manifest-",
+                      ours[] = "{\"schema\":\"" SCHEMA "\"";
 
-    if (!data->head.known && !strncmp(text, other, sizeof other - 1) &&
-        strncmp(text, "{\"schema\":\"" SCHEMA "\"", sizeof "{\"schema\":\"" SCHEMA "\"" - 1) != 0)
+    if (!data->head.known && bytes >= sizeof ours && !memcmp(text, any, sizeof any - 1) &&
+        memcmp(text, ours, sizeof ours - 1) != 0)
         data->head.problem = "was written by another version of segcast";
 }
 
@@ -447,29 +451,60 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
         return status;
     begin(data);
     status = read_text(ctx, text, bytes, INT32_MAX, data);
-    name_other_format(text, data);
+    name_other_format(text, bytes, data);
+    sc_free(text);
+    return status;
+}
+
+/* Read the beginning of a file, up to the end of its first line at least; a line of more than
+ * HEAD_MAX_BYTES is cut. @return SC_ERR_MISSING if it cannot be opened or is no regular file (a
+ * pipe would keep the caller waiting), SC_ERR_MEMORY. Caller owns *out: sc_free. */
+static sc_status read_first_line(const sc_ctx *ctx, const char *path, char **out, size_t *bytes)
+{
+    enum { FIRST_BYTES = 1 << 14, HEAD_MAX_BYTES = 1 << 24 };
+    struct stat info;
+    FILE *stream = NULL;
+    char *text = NULL;
+    size_t used = 0;
+    sc_status status = SC_OK;
+
+    if (stat(path, &info) || (S_ISREG(info.st_mode) && !(stream = fopen(path, "rb"))))
+        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
+                       sc_reason(errno));
+    if (!stream)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: is not a file", path);
+    for (size_t room = FIRST_BYTES; room <= HEAD_MAX_BYTES; room *= 2) {
+        void *block;
+
+        SC_TRY(sc_alloc(ctx, room, 1, &block));
+        if (used)
+            memcpy(block, text, used);
+        sc_free(text);
+        text = block;
+        used += fread(text + used, 1, room - used, stream);
+        if (used < room || memchr(text, '\n', used))
+            break;
+    }
+    *bytes = used;
+    *out = text;
+    text = NULL;
+out:
+    fclose(stream);
     sc_free(text);
     return status;
 }
 
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data)
 {
-    enum { HEAD_MAX_BYTES = 1 << 16 };
-    FILE *stream = fopen(path, "rb");
-    void *text = NULL;
-    size_t bytes;
-    sc_status status;
+    char *text = NULL;
+    size_t bytes = 0;
+    sc_status status = read_first_line(ctx, path, &text, &bytes);
 
-    if (!stream)
-        return sc_fail(ctx, sc_input_status(errno), "%s: cannot be opened: %s", path,
-                       sc_reason(errno));
+    if (status != SC_OK)
+        return status;
     begin(data);
-    SC_TRY(sc_zalloc(ctx, HEAD_MAX_BYTES + 1, 1, &text));
-    bytes = fread(text, 1, HEAD_MAX_BYTES, stream);
-    SC_TRY(read_text(ctx, text, bytes, 1, data));
-    name_other_format(text, data);
-out:
-    fclose(stream);
+    status = read_text(ctx, text, bytes, 1, data);
+    name_other_format(text, bytes, data);
     sc_free(text);
     return status;
 }

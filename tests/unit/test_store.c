@@ -515,6 +515,70 @@ static void other_jobs(void **state)
     }
 }
 
+/* The slices of a job add their records to what the manifests name: the first line of a thousandth
+ * one is long, and still read. */
+static void long_heads(void **state)
+{
+    enum { NAMES = 5000 };
+    const sc_store_job job = make_job();
+    sc_manifest_data data = {.frames = 0}, again = {.frames = 0};
+    const char *path = in_folder("manifest.jsonl");
+
+    (void)state;
+    empty_folder();
+    for (int i = 0; i < NAMES; i++) {
+        char name[64];
+
+        snprintf(name, sizeof name, "stats.%dof5000.json", i * 7 % NAMES);
+        assert_ok(sc_names_add(&quiet, &data.owned, name));
+    }
+    for (int i = 1; i < NAMES; i++)
+        assert_true(strcmp(data.owned.names[i - 1], data.owned.names[i]) < 0);
+    assert_ok(sc_manifest_create(&quiet, path, &job, &data, NULL, false, NULL));
+    assert_ok(sc_manifest_read_head(&quiet, path, &again));
+    assert_true(again.head.known);
+    assert_int_equal(again.owned.count, NAMES);
+    sc_manifest_data_clear(&data);
+    sc_manifest_data_clear(&again);
+}
+
+/* A pipe that has the name of a manifest keeps nobody waiting. */
+static void pipes(void **state)
+{
+    sc_store_job job = make_job();
+    char version[64];
+
+    (void)state;
+    empty_folder();
+    assert_int_equal(mkfifo(in_folder("manifest.jsonl"), 0600), 0);
+    assert_int_equal(mkfifo(in_folder("manifest.x.jsonl"), 0600), 0);
+    alarm(20); /* ends the test if one of them waits */
+    assert_int_equal(sc_store_identify(&quiet, folder, &job, version), SC_ERR_MISSING);
+    assert_int_equal(sc_store_check(&quiet, folder, &job, NULL, SC_STORE_NEW), SC_ERR_CREATE);
+    unlink(in_folder("manifest.jsonl"));
+    assert_int_equal(sc_store_identify(&quiet, folder, &job, version), SC_ERR_MISSING);
+    assert_ok(sc_store_check(&quiet, folder, &job, NULL, SC_STORE_NEW));
+    alarm(0);
+}
+
+/* A run that cannot begin, because a file has appeared after sc_store_check, leaves that file. */
+static void refused_begin(void **state)
+{
+    static const char *const names[] = {"status.json", "job.yaml"};
+    const sc_store_job job = make_job();
+    sc_store_begun begun;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        empty_folder();
+        write_quickly(in_folder(names[i]), "mine", 4);
+        assert_int_equal(sc_store_begin(&quiet, folder, &job, NULL, SC_STORE_NEW, &begun),
+                         SC_ERR_CREATE);
+        assert_int_equal(access(in_folder(names[i]), F_OK), 0);
+        assert_int_not_equal(access(in_folder("manifest.jsonl"), F_OK), 0);
+    }
+}
+
 static int make_folder(void **state)
 {
     (void)state;
@@ -537,7 +601,8 @@ int main(void)
         cmocka_unit_test(forged_pictures), cmocka_unit_test(torn_tail),
         cmocka_unit_test(forged_heads),    cmocka_unit_test(forged_lines),
         cmocka_unit_test(own_names),       cmocka_unit_test(manifest_bytes),
-        cmocka_unit_test(other_jobs),
+        cmocka_unit_test(other_jobs),      cmocka_unit_test(long_heads),
+        cmocka_unit_test(refused_begin),   cmocka_unit_test(pipes),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
