@@ -57,6 +57,12 @@ int sc_av_result(int error)
     return errno == ENOMEM ? AVERROR(ENOMEM) : error;
 }
 
+int sc_av_error(int error)
+{
+    return error < 0 && error != AVERROR(EAGAIN) && error != AVERROR_EOF ? sc_av_result(error)
+                                                                         : error;
+}
+
 sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)
 {
     const char *dot = strrchr(path, '.');

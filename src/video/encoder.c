@@ -95,7 +95,7 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
     error = fill_codec(e->codec, &e->settings, e->container);
     errno = 0;
     if (error >= 0)
-        error = sc_av_result(avcodec_open2(e->codec, codec, NULL));
+        error = sc_av_error(avcodec_open2(e->codec, codec, NULL));
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
     return SC_OK;
@@ -227,7 +227,7 @@ static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
         sc_status status;
 
         errno = 0;
-        error = sc_av_result(avcodec_receive_packet(e->codec, e->packet));
+        error = sc_av_error(avcodec_receive_packet(e->codec, e->packet));
         if (error == AVERROR(EAGAIN) || error == AVERROR_EOF)
             return SC_OK;
         if (error < 0)
@@ -257,7 +257,7 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
                   AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
     errno = 0;
-    error = sc_av_result(avcodec_send_frame(e->codec, e->frame));
+    error = sc_av_error(avcodec_send_frame(e->codec, e->frame));
     status = error < 0 ? sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error)
                        : receive_packets(ctx, e);
 out:
@@ -276,7 +276,7 @@ sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *e, uint64_t identity,
     sc_status status;
 
     errno = 0;
-    error = sc_av_result(avcodec_send_frame(e->codec, NULL));
+    error = sc_av_error(avcodec_send_frame(e->codec, NULL));
     if (error < 0) {
         status = sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
         goto out;

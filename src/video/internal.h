@@ -26,8 +26,13 @@ sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, cons
 
 /* Some functions of libav go on without what they found no memory for: a name or a setting is
  * missing in the video then. errno tells, if it is 0 before they are called. @return
- * AVERROR(ENOMEM) if so, otherwise @p error, which is their result. */
+ * AVERROR(ENOMEM) if so, otherwise @p error, which is their result. Only for functions that
+ * allocate little: malloc of glibc sets errno also when a large block found no room in the first
+ * of its arenas and was then allocated in another. */
 int sc_av_result(int error);
+/* As sc_av_result, for functions that report every error but not its cause, such as those that
+ * encode: @return @p error as it is if it is 0 or more, AVERROR(EAGAIN) or AVERROR_EOF. */
+int sc_av_error(int error);
 
 /* Let libav write to @p file, which stays borrowed until sc_output_end. libav opens no file by
  * itself then. @return false if there is no memory. */

@@ -134,7 +134,7 @@ static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int fla
     m->packet->duration = 1;
     av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
     errno = 0;
-    error = sc_av_result(av_interleaved_write_frame(m->format, m->packet));
+    error = sc_av_error(av_interleaved_write_frame(m->format, m->packet));
     if (error >= 0 && m->format->pb->error < 0)
         error = m->format->pb->error;
     return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;

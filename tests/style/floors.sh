@@ -53,7 +53,7 @@ only '#include <nifti' '^src/volume/read_nifti.c$'
 only '#include <yaml.h>' '^src/job/yaml_words\.h$'
 only '#include <cairo.h>' '^src/overlay/overlay.c$'
 only '#include <xxhash.h>' '^src/base/hash.c$'
-only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/app/display.c$|^src/app/app.h$|^tests/support/thread_comm.h$'
+only '#include <pthread.h>' '^src/base/parallel.c$|^src/farm/worker_thread.c$|^src/app/display.c$|^src/app/app.h$|^tests/support/thread_comm.h$|^tests/unit/test_video.c$'
 only '\bgetenv *\(' '^src/app/|^tests/'
 only '\b(exit|abort|_exit) *\(' '^src/app/|^tests/'
 lines=$(wc -l <src/app/main.c)

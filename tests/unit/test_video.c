@@ -6,6 +6,7 @@
 #include "segcast/video.h"
 
 #include <malloc.h>
+#include <pthread.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -266,6 +267,38 @@ static void a_damaged_segment_is_refused(void **state)
     sc_image_clear(&image);
 }
 
+/* Encode a second of large frames on a thread: glibc gives it an arena of its own, in which large
+ * blocks soon find no room; malloc then sets errno, and succeeds with another arena. The writer
+ * must not take that for a lack of memory. @param user sc_status: the first error. */
+static void *write_large(void *user)
+{
+    const sc_video_settings settings = {1920, 1080, 24, 16, "fast", NULL};
+    sc_status *status = user;
+    sc_image image = test_picture(settings.width_px, settings.height_px, 0);
+    sc_video_writer *writer = NULL;
+
+    *status = sc_video_writer_open(&quiet, "large.mp4", &settings, &writer);
+    for (int k = 0; k < 25 && *status == SC_OK; k++)
+        *status = sc_video_writer_push(&quiet, writer, &image);
+    if (*status == SC_OK)
+        *status = sc_video_writer_finish(&quiet, writer, true, true);
+    sc_video_writer_close(writer);
+    sc_image_clear(&image);
+    return NULL;
+}
+
+static void large_frames_are_encoded_on_any_thread(void **state)
+{
+    pthread_t thread;
+    sc_status written = SC_ERR_INTERNAL;
+
+    (void)state;
+    assert_int_equal(pthread_create(&thread, NULL, write_large, &written), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    assert_ok(written);
+    unlink("large.mp4");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -275,6 +308,7 @@ int main(void)
         cmocka_unit_test(an_unfinished_video_never_bears_the_final_name),
         cmocka_unit_test(separately_encoded_gops_join_to_the_same_bytes),
         cmocka_unit_test(a_damaged_segment_is_refused),
+        cmocka_unit_test(large_frames_are_encoded_on_any_thread),
     };
 
     return RUN(tests);
