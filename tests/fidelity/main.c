@@ -7,17 +7,26 @@
 #include <string.h>
 
 static const char usage[] =
-    "usage: fidelity [--json] [--surface smooth|voxel] [--smooth S] [SHAPE...]\n"
+    "usage: fidelity [--json] [--surface smooth|voxel] [--smooth S] [--rays N] [SHAPE...]\n"
     "       fidelity [--json] --mesh FILE SHAPE     a PLY or STL mesh of that shape, in mm\n"
     "       fidelity --write FILE.nrrd SHAPE        the voxels of a shape, for other programs\n"
-    "shapes: ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n";
+    "       fidelity [--json] [--smooth S] [--rays N] --skin LABEL VOLUME\n"
+    "                                               rays that get through the closed skin LABEL\n"
+    "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
+    "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
+    "         torus-12-slices torus-6-slices\n"
+    "voxels of 4 mm copied up to 1 mm: ellipsoid-copied torus-18-copied torus-12-copied\n"
+    "         torus-6-copied; with a tenth of the voxels at the border flipped: ellipsoid-noisy\n"
+    "         torus-18-noisy torus-12-noisy\n"
+    "skins one voxel thick, by --rays rays (2500000): skin-ellipsoid skin-balls skin-planes\n"
+    "         skin-rough; in slices, 1 : 2.7 : 6.4: the same names with -slices\n";
 
-/* The command line. mesh and write are NULL unless given. */
+/* The command line. mesh, write and skin are NULL unless given. */
 typedef struct options {
     bool json;
-    sc_surface surface;
-    double smooth;
-    const char *mesh, *write;
+    drawing how;
+    size_t rays;
+    const char *mesh, *write, *skin;
 } options;
 
 /* Print a member of a JSON object, followed by a comma unless @p last; null for what was not
@@ -30,10 +39,10 @@ static void print_value(const char *name, double value, bool last)
         printf("\"%s\": %.6g%s", name, value, last ? "" : ", ");
 }
 
-/* Print one element of the JSON array of shapes, preceded by a comma unless @p first. */
-static void print_json(const shape *s, const fidelity *f, bool first)
+/* Print one element of the JSON array of shapes. */
+static void print_json(const shape *s, const fidelity *f)
 {
-    printf("%s  {\"shape\": \"%s\", ", first ? "" : ",\n", s->name);
+    printf("  {\"shape\": \"%s\", ", s->name);
     print_value("position_rms_voxels", f->position_rms, false);
     print_value("position_95_voxels", f->position_95, false);
     print_value("position_max_voxels", f->position_max, false);
@@ -56,10 +65,10 @@ static void print_cell(double value, int digits, double scale)
         printf(" %9.*f", digits, value * scale);
 }
 
-/* Print a row of the table; its columns are those of the head in main(). */
+/* Print a row of the table; its columns are those of print_head. */
 static void print_row(const shape *s, const fidelity *f)
 {
-    printf("%-10s", s->name);
+    printf("%-16s", s->name);
     print_cell(f->position_rms, 3, 1);
     print_cell(f->position_95, 3, 1);
     print_cell(f->position_max, 3, 1);
@@ -71,53 +80,148 @@ static void print_row(const shape *s, const fidelity *f)
     printf("\n");
 }
 
-/* Measure the shape @p name as the options say and print its row or JSON element, or write its
- * voxels to a file. @p first: nothing has been printed before. @return SC_ERR_USAGE for an
- * unknown name; errors of measuring, with a message. */
-static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, bool first)
+/* Print the head of the table whose rows print_row (@p of_skins: print_leaks) prints. */
+static void print_head(bool of_skins)
 {
-    const shape *known = shape_find(name);
-    shape s;
+    if (of_skins)
+        printf("%-22s %14s %12s %12s\n", "skin", "leaks/million", "not skin %", "rays");
+    else
+        printf("%-16s %9s %9s %9s %9s %9s %9s %9s %9s\n", "shape", "pos. rms", "95 %", "max",
+               "norm. deg", "volume %", "owner ppm", "outline", "gaps");
+}
+
+/* Print what rays have met of a skin as a row of the table or, with @p json, as an element of the
+ * array of shapes. */
+static void print_leaks(const char *name, const leaks *l, bool json)
+{
+    const double leaking = l->rays > 0 ? 1e6 * l->leaking / l->rays : NAN;
+    const double share = l->hits > 0 ? l->leaking / l->hits : NAN;
+
+    if (!json) {
+        printf("%-22s %14.1f %12.4f %12.0f\n", name, leaking, 100 * share, l->rays);
+        return;
+    }
+    printf("  {\"shape\": \"%s\", ", name);
+    print_value("leaks_per_million", leaking, false);
+    print_value("not_skin_share", share, false);
+    print_value("rays_through", l->rays, false);
+    print_value("hits", l->hits, true);
+    printf("}");
+}
+
+/* Count the leaks of a skin of the table, or write the voxels of its first variant to a file. */
+static sc_status run_skin(const sc_ctx *ctx, const options *o, const skin *k)
+{
+    sc_volume volume = {0};
+    leaks l = {0};
+    sc_status status;
+
+    if (o->mesh)
+        return sc_fail(ctx, SC_ERR_USAGE, "meshes of skins are not measured");
+    if (o->write) {
+        SC_TRY(skin_volume(ctx, k, 0, &volume));
+        SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write, true));
+        goto out;
+    }
+    SC_TRY(measure_skin(ctx, k, &o->how, o->rays, &l));
+    print_leaks(k->name, &l, o->json);
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
+/* Count the leaks of the label o->skin of a volume file. @return SC_ERR_USAGE if it has no such
+ * label; errors of reading and measuring. */
+static sc_status run_skin_of_file(const sc_ctx *ctx, const options *o, const char *path)
+{
+    sc_volume volume = {0};
+    leaks l = {0};
+    int id;
+    sc_status status;
+
+    SC_TRY(sc_volume_read(ctx, path, &volume));
+    for (id = volume.label_count - 1; id > 0; id--) {
+        if (volume.labels[id].value == strtoll(o->skin, NULL, 10))
+            break;
+    }
+    if (id <= 0) {
+        status = sc_fail(ctx, SC_ERR_USAGE, "%s: no label %s", path, o->skin);
+        goto out;
+    }
+    SC_TRY(count_leaks(ctx, &volume, id, &o->how, 1, o->rays, &l));
+    print_leaks(path, &l, o->json);
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
+/* Measure a shape of the table as the options say and print its row or JSON element, or write its
+ * voxels to a file. @return errors of measuring, with a message. */
+static sc_status run_shape(const sc_ctx *ctx, const options *o, const shape *known)
+{
+    shape s = *known;
     fidelity f = {0};
     sc_volume volume = {0};
     sc_status status = SC_OK;
 
-    if (!known)
-        return sc_fail(ctx, SC_ERR_USAGE, "unknown shape \"%s\"\n%s", name, usage);
-    s = *known;
-    if (!strcmp(name, "phantom")) {
+    if (!strcmp(s.name, "phantom")) {
         SC_TRY(sc_phantom_new(ctx, &s.phantom));
-        s.voxel_mm = 1.0 / 3;
+        s.unit_mm = 1.0 / 3;
     }
     if (o->write) {
-        SC_TRY(shape_volume(ctx, &s, sc_default_threads(), &volume));
+        SC_TRY(shape_volume(ctx, &s, o->how.threads, &volume));
         SC_TRY(sc_volume_save_nrrd(ctx, &volume, o->write, true));
         goto out;
     }
     if (o->mesh)
         SC_TRY(measure_mesh(ctx, &s, o->mesh, &f));
     else
-        SC_TRY(measure_volume(ctx, &s, o->surface, o->smooth, sc_default_threads(), &f));
+        SC_TRY(measure_volume(ctx, &s, &o->how, &f));
     if (o->json)
-        print_json(&s, &f, first);
+        print_json(&s, &f);
     else
         print_row(&s, &f);
-    fflush(stdout);
 out:
     sc_volume_clear(&volume);
     sc_phantom_free(s.phantom);
     return status;
 }
 
+/* Measure what the argument @p name stands for: a shape or a skin of the tables, or a file.
+ * @p before: the argument before it, NULL for the first. @return SC_ERR_USAGE for an unknown name;
+ * errors of measuring, with a message. */
+static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, const char *before)
+{
+    const skin *k = skin_find(name);
+    const shape *s = shape_find(name);
+    const bool leaking = k || o->skin;
+    sc_status status;
+
+    if (!k && !s && !o->skin)
+        return sc_fail(ctx, SC_ERR_USAGE, "unknown shape \"%s\"; --help lists them", name);
+    if (o->json && before)
+        printf(",\n");
+    if (!o->json && !o->write && (!before || (!o->skin && leaking != !!skin_find(before))))
+        print_head(leaking);
+    if (o->skin)
+        status = run_skin_of_file(ctx, o, name);
+    else
+        status = k ? run_skin(ctx, o, k) : run_shape(ctx, o, s);
+    fflush(stdout);
+    return status;
+}
+
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
- * they are wrong, or --mesh or --write comes with other than one shape. */
+ * they are wrong, or --mesh, --write or --skin comes with other than one argument. */
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'},
                                           {"surface", required_argument, NULL, 'f'},
                                           {"smooth", required_argument, NULL, 's'},
+                                          {"rays", required_argument, NULL, 'r'},
                                           {"mesh", required_argument, NULL, 'm'},
                                           {"write", required_argument, NULL, 'w'},
+                                          {"skin", required_argument, NULL, 'k'},
                                           {"help", no_argument, NULL, 'h'},
                                           {0}};
     char *end;
@@ -127,40 +231,44 @@ static bool parse(int argc, char **argv, options *o)
         if (c == 'j')
             o->json = true;
         else if (c == 'f' && (!strcmp(optarg, "smooth") || !strcmp(optarg, "voxel")))
-            o->surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        else if (c == 's' && (o->smooth = strtod(optarg, &end),
-                              !*end && o->smooth >= 0 && o->smooth <= SC_SMOOTH_MAX))
+            o->how.surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
+        else if (c == 's' && (o->how.smooth = strtod(optarg, &end),
+                              !*end && o->how.smooth >= 0 && o->how.smooth <= SC_SMOOTH_MAX))
+            continue;
+        else if (c == 'r' && (o->rays = strtoul(optarg, &end, 10), !*end && o->rays > 0))
             continue;
         else if (c == 'm')
             o->mesh = optarg;
         else if (c == 'w')
             o->write = optarg;
+        else if (c == 'k')
+            o->skin = optarg;
         else
             return false;
     }
-    return !(o->mesh || o->write) || argc - optind == 1;
+    return !(o->mesh || o->write || o->skin) || argc - optind == 1;
 }
 
 int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_WARN, .rank = -1, .write = sc_log_to_stderr};
-    options o = {.surface = SC_SURFACE_SMOOTH, .smooth = 1};
+    options o = {.how = {.surface = SC_SURFACE_SMOOTH, .smooth = 1}, .rays = 2500000};
+    const char *before = NULL;
     sc_status status = SC_OK;
-    int first = 1;
 
+    o.how.threads = sc_default_threads();
     if (!parse(argc, argv, &o)) {
         fputs(usage, stderr);
         return 64;
     }
     if (o.json)
         printf("{\"schema\": \"segcast-fidelity-1\", \"shapes\": [\n");
-    else if (!o.write)
-        printf("%-10s %9s %9s %9s %9s %9s %9s %9s %9s\n", "shape", "pos. rms", "95 %", "max",
-               "norm. deg", "volume %", "owner ppm", "outline", "gaps");
-    for (int i = optind; i < argc && status == SC_OK; i++, first = 0)
-        status = measure(&ctx, &o, argv[i], first);
-    for (size_t i = 0; i + 1 < shape_count && optind == argc && status == SC_OK; i++, first = 0)
-        status = measure(&ctx, &o, shapes[i].name, first);
+    for (int i = optind; i < argc && status == SC_OK; i++, before = argv[i - 1])
+        status = measure(&ctx, &o, argv[i], before);
+    for (size_t i = 0; i < IDEAL_SHAPES && optind == argc && status == SC_OK; i++) {
+        status = measure(&ctx, &o, shapes[i].name, before);
+        before = shapes[i].name;
+    }
     if (o.json)
         printf("\n]}\n");
     return status == SC_OK ? 0 : status == SC_ERR_USAGE ? 64 : 65;

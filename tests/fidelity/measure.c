@@ -15,20 +15,6 @@ enum {
     NEAR_SAMPLES = 4
 };
 
-uint64_t random_bits_of(uint64_t *seed)
-{
-    uint64_t z = *seed += 0x9e3779b97f4a7c15u; /* splitmix64 */
-
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
-
-double random_of(uint64_t *seed)
-{
-    return (double)(random_bits_of(seed) >> 11) * 0x1p-53;
-}
-
 void errors_add(errors *e, double position, double angle_deg)
 {
     if (e->count == e->capacity) {
@@ -72,56 +58,12 @@ void errors_finish(errors *e, fidelity *out)
     *e = (errors){0};
 }
 
-/* A prepared shape, and everything else that rays need. Pointers are borrowed. */
-typedef struct stage {
-    const shape *s;
-    sc_prepared volume;
-    sc_march march;
-    const sc_kernel *kernel;
-    sc_affine to_voxel;
-    double reach_mm; /* radius of a ball around the whole volume */
-    sc_vec3 middle_mm;
-} stage;
-
-/* Fill in a ray from @p eye along the unit vector @p direction, both in RAS mm; one that misses
- * the volume has no parts. */
-static void make_ray(const stage *st, sc_vec3 eye, sc_vec3 direction, sc_ray *ray)
-{
-    const double shift = st->kernel->surface == SC_SURFACE_VOXEL ? 1.5 : 1;
-    const sc_vec3 o = sc_affine_point(&st->to_voxel, eye);
-    const sc_vec3 d = sc_affine_vector(&st->to_voxel, direction);
-    const int *size = st->volume.size;
-    const sc_box3 box = {{-2, -2, -2}, {size[0] + 1, size[1] + 1, size[2] + 1}};
-    double begin = 0, end = 2 * st->reach_mm;
-    const bool meets = sc_box3_clip_line(&box, o, d, &begin, &end);
-
-    *ray = (sc_ray){.origin = {(float)(o.x + shift), (float)(o.y + shift), (float)(o.z + shift)},
-                    .direction = {(float)d.x, (float)d.y, (float)d.z},
-                    .toward_eye = {(float)-direction.x, (float)-direction.y, (float)-direction.z},
-                    .clip_sets = 1,
-                    .part_count = {meets}};
-    ray->parts[0][0].begin_mm = (float)begin;
-    ray->parts[0][0].end_mm = (float)end;
-    ray->parts[0][0].first = (int32_t)ceil(begin / (double)st->march.step_mm);
-    ray->parts[0][0].last = (int32_t)(end / (double)st->march.step_mm);
-    ray->parts[0][0].cap_plane = -1;
-}
-
-/* A random unit vector, uniformly distributed over the sphere (Archimedes). */
-static sc_vec3 random_direction(uint64_t *seed)
-{
-    const double z = 2 * random_of(seed) - 1, angle = 2 * M_PI * random_of(seed);
-    const double across = sqrt(1 - z * z);
-
-    return (sc_vec3){across * cos(angle), across * sin(angle), z};
-}
-
 /* Is the phantom's surface not determined by its voxels at this point? That is so for faces within
  * 8 degrees of a plane of the grid (a flat face may lie anywhere within a voxel, and its steps are
  * wider than any filter), and near an edge (two voxels) or a third tissue (three voxels). */
-static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 normal)
+static bool is_undetermined(const shape *s, int label, sc_vec3 hit, sc_vec3 normal)
 {
-    const double mm = st->s->voxel_mm;
+    const double mm = s->unit_mm;
     const sc_vec3 side = sc_vec3_perpendicular(normal);
     int owners[2] = {label, -1};
 
@@ -130,7 +72,7 @@ static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 nor
 
     for (int n = 0; n < 27; n++) {
         const sc_vec3 d = sc_vec3_unit((sc_vec3){n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
-        const int owner = sc_phantom_owner(st->s->phantom, sc_vec3_along(hit, 3 * mm, d));
+        const int owner = sc_phantom_owner(s->phantom, sc_vec3_along(hit, 3 * mm, d));
 
         if (owner == owners[0] || owner == owners[1])
             continue;
@@ -142,7 +84,7 @@ static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 nor
         const sc_vec3 along = sc_vec3_rotate(side, normal, n * M_PI / 4);
         sc_vec3 there;
 
-        (void)shape_distance(st->s, label, sc_vec3_along(hit, 2 * mm, along), &there);
+        (void)shape_distance(s, label, sc_vec3_along(hit, 2 * mm, along), &there);
         if (sc_vec3_dot(there, normal) < 0.64) /* 50 degrees: a tube of radius 2.3 */
             return true;
     }
@@ -152,7 +94,7 @@ static bool is_undetermined(const stage *st, int label, sc_vec3 hit, sc_vec3 nor
 /* Add the errors of what a ray from @p eye has met (@p light) to @p e: the distance of the hit
  * from the true surface, and the angle between the normals. Rays without a hit, and points of
  * the phantom that are undetermined, are passed over. */
-static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
+static void add_hit(const shape *s, sc_vec3 eye, sc_vec3 direction, const sc_radiance *light,
                     errors *e)
 {
     sc_vec3 hit, normal;
@@ -163,8 +105,8 @@ static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_ra
     if (!light->label)
         return;
     hit = sc_vec3_along(eye, (double)light->depth_mm, direction);
-    distance = shape_distance(st->s, (int)light->label, hit, &normal);
-    if (st->s->phantom && is_undetermined(st, (int)light->label, hit, normal))
+    distance = shape_distance(s, (int)light->label, hit, &normal);
+    if (s->phantom && is_undetermined(s, (int)light->label, hit, normal))
         return;
     cosine = fmin(1, fmax(-1, sc_vec3_dot(n, normal)));
     errors_add(e, distance, acos(cosine) * 180 / M_PI);
@@ -172,7 +114,7 @@ static void add_hit(const stage *st, sc_vec3 eye, sc_vec3 direction, const sc_ra
 
 /* Measure errors of positions and normals, to @p out (see errors_finish), by rays in random
  * directions through a ball around the shape. */
-static void measure_hits(const stage *st, fidelity *out)
+static void measure_hits(const stage *st, const shape *s, fidelity *out)
 {
     static sc_ray rays[BATCH];
     static sc_radiance light[BATCH];
@@ -181,44 +123,38 @@ static void measure_hits(const stage *st, fidelity *out)
     uint64_t seed = 11;
     errors e = {0};
 
-    for (int n = 0; n < (st->s->phantom ? PHANTOM_RAYS : RAYS); n += BATCH) {
+    for (int n = 0; n < (s->phantom ? PHANTOM_RAYS : RAYS); n += BATCH) {
         for (int i = 0; i < BATCH; i++) {
-            const sc_vec3 d = random_direction(&seed), side = sc_vec3_perpendicular(d);
-            const double r = st->reach_mm * sqrt(random_of(&seed));
-            const double angle = 2 * M_PI * random_of(&seed);
-            const sc_vec3 through = sc_vec3_along(st->middle_mm, r, sc_vec3_rotate(side, d, angle));
-
-            directions[i] = d;
-            eyes[i] = sc_vec3_along(through, -st->reach_mm, d);
-            make_ray(st, eyes[i], d, &rays[i]);
+            directions[i] = random_line(st, &seed, &eyes[i]);
+            make_ray(st, eyes[i], directions[i], &rays[i]);
         }
         st->kernel->march(&st->march, rays, BATCH, light, &counters);
         for (int i = 0; i < BATCH; i++)
-            add_hit(st, eyes[i], directions[i], &light[i], &e);
+            add_hit(s, eyes[i], directions[i], &light[i], &e);
     }
     errors_finish(&e, out);
 }
 
 /* Does the line meet the shape? Found by sphere tracing: each step is as long as the distance. */
-static bool line_meets(const stage *st, sc_vec3 eye, sc_vec3 direction)
+static bool line_meets(const stage *st, const shape *s, sc_vec3 eye, sc_vec3 direction)
 {
     double t = 0;
 
     while (t < 2 * st->reach_mm) {
         sc_vec3 normal;
-        const double d = shape_distance(st->s, 1, sc_vec3_along(eye, t, direction), &normal);
+        const double d = shape_distance(s, 1, sc_vec3_along(eye, t, direction), &normal);
 
         if (d < 1e-4)
             return true;
-        t += d;
+        t += d * s->unit_mm;
     }
     return false;
 }
 
 /* Measure the mean distance between the drawn and the true outline, to out->silhouette in
- * voxels: the area by which they differ, divided by the outline's length; with parallel rays
+ * units: the area by which they differ, divided by the outline's length; with parallel rays
  * from three sides. Not for the phantom. */
-static void measure_silhouette(const stage *st, fidelity *out)
+static void measure_silhouette(const stage *st, const shape *s, fidelity *out)
 {
     const double px_mm = 2 * st->reach_mm / SILHOUETTE_PX;
     uint64_t seed = 5;
@@ -238,7 +174,7 @@ static void measure_silhouette(const stage *st, fidelity *out)
                 const sc_vec3 eye = sc_vec3_along(
                     sc_vec3_along(sc_vec3_along(st->middle_mm, across, right), upward, up),
                     -st->reach_mm, d);
-                const bool truth = line_meets(st, eye, d);
+                const bool truth = line_meets(st, s, eye, d);
                 sc_march_counters counters = {0};
                 sc_radiance light;
                 sc_ray ray;
@@ -253,44 +189,34 @@ static void measure_silhouette(const stage *st, fidelity *out)
     }
     /* On average over all directions, the pixel edges along a line are 4/pi times as long as the
      * line. */
-    out->silhouette = differing / (edges * M_PI / 4) * px_mm / st->s->voxel_mm;
+    out->silhouette = differing / (edges * M_PI / 4) * px_mm / s->unit_mm;
 }
 
-/* The label that segcast's surface model gives the point @p mm (RAS); 0 outside of the volume. */
-static int owner_at(const stage *st, sc_vec3 mm)
+/* A random point, in mm, of the block of @p every voxels along each axis that begins at voxel
+ * (@p x, @p y, @p z). */
+static sc_vec3 point_in_block(const stage *st, int x, int y, int z, int every, uint64_t *seed)
 {
-    const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
-    const float point[3] = {(float)(p.x + 1), (float)(p.y + 1), (float)(p.z + 1)};
-    const sc_prepared *v = &st->volume;
-    const int x = (int)floor(p.x + 0.5), y = (int)floor(p.y + 0.5), z = (int)floor(p.z + 0.5);
+    const double i = x + every * random_of(seed) - 0.5;
+    const double j = y + every * random_of(seed) - 0.5;
+    const double k = z + every * random_of(seed) - 0.5;
 
-    if (st->kernel->surface == SC_SURFACE_SMOOTH)
-        return (int)sc_kernel_owner(v, point);
-    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
-        return 0;
-    return (
-        (const uint8_t *)
-            v->ids)[((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x];
+    return sc_affine_point(&st->volume.to_ras_mm, (sc_vec3){i, j, k});
 }
 
-/* Measure the share of points with a wrong owner (out->owner_errors) and of the volume kept
- * (out->volume_kept, NaN for the phantom), by jittered points: for the owners one in every block
- * of voxels, for the volume NEAR_SAMPLES in each voxel near the surface. */
-static void measure_owners(const stage *st, fidelity *out)
+/* Measure the share of points with a wrong owner, farther than half a unit from the border, to
+ * out->owner_errors, by a random point in every block of voxels. */
+static void measure_owners(const stage *st, const shape *s, fidelity *out)
 {
     uint64_t seed = 17;
-    double inside = 0, samples = 0, wrong = 0;
-    const int every = st->s->phantom ? 9 : 2;
+    double samples = 0, wrong = 0;
+    const int every = s->phantom ? 9 : 2;
 
-    for (int z = 0; z < st->s->size[2]; z += every) {
-        for (int y = 0; y < st->s->size[1]; y += every) {
-            for (int x = 0; x < st->s->size[0]; x += every) {
-                const sc_vec3 mm = sc_affine_point(&st->volume.to_ras_mm,
-                                                   (sc_vec3){x + every * (random_of(&seed) - 0.5),
-                                                             y + every * (random_of(&seed) - 0.5),
-                                                             z + every * (random_of(&seed) - 0.5)});
+    for (int z = 0; z < s->size[2]; z += every) {
+        for (int y = 0; y < s->size[1]; y += every) {
+            for (int x = 0; x < s->size[0]; x += every) {
+                const sc_vec3 mm = point_in_block(st, x, y, z, every, &seed);
                 double border;
-                const int truth = shape_owner(st->s, mm, &border);
+                const int truth = shape_owner(s, mm, &border);
 
                 if (border <= 0.5)
                     continue;
@@ -300,108 +226,58 @@ static void measure_owners(const stage *st, fidelity *out)
         }
     }
     out->owner_errors = 1e6 * wrong / samples;
+}
+
+/* Measure the share of the volume that is kept (out->volume_kept, NaN for the phantom), by
+ * NEAR_SAMPLES random points in each voxel within three units, or three slices, of the surface. */
+static void measure_kept(const stage *st, const shape *s, fidelity *out)
+{
+    const double near = 3 * fmax(1, s->slice_mm / s->unit_mm);
+    uint64_t seed = 19;
+    double inside = 0;
+
     out->volume_kept = NAN;
-    if (st->s->phantom)
+    if (s->phantom)
         return;
-    for (int z = 0; z < st->s->size[2]; z++) {
-        for (int y = 0; y < st->s->size[1]; y++) {
-            for (int x = 0; x < st->s->size[0]; x++) {
+    for (int z = 0; z < s->size[2]; z++) {
+        for (int y = 0; y < s->size[1]; y++) {
+            for (int x = 0; x < s->size[0]; x++) {
+                const sc_vec3 mm = sc_affine_point(&st->volume.to_ras_mm, (sc_vec3){x, y, z});
                 sc_vec3 normal;
-                const double d = shape_distance(st->s, 1, (sc_vec3){x, y, z}, &normal);
+                const double d = shape_distance(s, 1, mm, &normal);
                 int own = 0;
 
-                if (d > 3)
+                if (d > near)
                     continue;
-                for (int i = 0; i < NEAR_SAMPLES && d > -3; i++)
-                    own += owner_at(st, (sc_vec3){x + random_of(&seed) - 0.5,
-                                                  y + random_of(&seed) - 0.5,
-                                                  z + random_of(&seed) - 0.5});
-                inside += d > -3 ? (double)own / NEAR_SAMPLES : 1;
+                for (int i = 0; i < NEAR_SAMPLES && d > -near; i++)
+                    own += owner_at(st, point_in_block(st, x, y, z, 1, &seed));
+                inside += d > -near ? (double)own / NEAR_SAMPLES : 1;
             }
         }
     }
-    out->volume_kept = inside / st->s->volume;
+    out->volume_kept = inside * s->slice_mm / s->volume;
 }
 
-/* Fill in the stage, whose s and volume have been set: kernel, geometry, and a march with flat
- * light. @p cells: masks of what is visible; like @p tissues, they stay borrowed. */
-static void set_stage(stage *st, sc_surface surface, const uint64_t *cells,
-                      const sc_march_tissue *tissues)
+sc_status measure_volume(const sc_ctx *ctx, const shape *s, const drawing *how, fidelity *out)
 {
-    const sc_prepared *v = &st->volume;
-    const sc_vec3 corner = {v->size[0] - 1, v->size[1] - 1, v->size[2] - 1};
-    const sc_vec3 low = sc_affine_point(&v->to_ras_mm, (sc_vec3){0, 0, 0});
-    const sc_vec3 high = sc_affine_point(&v->to_ras_mm, corner);
-
-    st->kernel = sc_kernel_find(surface, SC_SKIP_INTERIOR, v, NULL);
-    (void)sc_affine_invert(&v->to_ras_mm, &st->to_voxel);
-    st->middle_mm = sc_vec3_scale(sc_vec3_add(low, high), 0.5);
-    st->reach_mm = 0.56 * sc_vec3_length(sc_vec3_sub(high, low)) / (st->s->phantom ? 1.3 : 1.5);
-    st->march = (sc_march){
-        .volume = v,
-        .visible = cells,
-        .visible_row = sc_framed_row(v->bricks),
-        .visible_layer = sc_framed_layer(v->bricks),
-        .box_low = {-1.5f, -1.5f, -1.5f},
-        .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
-        .tissues = tissues,
-        .step_mm = (float)(0.05 * st->s->voxel_mm),
-        .light = {.flat = true}};
-}
-
-/* Measure the packed prepared volume @p block of a shape and fill in @p out. @return errors of
- * viewing it and SC_ERR_MEMORY. */
-static sc_status measure_prepared(const sc_ctx *ctx, const shape *s, sc_surface surface,
-                                  int threads, const void *block, size_t bytes, fidelity *out)
-{
-    stage st = {.s = s};
-    static sc_march_tissue tissues[256];
-    uint8_t show[256];
-    uint64_t *cells = NULL;
+    sc_volume volume = {0};
+    stage st = {0};
     sc_status status;
 
-    SC_TRY(sc_prepared_view(ctx, block, bytes, &st.volume));
-    for (int id = 0; id < 256; id++) {
-        show[id] = id ? SC_SHOW_BOUNDARY : 0;
-        tissues[id] = (sc_march_tissue){.boundary_alpha = 1, .show = show[id], .shininess = 1};
-    }
-    if (surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_visible_cells(ctx, &st.volume, show, threads, &cells));
-    else
-        SC_TRY(sc_visible_masks(ctx, &st.volume, show, threads, &cells));
-    set_stage(&st, surface, cells, tissues);
-    measure_hits(&st, out);
-    measure_owners(&st, out);
+    SC_TRY(shape_volume(ctx, s, how->threads, &volume));
+    SC_TRY(stage_open(ctx, &volume, how, s->phantom ? 1.12 / 1.3 : 1.12 / 1.5,
+                      0.05 * fmin(1, s->unit_mm), &st));
+    measure_hits(&st, s, out);
+    measure_owners(&st, s, out);
+    measure_kept(&st, s, out);
     out->silhouette = NAN;
     if (!s->phantom)
-        measure_silhouette(&st, out);
+        measure_silhouette(&st, s, out);
     out->gaps = s->radius > 0 ? 0 : -1;
     for (int i = 0; i < 3600 && s->radius > 0; i++)
         out->gaps += owner_at(&st, shape_middle(s, i / 3600.0)) != 1;
 out:
-    sc_free(cells);
-    return status;
-}
-
-sc_status measure_volume(const sc_ctx *ctx, const shape *s, sc_surface surface, double smooth,
-                         int threads, fidelity *out)
-{
-    const sc_prepare_settings settings = {.smooth = smooth, .threads = threads};
-    sc_volume volume = {0};
-    sc_preparation *preparation = NULL;
-    void *block = NULL;
-    size_t bytes;
-    sc_status status;
-
-    SC_TRY(shape_volume(ctx, s, threads, &volume));
-    SC_TRY(sc_prepare(ctx, &volume, &settings, &preparation));
-    bytes = sc_preparation_bytes(preparation);
-    SC_TRY(sc_alloc(ctx, bytes, 1, &block));
-    sc_preparation_pack(preparation, block);
-    status = measure_prepared(ctx, s, surface, threads, block, bytes, out);
-out:
-    sc_preparation_free(preparation);
+    stage_close(&st);
     sc_volume_clear(&volume);
-    sc_free(block);
     return status;
 }

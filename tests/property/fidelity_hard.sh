@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# tools/fidelity measures what real segmentations are like: shapes in thick slices, copied up from coarse
+# voxels and with noise at their border, and skins one voxel thick. Briefly tried: each can be measured
+# and gives sane values. docs/quality.md has the figures.
+measure() { "$FIDELITY" --json "$@" >out.json || fail "$*: the measurement failed"; }
+check() { # check FILTER WHAT: the filter must be true of the only shape in out.json
+    jq -e ".shapes[0] | $1" out.json >/dev/null || fail "$2: $(cat out.json)"
+}
+for shape in torus-6-slices torus-12-noisy; do
+    measure "$shape"
+    check '.position_rms_voxels > 0.05 and .position_rms_voxels < 1.5 and .volume_kept > 0.9
+        and .volume_kept < 1.1 and .gaps == 0 and .hits > 1000' "$shape: implausible"
+done
+
+# Errors are given in voxels within a slice, or in voxels before they were copied up: an error of about
+# 0.28 voxels is that of the voxels themselves.
+measure --surface voxel torus-12-copied
+check '.position_rms_voxels > 0.25 and .position_rms_voxels < 0.31' 'copied up: not in coarse voxels'
+
+# Without smoothing no ray gets through a skin, and nearly all that meet the body have to pass it.
+for skin in skin-ellipsoid skin-balls skin-planes skin-rough-slices; do
+    measure --smooth 0 --rays 20000 "$skin"
+    check '.leaks_per_million == 0 and .not_skin_share == 0 and .rays_through > 3000
+        and .rays_through > 0.8 * .hits and .rays_through <= .hits' "$skin"
+done
+# The skin of a file: here tissue 1 is named as the skin, so that most rays meet something else before.
+"$FIDELITY" --write skin.nrrd skin-ellipsoid || fail 'the voxels of a skin were not written'
+measure --smooth 0 --rays 20000 --skin 3 skin.nrrd
+check '.leaks_per_million == 0 and .rays_through > 2000' 'the skin of a file'
+measure --smooth 0 --rays 20000 --skin 1 skin.nrrd
+check '.not_skin_share == 1' 'a tissue that is no skin'
+"$FIDELITY" --skin 9 skin.nrrd >/dev/null 2>none.txt && fail 'a label that is not there was accepted'
+grep -q 'no label 9' none.txt || fail "unexpected message for a label that is not there: $(cat none.txt)"
