@@ -309,7 +309,9 @@ static int give_free_name(const char *temporary, const char *path)
     return rename(temporary, path) ? errno : 0;
 }
 
-/* Flush the directory that holds @p path to disk. @return 0, or the errno of the failure. */
+/* Flush the directory that holds @p path to disk, as far as the file system can and the user may
+ * (who can make files also in a directory that may not be read). @return 0, or the errno of the
+ * failure. */
 static int sync_directory_of(const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -322,7 +324,7 @@ static int sync_directory_of(const char *path)
     if (fd >= 0)
         close(fd);
     free(directory);
-    return failed == EINVAL ? 0 : failed; /* some file systems cannot flush a directory */
+    return failed == EINVAL || failed == EACCES ? 0 : failed;
 }
 
 sc_status sc_outfile_commit(const sc_ctx *ctx, sc_outfile *file)

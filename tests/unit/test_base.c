@@ -382,6 +382,27 @@ static void a_terminal_shows_a_path_and_does_not_obey_it(void **state)
     close(master);
 }
 
+/* Whoever may make files in a folder but not list it gets them all the same. */
+static void a_folder_that_cannot_be_read_takes_files(void **state)
+{
+    enum { NOBODY = 65534 };
+    const bool is_root = geteuid() == 0; /* may read everything */
+    sc_status status;
+
+    (void)state;
+    assert_int_equal(mkdir("write-only", 0700), 0);
+    assert_int_equal(chmod("write-only", 0333), 0);
+    if (is_root)
+        assert_int_equal(seteuid(NOBODY), 0);
+    status = sc_file_write(&quiet, "write-only/a.txt", "x", 1);
+    if (is_root)
+        assert_int_equal(seteuid(0), 0);
+    assert_ok(status);
+    assert_int_equal(access("write-only/a.txt", F_OK), 0);
+    unlink("write-only/a.txt");
+    rmdir("write-only");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -395,6 +416,7 @@ int main(void)
         cmocka_unit_test(a_temporary_file_is_new_and_removed),
         cmocka_unit_test(a_name_that_is_taken_is_refused),
         cmocka_unit_test(a_full_disk_is_noticed),
+        cmocka_unit_test(a_folder_that_cannot_be_read_takes_files),
         cmocka_unit_test(a_parallel_loop_does_every_item_once),
         cmocka_unit_test(lengths_get_a_unit_that_fits),
         cmocka_unit_test(zero_is_never_negative),
