@@ -175,7 +175,7 @@ double sc_no_negative_zero(double value, int decimals);
 sc_status sc_input_status(int error);
 
 /** Read a whole file. @p out holds its bytes and a NUL byte behind them. @return SC_ERR_MISSING if
- *  it cannot be opened or is a directory, SC_ERR_DATA if it is longer than @p max_bytes. Caller
+ *  it cannot be opened or is no regular file, SC_ERR_DATA if it is longer than @p max_bytes. Caller
  * owns *out: sc_free. */
 SC_MUST_USE sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes,
                                    char **out, size_t *out_bytes);

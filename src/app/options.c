@@ -207,12 +207,17 @@ static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_opt
     return SC_OK;
 }
 
-/* As store_text, for the path of an output: "~" would become the name of a folder. */
+/* As store_text, for the path of an output, which is not empty: "~" would become the name of a
+ * folder. */
 static sc_status store_output(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                               const char *value)
 {
     const char *home = getenv("HOME");
 
+    if (!value[0])
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is empty, expected %s; is a variable of the script not set?",
+                       option->name, option->argument);
     if (value[0] == '~' && (!value[1] || value[1] == '/'))
         return sc_fail(
             ctx, SC_ERR_USAGE,
@@ -543,6 +548,11 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
     for (int i = optind; i < argc; i++) {
         if (options->input || !command->argument[0])
             return sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", argv[i]);
+        if (!argv[i][0])
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "the argument is empty, expected %s; is a variable of the script not "
+                           "set?",
+                           command->argument);
         options->input = argv[i];
     }
     if (command->argument[0] && command->argument[0] != '[' && !options->input && !options->help &&

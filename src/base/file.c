@@ -40,8 +40,10 @@ sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t max_bytes, ch
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     if (S_ISDIR(info.st_mode))
         return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory, expected a file", path);
-    if (S_ISFIFO(info.st_mode)) /* opening it would wait for its writer */
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: is a pipe, expected a file", path);
+    if (!S_ISREG(info.st_mode)) /* opening a pipe would wait for its writer */
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%s: is a pipe or a device, expected a file; write it to a file first",
+                       path);
     if (info.st_size < 0 || (uint64_t)info.st_size > max_bytes)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has %lld bytes, expected at most %zu", path,
                        (long long)info.st_size, max_bytes);

@@ -84,7 +84,7 @@ for file in still.png views.png turn.mp4 turn.mkv turn.webm whole.segc p.nrrd; d
     rm "$file"
 done
 expect 73 'nowhere/x.png: cannot be created' "$SEGCAST" still job.yaml -o nowhere/x.png; one_error
-expect 64 'expected a name ending in .png' "$SEGCAST" still job.yaml -o ''; one_error
+expect 64 '--output is empty' "$SEGCAST" still job.yaml -o ''; one_error
 kept
 
 # Each command writes one format, and does not write it under the name of another.
