@@ -16,6 +16,7 @@ static atomic_int stop_requested; /* 0, or the number of the first such signal *
 static atomic_int stops_in_order; /* see sc_signals_stop_in_order */
 static atomic_int gives_up;       /* see sc_signals_give_up */
 static atomic_int tells_of_stop;  /* see sc_signals_tell */
+static atomic_int runs;           /* sc_signals_catch_stop was called */
 static atomic_int is_terminal;
 
 static bool lost_memory_told;
@@ -84,6 +85,18 @@ static void on_cpu_limit(int number)
     if (write(STDERR_FILENO, text, sizeof text - 1) < 0)
         _exit(71); /* nobody can be told */
     _exit(71);
+}
+
+/* Who read standard output or standard error is gone. A run goes on without: what it draws goes to
+ * files, and what it cannot print at its end is an error then. All else ends as it does in other
+ * programs, but leaves no unfinished files. */
+static void on_lost_reader(int number)
+{
+    if (runs)
+        return;
+    sc_unfinished_remove();
+    signal(number, SIG_DFL);
+    raise(number); /* comes when this handler returns */
 }
 
 /* Memory that a file or shared memory stands behind is gone: the file was cut off meanwhile, its
@@ -155,6 +168,8 @@ void sc_signals_install(void)
     handle(SIGINT, on_stop);
     if (!sigaction(SIGHUP, NULL, &before) && before.sa_handler != SIG_IGN) /* not under nohup */
         handle(SIGHUP, on_stop);
+    if (!sigaction(SIGPIPE, NULL, &before) && before.sa_handler != SIG_IGN)
+        handle(SIGPIPE, on_lost_reader);
     handle(SIGALRM, on_alarm);
     handle(SIGXCPU, on_cpu_limit);
     handle(SIGXFSZ, SIG_IGN);
@@ -172,6 +187,7 @@ void sc_signals_tell(bool tells, bool is_tty)
 const atomic_int *sc_signals_catch_stop(void)
 {
     handle(SIGXCPU, on_stop);
+    runs = 1;
     return &stop_requested;
 }
 

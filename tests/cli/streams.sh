@@ -49,6 +49,30 @@ for words in 'keys' 'help --bash' 'keys --json'; do
     [ ! -s said.txt ] || fail "$words into head: $(cat said.txt)"
 done
 
+# A run whose log nobody reads any more (`| tee` that was ended) goes on. Without -q it says something.
+exec 8> >(exit 0)
+wait $!
+code=0
+"$SEGCAST" render job.yaml -o unread >printed.txt 2>&8 || code=$?
+[ $code = 0 ] || fail "a render whose log nobody reads: exit code $code"
+expect 0 '' "$SEGCAST" verify unread
+code=0
+"$SEGCAST" render job.yaml -o unprinted 2>said.txt >&8 || code=$?
+[ $code = 74 ] || fail "a render whose output nobody reads: exit code $code, expected 74: $(cat said.txt)"
+expect 0 '' "$SEGCAST" verify unprinted
+# Every other command ends as programs do, and leaves nothing unfinished.
+"$SEGCAST" phantom --size 300x300x300 -o large.nrrd -q &
+until compgen -G '.large.nrrd.tmp.*' >/dev/null; do
+    kill -0 $! 2>/dev/null || fail "phantom ended before it could be interrupted"
+    sleep 0.05
+done
+kill -PIPE $!
+code=0
+wait $! || code=$?
+[ $code = 141 ] || fail "phantom without a reader: exit code $code, expected 141"
+[ -z "$(compgen -G '.large.nrrd*')" ] || fail "left behind: $(compgen -G '.large.nrrd*')"
+exec 8>&-
+
 # With any of them closed, nothing that is meant for it gets into a file.
 expect 0 '' closed "$SEGCAST" still job.yaml -o closed.png
 "$SEGCAST" still job.yaml -q -o open.png >/dev/null
