@@ -122,6 +122,9 @@ void sc_job_clear(sc_job *job);
  * same job. @param identity only keys on which the pictures depend. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,
                                    sc_text *text);
+/** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
+ *  YAML needs. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

@@ -194,6 +194,9 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
  * kind what is written, for the message. @return SC_ERR_USAGE. */
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending,
                           const char *kind);
+/* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
+ * terminal so that it is not obeyed. */
+void sc_print_made(const char *path);
 /* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
  * later gets what is meant for them. @return false if that fails. */
 bool sc_open_standard_streams(void);
@@ -219,8 +222,10 @@ double sc_deadline_s(const sc_app *app);
  * sc_signals_stop_in_order says. USR1 does not kill but is remembered for sc_signals_catch_stop,
  * also if it was blocked before; writing beyond the limit of file sizes fails with EFBIG instead of
  * killing; at the limit of CPU time a message is printed before the process ends, with exit
- * code 71; and where memory that a file stands behind cannot be read any more (SIGBUS), a message
- * is printed and the process ends with exit code 74. */
+ * code 71; where memory that a file stands behind cannot be read any more (SIGBUS), a message is
+ * printed and the process ends with exit code 74; and a reader of standard output or standard error
+ * that is gone (SIGPIPE) ends the process, without unfinished files, unless sc_signals_catch_stop
+ * was called. */
 void sc_signals_install(void);
 /* Let the process end with a message that names the file, and exit code 74, when it reads memory of
  * @p file that has been cut off; without this the message names no file. One file at a time: the

@@ -48,22 +48,6 @@ static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
     return status;
 }
 
-/* Append @p text as a value or key of YAML, in double quotes. */
-static sc_status add_quoted(const sc_ctx *ctx, const char *text, sc_text *out)
-{
-    sc_status status = sc_text_add(ctx, out, "\"");
-
-    for (; *text && status == SC_OK; text++) {
-        if (*text == '"' || *text == '\\')
-            status = sc_text_add(ctx, out, "\\%c", *text);
-        else if ((unsigned char)*text < 0x20 || *text == 0x7f)
-            status = sc_text_add(ctx, out, "\\x%02x", (unsigned char)*text);
-        else
-            status = sc_text_add(ctx, out, "%c", *text);
-    }
-    return status == SC_OK ? sc_text_add(ctx, out, "\"") : status;
-}
-
 /* Append the line of a key that holds a path: as the user has given it, if the job is written to
  * the working directory, to which it is relative then; else absolute. */
 static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, bool is_here,
@@ -73,7 +57,7 @@ static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, 
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, out, "%s: ", key));
-    SC_TRY(add_quoted(ctx, absolute ? absolute : path, out));
+    SC_TRY(sc_write_quoted(ctx, absolute ? absolute : path, out));
     status = sc_text_add(ctx, out, "\n");
 out:
     free(absolute);
@@ -123,7 +107,7 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
 
     SC_TRY(sc_text_add(ctx, out, "  "));
     if (by_name)
-        SC_TRY(add_quoted(ctx, label->name, out));
+        SC_TRY(sc_write_quoted(ctx, label->name, out));
     else
         SC_TRY(sc_text_add(ctx, out, "%lld", (long long)label->value));
     used = (int)(out->length_bytes - begin);
@@ -132,7 +116,7 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_prepared *v, const sc_pl
     SC_TRY(sc_text_add(ctx, out, ", color: \"#%02x%02x%02x\"}  # ", label->rgb[0], label->rgb[1],
                        label->rgb[2]));
     if (!by_name && label->name[0])
-        SC_TRY(add_quoted(ctx, label->name, out));
+        SC_TRY(sc_write_quoted(ctx, label->name, out));
     SC_TRY(sc_text_add(ctx, out, "%slabel %lld, %.3g ml, %.3g mm thick\n",
                        !by_name && label->name[0] ? ", " : "", (long long)label->value, ml,
                        s->thickness_mm));
@@ -190,10 +174,31 @@ static sc_status add_name(const sc_ctx *ctx, const char *key, const char *stem, 
 
     SC_TRY(sc_text_add(ctx, &name, "%s%s", stem, ending));
     SC_TRY(sc_text_add(ctx, out, "  %s: ", key));
-    SC_TRY(add_quoted(ctx, name.data, out));
+    SC_TRY(sc_write_quoted(ctx, name.data, out));
     status = sc_text_add(ctx, out, "\n");
 out:
     sc_text_clear(&name);
+    return status;
+}
+
+/* Append the comments at the begin, with what to do next. @param path where the job is written. */
+static sc_status add_comments(const sc_ctx *ctx, const char *path, sc_text *out)
+{
+    char shown[256]; /* in a comment, where a newline of the name would end it */
+    const size_t bytes = sc_printable(path, shown, sizeof shown);
+    const char *name = bytes < sizeof shown ? shown : "JOB.yaml";
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out,
+                       "# A job to begin with, made by `segcast init`: change what you like.\n"));
+    if (strcmp(path, "-"))
+        SC_TRY(sc_text_add(ctx, out,
+                           "#   segcast check %s                 tells all mistakes in it\n"
+                           "#   segcast still %s -o picture.png  draws its first frame\n"
+                           "#   segcast render %s                makes the video\n",
+                           name, name, name));
+    status = sc_text_add(ctx, out, "# All keys: `segcast keys`, or docs/job.md.\n\n");
+out:
     return status;
 }
 
@@ -205,15 +210,7 @@ static sc_status add_head(const sc_app *app, const char *path, const char *stem,
     const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
     sc_status status;
 
-    SC_TRY(sc_text_add(ctx, out,
-                       "# A job to begin with, made by `segcast init`: change what you like.\n"));
-    if (strcmp(path, "-"))
-        SC_TRY(sc_text_add(ctx, out,
-                           "#   segcast check %s                 tells all mistakes in it\n"
-                           "#   segcast still %s -o picture.png  draws its first frame\n"
-                           "#   segcast render %s                makes the video\n",
-                           path, path, path));
-    SC_TRY(sc_text_add(ctx, out, "# All keys: `segcast keys`, or docs/job.md.\n\n"));
+    SC_TRY(add_comments(ctx, path, out));
     SC_TRY(add_path(ctx, "volume", app->options.input, is_here, out));
     if (labels)
         SC_TRY(add_path(ctx, "labels", labels, is_here, out));
@@ -285,7 +282,7 @@ static sc_status write_job(const sc_app *app, const char *path, const sc_text *t
     SC_TRY(sc_outfile_open(app->ctx, path, false, &file));
     fwrite(text->data, 1, text->length_bytes, file.stream);
     SC_TRY(sc_outfile_commit(app->ctx, &file)); /* it also tells of errors in writing */
-    printf("%s\n", path);
+    sc_print_made(path);
 out:
     sc_outfile_discard(&file);
     return status;

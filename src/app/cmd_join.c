@@ -51,7 +51,9 @@ sc_status sc_cmd_join(sc_app *app)
     SC_TRY(sc_store_seal(app->ctx, store));
     sc_display_end_stage(app);
     if (missing > 0)
-        status = sc_fail(app->ctx, SC_ERR_INCOMPLETE, "%s: %d of %d frames are not there",
+        status = sc_fail(app->ctx, SC_ERR_INCOMPLETE,
+                         "%s: %d of %d frames are not there; run the slices that hold them, or the "
+                         "whole job, with --resume",
                          directory, missing, store_job.frames);
     else {
         sc_print_path(stdout, directory);
@@ -78,12 +80,15 @@ sc_status sc_cmd_verify(sc_app *app)
     SC_TRY(read_directory(app, &job, &store_job, version));
     SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
     sc_display_end_stage(app);
-    printf("%s: %d frames, all verified: manifest.jsonl%s", app->options.input, store_job.frames,
-           names.data ? names.data : "");
+    sc_print_path(stdout, app->options.input);
+    printf(": %d frames, all verified: manifest.jsonl", store_job.frames);
+    sc_print(stdout, names.data ? names.data : "");
     if (store_job.png)
         printf(", %d PNG files", store_job.frames);
-    if (sc_run_has_video(&job))
-        printf(", %s", job.output.video);
+    if (sc_run_has_video(&job)) {
+        printf(", ");
+        sc_print(stdout, job.output.video);
+    }
     printf("\n");
 out:
     sc_text_clear(&names);
@@ -94,16 +99,20 @@ out:
 /* Print the report as one line for people. */
 static void print_status(const char *directory, const sc_store_report *report)
 {
-    if (report->condition == SC_STORE_COMPLETE)
-        printf("%s: complete, %d frames%s%s\n", directory, report->frames,
-               report->video[0] ? ", " : "", report->video);
-    else if (report->condition == SC_STORE_INCOMPLETE)
-        printf("%s: incomplete, %d of %d frames are done; run again with --resume for the rest\n",
-               directory, report->done, report->frames);
-    else
-        printf("%s: damaged: %s; `segcast verify` says more, and a run with --resume makes again "
-               "what is damaged\n",
-               directory, report->reason);
+    sc_print_path(stdout, directory);
+    if (report->condition == SC_STORE_COMPLETE) {
+        printf(": complete, %d frames%s", report->frames, report->video[0] ? ", " : "");
+        sc_print(stdout, report->video);
+        printf("\n");
+    } else if (report->condition == SC_STORE_INCOMPLETE) {
+        printf(": incomplete, %d of %d frames are done; run again with --resume for the rest\n",
+               report->done, report->frames);
+    } else {
+        printf(": damaged: ");
+        sc_print(stdout, report->reason);
+        printf("; `segcast verify` says more, and a run with --resume makes again what is "
+               "damaged\n");
+    }
 }
 
 /* Print the report as one line of JSON. @return SC_ERR_MEMORY. */

@@ -25,7 +25,7 @@ sc_status sc_cmd_phantom(sc_app *app)
     SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
     SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite));
     sc_display_end_stage(app);
-    printf("%s\n", path);
+    sc_print_made(path);
 out:
     sc_volume_clear(&volume);
     sc_phantom_free(phantom);

@@ -39,7 +39,7 @@ sc_status sc_cmd_prepare(sc_app *app)
             (double)sc_preparation_bytes(preparation) * 1e-6, sc_wall_s() - wall_s,
             sc_cpu_s() - cpu_s);
     sc_display_end_stage(app);
-    printf("%s\n", path);
+    sc_print_made(path);
 out:
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);

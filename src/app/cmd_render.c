@@ -352,12 +352,10 @@ static void report_outcome(const sc_run *run, sc_status outcome)
                 "%s: %d frames of other slices are not there yet; the last slice, or `segcast join "
                 "%s`, completes the job",
                 run->directory, run->missing, run->directory);
-    if (outcome == SC_OK) {
-        sc_print_path(stdout, run->video_path && (!run->store || sc_store_is_complete(run->store))
-                                  ? run->video_path
-                                  : run->directory);
-        printf("\n");
-    }
+    if (outcome == SC_OK)
+        sc_print_made(run->video_path && (!run->store || sc_store_is_complete(run->store))
+                          ? run->video_path
+                          : run->directory);
 }
 
 /* On rank 0, of a run that writes the video alone: make its directory, and check that the video can

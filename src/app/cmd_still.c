@@ -34,7 +34,7 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
             (unsigned long long)stats.counters.cell_visits,
             sc_renderer_kernel(session.renderer)->name);
     sc_display_end_stage(app);
-    printf("%s\n", path);
+    sc_print_made(path);
 out:
     sc_image_clear(&image);
     sc_session_clear(&session);

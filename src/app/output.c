@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Checks of the file that a command is to write, before any work. */
+/* The file that a command is to write: checked before any work, and told at the end. */
 #include "app.h"
 
 #include <string.h>
@@ -33,4 +33,10 @@ sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *endin
         return SC_OK;
     return sc_fail(ctx, SC_ERR_USAGE, "%s: %s is written, expected a name ending in %s", path, kind,
                    ending);
+}
+
+void sc_print_made(const char *path)
+{
+    sc_print_path(stdout, path);
+    printf("\n");
 }

@@ -176,8 +176,6 @@ sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *wo
 /* @return a new JSON schema of a list of @p count numbers of the JSON type @p type from @p low to
  * @p high; NULL when out of memory. */
 json_t *sc_list_schema(const char *type, double low, double high, int count);
-/* Append @p value to @p text in double quotes, with all escapes that YAML needs. */
-sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);

@@ -4,6 +4,7 @@
  * @p value points and what it accepts; what it refuses is logged with file and line, and leaves the
  * value as it was. write_... writes what read_... accepts. */
 #include "key.h"
+#include "segcast/job.h"
 #include "segcast/timeline.h"
 
 #include <math.h>

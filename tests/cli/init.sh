@@ -36,6 +36,13 @@ expect 0 '' "$SEGCAST" check sub/job.yaml
 "$SEGCAST" init heart.nrrd -o - -q | diff <(sed '/^#   /d' heart.yaml) - >&2 || fail "-o - differs from the file"
 [ ! -e ./- ] || fail "a file named - was written"
 
+# A name that YAML or a terminal would misread stands in the job so that they do not.
+"$SEGCAST" init heart.nrrd -o $'two\nlines.yaml' -q >/dev/null
+expect 0 '' "$SEGCAST" check $'two\nlines.yaml'
+cp heart.nrrd $'a "b" \\ #c.nrrd'
+"$SEGCAST" init $'a "b" \\ #c.nrrd' -q -o quoted.yaml >/dev/null
+expect 0 '' "$SEGCAST" check quoted.yaml
+
 # Tissues that enclose the others come first: the outermost nearly transparent, the next hidden.
 cat >nested.py <<'PY'
 import struct, sys
