@@ -44,6 +44,11 @@ void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES])
         sc_store_path(store, out, "manifest.jsonl");
 }
 
+/* The records of a run beside job.yaml: "STEM.ENDING", or of a slice S "STEM.S.ENDING". */
+static const struct {
+    const char *stem, *ending;
+} records[] = {{"status", "json"}, {"stats", "json"}, {"frames", "csv"}, {"trace", "json"}};
+
 /* @return whether @p name is "STEM.ENDING" or, with a non-empty S, "STEM.S.ENDING". */
 static bool is_record(const char *name, const char *stem, const char *ending)
 {
@@ -60,15 +65,28 @@ bool sc_is_manifest_name(const char *name)
     return is_record(name, "manifest", "jsonl");
 }
 
+/* Does the text hold a character that terminals obey instead of showing it? */
+static bool holds_control(const char *text)
+{
+    for (; *text; text++) {
+        if ((unsigned char)*text < 0x20 || *text == 0x7f)
+            return true;
+    }
+    return false;
+}
+
 bool sc_own_name(const char *name)
 {
     if (!strcmp(name, "frames/") || !strcmp(name, "segments/") || !strcmp(name, SC_OWN_PNG) ||
         !strcmp(name, SC_OWN_SEGMENTS) || !strcmp(name, "job.yaml"))
         return true;
-    return !strchr(name, '/') && name[0] != '.' && strlen(name) < 256 &&
-           (is_record(name, "status", "json") || is_record(name, "stats", "json") ||
-            is_record(name, "trace", "json") || is_record(name, "frames", "csv") ||
-            sc_video_name_ok(name));
+    if (strchr(name, '/') || name[0] == '.' || strlen(name) >= 256 || holds_control(name))
+        return false;
+    for (size_t i = 0; i < SC_COUNT_OF(records); i++) {
+        if (is_record(name, records[i].stem, records[i].ending))
+            return true;
+    }
+    return sc_video_name_ok(name);
 }
 
 /* @return how many characters of six digits or more the name begins with, with the number in
@@ -106,9 +124,6 @@ bool sc_is_segment_name(const char *name)
 sc_status sc_each_record(const sc_ctx *ctx, const char *slice, void *user,
                          sc_status (*each)(const sc_ctx *ctx, void *user, const char *name))
 {
-    static const struct {
-        const char *stem, *ending;
-    } records[] = {{"status", "json"}, {"stats", "json"}, {"frames", "csv"}, {"trace", "json"}};
     sc_status status = each(ctx, user, "job.yaml");
 
     for (size_t i = 0; i < SC_COUNT_OF(records) && status == SC_OK; i++) {

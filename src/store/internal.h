@@ -172,9 +172,9 @@ sc_status sc_store_remove_slices(const sc_ctx *ctx, sc_store *store);
 
 /* What a run needs to know of the files that are there already. */
 typedef struct sc_store_place {
-    const char *directory;
-    const char *slice; /* NULL: the whole job */
-    const char *video; /* name of the video, or "none" */
+    const char *directory; /* of SC_DIRECTORY_MAX bytes at most */
+    const char *slice;     /* NULL: the whole job */
+    const char *video;     /* name of the video, or "none" */
     bool png;
     bool joins; /* no records are written */
     bool fresh; /* what earlier runs made was removed: what manifests name is not read */

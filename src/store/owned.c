@@ -209,7 +209,6 @@ static sc_status own_what_is_made(const sc_ctx *ctx, search *s, const char *part
 
     if (!place->joins)
         status = sc_each_record(ctx, place->slice, s->owned, own);
-
     if (status == SC_OK && place->png && !s->has_frames)
         status = sc_names_add(ctx, s->owned, "frames/");
     if (status == SC_OK && place->png)
@@ -225,22 +224,22 @@ static sc_status own_what_is_made(const sc_ctx *ctx, search *s, const char *part
     return status == SC_OK ? sc_names_add(ctx, s->owned, partial) : status;
 }
 
-/* @return SC_ERR_CREATE, with a message, if the path of the directory or the name of the video is
- * too long, or the name cannot stand in a manifest. */
+/* @return SC_ERR_CREATE, with a message, if the name of the video is too long, or cannot stand in a
+ * manifest. */
 static sc_status check_names(const sc_ctx *ctx, const sc_store_place *place)
 {
-    const size_t length = strlen(place->directory), name = strlen(place->video);
+    const size_t name = strlen(place->video);
 
-    if (length > SC_DIRECTORY_MAX)
-        return sc_fail(ctx, SC_ERR_CREATE,
-                       "%.60s...: the path of the directory has %zu bytes, expected at most %d",
-                       place->directory, length, SC_DIRECTORY_MAX);
     if (name > SC_VIDEO_NAME_MAX)
         return sc_fail(ctx, SC_ERR_CREATE,
                        "%.60s...: the name of the video has %zu bytes, expected at most %d",
                        place->video, name, SC_VIDEO_NAME_MAX);
     if (strcmp(place->video, "none") != 0 && !sc_own_name(place->video))
-        return sc_fail(ctx, SC_ERR_CREATE, "%s: a video cannot have this name", place->video);
+        return sc_fail(
+            ctx, SC_ERR_CREATE,
+            "%s: a video cannot have this name; expected a name without folder or control "
+            "character that ends in .mp4, .mkv or .webm",
+            place->video);
     return SC_OK;
 }
 

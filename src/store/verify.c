@@ -159,8 +159,9 @@ static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manife
     sc_directory_path(directory, path, "manifest.jsonl");
     if (access(path, F_OK) != 0)
         return sc_fail(ctx, SC_ERR_INCOMPLETE,
-                       "%s: is not there, so the job, which was drawn in slices, is not finished",
-                       path);
+                       "%s: is not there, so the job, which was drawn in slices, is not finished; "
+                       "when all slices have ended, `segcast join %s` completes it",
+                       path, directory);
     status = sc_manifest_read(ctx, path, data);
     if (status != SC_OK)
         return status;
@@ -169,7 +170,8 @@ static sc_status read_closed(const sc_ctx *ctx, const char *directory, sc_manife
                        path, data->damaged_line);
     if (!data->end.known)
         return sc_fail(ctx, SC_ERR_INCOMPLETE,
-                       "%s: has no end line, so the job is not finished: %d of %d frames are done",
+                       "%s: has no end line, so the job is not finished: %d of %d frames are done; "
+                       "run again with --resume",
                        path, data->count, data->head.frames);
     if (!data->closed)
         return sc_fail(ctx, SC_ERR_INCOMPLETE,

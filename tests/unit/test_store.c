@@ -444,7 +444,9 @@ static void own_names(void **state)
                                         "volume.nrrd",
                                         "segments",
                                         "frames/1.png",
-                                        "status.a/b.json"};
+                                        "status.a/b.json",
+                                        "stats.\x1b[31m.json",
+                                        "a\nb.mp4"};
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(right); i++)
