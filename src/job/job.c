@@ -207,8 +207,10 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     sc_status status, first = SC_OK;
 
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
-    SC_TRY(read_root(ctx, sources, &text, &root));
+    SC_TRY(read_root(&counting, sources, &text, &root));
     status = read_job(&counting, sources, root, &job);
+    if (status == SC_OK && root->key_twice)
+        status = SC_ERR_DATA;
     if (l.errors > MISTAKES_MAX)
         sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - MISTAKES_MAX);
     if (!sc_goes_on(&first, status))

@@ -16,6 +16,7 @@ typedef struct reader {
     size_t bytes; /* of the text */
     yaml_parser_t parser;
     int depth, nodes;
+    bool key_twice; /* a key was given twice in a map, which was logged */
 } reader;
 
 void sc_yaml_free(sc_yaml *node)
@@ -196,8 +197,9 @@ static sc_status refuse_alias(const reader *r, const yaml_event_t *event)
                    r->origin, event->start_mark.line + 1, name, name);
 }
 
-/* Check a key of @p map: a single value that no other member has. Caller owns *key: sc_free. The
- * event stays with the caller. */
+/* Check a key of @p map: a single value. One that another member has is logged, and *key stays
+ * NULL: the reading goes on, so that all mistakes are told, but the member is to be left out.
+ * Caller owns *key: sc_free. The event stays with the caller. */
 static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **key)
 {
     const int line = (int)event->start_mark.line + 1;
@@ -210,9 +212,12 @@ static sc_status build_key(reader *r, yaml_event_t *event, sc_yaml *map, char **
                        "%s:%d: a key must be a plain word; is a bracket or a quote missing?",
                        r->origin, line);
     first = sc_yaml_member(map, (const char *)event->data.scalar.value);
-    if (first)
-        return sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
-                       r->origin, line, (const char *)event->data.scalar.value, first->line);
+    if (first) {
+        (void)sc_fail(r->ctx, SC_ERR_DATA, "%s:%d: key \"%s\" is given twice (first in line %d)",
+                      r->origin, line, (const char *)event->data.scalar.value, first->line);
+        r->key_twice = true;
+        return SC_OK;
+    }
     return copy_scalar(r, event, key);
 }
 
@@ -248,6 +253,10 @@ static sc_status build_children(reader *r, sc_yaml *parent, yaml_event_type_t en
         if (status != SC_OK || !child) {
             sc_free(key);
             return status;
+        }
+        if (parent->kind == SC_YAML_MAP && !key) {
+            sc_yaml_free(child); /* its key is given twice */
+            continue;
         }
         child->key = key;
         status = sc_yaml_append(r->ctx, parent, child);
@@ -325,6 +334,7 @@ static sc_status parse_document(reader *r, sc_yaml **out)
         goto out;
     SC_TRY(expect(r, YAML_DOCUMENT_END_EVENT, "expected the end of the document"));
     SC_TRY(expect(r, YAML_STREAM_END_EVENT, "a second document begins; expected one"));
+    root->key_twice = r->key_twice;
     *out = root;
     return SC_OK;
 out:

@@ -197,6 +197,11 @@ static void all_mistakes_are_told(void **state)
                      9);
     assert_int_equal(
         count_mistakes("volume: phantom\nlight: {key: 9}\n", "rendr.x=1", SC_ERR_USAGE, &h), 2);
+    /* Behind a key that is given twice, too, in the file and in a setting. */
+    assert_int_equal(count_mistakes("volume: phantom\nvolume: x\nlight: {key: 9, key: 8, fil: 1}\n"
+                                    "tissues: {a: {color: rde}, a: {color: red}}\n",
+                                    "output={fps: 1, fps: 2}", SC_ERR_DATA, &h),
+                     7);
     assert_int_equal(count_mistakes("volume: phantom\noutput: {video: a.avi}\nlight: {key: 9}\n",
                                     "animation.frames=0", SC_ERR_DATA, &h),
                      3);
