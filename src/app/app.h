@@ -245,6 +245,11 @@ void sc_signals_stop_in_order(bool in_order);
 /* @return a flag that is set a quarter of a second after the first INT, TERM or HUP: somebody waits
  * for the end of the process, and what was begun is to be given up. */
 const atomic_int *sc_signals_give_up(void);
+/* Say that something begins, or ends, that cannot be given up, such as encoding and writing a
+ * frame, but that a later run can make again: if it has not ended about three quarters of a second
+ * after the first INT, TERM or HUP, the process ends as after the second. Threads: any; what
+ * several have begun is counted. */
+void sc_signals_expendable(bool begins);
 
 /* ---- the commands: rows of sc_commands, by their names ---- */
 

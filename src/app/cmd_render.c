@@ -234,11 +234,13 @@ static sc_status finish_outputs(sc_run *run, sc_status outcome)
 
     if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
         return outcome;
+    sc_signals_expendable(true);
     if (run->store && !run->slice[0])
         status = sc_store_finish(ctx, run->store, &run->missing);
     else if (!run->store && run->result_count > 0)
         status =
             sc_video_writer_finish(ctx, run->writer, outcome == SC_OK, run->app->options.overwrite);
+    sc_signals_expendable(false);
     sc_trace_add(run->trace, SC_TRACE_FINISH, run->app->threads, -1, begin_s, sc_wall_s());
     return status == SC_OK ? outcome : status;
 }
@@ -503,6 +505,10 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
     report_outcome(&run, outcome);
     status = outcome;
 out:
+    if (*run.give_up) { /* closing an encoder that holds frames takes its time */
+        sc_signals_tell(false, false);
+        sc_signals_expendable(true);
+    }
     clear_run(&run);
     return status;
 }

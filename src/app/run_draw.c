@@ -162,10 +162,12 @@ static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, 
         return status;
     result->hash = sc_image_hash(&run->gop_image);
     begin_s = sc_wall_s();
+    sc_signals_expendable(true);
     status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->gop_image),
                              result->hash);
     if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
         status = add_png(ctx, pngs, &run->gop_image);
+    sc_signals_expendable(false);
     run->encode_wall_s += sc_wall_s() - begin_s;
     sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, frame, begin_s, sc_wall_s());
     return status;
@@ -193,7 +195,11 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
         }
     }
     finish_s = sc_wall_s();
-    SC_TRY(sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment));
+    sc_signals_expendable(true);
+    status = sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment);
+    sc_signals_expendable(false);
+    if (status != SC_OK)
+        goto out;
     SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
     if (pngs.bytes)
         SC_TRY(add_block(ctx, &all, pngs.data, pngs.bytes));
@@ -230,9 +236,12 @@ sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const s
     sc_run *run = user;
     const sc_done_frame done = done_of(result);
     const double begin_s = sc_wall_s();
-    sc_status status = run->store ? sc_store_add_frame(run->app->ctx, run->store, &done, image)
-                                  : sc_video_writer_push(run->app->ctx, run->writer, image);
+    sc_status status;
 
+    sc_signals_expendable(true);
+    status = run->store ? sc_store_add_frame(run->app->ctx, run->store, &done, image)
+                        : sc_video_writer_push(run->app->ctx, run->writer, image);
+    sc_signals_expendable(false);
     if (status == SC_OK)
         note_accepted(run, result, begin_s);
     return status;
@@ -268,7 +277,11 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
             goto out;
         }
     }
-    SC_TRY(sc_store_add_gop(ctx, run->store, done, count, &segment, png ? pngs : NULL));
+    sc_signals_expendable(true);
+    status = sc_store_add_gop(ctx, run->store, done, count, &segment, png ? pngs : NULL);
+    sc_signals_expendable(false);
+    if (status != SC_OK)
+        goto out;
     for (int i = 0; i < count; i++)
         note_accepted(run, &results[i], begin_s);
 out:

@@ -17,15 +17,17 @@ static atomic_int stops_in_order; /* see sc_signals_stop_in_order */
 static atomic_int gives_up;       /* see sc_signals_give_up */
 static atomic_int tells_of_stop;  /* see sc_signals_tell */
 static atomic_int runs;           /* sc_signals_catch_stop was called */
+static atomic_int expendable;     /* see sc_signals_expendable */
+static atomic_int alarms; /* how often the timer has come since the first INT and the like */
 static atomic_int is_terminal;
 
 static bool lost_memory_told;
 /* The mapped file that on_lost_memory can name; borrowed, NULL: none. */
 static _Atomic(const sc_watched_file *) watched;
 
-/* How long what was begun has after INT and the like; with what follows, the process ends within a
- * second. */
-enum { GIVE_UP_AFTER_US = 250000 };
+/* How long what was begun has after INT and the like until it is given up; with what follows, the
+ * process ends within a second. What cannot be given up has until the third alarm. */
+enum { GIVE_UP_AFTER_US = 250000, LAST_ALARM = 3 };
 
 /* Print a text to standard error. A signal handler may call it. */
 static void tell(const char *text)
@@ -39,19 +41,30 @@ static void tell(const char *text)
     errno = error;
 }
 
-/* Let SIGALRM come when what was begun is to be given up. */
+/* Let SIGALRM come when what was begun is to be given up, and then again and again. */
 static void arm_timer(void)
 {
-    const struct itimerval after = {.it_value = {.tv_usec = GIVE_UP_AFTER_US}};
+    const struct itimerval after = {.it_value = {.tv_usec = GIVE_UP_AFTER_US},
+                                    .it_interval = {.tv_usec = GIVE_UP_AFTER_US}};
 
     if (setitimer(ITIMER_REAL, &after, NULL)) /* a mere call of the system: handlers may make it */
         gives_up = 1;
+}
+
+/* End the process with exit code 75 from a signal handler; no unfinished file stays. */
+static void stop_at_once(void)
+{
+    sc_unfinished_remove();
+    tell("segcast: stopped on request\n");
+    _exit(75);
 }
 
 static void on_alarm(int number)
 {
     (void)number;
     gives_up = 1;
+    if (++alarms >= LAST_ALARM && expendable > 0)
+        stop_at_once();
 }
 
 /* Make a note of the request to stop. INT, TERM or HUP ends the process at once, with exit code 75,
@@ -60,11 +73,8 @@ static void on_stop(int number)
 {
     const bool is_urgent = number == SIGINT || number == SIGTERM || number == SIGHUP;
 
-    if (is_urgent && (stop_requested || !stops_in_order)) {
-        sc_unfinished_remove();
-        tell("segcast: stopped on request\n");
-        _exit(75);
-    }
+    if (is_urgent && (stop_requested || !stops_in_order))
+        stop_at_once();
     if (stop_requested)
         return;
     stop_requested = number;
@@ -199,4 +209,9 @@ void sc_signals_stop_in_order(bool in_order)
 const atomic_int *sc_signals_give_up(void)
 {
     return &gives_up;
+}
+
+void sc_signals_expendable(bool begins)
+{
+    expendable += begins ? 1 : -1;
 }

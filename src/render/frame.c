@@ -302,9 +302,17 @@ static int least(int a, int b)
     return a < b ? a : b;
 }
 
-/* Worker of sc_parallel_for: draw tiles [@p begin, @p end) of the frame @p user, numbered row by
- * row. Adds to the stats and the span of the thread in the renderer. */
-static void draw_tiles(void *user, size_t begin, size_t end, int thread)
+/* Is the frame to be given up? */
+static bool is_given_up(const frame *f)
+{
+    const sc_render_settings *s = &f->renderer->settings;
+
+    return s->give_up && *s->give_up;
+}
+
+/* Draw tiles [@p begin, @p end) of the frame @p user, numbered row by row, as far as it is not to
+ * be given up. Adds to the stats and the span of the thread in the renderer. */
+static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
 {
     const frame *f = user;
     const sc_render_settings *s = &f->renderer->settings;
@@ -321,7 +329,7 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     t.stride = side;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
-    for (size_t i = begin; i < end && !(s->give_up && *s->give_up); i++) {
+    for (size_t i = begin; i < end && !is_given_up(f); i++) {
         t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
         t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);
@@ -331,6 +339,15 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
     sc_add_counters(&stats->counters, &t.counters);
     stats->cpu_s += sc_thread_cpu_s() - begin_s;
     span->end_s = sc_wall_s();
+}
+
+/* Worker of sc_parallel_for, as draw_and_measure. The many tiles that are left of a large frame
+ * that is given up are not even measured: asking for the CPU time would take longer than a second.
+ */
+static void draw_tiles(void *user, size_t begin, size_t end, int thread)
+{
+    if (!is_given_up(user))
+        draw_and_measure(user, begin, end, thread);
 }
 
 /* Convert a vector to three floats. */

@@ -148,6 +148,42 @@ static void a_failed_allocation_is_reported(void **state)
     sc_image_clear(&image);
 }
 
+static int solid(double x, double y, double z)
+{
+    return x > 2 && y > 2 && z > 2;
+}
+
+/* The tiles of a frame that is given up are passed over without asking the clock for each: a frame
+ * of 16K pixels has 130,000 of them. */
+static void a_frame_that_is_given_up_is_not_measured(void **state)
+{
+    const int size[3] = {9, 9, 9};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, solid), 1);
+    const sc_scene scene = front_view(&s);
+    atomic_int give_up = 0;
+    sc_render_stats stats;
+    sc_render_span span;
+    sc_renderer *r;
+    sc_image image = blank_image(s.settings.width_px, s.settings.height_px);
+
+    (void)state;
+    s.settings.threads = 1;
+    s.settings.give_up = &give_up;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    sc_render_frame(r, &scene, NULL, &image, &stats);
+    sc_renderer_spans(r, &span);
+    assert_true(stats.counters.rays > 0 && span.begin_s > 0);
+    give_up = 1;
+    sc_render_frame(r, &scene, NULL, &image, &stats);
+    sc_renderer_spans(r, &span);
+    assert_int_equal(stats.counters.rays, 0);
+    assert_true(span.begin_s == 0 && span.end_s == 0 && stats.cpu_s == 0);
+    sc_renderer_free(r);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -155,6 +191,7 @@ int main(void)
         cmocka_unit_test(text_is_anchored_and_sized_as_asked_for),
         cmocka_unit_test(slices_are_in_radiological_convention),
         cmocka_unit_test(a_failed_allocation_is_reported),
+        cmocka_unit_test(a_frame_that_is_given_up_is_not_measured),
     };
 
     return RUN(tests);
