@@ -179,7 +179,7 @@ out:
 static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_yaml *root,
                           sc_job *job)
 {
-    sc_status status = SC_OK;
+    sc_status status = root->key_twice ? SC_ERR_DATA : SC_OK;
 
     if (sc_goes_on(&status,
                    apply_settings(ctx, sources->defaults, sources->default_count, true, root)) &&
@@ -209,8 +209,6 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
     SC_TRY(read_root(&counting, sources, &text, &root));
     status = read_job(&counting, sources, root, &job);
-    if (status == SC_OK && root->key_twice)
-        status = SC_ERR_DATA;
     if (l.errors > MISTAKES_MAX)
         sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - MISTAKES_MAX);
     if (!sc_goes_on(&first, status))

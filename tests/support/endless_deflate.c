@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Preloaded into a program, this lets the compression of a PNG file last for ever, so that a test can
- * stop the program while it compresses. */
+/* Preloaded into a program, this lets the compression of a PNG file last for ever, so that a test
+ * can stop the program while it compresses. */
 #include <fcntl.h>
 #include <stdlib.h>
 #include <unistd.h>
