@@ -8,6 +8,7 @@
 #include "segcast/study.h"
 
 #include <pthread.h>
+#include <sys/types.h>
 
 /* Standard error, which shows messages and, if it is a terminal, a line with the progress below
  * them. Several threads may call its functions. */
@@ -63,8 +64,10 @@ struct sc_app {
 
 /* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
  * line now and then; not if app->terminal is quiet. @return NULL if there is no memory or thread
- * for that: then the command goes on without. Ended by sc_display_stop. */
-sc_display *sc_display_start(const sc_app *app);
+ * for that: then the command goes on without. Ended by sc_display_stop.
+ * @param launcher the parent of this process if that is a launcher of parallel programs, else 0:
+ * when it is gone, the command is stopped as by TERM. */
+sc_display *sc_display_start(const sc_app *app, pid_t launcher);
 /* Call @p watch every two seconds, and when another stage has begun; never more than one call at a
  * time. NULL: no longer; when this returns, no call is going on. display NULL is allowed. */
 void sc_display_watch(sc_display *display, sc_watch_fn *watch, void *user);

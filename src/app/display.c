@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shows what a command is at, from its first moment to its last: a thread of rank 0 looks at the
- * stage ten times a second, so that the functions that do the work need not care. */
+ * stage ten times a second, so that the functions that do the work need not care. The same thread
+ * notices if the launcher is killed. */
 #include "app.h"
 
 #include <errno.h>
@@ -9,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #define LOOK_INTERVAL_S 0.1  /* between two looks at the stage */
 #define QUIET_BEGIN_S 0.3    /* what takes less than this is not shown */
@@ -20,6 +22,7 @@ struct sc_display {
     sc_terminal *terminal;
     const char *subject; /* what the command works on; shown behind the bar */
     double begin_s;
+    pid_t launcher; /* of sc_display_start */
     pthread_t thread;
     pthread_mutex_t lock; /* of the members below */
     pthread_cond_t changed;
@@ -162,6 +165,18 @@ static void call_watch(sc_display *display)
     display->watched_s = now_s;
 }
 
+/* End the run in order if the launcher has been killed: MPI ends several ranks then, but a single
+ * one would go on, and write to the folder in which the user may have begun anew. */
+static void watch_launcher(sc_display *display)
+{
+    if (!display->launcher || getppid() == display->launcher)
+        return;
+    display->launcher = 0;
+    sc_warn(display->ctx, "the launcher that started this process is gone (mpirun or the like was "
+                          "killed), so this process stops, too");
+    kill(getpid(), SIGTERM);
+}
+
 /* The thread: looks until it is to end. */
 static void *run_display(void *user)
 {
@@ -173,6 +188,7 @@ static void *run_display(void *user)
 
         call_watch(display);
         look(display);
+        watch_launcher(display);
         clock_gettime(CLOCK_REALTIME, &until);
         until.tv_nsec += (long)(LOOK_INTERVAL_S * 1e9);
         until.tv_sec += until.tv_nsec / 1000000000;
@@ -183,7 +199,7 @@ static void *run_display(void *user)
     return NULL;
 }
 
-sc_display *sc_display_start(const sc_app *app)
+sc_display *sc_display_start(const sc_app *app, pid_t launcher)
 {
     sc_display *display = calloc(1, sizeof *display);
     sigset_t all, before;
@@ -196,6 +212,7 @@ sc_display *sc_display_start(const sc_app *app)
     display->subject = app->options.input;
     display->begin_s = display->told_s = app->begin_s;
     display->columns = 80;
+    display->launcher = launcher;
     pthread_mutex_init(&display->lock, NULL);
     pthread_cond_init(&display->changed, NULL);
     /* Signals are for the other threads, which know what to do with them. */

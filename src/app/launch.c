@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Variables that give a process its number; each is set for every process, also for a single one.
  */
@@ -46,6 +47,14 @@ static bool is_one_of_several(void)
     const int size = largest(size_names, SC_COUNT_OF(size_names), &where);
 
     return (rank >= 0 || getenv("PMI_FD")) && size != 1;
+}
+
+/* Was this process started by a launcher of parallel programs, be it as the only one? */
+static bool was_launched(void)
+{
+    const char *where;
+
+    return largest(rank_names, SC_COUNT_OF(rank_names), &where) >= 0 || getenv("PMI_FD");
 }
 
 sc_status sc_launch_mode(const sc_ctx *ctx, bool *use_mpi)
@@ -178,7 +187,7 @@ sc_status sc_execute(sc_app *app, const sc_command *command)
     const bool is_root = sc_comm_rank(app->comm) == 0;
     sc_status status = SC_OK;
 
-    app->display = is_root ? sc_display_start(app) : NULL;
+    app->display = is_root ? sc_display_start(app, was_launched() ? getppid() : 0) : NULL;
     if (command->by_all)
         status = execute_bounded(app, command);
     else if (is_root)

@@ -57,6 +57,20 @@ for signal in USR1 TERM; do
     stopped $code "USR1 to all ranks"
 done
 
+# A launcher that is killed takes a single process with it, too.
+rm -rf out
+mpirun -n 1 "./$name" render job.yaml -o out >/dev/null 2>stderr.txt &
+pid=$!
+wait_for_frames 7
+kill -KILL $pid
+wait $pid || true
+for _ in $(seq 400); do
+    pgrep -r R,S,D -x "$name" >/dev/null || break
+    sleep 0.05
+done
+! pkill -KILL -r R,S,D -x "$name" || fail "a process went on for 20 s without its launcher"
+stopped 75 "without its launcher"
+
 # A second TERM ends the run at once.
 rm -rf out
 "$SEGCAST" render job.yaml -o out --set output.size=[3840,2160] >/dev/null 2>stderr.txt &
