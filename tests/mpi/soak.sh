@@ -46,10 +46,11 @@ while :; do
         # Kill mpirun, or one of the ranks, or all of them.
         mapfile -t pids < <(pgrep -r R,S,D -x "$name" || true; echo $launcher)
         if [ $((RANDOM % 5)) = 0 ]; then
-            kill -KILL "${pids[@]}" 2>/dev/null && killed=$((killed + 1))
+            target=("${pids[@]}")
         else
-            kill -KILL "${pids[RANDOM % ${#pids[@]}]}" 2>/dev/null && killed=$((killed + 1))
+            target=("${pids[RANDOM % ${#pids[@]}]}")
         fi
+        kill -KILL "${target[@]}" 2>/dev/null && killed=$((killed + 1))
     fi
     code=0
     wait $launcher 2>/dev/null || code=$?
@@ -58,7 +59,13 @@ while :; do
         pgrep -r R,S,D -x "$name" >/dev/null || break
         sleep 0.05
     done
-    ! pgrep -r R,S,D -x "$name" >/dev/null || fail "a rank is left behind"
+    left=$(pgrep -r R,S,D -x "$name" || true)
+    if [ -n "$left" ]; then
+        echo "run $runs: of ${pids[*]}, of which $launcher is mpirun, ${target[*]} were killed after $delay_ms ms; left:" >&2
+        ps -o pid,ppid,stat,etime,time,args -p "$left" >&2
+        cat stderr.txt >&2
+        fail "a rank is left behind"
+    fi
     grep -q 'are there, and verified' stderr.txt && kept=$((kept + 1))
     ! grep -q 'segcast: error' stderr.txt || { cat stderr.txt >&2; fail "a run logged an error"; }
     if [ $code = 0 ] && [ $killed -lt "$kills" ]; then
