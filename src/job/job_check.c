@@ -43,6 +43,15 @@ static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
                         video);
 }
 
+/* The value of @p key, a path that has to lead somewhere, must not be empty. */
+static sc_status check_not_empty(const sc_ctx *ctx, const sc_yaml *root, const char *key)
+{
+    const sc_yaml *node = sc_key_node(root, key);
+    const bool is_empty = node && node->kind == SC_YAML_SCALAR && !node->text[0];
+
+    return is_empty ? sc_wrong_type(ctx, node, "a path") : SC_OK;
+}
+
 /* A still camera needs a direction of view. Not checked after another mistake in it. */
 static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
@@ -194,6 +203,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
 {
     sc_status status = SC_OK, inputs = SC_OK;
 
+    (void)sc_goes_on(&status, check_not_empty(ctx, root, "volume"));
+    (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, root, job));
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));

@@ -83,6 +83,11 @@ const sc_key sc_tissue_keys[] = {
 static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
                            sc_tissue_rule *rule)
 {
+    if (!item->key[0])
+        return sc_yaml_fail(
+            ctx, item,
+            "a tissue has no name (\"\"), expected a name, a glob such as \"*\", or "
+            "the number of a label");
     if (strlen(item->key) >= SC_NAME_BYTES)
         return sc_yaml_fail(ctx, item, "a tissue's name has %zu characters, expected less than %d",
                             strlen(item->key), SC_NAME_BYTES);
@@ -111,7 +116,8 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
     for (size_t i = 0; i < node->count; i++) {
         if (!sc_goes_on(&status, read_rule(ctx, key, node->items[i], &job->rules[job->rule_count])))
             break;
-        job->rule_count += job->rules[job->rule_count].pattern[0] != '\0';
+        if (job->rules[job->rule_count].pattern[0])
+            job->rule_count++;
     }
     return status;
 }
