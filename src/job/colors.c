@@ -208,11 +208,18 @@ static bool find_name(const char *text, char *plain, size_t size, uint8_t rgb[3]
     return false;
 }
 
+/* Fill words[SC_COUNT_OF(names)] with the names of the table. */
+static void list_names(const char **words)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
+        words[i] = names[i].name;
+}
+
 /* Read a colour given as one value: a name or digits. */
 static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                            uint8_t rgb[3])
 {
-    const char *words[SC_COUNT_OF(names)], *nearest;
+    const char *words[SC_COUNT_OF(names)];
     char plain[32];
 
     if (!node->text[0])
@@ -224,13 +231,8 @@ static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return read_digits(node->text, rgb) ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
     if (find_name(node->text, plain, sizeof plain, rgb))
         return SC_OK;
-    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
-        words[i] = names[i].name;
-    nearest = sc_nearest_word(plain, words, SC_COUNT_OF(names));
-    if (nearest)
-        return sc_yaml_fail(ctx, node, "unknown %s \"%.60s\"; did you mean \"%s\"?", key->name,
-                            node->text, nearest);
-    return sc_wrong_type(ctx, node, key->type->expected);
+    list_names(words);
+    return sc_no_such_word(ctx, key, node, plain, words, SC_COUNT_OF(words));
 }
 
 /* uint8_t[3], sRGB: a name of CSS, "#rgb", "#rrggbb", or three numbers. The numbers are levels from
@@ -280,13 +282,12 @@ static sc_status write_color(const sc_ctx *ctx, const sc_key *key, const void *v
 /* Names as the table writes them, so that editors complete them; digits; or three numbers. */
 static json_t *color_schema(const sc_key *key)
 {
-    json_t *words = json_array();
+    const char *words[SC_COUNT_OF(names)];
 
     (void)key;
-    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
-        json_array_append_new(words, json_string(names[i].name));
-    return json_pack("{s:[{s:o}, {s:s, s:s}, o]}", "anyOf", "enum", words, "type", "string",
-                     "pattern", "^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$",
+    list_names(words);
+    return json_pack("{s:[o, {s:s, s:s}, o]}", "anyOf", sc_words_schema(words, SC_COUNT_OF(words)),
+                     "type", "string", "pattern", "^#([0-9a-fA-F]{3}|[0-9a-fA-F]{6})$",
                      sc_list_schema("number", 0, 255, 3));
 }
 

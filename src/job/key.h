@@ -173,6 +173,12 @@ sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expe
  */
 sc_status sc_unknown_word(const sc_ctx *ctx, const sc_yaml *node, const char *word,
                           const char *const *words, size_t count);
+/* Log that @p node is none of the @p words, with the nearest of them; if none is near, what its
+ * type expects. @param word the value as it was compared with them. @return as sc_yaml_fail. */
+sc_status sc_no_such_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                          const char *word, const char *const *words, size_t count);
+/* @return a new JSON schema of a value that is one of the @p words; NULL when out of memory. */
+json_t *sc_words_schema(const char *const *words, size_t count);
 /* @return a new JSON schema of a list of @p count numbers of the JSON type @p type from @p low to
  * @p high; NULL when out of memory. */
 json_t *sc_list_schema(const char *type, double low, double high, int count);

@@ -15,6 +15,13 @@ static const struct {
              {"full-hd", {1920, 1080}}, {"vertical", {1080, 1920}},   {"square", {1080, 1080}},
              {"uhd", {3840, 2160}},     {"vertical-4k", {2160, 3840}}};
 
+/* Fill words[SC_COUNT_OF(names)] with the names of the table. */
+static void list_names(const char **words)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
+        words[i] = names[i].name;
+}
+
 /* Read "WxH"; blanks around the x are allowed. @return false if the text has another form. */
 static bool read_product(const char *text, double size[2])
 {
@@ -37,24 +44,21 @@ static bool read_product(const char *text, double size[2])
 static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                            double size[2])
 {
-    const char *words[SC_COUNT_OF(names)], *nearest;
+    const char *words[SC_COUNT_OF(names)];
 
     if (read_product(node->text, size))
         return SC_OK;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
-        words[i] = names[i].name;
         if (!strcasecmp(node->text, names[i].name)) {
             size[0] = names[i].size_px[0];
             size[1] = names[i].size_px[1];
             return SC_OK;
         }
     }
-    nearest =
-        strlen(node->text) > 2 ? sc_nearest_word(node->text, words, SC_COUNT_OF(words)) : NULL;
-    if (nearest)
-        return sc_yaml_fail(ctx, node, "unknown %s \"%.60s\"; did you mean \"%s\"?", key->name,
-                            node->text, nearest);
-    return sc_wrong_type(ctx, node, key->type->expected);
+    list_names(words);
+    /* One or two letters would be near to every short name. */
+    return sc_no_such_word(ctx, key, node, node->text, words,
+                           strlen(node->text) > 2 ? SC_COUNT_OF(words) : 0);
 }
 
 /* int[2], width and height in pixels: "[W, H]", "WxH", or a name. */
@@ -93,13 +97,13 @@ static sc_status write_size(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *size_schema(const sc_key *key)
 {
-    json_t *words = json_array();
+    const char *words[SC_COUNT_OF(names)];
 
-    for (size_t i = 0; i < SC_COUNT_OF(names); i++)
-        json_array_append_new(words, json_string(names[i].name));
-    return json_pack("{s:[o, {s:o}, {s:s, s:s}]}", "anyOf",
-                     sc_list_schema("integer", key->low, key->high, 2), "enum", words, "type",
-                     "string", "pattern", "^[0-9]+ *[xX] *[0-9]+$");
+    list_names(words);
+    return json_pack("{s:[o, o, {s:s, s:s}]}", "anyOf",
+                     sc_list_schema("integer", key->low, key->high, 2),
+                     sc_words_schema(words, SC_COUNT_OF(words)), "type", "string", "pattern",
+                     "^[0-9]+ *[xX] *[0-9]+$");
 }
 
 const sc_value_type sc_type_size = {

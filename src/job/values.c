@@ -81,6 +81,25 @@ out:
     return status;
 }
 
+sc_status sc_no_such_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                          const char *word, const char *const *words, size_t count)
+{
+    const char *nearest = sc_nearest_word(word, words, count);
+
+    return nearest ? sc_yaml_fail(ctx, node, "unknown %s \"%.60s\"; did you mean \"%s\"?",
+                                  key->name, node->text, nearest)
+                   : sc_wrong_type(ctx, node, key->type->expected);
+}
+
+json_t *sc_words_schema(const char *const *words, size_t count)
+{
+    json_t *list = json_array();
+
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, json_string(words[i]));
+    return json_pack("{s:o}", "enum", list);
+}
+
 /* Copy @p text to out[size]. If it does not fit, three dots stand for what is left out: the
  * beginning if @p keep_end, else the end. No character of UTF-8 is cut in two. */
 static void copy_shortened(const char *text, bool keep_end, char *out, size_t size)
@@ -300,16 +319,15 @@ static sc_status write_choice(const sc_ctx *ctx, const sc_key *key, const void *
                    *(const int *)value);
 }
 
-/* An enumeration of the words. */
 static json_t *choice_schema(const sc_key *key)
 {
-    json_t *words = json_array();
-    const char *word;
+    const char *words[WORDS_MAX], *word;
+    size_t count = 0;
     int number;
 
-    for (size_t i = 0; (word = choice_word(key, i, &number)) != NULL; i++)
-        json_array_append_new(words, json_string(word));
-    return json_pack("{s:o}", "enum", words);
+    while (count < WORDS_MAX && (word = choice_word(key, count, &number)) != NULL)
+        words[count++] = word;
+    return sc_words_schema(words, count);
 }
 
 /* ---- lists of numbers ---- */
@@ -405,11 +423,8 @@ static json_t *direction_schema(const sc_key *key)
 {
     size_t count;
     const char *const *words = sc_anatomical_words(&count);
-    json_t *list = json_array();
 
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(list, json_string(words[i]));
-    return json_pack("{s:[{s:o}, o]}", "anyOf", "enum", list,
+    return json_pack("{s:[o, o]}", "anyOf", sc_words_schema(words, count),
                      sc_list_schema("number", key->low, key->high, 3));
 }
 
