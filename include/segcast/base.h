@@ -90,6 +90,8 @@ sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_
 void sc_warn(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
 /** Log a message of level SC_LOG_INFO. */
 void sc_info(const sc_ctx *ctx, const char *fmt, ...) SC_PRINTF(2, 3);
+/** The most mistakes of one kind that are told of an input; of more, at most their number is. */
+enum { SC_MISTAKES_MAX = 50 };
 /** @return what an errno of a failed call means, for messages. Static text, or that of strerror(),
  *  which the next call may overwrite. */
 const char *sc_reason(int error);

@@ -147,6 +147,10 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable);
 /* Read the size in voxels from "phantom" or "phantom:WxDxH". @return SC_ERR_USAGE for another text.
  * Not collective. */
 sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3]);
+/* Log all tissues that the job names and that are not among the @p labels of its volume, and all
+ * names that could stand for several. @return SC_ERR_DATA if there are any. Not collective. */
+sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
+                           int label_count);
 /* Read the label table of the job, if it names one, and give @p volume its names and colours. Not
  * collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);

@@ -305,20 +305,16 @@ out:
     return status;
 }
 
-/* Log the tissues of the job that the volume has not: all of them, and before it is prepared. */
-static sc_status check_tissues(const sc_app *app, const sc_job *job, const sc_volume *volume)
+sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
+                           int label_count)
 {
-    const sc_prepared view = {.label_count = volume->label_count, .labels = volume->labels};
-    sc_status status = sc_tissue_rules_check(app->ctx, &view, job->rules, job->rule_count);
+    const sc_prepared view = {.label_count = label_count, .labels = labels};
+    const sc_status rules = sc_tissue_rules_check(ctx, &view, job->rules, job->rule_count);
+    sc_status exceptions = SC_OK;
 
-    if (status == SC_OK)
-        return sc_clip_exceptions_check(app->ctx, &view, job->exceptions, job->exception_count);
-    if (status == SC_ERR_DATA) {
-        SC_TRY(sc_clip_exceptions_check(app->ctx, &view, job->exceptions, job->exception_count));
-        status = SC_ERR_DATA;
-    }
-out:
-    return status;
+    if (rules == SC_OK || rules == SC_ERR_DATA)
+        exceptions = sc_clip_exceptions_check(ctx, &view, job->exceptions, job->exception_count);
+    return exceptions < rules ? exceptions : rules;
 }
 
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
@@ -337,7 +333,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
     SC_TRY(sc_apply_labels(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
-    status = check_tissues(app, job, volume);
+    status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);
 out:
     return status;
 }

@@ -46,7 +46,6 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
     const sc_job *job = &session->job;
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
-    sc_status status;
 
     if (!job->volume[0] || job->rule_count + job->exception_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
@@ -55,11 +54,8 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
     quieter.ctx = &errors;
     if (sc_session_inspect(&quieter, !app->options.scan, session) != SC_OK)
         return;
-    status = sc_tissue_rules_check(&errors, &session->volume, job->rules, job->rule_count);
-    if (status == SC_OK || status == SC_ERR_DATA)
-        status = sc_clip_exceptions_check(&errors, &session->volume, job->exceptions,
-                                          job->exception_count);
-    (void)status; /* the job is refused in any case */
+    /* The job is refused in any case. */
+    (void)sc_check_tissues(&errors, job, session->volume.labels, session->volume.label_count);
 }
 
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
@@ -128,15 +124,9 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
 
     SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
-    status =
-        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues);
-    if (status == SC_ERR_DATA) { /* tell the other mistakes as well */
-        SC_TRY(
-            sc_clip_exceptions_check(ctx, &session->volume, job->exceptions, job->exception_count));
-        status = SC_ERR_DATA;
-    }
-    if (status != SC_OK)
-        goto out;
+    SC_TRY(sc_check_tissues(ctx, job, session->volume.labels, session->volume.label_count));
+    SC_TRY(
+        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
     apply_interior(ctx, job, session);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,

@@ -135,8 +135,6 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
 
 /* ---- loading ---- */
 
-enum { MISTAKES_MAX = 50 }; /* of which more are counted, but not logged */
-
 /* Passes the messages of a context on, and counts the errors among them. */
 typedef struct listener {
     const sc_ctx *to;
@@ -148,7 +146,7 @@ static void hear(void *user, sc_log_level level, const char *text)
 {
     listener *l = user;
 
-    if (level == SC_LOG_ERROR && ++l->errors > MISTAKES_MAX)
+    if (level == SC_LOG_ERROR && ++l->errors > SC_MISTAKES_MAX)
         return;
     if (l->to->write)
         l->to->write(l->to->user, level, text);
@@ -209,8 +207,8 @@ sc_status sc_job_load(const sc_ctx *ctx, const sc_job_sources *sources, sc_job *
     SC_TRY(sc_keys_set_defaults(ctx, sc_job_keys, &job));
     SC_TRY(read_root(&counting, sources, &text, &root));
     status = read_job(&counting, sources, root, &job);
-    if (l.errors > MISTAKES_MAX)
-        sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - MISTAKES_MAX);
+    if (l.errors > SC_MISTAKES_MAX)
+        sc_warn(ctx, "%d further mistakes of the job are not shown", l.errors - SC_MISTAKES_MAX);
     if (!sc_goes_on(&first, status))
         goto out;
     *out = job;

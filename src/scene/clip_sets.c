@@ -29,15 +29,13 @@ static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
     return false;
 }
 
-enum { MISTAKES_MAX = 50 }; /* of which more are not looked for */
-
 sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
                                    const sc_clip_exception *exceptions, size_t count)
 {
     const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
     int mistakes = 0;
 
-    for (size_t i = 0; i < count && mistakes < MISTAKES_MAX; i++) {
+    for (size_t i = 0; i < count && mistakes < SC_MISTAKES_MAX; i++) {
         const sc_clip_exception *e = &exceptions[i];
         sc_status status = sc_pattern_check(&silent, volume, e->pattern, e->where);
 

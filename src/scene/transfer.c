@@ -135,8 +135,6 @@ static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
     }
 }
 
-enum { MISTAKES_MAX = 50 }; /* of which more are counted, but not logged */
-
 sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
                                 const sc_tissue_rule *rules, size_t rule_count)
 {
@@ -144,16 +142,16 @@ sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
     size_t mistakes = 0;
 
     for (size_t r = 0; r < rule_count; r++) {
-        const sc_status status = sc_pattern_check(mistakes < MISTAKES_MAX ? ctx : &silent, volume,
-                                                  rules[r].pattern, rules[r].where);
+        const sc_status status = sc_pattern_check(mistakes < SC_MISTAKES_MAX ? ctx : &silent,
+                                                  volume, rules[r].pattern, rules[r].where);
 
         if (status != SC_OK && status != SC_ERR_DATA)
             return status;
         mistakes += status == SC_ERR_DATA;
     }
-    if (mistakes > MISTAKES_MAX)
+    if (mistakes > SC_MISTAKES_MAX)
         sc_warn(ctx, "%zu further tissues that are not found are not shown",
-                mistakes - MISTAKES_MAX);
+                mistakes - SC_MISTAKES_MAX);
     return mistakes ? SC_ERR_DATA : SC_OK;
 }
 
