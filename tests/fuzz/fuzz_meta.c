@@ -1,20 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The input is a file of the format MetaImage. Beside it lies in.raw,
- * which it may name for its voxels. */
+/* The input is a file of the format MetaImage. Beside it lies in.raw. */
 #include "volume.h"
 
-int LLVMFuzzerInitialize(int *argc, char ***argv)
-{
-    static const uint8_t voxels[64] = {0, 1, 2, 3, 4};
-
-    (void)argc;
-    (void)argv;
-    fuzz_write("in.raw", voxels, sizeof voxels);
-    return 0;
-}
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
-{
-    fuzz_volume("input.mhd", data, size);
-    return 0;
-}
+FUZZ_VOLUME_TARGET("input.mhd", "in.raw")

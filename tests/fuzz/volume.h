@@ -58,4 +58,25 @@ static inline void fuzz_volume(const char *name, const uint8_t *data, size_t siz
     sc_volume_clear(&volume);
 }
 
+/* Define a target whose inputs are files named @p input; beside them lie files of the names that
+ * follow, which they may name for their voxels. */
+#define FUZZ_VOLUME_TARGET(input, ...)                                                             \
+    int LLVMFuzzerInitialize(int *argc, char ***argv)                                              \
+    {                                                                                              \
+        static const char *const beside[] = {__VA_ARGS__};                                         \
+        static const uint8_t voxels[64] = {0, 1, 2, 3, 4};                                         \
+                                                                                                   \
+        (void)argc;                                                                                \
+        (void)argv;                                                                                \
+        for (size_t i = 0; i < SC_COUNT_OF(beside); i++)                                           \
+            fuzz_write(beside[i], voxels, sizeof voxels);                                          \
+        return 0;                                                                                  \
+    }                                                                                              \
+                                                                                                   \
+    int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)                                   \
+    {                                                                                              \
+        fuzz_volume(input, data, size);                                                            \
+        return 0;                                                                                  \
+    }
+
 #endif
