@@ -65,9 +65,6 @@ count() {
     [ "$1" = 1 ] || launch=(mpirun -n "$1")
     rm -f report*
     "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" "$SEGCAST" render job.yaml -o "counted$1" -q >/dev/null
-    for rank in $(seq 0 $(($1 - 1))); do
-        cat "report.$rank" 2>/dev/null || cat report
-    done >/dev/null
     if [ "$1" = 1 ]; then mv report counts.1.-; else
         for rank in $(seq 0 $(($1 - 1))); do mv "report.$rank" "counts.$1.$rank"; done
     fi
@@ -99,6 +96,7 @@ for ranks in "${all_ranks[@]}"; do
 done >cases.txt
 total=$(wc -l <cases.txt)
 echo "FAULT_STEP=$step FAULT_OFFSET=$offset: $total faults"
+[ "$total" -gt 0 ] || fail "no call was counted: does the loader take $FAULT_SHIM?"
 export FAULT_SHIM SEGCAST
 xargs -P "${FAULT_JOBS:-$(nproc)}" -L 1 bash "$SOURCE/tests/faults/case.sh" <cases.txt >results.txt &
 work=$!
