@@ -141,7 +141,7 @@ static void look(sc_display *display)
     const sc_stage_view view = sc_stage_look(display->ctx);
 
     if (!view.name || elapsed_s < QUIET_BEGIN_S) {
-        if (!view.name && display->terminal->shown_columns)
+        if (!view.name)
             sc_terminal_clear(display->terminal);
     } else if (display->terminal->is_tty) {
         show_bar(display, &view);
