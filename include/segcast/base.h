@@ -258,6 +258,9 @@ double sc_wall_s(void);       /**< seconds since an arbitrary moment; never goes
 double sc_cpu_s(void);        /**< CPU time of this process in seconds: all threads together */
 double sc_thread_cpu_s(void); /**< CPU time of the calling thread in seconds */
 uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, in bytes */
+/** @return the bytes that are allocated now by malloc and its like, those of libraries included; 0
+ *  where the C library does not tell. Any thread. */
+uint64_t sc_heap_bytes(void);
 /** Let the calling thread sleep; a signal may end the sleep early. */
 void sc_sleep_s(double seconds);
 

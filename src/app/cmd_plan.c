@@ -1,129 +1,94 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast plan: what a job will take, measured on parts of frames of the job itself. */
-#include "run.h"
+/* segcast plan: what a job will take, measured on some of its frames. */
+#include "plan.h"
 
 #include <jansson.h>
 #include <stdlib.h>
 
-/* Bands of this many rows, a tile high or less, are drawn of so many frames at full size: of each
- * frame every STRIDE-th band. Pictures of a smaller size would not do: a larger share of their
- * pixels lies on edges, which take more rays, so that they cost two to three times as much. */
-enum { PROBES = 12, STRIDE = 16, BAND_ROWS = 16 };
-
-#define MIB (1024.0 * 1024)
+#define KIB 1024.0
+#define MIB (1024 * KIB)
 #define GIB (1024 * MIB)
 
-/* What was measured of a job. */
-typedef struct probe {
-    double frame_cpu_s;   /* CPU seconds of drawing a frame */
-    double prepare_cpu_s; /* of reading and preparing the volume */
-    double prepare_wall_s;
-    int frames; /* of how many frames parts were drawn */
-} probe;
+/* The numbers of nodes that are told unless --nodes says otherwise. */
+static const int usual_nodes[] = {1, 4, 16};
+enum { RUNS = SC_COUNT_OF(usual_nodes) };
 
-/* Draw every STRIDE-th band of frame @p k, beginning with number @p first, into @p image; add the
- * CPU seconds and the rows to what is there. */
-static sc_status draw_bands(sc_app *app, sc_session *session, int k, int first, sc_image *image,
-                            double *cpu_s, double *rows)
+/* Everything that is told. */
+typedef struct job_plan {
+    const sc_session *session;
+    sc_plan_probe probe;
+    sc_plan_disk disk;
+    double draw_cpu_s, encode_cpu_s; /* of the whole job */
+    sc_plan_run runs[RUNS];
+    int run_count;
+} job_plan;
+
+/* Fill in what follows from plan->probe. */
+static void conclude(const sc_app *app, job_plan *plan)
 {
-    const int height_px = session->job.output.size_px[1];
-    const int bands = (height_px + BAND_ROWS - 1) / BAND_ROWS;
-    sc_status status = SC_OK;
+    const sc_job *job = &plan->session->job;
+    const sc_options *o = &app->options;
 
-    for (int band = first % (bands < STRIDE ? bands : STRIDE); band < bands && status == SC_OK;
-         band += STRIDE) {
-        const int end = (band + 1) * BAND_ROWS;
-        const sc_rows part = {band * BAND_ROWS, end < height_px ? end : height_px};
-        sc_render_stats stats;
-
-        status = sc_session_draw(app, session, k, &part, image, &stats);
-        *cpu_s += stats.cpu_s;
-        *rows += part.end - part.first;
-    }
-    return status;
+    plan->draw_cpu_s = plan->probe.draw_cpu_s * job->animation.frames;
+    plan->encode_cpu_s = sc_plan_encode_cpu_s(job, &plan->probe);
+    plan->run_count = o->nodes ? 1 : RUNS;
+    for (int i = 0; i < plan->run_count; i++)
+        plan->runs[i] = sc_plan_run_on(job, &plan->probe, o->nodes ? o->nodes : usual_nodes[i],
+                                       o->ranks ? o->ranks : 1, sc_usable_cores(), o->threads);
+    plan->disk = sc_plan_disk_of(job, &plan->probe, plan->runs[0].threads);
 }
 
-/* Measure what drawing a frame costs. The frames are spread over the animation, the bands over the
- * picture. The first band is drawn twice, so that what is needed only once is not counted. */
-static sc_status measure(sc_app *app, sc_session *session, probe *out)
+/* @return the CPU seconds of the whole job. */
+static double all_cpu_s(const job_plan *plan)
 {
-    const int *size_px = session->job.output.size_px;
-    const int frames = session->job.animation.frames;
-    const int probes = frames < PROBES ? frames : PROBES;
-    sc_image image = {0};
-    double cpu_s = 0, rows = 0, unused_s = 0, unused = 0;
-    sc_status status;
-
-    sc_stage_begin(app->ctx, "measuring", 0, (uint64_t)probes + 1);
-    SC_TRY(sc_image_init(app->ctx, size_px[0], size_px[1], &image));
-    SC_TRY(draw_bands(app, session, frames / 2, STRIDE / 2, &image, &unused_s, &unused));
-    for (int i = 0; i < probes; i++) {
-        const int k = (int)(((long)frames * (2 * i + 1)) / (2 * probes));
-
-        sc_stage_add(app->ctx, 1);
-        SC_TRY(draw_bands(app, session, k, 7 * i + STRIDE / 2, &image, &cpu_s, &rows));
-    }
-    out->frame_cpu_s = rows > 0 ? cpu_s / rows * size_px[1] : 0;
-    out->frames = probes;
-    for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
-        out->prepare_cpu_s += session->times.phases[phase].cpu_s;
-        out->prepare_wall_s += session->times.phases[phase].wall_s;
-    }
-out:
-    sc_image_clear(&image);
-    return status;
+    return plan->draw_cpu_s + plan->encode_cpu_s + plan->probe.prepare_cpu_s;
 }
 
-/* @return what the farm will hold of frames of full size, with as many ranks as frames, which need
- * the largest window. */
-static sc_farm_memory farm_memory(const sc_job *job, const int size_px[2])
+/* ---- JSON ---- */
+
+/* The array `runs`; NULL if there is no memory. The caller owns it. */
+static json_t *runs_json(const job_plan *plan)
 {
-    const sc_video_settings video = sc_run_video_settings(job);
-    const sc_farm farm = {.width_px = size_px[0],
-                          .height_px = size_px[1],
-                          .frame_count = job->animation.frames,
-                          .gop_frames = sc_video_gop_frames(&video),
-                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
+    json_t *runs = json_array();
 
-    return sc_farm_memory_of(&farm, job->animation.frames);
-}
+    for (int i = 0; i < plan->run_count && runs; i++) {
+        const sc_plan_run *run = &plan->runs[i];
+        json_t *item = json_pack("{s:i, s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:s, s:I, s:I}", "nodes",
+                                 run->nodes, "ranks_per_node", run->ranks, "threads_per_rank",
+                                 run->threads, "gops_encoded_by_ranks", run->gops, "wall_s",
+                                 run->wall_s, "prepare_s", run->prepare_s, "draw_s", run->draw_s,
+                                 "root_encode_s", run->encode_s, "limited_by", run->limit,
+                                 "first_node_bytes", (json_int_t)run->first_node_bytes,
+                                 "other_node_bytes", (json_int_t)run->other_node_bytes);
 
-/* Print how much memory a run needs. @param program_bytes size of this process before it read the
- * volume. */
-static void print_memory(const sc_session *session, const int size_px[2], uint64_t program_bytes)
-{
-    const sc_farm_memory farm = farm_memory(&session->job, size_px);
-
-    printf("memory per node  %.2f GiB for the prepared volume, which its ranks share; %.2f GiB on "
-           "rank 0 while it is prepared\n",
-           (double)session->shared_bytes / GIB, (double)sc_peak_rss() / GIB);
-    printf("each rank        %.0f MiB for the program, %.0f MiB for the renderer, up to %.0f MiB "
-           "for frames\n",
-           (double)program_bytes / MIB, (double)sc_renderer_bytes(session->renderer) / MIB,
-           (double)farm.worker / MIB);
-    printf(
-        "rank 0           up to %.0f MiB for frames that wait; an encoder comes on top, on rank 0 "
-        "or (farm.encode: segments) on every rank\n",
-        (double)(farm.window + farm.root) / MIB);
+        if (!item || json_array_append_new(runs, item)) {
+            json_decref(runs);
+            runs = NULL;
+        }
+    }
+    return runs;
 }
 
 /* Print the plan as JSON. @return SC_ERR_MEMORY. */
-static sc_status print_json(const sc_ctx *ctx, const sc_session *session, const probe *p,
-                            uint64_t program_bytes)
+static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
 {
-    const sc_job *job = &session->job;
-    const sc_farm_memory farm = farm_memory(job, job->output.size_px);
-    const size_t root_bytes = farm.window + farm.root;
+    const sc_job *job = &plan->session->job;
+    const sc_plan_probe *p = &plan->probe;
+    const sc_plan_disk *disk = &plan->disk;
     json_t *json = json_pack(
-        "{s:s, s:i, s:[i,i], s:i, s:i, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, s:I, s:I}}", "schema",
-        "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
-        job->output.size_px[1], "samples", job->render.samples, "frames_measured", p->frames,
-        "draw_cpu_s_per_frame", p->frame_cpu_s, "draw_cpu_s",
-        p->frame_cpu_s * job->animation.frames, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s",
-        p->prepare_wall_s, "memory", "prepared_bytes", (json_int_t)session->shared_bytes,
-        "program_bytes", (json_int_t)program_bytes, "renderer_bytes",
-        (json_int_t)sc_renderer_bytes(session->renderer), "frames_bytes", (json_int_t)farm.worker,
-        "root_frames_bytes", (json_int_t)root_bytes);
+        "{s:s, s:i, s:[i,i], s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, "
+        "s:I}, s:{s:I, s:I, s:I, s:I, s:I}, s:o}",
+        "schema", "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
+        job->output.size_px[1], "samples", job->render.samples, "frames_measured", p->partly_drawn,
+        "frames_encoded", p->encoded, "draw_cpu_s_per_frame", p->draw_cpu_s, "draw_cpu_s",
+        plan->draw_cpu_s, "encode_cpu_s_per_frame", plan->encode_cpu_s / job->animation.frames,
+        "encode_cpu_s", plan->encode_cpu_s, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s",
+        p->prepare_wall_s, "core_hours", all_cpu_s(plan) / 3600, "memory", "prepared_bytes",
+        (json_int_t)p->prepared_bytes, "program_bytes", (json_int_t)p->program_bytes,
+        "renderer_bytes", (json_int_t)p->renderer_bytes, "encoder_bytes",
+        (json_int_t)p->encoder_bytes, "disk", "video_bytes", (json_int_t)disk->video, "png_bytes",
+        (json_int_t)disk->frames, "records_bytes", (json_int_t)disk->records, "end_bytes",
+        (json_int_t)disk->end, "peak_bytes", (json_int_t)disk->peak, "runs", runs_json(plan));
     char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
 
     json_decref(json);
@@ -134,53 +99,98 @@ static sc_status print_json(const sc_ctx *ctx, const sc_session *session, const 
     return SC_OK;
 }
 
-/* @return the wall seconds up to the last frame on @p nodes nodes like this one, with a thread on
- * each core; encoding beside the drawing is not counted. */
-static double wall_s_on(int nodes, const sc_session *session, const probe *p)
+/* ---- for people ---- */
+
+/* Write a number of bytes with three digits and its unit, such as "1.25 GiB". */
+static const char *size_text(double bytes, char text[24])
 {
-    return p->prepare_wall_s +
-           p->frame_cpu_s * session->job.animation.frames / nodes / sc_usable_cores();
+    const bool giga = bytes >= GIB, mega = bytes >= MIB;
+    const double value = bytes / (giga ? GIB : mega ? MIB : KIB);
+
+    snprintf(text, 24, "%.*f %s",
+             value < 10    ? 2
+             : value < 100 ? 1
+                           : 0,
+             value,
+             giga   ? "GiB"
+             : mega ? "MiB"
+                    : "KiB");
+    return text;
+}
+
+/* Print what the outputs take on disk. */
+static void print_disk(const job_plan *plan)
+{
+    const sc_plan_disk *disk = &plan->disk;
+    char video[24], frames[24], records[24], peak[24];
+
+    printf("disk             %s video, ", size_text((double)disk->video, video));
+    if (disk->frames)
+        printf("%s PNG frames, ", size_text((double)disk->frames, frames));
+    printf("%s records; at most %s at a time\n", size_text((double)disk->records, records),
+           size_text((double)disk->peak, peak));
+}
+
+/* Print what a run on some nodes takes. */
+static void print_run(const sc_plan_run *run)
+{
+    char first[24], other[24];
+
+    printf("wall time        %.0f s on %d node%s, %d rank%s of %d thread%s each; limited by %s\n",
+           run->wall_s, run->nodes, run->nodes == 1 ? "" : "s", run->ranks,
+           run->ranks == 1 ? "" : "s", run->threads, run->threads == 1 ? "" : "s", run->limit);
+    printf("  memory         %s", size_text((double)run->first_node_bytes, first));
+    if (run->nodes > 1)
+        printf(" on the node of rank 0, %s on each other",
+               size_text((double)run->other_node_bytes, other));
+    printf("\n");
 }
 
 /* Print the plan for people. */
-static void print_text(const sc_session *session, const probe *p, uint64_t program_bytes)
+static void print_text(const job_plan *plan)
 {
+    const sc_session *session = plan->session;
     const sc_job *job = &session->job;
+    const sc_plan_probe *p = &plan->probe;
     const int *size_px = job->output.size_px;
+    char prepared[24], encoder[24];
 
     printf("frames           %d of %d x %d, %d ray%s per pixel\n", job->animation.frames,
            size_px[0], size_px[1], job->render.samples, job->render.samples == 1 ? "" : "s");
     printf("kernel           %s, %s\n", sc_renderer_kernel(session->renderer)->name,
            sc_renderer_kernel(session->renderer)->cpu);
-    printf("volume           %d x %d x %d voxels, %d labels\n", session->volume.size[0],
-           session->volume.size[1], session->volume.size[2], session->volume.label_count - 1);
-    print_memory(session, size_px, program_bytes);
-    printf("before drawing   %.1f s, %.1f CPU s for reading and preparing the volume\n",
-           p->prepare_wall_s, p->prepare_cpu_s);
-    printf("drawing          %.3f CPU s per frame, %.4f core hours in all (parts of %d frames "
-           "measured here; encoding comes on top)\n",
-           p->frame_cpu_s, p->frame_cpu_s * job->animation.frames / 3600, p->frames);
-    printf("wall time        %.0f s on 1 node like this one (%d cores), %.0f s on 4, %.0f s on 16, "
-           "without encoding\n",
-           wall_s_on(1, session, p), sc_usable_cores(), wall_s_on(4, session, p),
-           wall_s_on(16, session, p));
+    printf("volume           %d x %d x %d voxels, %d labels, %s prepared\n",
+           session->volume.size[0], session->volume.size[1], session->volume.size[2],
+           session->volume.label_count - 1, size_text((double)p->prepared_bytes, prepared));
+    printf("measured         bands of %d frames, %d whole frames\n", p->partly_drawn, p->encoded);
+    printf("preparing        %.1f CPU s, %.1f s here\n", p->prepare_cpu_s, p->prepare_wall_s);
+    printf("drawing          %.1f CPU s, %.3f per frame\n", plan->draw_cpu_s, p->draw_cpu_s);
+    printf("encoding         %.1f CPU s, %.3f per frame", plan->encode_cpu_s,
+           plan->encode_cpu_s / job->animation.frames);
+    if (p->encoder_bytes)
+        printf("; an encoder takes %s", size_text((double)p->encoder_bytes, encoder));
+    printf("\nin all           %.4f core hours\n", all_cpu_s(plan) / 3600);
+    print_disk(plan);
+    for (int i = 0; i < plan->run_count; i++)
+        print_run(&plan->runs[i]);
 }
 
 sc_status sc_cmd_plan(sc_app *app)
 {
     const uint64_t program_bytes = sc_peak_rss();
     sc_session session = {0};
-    probe measured = {0};
+    job_plan plan = {.session = &session};
     sc_status status;
 
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(sc_session_volume(app, &session));
-    SC_TRY(measure(app, &session, &measured));
+    SC_TRY(sc_plan_measure(app, &session, program_bytes, &plan.probe));
+    conclude(app, &plan);
     sc_display_end_stage(app);
     if (app->options.json)
-        status = print_json(app->ctx, &session, &measured, program_bytes);
+        status = print_json(app->ctx, &plan);
     else
-        print_text(&session, &measured, program_bytes);
+        print_text(&plan);
 out:
     sc_session_clear(&session);
     return status;

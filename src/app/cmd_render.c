@@ -159,17 +159,6 @@ out:
 
 /* ---- the plan ---- */
 
-/* @return how many of @p whole GOPs are encoded by the rank that draws them. */
-static int gops_for_ranks(const sc_run *run, int whole)
-{
-    const int encode = run->session.job.farm.encode;
-    const int ranks = sc_comm_size(run->app->comm);
-
-    if (!run->keep_records || encode == SC_ENCODE_ROOT)
-        return 0;
-    return sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
-}
-
 /* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
  * run->gops and run->frames. */
 static sc_status make_plan(sc_run *run)
@@ -184,7 +173,9 @@ static sc_status make_plan(sc_run *run)
     plan->gop_frames = sc_video_gop_frames(&settings);
     if (run->store)
         SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
-    plan->gop_count = gops_for_ranks(run, whole);
+    if (run->keep_records)
+        plan->gop_count =
+            sc_run_gops_of_ranks(&run->session.job, whole, sc_comm_size(run->app->comm));
     SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
     for (int i = 0; i < run->wanted_count; i++) {
         const int k = run->wanted[i];

@@ -161,6 +161,23 @@ static sc_status store_threads(const sc_ctx *ctx, sc_options *options, const sc_
     return set_threads(ctx, options, "--threads", value);
 }
 
+/* Store a number of things, from 1 on, in the int at option->offset. */
+static sc_status store_count(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                             const char *value)
+{
+    char name[32];
+    long number = 0;
+    int count;
+    sc_status status;
+
+    snprintf(name, sizeof name, "--%s", option->name);
+    status = read_number(ctx, name, value, 1, 65536, &number);
+    count = (int)number;
+    if (status == SC_OK)
+        memcpy((char *)options + option->offset, &count, sizeof count);
+    return status;
+}
+
 /* Set the limit of memory: a number of bytes, or of K, M, G or T (powers of 1,024), such as 1.5G or
  * 64GiB. @param name what messages call its source. */
 static sc_status set_max_memory(const sc_ctx *ctx, sc_options *options, const char *name,
@@ -309,6 +326,10 @@ static const sc_option option_rows[] = {
      ""},
     {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", store_flag,
      AT(fast), ""},
+    {"nodes", 0, "N", "nodes to tell time and memory for, like this one (1, 4 and 16)", "plan",
+     store_count, AT(nodes), ""},
+    {"ranks", 0, "N", "ranks on each node (1); with --threads N, or as many as there are cores",
+     "plan", store_count, AT(ranks), ""},
     {"json", 0, NULL, "as JSON, for machines", "info keys plan status", store_flag, AT(json), ""},
     {"markdown", 0, NULL, "as the document docs/job.md", "keys", store_flag, AT(markdown), ""},
     {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",

@@ -16,6 +16,7 @@ typedef struct sc_options {
     const char *size;          /* --size of the phantom, as given */
     long frame;                /* --frame; -1: not given */
     int threads;               /* --threads or SEGCAST_THREADS; 0: not given */
+    int nodes, ranks;          /* --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
     bool fast; /* --fast of segcast check */

@@ -61,6 +61,9 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
 /* @return the video settings of a job; their texts are borrowed from it. */
 sc_video_settings sc_run_video_settings(const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
+/* @return how many of @p whole GOPs are encoded by the ranks that draw them, of @p ranks ranks that
+ * do a job with all its records; rank 0 encodes the rest. */
+int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks);
 
 /* ---- run_report.c: progress and timing records ---- */
 

@@ -24,6 +24,14 @@ bool sc_run_has_video(const sc_job *job)
     return strcmp(job->output.video, "none") != 0;
 }
 
+int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks)
+{
+    const int encode = job->farm.encode;
+
+    return encode == SC_ENCODE_ROOT ? 0
+                                    : sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
+}
+
 /* Add to the trace when each thread drew, since the last call. */
 static void trace_threads(sc_run *run, int frame)
 {

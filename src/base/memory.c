@@ -3,6 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 enum { ALIGNMENT_BYTES = 64 };
 
@@ -43,4 +46,15 @@ sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
 void sc_free(void *ptr)
 {
     free(ptr);
+}
+
+uint64_t sc_heap_bytes(void)
+{
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+    const struct mallinfo2 info = mallinfo2();
+
+    return (uint64_t)info.uordblks + (uint64_t)info.hblkhd;
+#else
+    return 0;
+#endif
 }

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What segcast plan computes from what it has measured: wall time, memory and disk. */
+#include "check.h"
+
+#include "plan.h"
+
+#include <string.h>
+
+/* A job of 20 GOPs of 30 frames of 1920 x 1080. */
+static sc_job long_job(void)
+{
+    sc_job job = {.output = {.video = "v.mp4", .size_px = {1920, 1080}, .fps = 30},
+                  .animation = {.frames = 600}};
+
+    return job;
+}
+
+/* A frame takes 2 CPU seconds to draw and 0.1 to encode. */
+static const sc_plan_probe probe = {.prepare_cpu_s = 8,
+                                    .prepare_wall_s = 3,
+                                    .draw_cpu_s = 2,
+                                    .partly_drawn = 12,
+                                    .encoded = 60,
+                                    .first = {0.2, 0.1, 100000},
+                                    .next = {0.1, 0.06, 10000},
+                                    .encoder_bytes = 300 << 20,
+                                    .program_bytes = 30 << 20,
+                                    .prepare_bytes = 500 << 20,
+                                    .prepared_bytes = 100 << 20,
+                                    .renderer_bytes = 40 << 20,
+                                    .job_bytes = 1000};
+
+static void a_node_draws_and_encodes_with_all_cores(void **state)
+{
+    const sc_job job = long_job();
+    const sc_plan_run run = sc_plan_run_on(&job, &probe, 1, 1, 8, 0);
+
+    (void)state;
+    assert_int_equal(run.threads, 8);
+    assert_int_equal(run.gops, 0);
+    assert_near(sc_plan_encode_cpu_s(&job, &probe), 20 * 0.2 + 580 * 0.1, 1e-9);
+    assert_near(run.prepare_s, 3, 1e-9);
+    assert_near(run.draw_s, (1200 + 62) / 8.0, 1e-9);
+    assert_near(run.encode_s, 20 * 0.1 + 580 * 0.06, 1e-9);
+    assert_near(run.wall_s, 3 + (1200 + 62) / 8.0, 1e-9);
+    assert_string_equal(run.limit, "drawing");
+}
+
+static void what_limits_depends_on_the_nodes_and_on_who_encodes(void **state)
+{
+    sc_job job = long_job();
+    sc_plan_run run;
+
+    (void)state;
+    job.farm.encode = SC_ENCODE_ROOT;
+    run = sc_plan_run_on(&job, &probe, 8, 1, 8, 0);
+    assert_int_equal(run.gops, 0);
+    assert_string_equal(run.limit, "encoding"); /* rank 0 needs 36.8 s, the others 20 */
+    assert_near(run.wall_s, 3 + 36.8, 1e-9);
+    job.farm.encode = SC_ENCODE_SEGMENTS;
+    run = sc_plan_run_on(&job, &probe, 8, 1, 8, 0);
+    assert_int_equal(run.gops, sc_handout_gops(20, 8, true));
+    assert_string_equal(run.limit, "drawing");
+    job.farm.encode = SC_ENCODE_AUTO;
+    assert_int_equal(sc_plan_run_on(&job, &probe, 6, 1, 8, 0).gops, sc_handout_gops(20, 6, false));
+    run = sc_plan_run_on(&job, &probe, 1000, 1, 8, 0);
+    assert_int_equal(run.gops, 0); /* too few GOPs for so many ranks */
+    job.output.video[0] = '\0';
+    strcpy(job.output.video, "none");
+    assert_int_equal(sc_plan_run_on(&job, &probe, 6, 1, 8, 0).gops, 0);
+}
+
+static void threads_of_a_rank_are_its_share_of_the_cores(void **state)
+{
+    const sc_job job = long_job();
+
+    (void)state;
+    assert_int_equal(sc_plan_run_on(&job, &probe, 2, 3, 8, 0).threads, 2);
+    assert_int_equal(sc_plan_run_on(&job, &probe, 2, 16, 8, 0).threads, 1);
+    assert_int_equal(sc_plan_run_on(&job, &probe, 2, 1, 8, 3).threads, 3);
+    /* cores without a thread do nothing, and more threads than cores do not help */
+    assert_near(sc_plan_run_on(&job, &probe, 1, 1, 8, 4).draw_s, (1200 + 62) / 4.0, 1e-9);
+    assert_near(sc_plan_run_on(&job, &probe, 1, 16, 8, 0).draw_s,
+                sc_plan_run_on(&job, &probe, 1, 8, 8, 0).draw_s, 1e-9);
+}
+
+static void more_nodes_are_never_slower_where_ranks_encode(void **state)
+{
+    sc_job job = long_job();
+    double before_s = 1e9;
+
+    (void)state;
+    job.farm.encode = SC_ENCODE_SEGMENTS;
+    for (int nodes = 1; nodes <= 16; nodes++) {
+        const sc_plan_run run = sc_plan_run_on(&job, &probe, nodes, 2, 8, 0);
+
+        assert_true(run.wall_s <= before_s + 1e-9);
+        before_s = run.wall_s;
+    }
+}
+
+static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
+{
+    sc_job job = long_job();
+    const size_t frame = (size_t)1920 * 1080 * 3;
+    const uint64_t rank = probe.program_bytes + probe.renderer_bytes;
+    sc_farm farm = {.width_px = 1920,
+                    .height_px = 1080,
+                    .frame_count = 600,
+                    .gop_frames = 30,
+                    .total_frames = 600};
+    sc_farm_memory memory = sc_farm_memory_of(&farm, 4);
+    sc_plan_run run;
+
+    (void)state;
+    job.farm.encode = SC_ENCODE_ROOT;
+    run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
+    assert_int_equal(run.first_node_bytes, probe.prepared_bytes + 2 * rank + memory.window +
+                                               memory.root + memory.worker + probe.encoder_bytes);
+    assert_int_equal(run.other_node_bytes, probe.prepared_bytes + 2 * (rank + memory.worker));
+    job.farm.encode = SC_ENCODE_SEGMENTS; /* every rank has an encoder, a frame and a GOP */
+    run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
+    assert_true(run.other_node_bytes >= probe.prepared_bytes + 2 * (rank + memory.worker + frame +
+                                                                    probe.encoder_bytes));
+}
+
+static void segments_and_partial_gops_need_room_beside_the_video(void **state)
+{
+    sc_job job = long_job();
+    const sc_plan_disk disk = sc_plan_disk_of(&job, &probe, 8);
+    sc_plan_disk png;
+    sc_plan_probe with_png = probe;
+
+    (void)state;
+    assert_int_equal(disk.video, 20 * 100000 + 580 * 10000);
+    assert_int_equal(disk.frames, 0);
+    assert_int_equal(disk.end, disk.video + disk.records);
+    assert_int_equal(disk.peak, disk.end + 30 * (1920 * 1080 * 3 / 2 + 48));
+    job.output.frames = SC_FRAMES_PNG;
+    with_png.png = (sc_plan_cost){0.05, 0.05, 1000000};
+    png = sc_plan_disk_of(&job, &with_png, 8);
+    assert_int_equal(png.frames, 600000000);
+    assert_int_equal(png.video, disk.video);
+    assert_true(png.records > disk.records);
+    assert_near(sc_plan_encode_cpu_s(&job, &with_png), 62 + 600 * 0.05, 1e-9);
+    job.output.frames = SC_FRAMES_NONE;
+    job.output.size_px[0] = job.output.size_px[1] = 16; /* the segments are more than a partial GOP */
+    assert_int_equal(sc_plan_disk_of(&job, &probe, 8).peak, disk.end + disk.video);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_node_draws_and_encodes_with_all_cores),
+        cmocka_unit_test(what_limits_depends_on_the_nodes_and_on_who_encodes),
+        cmocka_unit_test(threads_of_a_rank_are_its_share_of_the_cores),
+        cmocka_unit_test(more_nodes_are_never_slower_where_ranks_encode),
+        cmocka_unit_test(memory_is_that_of_the_farm_and_of_the_encoders),
+        cmocka_unit_test(segments_and_partial_gops_need_room_beside_the_video),
+    };
+
+    return RUN(tests);
+}
