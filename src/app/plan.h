@@ -55,8 +55,8 @@ typedef struct sc_plan_run {
     int gops;                  /* number of GOPs that the ranks encode which draw them */
     double wall_s;             /* of the whole run: prepare_s, then the longer of the other two */
     double prepare_s;
-    double draw_s;    /* drawing, with what the same cores encode */
-    double encode_s;  /* what rank 0 encodes beside the drawing, one frame after the other */
+    double draw_s;     /* drawing, with what the same cores encode */
+    double encode_s;   /* what rank 0 encodes beside the drawing, one frame after the other */
     const char *limit; /* which of them decides: "preparing", "drawing" or "encoding" */
     uint64_t first_node_bytes, other_node_bytes; /* memory of rank 0's node, and of the others */
 } sc_plan_run;

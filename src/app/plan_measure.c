@@ -13,16 +13,16 @@ enum { PROBES = 12, STRIDE = 16, BAND_ROWS = 16 };
 /* How many frames are drawn whole and encoded. A frame depends on those before it, so they come in
  * runs of neighbours: RUN frames at up to PLACES places of the animation. */
 enum {
-    SHARE = 10,      /* one of so many frames of the job at most, */
-    RUN = 8,         /* in runs of about so many, */
-    LEAST = 6,       /* but at least so many frames if there is time, */
-    ALWAYS = 2,      /* and so many in any case */
-    PLACES = 8,      /* at so many places at most */
-    LOOKAHEAD = 80,  /* no encoder holds more frames than this */
-    KEPT_MIB = 256   /* memory for the pictures of a run */
+    SHARE = 10,     /* one of so many frames of the job at most, */
+    RUN = 8,        /* in runs of about so many, */
+    LEAST = 6,      /* but at least so many frames if there is time, */
+    ALWAYS = 2,     /* and so many in any case */
+    PLACES = 8,     /* at so many places at most */
+    LOOKAHEAD = 80, /* no encoder holds more frames than this */
+    KEPT_MIB = 256  /* memory for the pictures of a run */
 };
-#define TIME_S 25.0  /* wall time for them */
-#define SMALL_S 2.0  /* a job that is drawn in this time is drawn whole */
+#define TIME_S 25.0 /* wall time for them */
+#define SMALL_S 2.0 /* a job that is drawn in this time is drawn whole */
 
 /* Draw every STRIDE-th band of frame @p k, beginning with number @p first, into @p image; add the
  * CPU seconds and the rows to what is there. */
@@ -78,8 +78,8 @@ typedef struct prober {
     sc_app *app;
     sc_session *session;
     sc_image *image;
-    sc_encoder *encoder;  /* NULL: a job without video */
-    char *pictures;       /* [run], each of picture_bytes: converted frames */
+    sc_encoder *encoder; /* NULL: a job without video */
+    char *pictures;      /* [run], each of picture_bytes: converted frames */
     size_t picture_bytes;
     int places, run;      /* runs, and frames of each; the last may be shorter */
     double draw_cpu_s;    /* sums over all frames drawn, from here on */

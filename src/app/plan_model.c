@@ -34,10 +34,10 @@ static sc_plan_cost cost_of(const sc_job *job, const sc_plan_probe *p, int frame
 {
     const double firsts = gops_of(job, frames), nexts = frames - firsts;
 
-    return (sc_plan_cost){
-        firsts * p->first.cpu_s + nexts * p->next.cpu_s + frames * p->png.cpu_s,
-        firsts * p->first.wall_s + nexts * p->next.wall_s + frames * p->png.wall_s,
-        firsts * p->first.bytes + nexts * p->next.bytes + frames * p->png.bytes};
+    return (sc_plan_cost){firsts * p->first.cpu_s + nexts * p->next.cpu_s + frames * p->png.cpu_s,
+                          firsts * p->first.wall_s + nexts * p->next.wall_s +
+                              frames * p->png.wall_s,
+                          firsts * p->first.bytes + nexts * p->next.bytes + frames * p->png.bytes};
 }
 
 double sc_plan_encode_cpu_s(const sc_job *job, const sc_plan_probe *probe)
@@ -123,11 +123,11 @@ sc_plan_run sc_plan_run_on(const sc_job *job, const sc_plan_probe *p, int nodes,
     run.draw_s = both_s > apart_s ? both_s : apart_s;
     run.encode_s = root.wall_s;
     run.wall_s = run.prepare_s + (run.draw_s > run.encode_s ? run.draw_s : run.encode_s);
-    run.limit = run.prepare_s > run.wall_s / 2 ? "preparing"
-                : run.encode_s > run.draw_s ||
-                        ranks_encode.cpu_s + root.cpu_s > frames * p->draw_cpu_s
-                    ? "encoding"
-                    : "drawing";
+    run.limit =
+        run.prepare_s > run.wall_s / 2 ? "preparing"
+        : run.encode_s > run.draw_s || ranks_encode.cpu_s + root.cpu_s > frames * p->draw_cpu_s
+            ? "encoding"
+            : "drawing";
     find_memory(job, p, rest, &run);
     return run;
 }

@@ -5,6 +5,9 @@
 #include <string.h>
 #ifdef __GLIBC__
 #include <malloc.h>
+#if __GLIBC_PREREQ(2, 33)
+#define HAS_MALLINFO2
+#endif
 #endif
 
 enum { ALIGNMENT_BYTES = 64 };
@@ -50,7 +53,7 @@ void sc_free(void *ptr)
 
 uint64_t sc_heap_bytes(void)
 {
-#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+#ifdef HAS_MALLINFO2
     const struct mallinfo2 info = mallinfo2();
 
     return (uint64_t)info.uordblks + (uint64_t)info.hblkhd;

@@ -2,9 +2,9 @@
 # segcast plan counts drawing, encoding, preparing, disk and memory of a job, and writes nothing. What it says of
 # disk and memory is compared with what the job then takes; times are not.
 small_job job.yaml
-sed -i 's/size: \[96, 72\], video: none/size: [320, 240], fps: 10, frames: png, video: film.mp4/; s/frames: 7/frames: 24/' job.yaml
+sed -i 's/size: \[96, 72\], video: none/size: [160, 120], fps: 10, frames: png, video: film.mp4/; s/frames: 7/frames: 24/' job.yaml
 "$SEGCAST" plan job.yaml -q --json >plan.json
-jq -e '.schema == "segcast-plan-1" and .frames == 24 and .size == [320, 240] and .frames_measured > 0 and
+jq -e '.schema == "segcast-plan-1" and .frames == 24 and .size == [160, 120] and .frames_measured > 0 and
     .frames_encoded >= 2 and .draw_cpu_s > 0 and .encode_cpu_s > 0 and .encode_cpu_s_per_frame > 0 and
     .prepare_cpu_s > 0 and .prepare_wall_s > 0 and
     ((.core_hours * 3600 - .draw_cpu_s - .encode_cpu_s - .prepare_cpu_s) | fabs) < 0.001 and
@@ -27,7 +27,7 @@ near 'bytes of the video' "$(said disk.video_bytes)" "$(bytes_of out/film.mp4)" 
 near 'bytes of the PNG files' "$(said disk.png_bytes)" "$(bytes_of out/frames/*)" 20
 near 'bytes of the records' "$(said disk.records_bytes)" "$(bytes_of out/*.json* out/frames.csv out/job.yaml)" 50
 near 'bytes at the end' "$(said disk.end_bytes)" "$(find out -type f -exec cat {} + | wc -c)" 20
-[ "$(said disk.peak_bytes)" -ge $(($(said disk.end_bytes) + 10 * 320 * 240 * 3 / 2)) ] ||
+[ "$(said disk.peak_bytes)" -ge $(($(said disk.end_bytes) + 10 * 160 * 120 * 3 / 2)) ] ||
     fail "the pictures of a partial GOP are not counted: $(cat plan.json)"
 # the sanitizers have a malloc of their own, of which nothing is known
 if [ "$(said memory.encoder_bytes)" -gt 1000000 ]; then
@@ -36,7 +36,7 @@ fi
 
 # A longer job is not drawn whole: a few neighbours at a few places stand for all.
 small_job long.yaml
-sed -i 's/video: none/video: film.mp4, directory: long/; s/directory: out, //; s/frames: 7/frames: 3000/' long.yaml
+sed -i 's/video: none/video: film.mp4, directory: long/; s/directory: out, //; s/frames: 7/frames: 500/' long.yaml
 "$SEGCAST" plan long.yaml -q --json >plan.json
 "$SEGCAST" render long.yaml -q >/dev/null
 near 'bytes of a long video' "$(said disk.video_bytes)" "$(bytes_of long/film.mp4)" 40

@@ -120,8 +120,8 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     assert_int_equal(run.other_node_bytes, probe.prepared_bytes + 2 * (rank + memory.worker));
     job.farm.encode = SC_ENCODE_SEGMENTS; /* every rank has an encoder, a frame and a GOP */
     run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
-    assert_true(run.other_node_bytes >= probe.prepared_bytes + 2 * (rank + memory.worker + frame +
-                                                                    probe.encoder_bytes));
+    assert_true(run.other_node_bytes >=
+                probe.prepared_bytes + 2 * (rank + memory.worker + frame + probe.encoder_bytes));
 }
 
 static void segments_and_partial_gops_need_room_beside_the_video(void **state)
@@ -144,7 +144,8 @@ static void segments_and_partial_gops_need_room_beside_the_video(void **state)
     assert_true(png.records > disk.records);
     assert_near(sc_plan_encode_cpu_s(&job, &with_png), 62 + 600 * 0.05, 1e-9);
     job.output.frames = SC_FRAMES_NONE;
-    job.output.size_px[0] = job.output.size_px[1] = 16; /* the segments are more than a partial GOP */
+    job.output.size_px[0] = job.output.size_px[1] =
+        16; /* the segments are more than a partial GOP */
     assert_int_equal(sc_plan_disk_of(&job, &probe, 8).peak, disk.end + disk.video);
 }
 
