@@ -56,8 +56,8 @@ typedef struct sc_done_frame {
  * or because it holds a run although @p mode is SC_STORE_NEW. A run is there if a manifest is: for
  * a slice its own or that of the whole job, otherwise any. Nothing is written. @param job of which
  *  video, png and frames are read. @param slice as for sc_store_open.
- *  @return SC_ERR_CREATE if so; SC_OK also if the directory does not exist; SC_ERR_MISSING if it
- *  cannot be listed; SC_ERR_MEMORY. */
+ *  @return SC_ERR_CREATE if so, or if the directory cannot be listed; SC_OK also if it does not
+ *  exist; SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_store_check(const sc_ctx *ctx, const char *directory,
                                      const sc_store_job *job, const char *slice,
                                      sc_store_mode mode);

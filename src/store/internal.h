@@ -185,7 +185,7 @@ typedef struct sc_store_place {
  * but segments and partial GOPs in segments/. Nothing is written.
  * @param owned names are added to it: what the manifests name, and what this run is going to make.
  * @param more whether the run is going to make something that no manifest names.
- * @return SC_ERR_CREATE, with a message; SC_ERR_MISSING if it cannot be listed, SC_ERR_MEMORY. */
+ * @return SC_ERR_CREATE, with a message, also if it cannot be listed; SC_ERR_MEMORY. */
 sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,
                                bool *more);
 

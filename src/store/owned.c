@@ -256,7 +256,11 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
     SC_TRY(sc_text_add(ctx, &partial, "%s", ""));
     if (strcmp(place->video, "none") != 0)
         SC_TRY(sc_video_partial_name(ctx, place->video, &partial));
-    SC_TRY(find_obstacles(ctx, &s, partial.data));
+    status = find_obstacles(ctx, &s, partial.data);
+    if (status == SC_ERR_MISSING) /* what cannot be listed is an output */
+        status = SC_ERR_CREATE;
+    if (status != SC_OK)
+        goto out;
     for (int i = 0; i < s.count; i++) {
         const bool ours = s.found[i].owner[0] && sc_names_has(owned, s.found[i].owner);
 

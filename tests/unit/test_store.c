@@ -563,6 +563,19 @@ static void pipes(void **state)
     alarm(0);
 }
 
+/* A directory that cannot be listed is an output that cannot be made, not an input that is missing.
+ */
+static void unlistable(void **state)
+{
+    const sc_store_job job = make_job();
+
+    (void)state;
+    empty_folder();
+    assert_int_equal(symlink("loop", in_folder("loop")), 0);
+    assert_int_equal(sc_store_check(&quiet, in_folder("loop"), &job, NULL, SC_STORE_NEW),
+                     SC_ERR_CREATE);
+}
+
 /* A run that cannot begin, because a file has appeared after sc_store_check, leaves that file. */
 static void refused_begin(void **state)
 {
@@ -605,6 +618,7 @@ int main(void)
         cmocka_unit_test(own_names),       cmocka_unit_test(manifest_bytes),
         cmocka_unit_test(other_jobs),      cmocka_unit_test(long_heads),
         cmocka_unit_test(refused_begin),   cmocka_unit_test(pipes),
+        cmocka_unit_test(unlistable),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
