@@ -107,6 +107,10 @@ bool sc_store_is_complete(const sc_store *store);
 /** @return true if the records of a complete job are proven, too (sc_store_seal): then nothing is
  *  to be written to the directory any more. */
 bool sc_store_is_sealed(const sc_store *store);
+/** @return true if the manifest that this process writes is not in the directory any more: another
+ *  run has begun there, or has completed the job, and the records are its own. Also true when this
+ *  process has completed the job. Threads: any, while the store is open. */
+bool sc_store_is_replaced(const sc_store *store);
 /** @return the identity of the job, which ranks that encode GOPs put into the segments. */
 uint64_t sc_store_identity(const sc_store *store);
 /** List the GOPs of which no picture is there and all frames are still to be done by this process:

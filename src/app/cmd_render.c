@@ -255,6 +255,19 @@ out:
     return status;
 }
 
+/* Has another run begun in the directory meanwhile, or completed the job? Its records must stay. */
+static bool is_replaced(const sc_run *run)
+{
+    return run->store && sc_store_is_replaced(run->store);
+}
+
+/* For sc_display_watch, with a run as user: write status.json while it is this run's. */
+static void watch(void *user, const sc_stage_view *view)
+{
+    if (!is_replaced(user))
+        sc_run_watch(user, view);
+}
+
 /* Draw everything in the plan; returns when all outputs are complete. @param times of this rank.
  * Collective. */
 static sc_status run_farm(sc_run *run, sc_farm_times *times)
@@ -291,6 +304,11 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
     sc_stage_begin(app->ctx, "completing", 0, 0);
     if (sc_comm_rank(app->comm) == 0)
         status = finish_outputs(run, status);
+    if (status == SC_ERR_INCOMPLETE && is_replaced(run))
+        status = sc_fail(app->ctx, SC_ERR_CREATE,
+                         "%s: another run has begun in this directory meanwhile; `segcast status "
+                         "%s` tells how far it is",
+                         run->directory, run->directory);
     status = sc_comm_agree(app->comm, status);
     sc_run_fill_phases(run, times);
     return status;
@@ -448,7 +466,7 @@ static sc_status begin_run(sc_run *run, const char *job_path)
         run->plan.kept = run->wanted_count;
     atomic_store(&run->frames_done, run->plan.kept);
     if (first && run->keep_records && !run->plan.complete)
-        sc_display_watch(app->display, sc_run_watch, run);
+        sc_display_watch(app->display, watch, run);
     if (first && run->plan.sealed)
         sc_info(app->ctx, "%s: the job is complete, and verified; there is nothing to do",
                 run->directory);
@@ -480,7 +498,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
     if (!run.plan.complete) {
         outcome = run_farm(&run, &times);
         sc_display_watch(app->display, NULL, NULL);
-        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
+        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE && !is_replaced(&run))
             (void)sc_run_write_state(&run, outcome); /* the first error is the one to report */
         status = outcome;
         if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)

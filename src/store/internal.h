@@ -100,6 +100,11 @@ typedef struct sc_partial_gops {
     int stream_gop, stream_file; /* the GOP of that file, and its index in `files` */
 } sc_partial_gops;
 
+/* Which file it is, whatever has its name. */
+typedef struct sc_file_id {
+    uint64_t device, inode;
+} sc_file_id;
+
 struct sc_store {
     char directory[SC_DIRECTORY_BYTES];
     sc_store_job job;
@@ -119,6 +124,7 @@ struct sc_store {
     bool *has_segment;         /* [gop_count]: the segment is verified, or was written here */
     sc_partial_gops partial;
     sc_manifest_writer *manifest; /* of this process; NULL: complete, or nothing wanted */
+    sc_file_id manifest_id;       /* of that file, as this process has made it; zero: not made */
     double synced_s;              /* when the manifest was last flushed to disk, by sc_wall_s */
     sc_encoder *encoder;          /* NULL until sc_store_open_encoder */
     int encoding;                 /* the GOP that the encoder works on, or -1 */
@@ -273,6 +279,8 @@ sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
                              const sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out);
+/* @return which file the manifest is that is being written. */
+sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
 /* Append the line of a frame; it is with the system then, but not yet flushed to disk. */
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done);

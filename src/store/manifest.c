@@ -190,6 +190,15 @@ out:
     return status;
 }
 
+sc_file_id sc_manifest_id(const sc_manifest_writer *manifest)
+{
+    struct stat info;
+
+    if (fstat(fileno(manifest->stream), &info))
+        return (sc_file_id){0};
+    return (sc_file_id){info.st_dev, info.st_ino};
+}
+
 sc_status sc_manifest_add_frame(const sc_ctx *ctx, sc_manifest_writer *manifest,
                                 const sc_done_frame *done)
 {

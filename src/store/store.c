@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 bool sc_store_is_complete(const sc_store *store)
@@ -14,6 +15,19 @@ bool sc_store_is_complete(const sc_store *store)
 bool sc_store_is_sealed(const sc_store *store)
 {
     return store->sealed;
+}
+
+bool sc_store_is_replaced(const sc_store *store)
+{
+    const sc_file_id *id = &store->manifest_id;
+    char path[SC_FILE_BYTES];
+    struct stat info;
+
+    if (!id->inode)
+        return false;
+    sc_store_manifest_path(store, path);
+    return lstat(path, &info) || (uint64_t)info.st_dev != id->device ||
+           (uint64_t)info.st_ino != id->inode;
 }
 
 uint64_t sc_store_identity(const sc_store *store)
@@ -304,6 +318,8 @@ static sc_status begin_run(const sc_ctx *ctx, sc_store *store, const int *wanted
     if (!store->joins || store->owns_more)
         SC_TRY(sc_manifest_create(ctx, path, &store->job, &store->data, keep, store->joins,
                                   store->joins ? NULL : &store->manifest));
+    if (store->manifest)
+        store->manifest_id = sc_manifest_id(store->manifest);
     SC_TRY(make_folders(ctx, store));
 out:
     sc_free(block);

@@ -151,6 +151,23 @@ cp another/segments/000001.seg out/segments/
 grep -q 'belongs to another job; its frames are drawn again' stderr.txt || fail "no warning about segments of another job"
 same_as_ref "segments of another job"
 
+# A run that was thought dead (its host lost the network) comes back when another one has completed the job: it
+# ends with an error, and changes nothing.
+rm -rf out
+"$SEGCAST" render job.yaml -o out -q >/dev/null 2>late.txt &
+pid=$!
+for _ in $(seq 2000); do [ -e out/segments/000000.seg ] && break; sleep 0.005; done
+kill -STOP $pid
+"$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+same_as_ref "completed beside a run that stands still"
+kill -CONT $pid
+code=0
+wait $pid || code=$?
+[ $code != 0 ] || fail "a run whose job another one has completed says that it is done"
+[ "$(grep -c 'segcast: error' late.txt)" = 1 ] || fail "a run whose job another one has completed: $(cat late.txt)"
+expect 0 '' "$SEGCAST" verify out
+same_as_ref "after a run that came back"
+
 # Damage of a finished job is found by verify, and mended by --resume.
 for what in film.mp4 frames/000011.png; do
     for how in cut change gone; do
