@@ -109,6 +109,19 @@ sc_vec3 random_line(const stage *st, uint64_t *seed, sc_vec3 *eye);
 /* The dense id that the surface model gives the point @p mm (RAS); 0 outside of the volume. */
 int owner_at(const stage *st, sc_vec3 mm);
 
+/* A triangle mesh; owns its arrays (mesh_free). Starts as {0}. */
+typedef struct mesh {
+    size_t vertex_count, triangle_count, capacity;
+    sc_vec3 *vertices;        /* [vertex_count], in mm */
+    sc_vec3 *normals;         /* [vertex_count], all 0 after reading */
+    uint32_t (*triangles)[3]; /* [triangle_count], room for capacity */
+} mesh;
+/* Read a PLY or binary STL file into @p m, which is {0}. The caller frees the mesh, also on
+ * failure. @return SC_ERR_DATA, errors of reading, SC_ERR_MEMORY, with a message. */
+sc_status mesh_read(const sc_ctx *ctx, const char *path, mesh *m);
+/* Free the arrays of a mesh, also of one that was read only in part. */
+void mesh_free(mesh *m);
+
 /* Measure a triangle mesh (PLY or binary STL, in mm) against the surface of the shape's label 1.
  * @p out is set at once, also on failure. @return SC_ERR_DATA for a file that is none or
  * damaged, errors of reading, SC_ERR_MEMORY; each with a message. */

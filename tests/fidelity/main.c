@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measures how far drawn surfaces are from the true ones. */
-#include "fidelity.h"
+#include "against.h"
 
 #include <getopt.h>
 #include <stdlib.h>
@@ -12,6 +12,9 @@ static const char usage[] =
     "       fidelity --write FILE.nrrd SHAPE        the voxels of a shape, for other programs\n"
     "       fidelity [--json] [--smooth S] [--rays N] --skin LABEL VOLUME\n"
     "                                               rays that get through the closed skin LABEL\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S] [--truth voxels|S]\n"
+    "                [--mesh DIR] --against TRUTH VOLUME\n"
+    "                                               surfaces of a volume against its truth, in mm\n"
     "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
     "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
     "         torus-12-slices torus-6-slices\n"
@@ -21,12 +24,13 @@ static const char usage[] =
     "skins one voxel thick, by --rays rays (2500000): skin-ellipsoid skin-balls skin-planes\n"
     "         skin-rough; in slices, 1 : 2.7 : 6.4: the same names with -slices\n";
 
-/* The command line. mesh, write and skin are NULL unless given. */
+/* The command line. mesh, write, skin and against are NULL unless given. */
 typedef struct options {
     bool json;
     drawing how;
     size_t rays;
-    const char *mesh, *write, *skin;
+    const char *mesh, *write, *skin, *against;
+    double truth_smooth; /* NAN: the truth are voxels */
 } options;
 
 /* Print a member of a JSON object, followed by a comma unless @p last; null for what was not
@@ -211,8 +215,17 @@ static sc_status measure(const sc_ctx *ctx, const options *o, const char *name, 
     return status;
 }
 
+/* Read a strength of smoothing to @p out. @return false if the text is none. */
+static bool parse_strength(const char *text, double *out)
+{
+    char *end;
+
+    *out = strtod(text, &end);
+    return end != text && !*end && *out >= 0 && *out <= SC_SMOOTH_MAX;
+}
+
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
- * they are wrong, or --mesh, --write or --skin comes with other than one argument. */
+ * they are wrong, or --mesh, --write, --skin or --against comes with other than one argument. */
 static bool parse(int argc, char **argv, options *o)
 {
     static const struct option known[] = {{"json", no_argument, NULL, 'j'},
@@ -222,6 +235,8 @@ static bool parse(int argc, char **argv, options *o)
                                           {"mesh", required_argument, NULL, 'm'},
                                           {"write", required_argument, NULL, 'w'},
                                           {"skin", required_argument, NULL, 'k'},
+                                          {"against", required_argument, NULL, 'a'},
+                                          {"truth", required_argument, NULL, 't'},
                                           {"help", no_argument, NULL, 'h'},
                                           {0}};
     char *end;
@@ -232,8 +247,11 @@ static bool parse(int argc, char **argv, options *o)
             o->json = true;
         else if (c == 'f' && (!strcmp(optarg, "smooth") || !strcmp(optarg, "voxel")))
             o->how.surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        else if (c == 's' && (o->how.smooth = strtod(optarg, &end),
-                              !*end && o->how.smooth >= 0 && o->how.smooth <= SC_SMOOTH_MAX))
+        else if (c == 's' && parse_strength(optarg, &o->how.smooth))
+            continue;
+        else if (c == 't' && !strcmp(optarg, "voxels"))
+            o->truth_smooth = NAN;
+        else if (c == 't' && parse_strength(optarg, &o->truth_smooth))
             continue;
         else if (c == 'r' && (o->rays = strtoul(optarg, &end, 10), !*end && o->rays > 0))
             continue;
@@ -243,16 +261,19 @@ static bool parse(int argc, char **argv, options *o)
             o->write = optarg;
         else if (c == 'k')
             o->skin = optarg;
+        else if (c == 'a')
+            o->against = optarg;
         else
             return false;
     }
-    return !(o->mesh || o->write || o->skin) || argc - optind == 1;
+    return !(o->mesh || o->write || o->skin || o->against) || argc - optind == 1;
 }
 
 int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_WARN, .rank = -1, .write = sc_log_to_stderr};
-    options o = {.how = {.surface = SC_SURFACE_SMOOTH, .smooth = 1}, .rays = 2500000};
+    options o = {
+        .how = {.surface = SC_SURFACE_SMOOTH, .smooth = 1}, .rays = 2500000, .truth_smooth = NAN};
     const char *before = NULL;
     sc_status status = SC_OK;
 
@@ -260,6 +281,16 @@ int main(int argc, char **argv)
     if (!parse(argc, argv, &o)) {
         fputs(usage, stderr);
         return 64;
+    }
+    if (o.against) {
+        const comparison c = {.truth = o.against,
+                              .volume = argv[optind],
+                              .meshes = o.mesh,
+                              .truth_smooth = o.truth_smooth,
+                              .how = o.how,
+                              .json = o.json};
+
+        return compare_volumes(&ctx, &c) == SC_OK ? 0 : 65;
     }
     if (o.json)
         printf("{\"schema\": \"segcast-fidelity-1\", \"shapes\": [\n");

@@ -8,16 +8,7 @@
 
 enum { SAMPLES = 200000, MESH_MAX_BYTES = 1 << 30, PROPERTIES_MAX = 32 };
 
-/* A triangle mesh; owns its arrays (mesh_free). Starts as {0}. */
-typedef struct mesh {
-    size_t vertex_count, triangle_count, capacity;
-    sc_vec3 *vertices;        /* [vertex_count], in mm */
-    sc_vec3 *normals;         /* [vertex_count]: 0 until finish_mesh sets them */
-    uint32_t (*triangles)[3]; /* [triangle_count], room for capacity */
-} mesh;
-
-/* Free the arrays of a mesh, also of one that was read only in part. */
-static void mesh_free(mesh *m)
+void mesh_free(mesh *m)
 {
     free(m->vertices);
     free(m->normals);
@@ -315,21 +306,31 @@ static void sample_mesh(const shape *s, const mesh *m, const double *areas, doub
     }
 }
 
-sc_status measure_mesh(const sc_ctx *ctx, const shape *s, const char *path, fidelity *out)
+sc_status mesh_read(const sc_ctx *ctx, const char *path, mesh *m)
 {
     char *data = NULL;
     size_t bytes = 0;
+    sc_status status;
+
+    SC_TRY(sc_file_read(ctx, path, MESH_MAX_BYTES, &data, &bytes));
+    if (bytes >= 4 && !memcmp(data, "ply", 3))
+        SC_TRY(read_ply(ctx, (ply){.at = data, .end = data + bytes}, m));
+    else
+        SC_TRY(read_stl(ctx, data, bytes, m));
+out:
+    sc_free(data);
+    return status;
+}
+
+sc_status measure_mesh(const sc_ctx *ctx, const shape *s, const char *path, fidelity *out)
+{
     mesh m = {0};
     double *areas = NULL, volume;
     errors e = {0};
     sc_status status;
 
     *out = (fidelity){.volume_kept = 0, .owner_errors = NAN, .silhouette = NAN, .gaps = -1};
-    SC_TRY(sc_file_read(ctx, path, MESH_MAX_BYTES, &data, &bytes));
-    if (bytes >= 4 && !memcmp(data, "ply", 3))
-        SC_TRY(read_ply(ctx, (ply){.at = data, .end = data + bytes}, &m));
-    else
-        SC_TRY(read_stl(ctx, data, bytes, &m));
+    SC_TRY(mesh_read(ctx, path, &m));
     if (!m.triangle_count) { /* smoothing has removed the whole mesh */
         out->position_rms = out->position_95 = out->position_max = out->normal_rms = NAN;
         goto out;
@@ -346,6 +347,5 @@ sc_status measure_mesh(const sc_ctx *ctx, const shape *s, const char *path, fide
 out:
     free(areas);
     mesh_free(&m);
-    sc_free(data);
     return status;
 }
