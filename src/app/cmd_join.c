@@ -110,8 +110,10 @@ static void print_status(const char *directory, const sc_store_report *report)
     } else {
         printf(": damaged: ");
         sc_print(stdout, report->reason);
-        printf("; `segcast verify` says more, and a run with --resume makes again what is "
-               "damaged\n");
+        printf("; %s\n", report->frames == 0
+                             ? "no run can continue there: choose another directory with -o"
+                             : "`segcast verify` says more, and a run with --resume makes again "
+                               "what is damaged");
     }
 }
 

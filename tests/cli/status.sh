@@ -30,6 +30,7 @@ jq -e '.condition == "damaged" and (.reason | test("missing"))' stdout.txt >/dev
 cp -r out torn
 sed -i '1s/frames/fr\x01mes/' torn/manifest.jsonl
 expect 65 '' "$SEGCAST" status torn
+grep -q 'no run can continue there' stdout.txt || fail "a damaged first line: $(cat stdout.txt)"
 
 # With the arguments of `segcast render` it answers for the directory, and the slice, that they name.
 "$SEGCAST" render job.yaml -o slices --slice 0/2 -q >/dev/null
