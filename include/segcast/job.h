@@ -122,6 +122,10 @@ void sc_job_clear(sc_job *job);
  * same job. @param identity only keys on which the pictures depend. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,
                                    sc_text *text);
+/** Append the job to @p text as a JSON object with the keys and values that sc_job_write writes:
+ *  numbers and truth values as such, all others as strings. @return SC_ERR_MEMORY; SC_ERR_DATA, not
+ * logged, if a path is not UTF-8. */
+SC_MUST_USE sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);

@@ -101,6 +101,9 @@ void sc_store_close(sc_store *store);
 /** @return true if all that is asked for of frame @p k, in [0, job.frames), is on disk and
  *  verified: its line, its PNG file, and its picture in a segment or a partial GOP. */
 bool sc_store_has(const sc_store *store, int k);
+/** @return what the manifest says of frame @p k, in [0, job.frames); NULL: nothing. Borrowed until
+ *  a frame or GOP is added. */
+const sc_done_frame *sc_store_done(const sc_store *store, int k);
 /** @return true if the whole job is finished and verified: there is nothing to do, and no frame or
  *  GOP may be added. */
 bool sc_store_is_complete(const sc_store *store);

@@ -44,23 +44,38 @@ typedef struct sc_job_hashes {
     uint64_t job, volume;
 } sc_job_hashes;
 
-/** One run on the job: an element of `runs` in stats.json. */
+/** Longest texts of an sc_run_entry, terminator included. */
+enum { SC_RUN_TEXT_BYTES = 128 };
+
+/** One run on the job: an element of `runs` in stats.json. Texts that are unknown are empty. */
 typedef struct sc_run_entry {
+    uint64_t id;               /**< tells it from all others */
+    bool ended;                /**< false: it was killed, or goes on still: see wall_s */
     char begin[32];            /**< "2026-11-21T19:44:38Z" */
     char host[SC_HOST_BYTES];  /**< host of rank 0 */
     int ranks, threads, nodes; /**< threads: of rank 0 */
-    double wall_s, cpu_s;      /**< seconds; cpu_s: of all ranks together */
-    int frames;                /**< how many it drew */
+    double wall_s, cpu_s;      /**< seconds; cpu_s: of all ranks together; 0 until it has ended */
+    double farm_wall_s;        /**< see sc_run_record; 0 until it has ended */
+    int frames;                /**< how many it drew; 0 until it has ended */
+    /** The processor of rank 0, the kernel variant, the MPI library, the commit of segcast, and the
+     * id of the batch job. */
+    char processor[SC_RUN_TEXT_BYTES], kernel[SC_RUN_TEXT_BYTES], mpi[SC_RUN_TEXT_BYTES],
+        commit[SC_RUN_TEXT_BYTES], batch_job[SC_RUN_TEXT_BYTES];
+    char (*hosts)[SC_HOST_BYTES]; /**< [host_count], each once, in the order of ranks; owned */
+    int host_count;
+    int *rank_hosts; /**< [ranks], indices into hosts; owned. NULL: unknown */
 } sc_run_entry;
 
 /** A frame that an earlier run drew. */
 typedef struct sc_past_frame {
     sc_frame_result result;
-    int run; /**< index into the runs */
+    int run;       /**< index into the runs; -1: unknown, because it wrote no statistics */
+    bool measured; /**< false: only frame, rank, render_cpu_s and hash of result are known */
+    bool is_new;   /**< used by sc_history_add */
 } sc_past_frame;
 
 /** Runs in the order of time as far as it is known, and their frames in rising order, each once.
- *  Zero-initialise; owns both arrays: sc_history_clear. */
+ *  Zero-initialise; owns both arrays, and what the runs own: sc_history_clear. */
 typedef struct sc_history {
     sc_run_entry *runs;
     int run_count;
@@ -75,6 +90,12 @@ typedef struct sc_history {
  * SC_ERR_MEMORY, @p history untouched. */
 SC_MUST_USE sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
                                       sc_history *history);
+/** Add frames that are there, but of which no run has written what it measured: those of them that
+ *  @p history does not hold yet. @param frames [count], of which only frame, rank, render_cpu_s and
+ * hash are used. @param run index of the run that drew them, or -1. @return SC_ERR_MEMORY, @p
+ * history untouched. */
+SC_MUST_USE sc_status sc_history_add(const sc_ctx *ctx, sc_history *history,
+                                     const sc_frame_result *frames, int count, int run);
 /** Free both arrays; the history is empty then. An empty one is allowed. */
 void sc_history_clear(sc_history *history);
 
@@ -83,15 +104,17 @@ void sc_history_clear(sc_history *history);
 /** A run as written to stats.json and frames.csv. All pointers are borrowed.
  *
  *  In both files `frames` are those of this run and of @p earlier, each with the index of its run
- * in `runs`; a frame that was drawn twice stands there once, with what this run measured. Frames of
- *  runs that were killed are missing: these wrote no file. All other keys of stats.json are of this
- *  run, the last one: sums over all runs can be had from `runs`. */
+ * in `runs`; a frame that was drawn twice stands there once, with what this run measured. All other
+ * keys of stats.json are of this run, the last one: sums over all runs can be had from `runs`. */
 typedef struct sc_run_record {
     const char *version, *host; /**< version of segcast; host of rank 0 */
     /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its
      *  version; NULL: unknown. */
     const char *commit, *processor, *kernel, *mpi;
     const char *batch_job; /**< id of the batch job, or NULL */
+    const char *settings;  /**< the keys of the job with their values as JSON; NULL: unknown */
+    uint64_t id;           /**< another one for each run */
+    bool ended;            /**< false: the run is about to draw; then nothing is measured yet */
     sc_job_hashes job;
     int64_t begin_unix_s;      /**< when the run began, in seconds since 1970 (UTC) */
     const sc_history *earlier; /**< or NULL */

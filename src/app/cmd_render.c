@@ -330,6 +330,7 @@ static void clear_run(sc_run *run)
     sc_free(run->frames);
     sc_free(run->gops);
     sc_free(run->wanted);
+    sc_history_clear(&run->earlier);
     sc_session_clear(&run->session);
 }
 
@@ -495,6 +496,7 @@ static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
     sc_status status, outcome = SC_OK;
 
     SC_TRY(begin_run(&run, job_path));
+    SC_TRY(sc_run_begin_records(&run));
     if (!run.plan.complete) {
         outcome = run_farm(&run, &times);
         sc_display_watch(app->display, NULL, NULL);

@@ -47,6 +47,9 @@ typedef struct sc_run {
     int result_count;
     atomic_int frames_done; /* of those wanted, by earlier runs and this one */
     sc_store_begun begun;   /* what was made before the volume was read */
+    uint64_t id;            /* see sc_run_record */
+    sc_history earlier;     /* what earlier runs have measured; owned */
+    bool has_earlier;       /* it was read */
 } sc_run;
 
 /* ---- run_draw.c: callbacks of sc_farm, with an sc_run as user ---- */
@@ -75,6 +78,10 @@ void sc_run_watch(void *user, const sc_stage_view *view);
 void sc_run_fill_phases(sc_run *run, const sc_farm_times *times);
 /* Write status.json for the last time, with the state that belongs to @p outcome. */
 sc_status sc_run_write_state(sc_run *run, sc_status outcome);
+/* Before the first frame: choose run->id, and put the run into stats.json, so that a later one
+ * knows of it even if this one is killed. Nothing is written if nothing is to be drawn. Collective.
+ */
+sc_status sc_run_begin_records(sc_run *run);
 /* Gather the timing records of all ranks on rank 0, write them and log a summary. Collective. */
 sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times);
 

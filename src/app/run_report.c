@@ -5,6 +5,7 @@
 #include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Make "DIR/NAME.ENDING", or for a slice, which shares the directory with others,
@@ -194,19 +195,12 @@ static sc_status read_slices(const sc_run *run, sc_history *history)
     return status;
 }
 
-/* Read from the statistics @p path, and for the whole job from those of slices, what earlier runs
- * have measured of frames that are there now. Does nothing without --resume. */
-static sc_status read_history(const sc_run *run, const char *path, sc_history *history)
+/* Drop from @p history the frames that are not there any more, such as those of damaged segments.
+ */
+static void drop_lost_frames(const sc_run *run, sc_history *history)
 {
-    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
     int kept = 0;
-    sc_status status;
 
-    if (!run->app->options.resume)
-        return SC_OK;
-    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
-    if (!run->slice[0])
-        SC_TRY(read_slices(run, history));
     for (int i = 0; i < history->frame_count; i++) {
         const int frame = history->frames[i].result.frame;
 
@@ -214,6 +208,60 @@ static sc_status read_history(const sc_run *run, const char *path, sc_history *h
             history->frames[kept++] = history->frames[i];
     }
     history->frame_count = kept;
+}
+
+/* Add to @p history the wanted frames that are there and of which it knows nothing: a run that was
+ * killed has drawn them. @param from index of that run, or -1. */
+static sc_status add_unmeasured(const sc_run *run, sc_history *history, int from)
+{
+    int count = 0, known = 0;
+    sc_frame_result *frames;
+    void *block;
+    sc_status status = sc_alloc(run->app->ctx, (size_t)run->wanted_count, sizeof *frames, &block);
+
+    if (status != SC_OK)
+        return status;
+    frames = block;
+    for (int i = 0; i < run->wanted_count; i++) {
+        const int k = run->wanted[i];
+        const sc_done_frame *done = sc_store_done(run->store, k);
+
+        while (known < history->frame_count && history->frames[known].result.frame < k)
+            known++;
+        if (!done || !sc_store_has(run->store, k) ||
+            (known < history->frame_count && history->frames[known].result.frame == k))
+            continue;
+        frames[count++] = (sc_frame_result){
+            .frame = k, .rank = done->rank, .render_cpu_s = done->render_cpu_s, .hash = done->hash};
+    }
+    status = sc_history_add(run->app->ctx, history, frames, count, from);
+    sc_free(block);
+    return status;
+}
+
+/* Read into run->earlier, once and before the first frame, what earlier runs have measured of
+ * frames that are there: from the statistics @p path, and for the whole job from those of slices.
+ * Does nothing without --resume. */
+static sc_status read_history(sc_run *run, const char *path)
+{
+    const sc_job_hashes job = {run->store_job.job_hash, run->store_job.volume_hash};
+    sc_history *history = &run->earlier;
+    int last;
+    sc_status status = SC_OK;
+
+    if (run->has_earlier || !run->app->options.resume)
+        return SC_OK;
+    SC_TRY(sc_history_read(run->app->ctx, path, &job, history));
+    last = history->run_count - 1;
+    if (!run->slice[0])
+        SC_TRY(read_slices(run, history));
+    drop_lost_frames(run, history);
+    /* Each run puts itself into the statistics before it draws. So frames of which they say nothing
+     * were drawn by the last run of this file if it was killed, unless a slice may have done it. */
+    if (last >= 0 && (last != history->run_count - 1 || history->runs[last].ended))
+        last = -1;
+    SC_TRY(add_unmeasured(run, history, last));
+    run->has_earlier = true;
 out:
     return status;
 }
@@ -222,17 +270,22 @@ out:
 static sc_status write_run(sc_run *run, sc_run_record *record)
 {
     char *json = NULL, *csv = NULL;
-    sc_history earlier = {0};
+    sc_text settings = {0};
     sc_status status;
 
     SC_TRY(record_path(run, "stats", "json", &json));
     SC_TRY(record_path(run, "frames", "csv", &csv));
-    SC_TRY(read_history(run, json, &earlier));
-    record->earlier = &earlier;
+    SC_TRY(read_history(run, json));
+    status = sc_job_write_json(run->app->ctx, &run->session.job, &settings);
+    if (status != SC_OK && status != SC_ERR_DATA)
+        goto out;
+    record->settings = settings.data; /* NULL if a path is not UTF-8, so that JSON cannot hold it */
+    record->earlier = &run->earlier;
     status = sc_run_write(run->app->ctx, record, json, csv);
+    record->settings = NULL;
     record->earlier = NULL;
 out:
-    sc_history_clear(&earlier);
+    sc_text_clear(&settings);
     sc_free(json);
     sc_free(csv);
     return status;
@@ -269,42 +322,102 @@ static const char *batch_job(void)
     return id;
 }
 
-sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
-{
-    sc_app *app = run->app;
-    const sc_prepared *volume = &run->session.volume;
-    const bool first = sc_comm_rank(app->comm) == 0;
-    sc_run_record record = {.version = sc_version(),
-                            .host = run->session.times.host,
-                            .ranks = sc_comm_size(app->comm),
-                            .nodes = sc_comm_node_count(app->comm),
-                            .job = {run->store_job.job_hash, run->store_job.volume_hash},
-                            .begin_unix_s = run->begin_unix_s,
-                            .wall_s = sc_wall_s() - run->begin_s,
-                            .frames = run->results,
-                            .frame_count = run->result_count,
-                            .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
-                                            (uint64_t)volume->size[2] *
-                                            (uint64_t)volume->label_bytes,
-                            .prepared_bytes = run->session.shared_bytes,
-                            .farm_wall_s = times->wall_s,
-                            .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
-                            .from_prepared = run->session.mapped && !run->session.shared};
+/* Texts of a record, as long as it is used. */
+typedef struct record_texts {
     char processor[256], mpi[256];
+} record_texts;
+
+/* Fill in what is known of the run on this rank, without the records of the ranks. @param record
+ * borrows from the run, and from @p texts. */
+static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *record)
+{
+    const sc_prepared *volume = &run->session.volume;
+
+    name_processor(texts->processor, sizeof texts->processor);
+    sc_comm_library(texts->mpi, sizeof texts->mpi);
+    *record =
+        (sc_run_record){.version = sc_version(),
+                        .host = run->session.times.host,
+                        .commit = sc_commit(),
+                        .processor = texts->processor,
+                        .kernel = sc_renderer_kernel(run->session.renderer)->cpu,
+                        .mpi = texts->mpi,
+                        .batch_job = batch_job(),
+                        .id = run->id,
+                        .ranks = sc_comm_size(run->app->comm),
+                        .nodes = sc_comm_node_count(run->app->comm),
+                        .job = {run->store_job.job_hash, run->store_job.volume_hash},
+                        .begin_unix_s = run->begin_unix_s,
+                        .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                                        (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
+                        .prepared_bytes = run->session.shared_bytes,
+                        .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
+                        .from_prepared = run->session.mapped && !run->session.shared};
+}
+
+/* Gather the timing records of all ranks on rank 0. @param out caller owns: sc_free; NULL on the
+ * others. Collective. */
+static sc_status gather_ranks(sc_run *run, void **out)
+{
+    const sc_app *app = run->app;
     void *all = NULL;
     sc_status status = SC_OK;
 
-    name_processor(processor, sizeof processor);
-    sc_comm_library(mpi, sizeof mpi);
-    record.processor = processor;
-    record.mpi = mpi;
-    record.commit = sc_commit();
-    record.kernel = sc_renderer_kernel(run->session.renderer)->cpu;
-    record.batch_job = batch_job();
-    if (first)
-        status = sc_alloc(app->ctx, (size_t)record.ranks, sizeof(sc_rank_record), &all);
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_alloc(app->ctx, (size_t)sc_comm_size(app->comm), sizeof(sc_rank_record), &all);
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_gather(app->comm, &run->session.times, sizeof run->session.times, all);
+    *out = all;
+    all = NULL;
+out:
+    sc_free(all);
+    return status;
+}
+
+sc_status sc_run_begin_records(sc_run *run)
+{
+    sc_app *app = run->app;
+    sc_run_record record;
+    record_texts texts;
+    struct timespec now;
+    void *all = NULL;
+    sc_status status;
+
+    clock_gettime(CLOCK_REALTIME, &now);
+    sc_host_name(run->session.times.host);
+    run->id = sc_hash_bytes(run->session.times.host, strlen(run->session.times.host),
+                            (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec);
+    run->id ^= (uint64_t)getpid() << 32;
+    if (!run->keep_records || run->plan.complete)
+        return SC_OK;
+    SC_TRY(gather_ranks(run, &all));
+    if (sc_comm_rank(app->comm) == 0) {
+        describe_run(run, &texts, &record);
+        record.rank_records = all;
+        status = write_run(run, &record);
+    }
+    status = sc_comm_agree(app->comm, status);
+out:
+    sc_free(all);
+    return status;
+}
+
+sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
+{
+    sc_app *app = run->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_run_record record;
+    record_texts texts;
+    void *all = NULL;
+    sc_status status;
+
+    describe_run(run, &texts, &record);
+    record.ended = true;
+    record.wall_s = sc_wall_s() - run->begin_s;
+    record.farm_wall_s = times->wall_s;
+    record.frames = run->results;
+    record.frame_count = run->result_count;
+    SC_TRY(gather_ranks(run, &all));
     record.rank_records = all;
     if (run->keep_records)
         SC_TRY(sc_comm_agree(app->comm, gather_trace(run, all)));

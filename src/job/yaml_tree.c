@@ -281,6 +281,7 @@ static sc_status build(reader *r, const yaml_event_t *event, sc_yaml **out)
                        DEPTH_MAX);
     if (event->type == YAML_SCALAR_EVENT) {
         SC_TRY(new_node(r->ctx, SC_YAML_SCALAR, r->origin, line, &node));
+        node->quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
         SC_TRY(copy_scalar(r, event, &node->text));
     } else if (event->type == YAML_MAPPING_START_EVENT) {
         SC_TRY(new_node(r->ctx, SC_YAML_MAP, r->origin, line, &node));

@@ -20,6 +20,7 @@ typedef struct sc_yaml {
     size_t count, capacity;
     uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */
     size_t slot_count;
+    bool quoted;    /* a scalar stood in quotes, or as a block of text */
     bool key_twice; /* of a root: see sc_yaml_parse */
 } sc_yaml;
 

@@ -30,3 +30,8 @@ bool sc_store_has(const sc_store *store, int k)
            (store->data.lines[k].known && (!store->job.png || store->has_png[k]) &&
             (!store->has_video || sc_store_has_picture(store, k)));
 }
+
+const sc_done_frame *sc_store_done(const sc_store *store, int k)
+{
+    return store->data.lines && store->data.lines[k].known ? &store->data.lines[k].done : NULL;
+}

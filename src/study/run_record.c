@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes stats.json and frames.csv from the timing record of a run. All functions *_json return a
  * new reference that the caller owns, or NULL if there is no memory. */
-#include "segcast/study.h"
+#include "internal.h"
 
 #include <errno.h>
 #include <jansson.h>
@@ -89,13 +89,35 @@ static bool next_frame(frame_cursor *cursor, sc_past_frame *out)
         cursor->past++; /* this run drew it again */
     if (has_own && (cursor->past == past_count ||
                     run->frames[cursor->own].frame < earlier->frames[cursor->past].result.frame)) {
-        *out = (sc_past_frame){run->frames[cursor->own++], earlier ? earlier->run_count : 0};
+        *out = (sc_past_frame){.result = run->frames[cursor->own++],
+                               .run = earlier ? earlier->run_count : 0,
+                               .measured = true};
         return true;
     }
     if (cursor->past == past_count)
         return false;
     *out = earlier->frames[cursor->past++];
     return true;
+}
+
+/* An element of the array `frames`; null stands for what is unknown. */
+static json_t *frame_json(const sc_past_frame *past)
+{
+    const sc_frame_result *f = &past->result;
+    json_t *run = past->run >= 0 ? json_integer(past->run) : json_null();
+    char hash[17];
+
+    format_hash(f->hash, hash);
+    if (!past->measured)
+        return json_pack("{s:i, s:o, s:i, s:n, s:f, s:n, s:n, s:n, s:n, s:s}", "frame", f->frame,
+                         "run", run, "rank", f->rank, "render_wall_s", "render_cpu_s",
+                         f->render_cpu_s, "wait_s", "rays", "samples", "contributions", "hash",
+                         hash);
+    return json_pack("{s:i, s:o, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame", f->frame, "run",
+                     run, "rank", f->rank, "render_wall_s", f->render_wall_s, "render_cpu_s",
+                     f->render_cpu_s, "wait_s", f->wait_s, "rays", (json_int_t)f->rays, "samples",
+                     (json_int_t)f->samples, "contributions", (json_int_t)f->contributions, "hash",
+                     hash);
 }
 
 /* The array `frames`: of this run and of earlier ones. */
@@ -105,19 +127,8 @@ static json_t *frames_json(const sc_run_record *run)
     frame_cursor cursor = {.run = run};
     sc_past_frame past;
 
-    while (frames && next_frame(&cursor, &past)) {
-        const sc_frame_result *f = &past.result;
-        char hash[17];
-
-        format_hash(f->hash, hash);
-        frames =
-            append(frames,
-                   json_pack("{s:i, s:i, s:i, s:f, s:f, s:f, s:I, s:I, s:I, s:s}", "frame",
-                             f->frame, "run", past.run, "rank", f->rank, "render_wall_s",
-                             f->render_wall_s, "render_cpu_s", f->render_cpu_s, "wait_s", f->wait_s,
-                             "rays", (json_int_t)f->rays, "samples", (json_int_t)f->samples,
-                             "contributions", (json_int_t)f->contributions, "hash", hash));
-    }
+    while (frames && next_frame(&cursor, &past))
+        frames = append(frames, frame_json(&past));
     return frames;
 }
 
@@ -131,67 +142,132 @@ static double total_cpu_s(const sc_run_record *run)
     return cpu_s;
 }
 
-/* @return what stats.json will say of this run to later ones; the host is cut off if too long. */
-static sc_run_entry entry_of(const sc_run_record *run)
+/* Find the hosts of the run, each once in the order of ranks, and which of them each rank was on.
+ * @param entry its hosts and rank_hosts have room for all ranks. */
+static void find_hosts(const sc_run_record *run, sc_run_entry *entry)
+{
+    for (int rank = 0; rank < run->ranks; rank++) {
+        char host[SC_HOST_BYTES];
+        int at = rank ? entry->rank_hosts[rank - 1] : 0; /* most ranks have the host of the last */
+
+        (void)sc_copy_name(run->rank_records[rank].host, host, sizeof host);
+        if (rank == 0 || strcmp(entry->hosts[at], host) != 0) {
+            at = 0;
+            while (at < entry->host_count && strcmp(entry->hosts[at], host) != 0)
+                at++;
+        }
+        if (at == entry->host_count)
+            strcpy(entry->hosts[entry->host_count++], host);
+        entry->rank_hosts[rank] = at;
+    }
+}
+
+/* Copy a text that may be NULL to @p to, which has SC_RUN_TEXT_BYTES, as JSON can hold it. */
+static void copy_text(const char *from, char *to)
+{
+    (void)sc_copy_name(from ? from : "", to, SC_RUN_TEXT_BYTES);
+}
+
+/* Fill in what stats.json says of this run. @param entry zeroed; the caller owns what it holds,
+ * also after an error: sc_run_entry_clear. @return SC_ERR_MEMORY. */
+static sc_status fill_entry(const sc_ctx *ctx, const sc_run_record *run, sc_run_entry *entry)
 {
     const time_t begin = (time_t)run->begin_unix_s;
-    sc_run_entry entry = {.ranks = run->ranks,
-                          .threads = run->rank_records[0].threads,
-                          .nodes = run->nodes,
-                          .wall_s = run->wall_s,
-                          .cpu_s = total_cpu_s(run),
-                          .frames = run->frame_count};
     struct tm utc;
+    void *block;
+    sc_status status;
 
-    snprintf(entry.host, sizeof entry.host, "%s", run->host);
+    *entry = (sc_run_entry){.id = run->id,
+                            .ended = run->ended,
+                            .ranks = run->ranks,
+                            .threads = run->rank_records[0].threads,
+                            .nodes = run->nodes,
+                            .wall_s = run->wall_s,
+                            .cpu_s = total_cpu_s(run),
+                            .farm_wall_s = run->farm_wall_s,
+                            .frames = run->frame_count};
+    (void)sc_copy_name(run->host, entry->host, sizeof entry->host);
+    copy_text(run->processor, entry->processor);
+    copy_text(run->kernel, entry->kernel);
+    copy_text(run->mpi, entry->mpi);
+    copy_text(run->commit, entry->commit);
+    copy_text(run->batch_job, entry->batch_job);
     if (gmtime_r(&begin, &utc))
-        strftime(entry.begin, sizeof entry.begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    return entry;
+        strftime(entry->begin, sizeof entry->begin, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    SC_TRY(sc_alloc(ctx, (size_t)run->ranks, SC_HOST_BYTES, &block));
+    entry->hosts = block;
+    SC_TRY(sc_alloc(ctx, (size_t)run->ranks, sizeof(int), &block));
+    entry->rank_hosts = block;
+    find_hosts(run, entry);
+out:
+    return status;
+}
+
+/* @return the text, or NULL, which stands for null, if it is empty. */
+static const char *known(const char *text)
+{
+    return text[0] ? text : NULL;
+}
+
+/* The array `hosts` of a run. */
+static json_t *hosts_json(const sc_run_entry *run)
+{
+    json_t *hosts = json_array();
+
+    for (int i = 0; i < run->host_count; i++)
+        hosts = append(hosts, json_string(run->hosts[i]));
+    return hosts;
+}
+
+/* The array `rank_hosts` of a run, whose entry knows it. */
+static json_t *rank_hosts_json(const sc_run_entry *run)
+{
+    json_t *places = json_array();
+
+    for (int i = 0; i < run->ranks; i++)
+        places = append(places, json_integer(run->rank_hosts[i]));
+    return places;
 }
 
 /* An element of the array `runs`. */
 static json_t *entry_json(const sc_run_entry *run)
 {
-    return json_pack("{s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:i}", "begin", run->begin, "host",
-                     run->host, "ranks", run->ranks, "threads", run->threads, "nodes", run->nodes,
-                     "wall_s", run->wall_s, "cpu_s", run->cpu_s, "frames", run->frames);
+    char id[17];
+    json_t *json;
+
+    format_hash(run->id, id);
+    json = json_pack("{s:s, s:b, s:s, s:s, s:o, s:i, s:i, s:i, s:f, s:f, s:f, s:i, s:s?, s:s?, "
+                     "s:s?, s:s?, s:s?}",
+                     "id", id, "ended", run->ended, "begin", run->begin, "host", run->host, "hosts",
+                     hosts_json(run), "ranks", run->ranks, "threads", run->threads, "nodes",
+                     run->nodes, "wall_s", run->wall_s, "cpu_s", run->cpu_s, "farm_wall_s",
+                     run->farm_wall_s, "frames", run->frames, "processor", known(run->processor),
+                     "kernel", known(run->kernel), "mpi", known(run->mpi), "commit",
+                     known(run->commit), "batch_job", known(run->batch_job));
+    if (json && run->rank_hosts &&
+        json_object_set_new(json, "rank_hosts", rank_hosts_json(run)) != 0) {
+        json_decref(json);
+        json = NULL;
+    }
+    return json;
 }
 
 /* The array `runs`: the earlier ones, and at the end this one. */
-static json_t *runs_json(const sc_run_record *run)
+static json_t *runs_json(const sc_run_record *run, const sc_run_entry *this_run)
 {
-    const sc_run_entry this_run = entry_of(run);
     json_t *runs = json_array();
 
     for (int i = 0; run->earlier && i < run->earlier->run_count; i++)
         runs = append(runs, entry_json(&run->earlier->runs[i]));
-    return append(runs, entry_json(&this_run));
-}
-
-/* The array `hosts`: each once, in the order of ranks. */
-static json_t *hosts_json(const sc_run_record *run)
-{
-    json_t *hosts = json_array();
-
-    for (int i = 0; i < run->ranks; i++) {
-        const char *host = run->rank_records[i].host;
-        bool known = false;
-
-        for (size_t k = 0; k < json_array_size(hosts) && !known; k++)
-            known = !strcmp(json_string_value(json_array_get(hosts, k)), host);
-        if (!known)
-            hosts = append(hosts, json_string(host));
-    }
-    return hosts;
+    return append(runs, entry_json(this_run));
 }
 
 /* All of stats.json. */
-static json_t *run_json(const sc_run_record *run)
+static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 {
     json_t *peaks = json_array();
     char job_hash[17], volume_hash[17];
     double render_cpu_s = 0, rays = 0;
-    const sc_run_entry entry = entry_of(run);
 
     format_hash(run->job.job, job_hash);
     format_hash(run->job.volume, volume_hash);
@@ -203,24 +279,26 @@ static json_t *run_json(const sc_run_record *run)
         rays += (double)run->frames[i].rays;
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:o}, "
-        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f}",
+        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:o}",
         "schema", "segcast-stats-1", "version", run->version, "job_hash", job_hash, "volume_hash",
-        volume_hash, "host", run->host, "ranks", run->ranks, "threads",
+        volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
-        total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run), "frames",
+        total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run, entry), "frames",
         frames_json(run), "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
         (json_int_t)run->prepared_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
         run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run),
-        "begin", entry.begin, "commit", run->commit, "processor", run->processor, "kernel",
-        run->kernel, "mpi", run->mpi, "batch_job", run->batch_job, "hosts", hosts_json(run),
-        "farm_wall_s", run->farm_wall_s);
+        "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
+        "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",
+        known(entry->batch_job), "hosts", hosts_json(entry), "farm_wall_s", run->farm_wall_s,
+        "settings", run->settings ? json_loads(run->settings, 0, NULL) : json_null());
 }
 
 /* Write stats.json under @p path. */
-static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const char *path)
+static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const sc_run_entry *entry,
+                            const char *path)
 {
-    json_t *json = run_json(run);
+    json_t *json = run_json(run, entry);
     char *text;
     sc_status status;
 
@@ -236,9 +314,55 @@ static sc_status write_json(const sc_ctx *ctx, const sc_run_record *run, const c
     return status;
 }
 
-/* Write frames.csv under @p path: a line of headings, and one for each frame. */
-static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const char *path)
+/* Append the host on which a frame was drawn to a line of frames.csv, in quotes if it needs them;
+ * nothing if it is unknown. @param run the one that drew it, or NULL. */
+static sc_status add_host(const sc_ctx *ctx, const sc_run_entry *run, int rank, sc_text *text)
 {
+    const char *host = !run                   ? ""
+                       : run->rank_hosts      ? run->hosts[run->rank_hosts[rank]]
+                       : run->host_count == 1 ? run->hosts[0]
+                                              : "";
+    sc_status status;
+
+    if (!strpbrk(host, ",\"\r\n"))
+        return sc_text_add(ctx, text, "%s", host);
+    SC_TRY(sc_text_add(ctx, text, "\""));
+    for (; *host; host++)
+        SC_TRY(sc_text_add(ctx, text, "%s%c", *host == '"' ? "\"" : "", *host));
+    status = sc_text_add(ctx, text, "\"");
+out:
+    return status;
+}
+
+/* Append the line of a frame to @p text; what is unknown stays empty. */
+static sc_status add_row(const sc_ctx *ctx, const sc_past_frame *past, const sc_run_entry *run,
+                         sc_text *text)
+{
+    const sc_frame_result *f = &past->result;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, text, "%d,%d,", f->frame, f->rank));
+    if (past->measured)
+        SC_TRY(sc_text_add(ctx, text, "%.6f,%.6f,%.6f,%llu,%llu,%llu,", f->render_wall_s,
+                           f->render_cpu_s, f->wait_s, (unsigned long long)f->rays,
+                           (unsigned long long)f->samples, (unsigned long long)f->contributions));
+    else
+        SC_TRY(sc_text_add(ctx, text, ",%.6f,,,,,", f->render_cpu_s));
+    SC_TRY(sc_text_add(ctx, text, "%016llx,", (unsigned long long)f->hash));
+    if (past->run >= 0)
+        SC_TRY(sc_text_add(ctx, text, "%d", past->run));
+    SC_TRY(sc_text_add(ctx, text, ","));
+    SC_TRY(add_host(ctx, run, f->rank, text));
+    status = sc_text_add(ctx, text, "\n");
+out:
+    return status;
+}
+
+/* Write frames.csv under @p path: a line of headings, and one for each frame. */
+static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const sc_run_entry *entry,
+                           const char *path)
+{
+    const int earlier = run->earlier ? run->earlier->run_count : 0;
     frame_cursor cursor = {.run = run};
     sc_past_frame past;
     sc_text text = {0};
@@ -246,16 +370,13 @@ static sc_status write_csv(const sc_ctx *ctx, const sc_run_record *run, const ch
 
     SC_TRY(sc_text_add(ctx, &text,
                        "frame,rank,render_wall_s,render_cpu_s,wait_s,rays,samples,"
-                       "contributions,hash,run\n"));
-    while (next_frame(&cursor, &past)) {
-        const sc_frame_result *f = &past.result;
-
-        SC_TRY(sc_text_add(ctx, &text, "%d,%d,%.6f,%.6f,%.6f,%llu,%llu,%llu,%016llx,%d\n", f->frame,
-                           f->rank, f->render_wall_s, f->render_cpu_s, f->wait_s,
-                           (unsigned long long)f->rays, (unsigned long long)f->samples,
-                           (unsigned long long)f->contributions, (unsigned long long)f->hash,
-                           past.run));
-    }
+                       "contributions,hash,run,host\n"));
+    while (next_frame(&cursor, &past))
+        SC_TRY(add_row(ctx, &past,
+                       past.run < 0          ? NULL
+                       : past.run == earlier ? entry
+                                             : &run->earlier->runs[past.run],
+                       &text));
     status = sc_file_write(ctx, path, text.data, text.length_bytes);
 out:
     sc_text_clear(&text);
@@ -265,7 +386,13 @@ out:
 sc_status sc_run_write(const sc_ctx *ctx, const sc_run_record *run, const char *json,
                        const char *csv)
 {
-    sc_status status = write_json(ctx, run, json);
+    sc_run_entry entry = {0};
+    sc_status status;
 
-    return status == SC_OK ? write_csv(ctx, run, csv) : status;
+    SC_TRY(fill_entry(ctx, run, &entry));
+    SC_TRY(write_json(ctx, run, &entry, json));
+    status = write_csv(ctx, run, &entry, csv);
+out:
+    sc_run_entry_clear(&entry);
+    return status;
 }

@@ -87,9 +87,32 @@ for how in cut another_job; do
     first=$(jq .done out/status.json)
     expect 0 'out/stats.json: .*earlier runs is left out' "$SEGCAST" render job.yaml -o out --resume
     same_as_ref "after stats.json was $how"
-    jq -e --argjson first "$first" '(.runs | length) == 1 and (.frames | length) == 18 - $first' out/stats.json >/dev/null ||
+    jq -e --argjson first "$first" '(.runs | length) == 1 and ([.frames[].frame] == [range(18)]) and
+        ([.frames[] | select(.run == null and .rays == null and .hash)] | length) == $first' out/stats.json >/dev/null ||
         fail "statistics after stats.json was $how"
+    [ "$(grep -c ',,,,[^,]*,,$' out/frames.csv)" = "$first" ] || fail "frames.csv after stats.json was $how: $(cat out/frames.csv)"
 done
+
+# So do those of a job whose run was killed, and could write nothing at its end: the run is listed, and what the
+# manifest says of its frames. Every frame names the run and the host that drew it.
+for _ in $(seq 20); do
+    stop_in_the_middle out KILL
+    first=$(($(grep -c '^{"frame"' out/manifest.jsonl || true)))
+    [ "$first" = 0 ] || break
+done
+[ "$first" != 0 ] || fail "no run was killed in the middle"
+"$SEGCAST" render job.yaml -o out --resume -q >/dev/null
+same_as_ref "after a run was killed"
+jq -e '[.runs[].ended] == [false, true] and .runs[0].id != .runs[1].id and [.frames[].frame] == [range(18)] and
+    .runs[1].farm_wall_s > 0 and .runs[1].farm_wall_s < .runs[1].wall_s and
+    all(.runs[]; .hosts == [.host] and .rank_hosts == [0] and .kernel and .mpi and .begin and has("processor") and
+        has("commit") and has("batch_job")) and
+    ([.frames[] | select(.run == 0)] | length) == 18 - .runs[1].frames and
+    all(.frames[]; if .run == 0 then .rays == null else .rays > 0 end) and
+    .settings.animation.frames == 18 and .settings.output.video == "film.mp4"' out/stats.json >/dev/null ||
+    fail "statistics of a killed run: $(cat out/stats.json)"
+[ "$(grep -c ",[01],$(hostname)\$" out/frames.csv)" = 18 ] || fail "frames.csv of a killed run: $(cat out/frames.csv)"
+"$SEGCAST" verify out >/dev/null || fail "verify after a killed run"
 
 # Damage is noticed, and what is damaged is made again: each kind of file, truncated, changed, emptied,
 # removed, or replaced by a file of other frames.

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every parser at n and at 2n: twice the input costs less than 2.5 times the operations. Operations
- * are counted, not timed: blocks of code that ran in base, volume, job and the options, and bytes
- * that functions of the C library looked at for them (tests/support/counted.h). What libyaml and
- * zlib do inside is not counted. */
+ * are counted, not timed: blocks of code that ran in base, volume, job, store, study and the
+ * options, and bytes that functions of the C library looked at for them (tests/support/counted.h).
+ * What libyaml, jansson and zlib do inside is not counted. */
 #include "check.h"
 
+#include "internal.h"
 #include "options.h"
 #include "segcast/job.h"
+#include "segcast/study.h"
 #include "segcast/volume.h"
 
 #include <stdio.h>
@@ -219,6 +221,73 @@ static void parse_options(const parser *p, int n)
     free(texts);
 }
 
+/* A manifest with n lines of frames, n lines of files, or n names in its head: those that `part`
+ * makes. */
+static void parse_manifest(const parser *p, int n)
+{
+    const sc_store_job job = {
+        .version = "1", .frames = n, .video = "none", .settings = {.width_px = 1, .height_px = 1}};
+    sc_manifest_data data = {.frames = n}, read = {.frames = n};
+    char name[64];
+
+    data.lines = calloc((size_t)n, sizeof *data.lines);
+    read.lines = calloc((size_t)n, sizeof *read.lines);
+    assert_true(data.lines && read.lines);
+    for (int i = 0; i < n; i++) {
+        snprintf(name, sizeof name, p->part, i * 7919 % n);
+        if (!strcmp(p->head, "frames"))
+            data.lines[i] = (sc_frame_line){true, {.frame = i}};
+        else if (!strcmp(p->head, "files"))
+            assert_ok(sc_file_lines_put(&ctx, &data.files, name, 1, 2));
+        else
+            assert_ok(sc_names_add(&ctx, &data.owned, name));
+    }
+    assert_ok(sc_manifest_create(&ctx, "c.jsonl", &job, &data, NULL, true, NULL));
+    sc_test_operations = 0;
+    assert_int_equal(sc_manifest_read(&ctx, "c.jsonl", &read), p->wanted);
+    assert_true(read.closed);
+    assert_true(read.count == n || read.files.count == n || read.owned.count == n);
+    free(data.lines);
+    free(read.lines);
+    data.lines = read.lines = NULL;
+    sc_manifest_data_clear(&data);
+    sc_manifest_data_clear(&read);
+    unlink("c.jsonl");
+}
+
+/* Statistics of n runs, each of which drew a frame, read again into what they gave. */
+static void parse_statistics(const parser *p, int n)
+{
+    sc_history history = {0};
+    FILE *file = fopen("c.json", "w");
+
+    assert_non_null(file);
+    fputs("{\"job_hash\": \"0000000000000001\", \"volume_hash\": \"0000000000000002\", \"runs\": [",
+          file);
+    for (int i = 0; i < n; i++)
+        fprintf(file,
+                "%s{\"id\": \"%016x\", \"begin\": \"2026\", \"host\": \"a\", \"ranks\": 1, "
+                "\"threads\": 1, \"nodes\": 1, \"wall_s\": 1, \"cpu_s\": 1, \"frames\": 1}",
+                i ? "," : "", i * 7919 % n);
+    fputs("], \"frames\": [", file);
+    for (int i = 0; i < n; i++)
+        fprintf(file,
+                "%s{\"frame\": %d, \"run\": %d, \"rank\": 0, \"render_wall_s\": 1, "
+                "\"render_cpu_s\": 1, \"wait_s\": 0, \"rays\": 1, \"samples\": 1, "
+                "\"contributions\": 1, \"hash\": \"%016x\"}",
+                i ? "," : "", i * 7919 % n, i, i);
+    fputs("]}", file);
+    fclose(file);
+    sc_test_operations = 0;
+    for (int time = 0; time < 2; time++)
+        assert_int_equal(sc_history_read(&ctx, "c.json", &(sc_job_hashes){1, 2}, &history),
+                         p->wanted);
+    assert_int_equal(history.run_count, n);
+    assert_int_equal(history.frame_count, n);
+    sc_history_clear(&history);
+    unlink("c.json");
+}
+
 #define NRRD                                                                                       \
     "NRRD0005\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: 4 4 4\n"                              \
     "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n"
@@ -290,6 +359,11 @@ static const parser parsers[] = {
     {"variables of the environment", parse_environment, "", "SEGCAST_RENDER_SAMPLES=4", "", 0,
      SC_OK, 2000},
     {"variables that name no key", parse_environment, "", "SEGCAST_%d_X=4", "", 0, SC_OK, 2000},
+    {"frames of a manifest", parse_manifest, "frames", "%d", "", 0, SC_OK, 3000},
+    {"files of a manifest", parse_manifest, "files", "stats.%d.json", "", 0, SC_OK, 3000},
+    {"names in the head of a manifest", parse_manifest, "names", "stats.%d.json", "", 0, SC_OK,
+     3000},
+    {"statistics of many runs", parse_statistics, "", "", "", 0, SC_OK, 3000},
     {"options", parse_options, "", "--set=tissues.t%d.opacity=0.5", "", 0, SC_OK, 100},
     {"options of one kind", parse_options, "", "--quiet", "", 0, SC_OK, 4000},
 };

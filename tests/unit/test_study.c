@@ -5,6 +5,7 @@
 #include "segcast/study.h"
 
 #include <stdio.h>
+#include <string.h>
 #include <unistd.h>
 
 enum { RANKS = 4 };
@@ -82,22 +83,28 @@ static const sc_job_hashes job = {0x1234, 0xfedcba9876543210};
 /* Write a run that drew frames [first, first + count) with measured values of its own. */
 static void write_run(int64_t begin_unix_s, int first, int count, const sc_history *earlier)
 {
-    sc_rank_record rank = {.threads = 3, .cpu_s = 5};
+    sc_rank_record ranks[3] = {
+        {.threads = 3, .cpu_s = 5, .host = "n1"}, {.host = "a \"b\", c"}, {.host = "n1"}};
     sc_frame_result frames[20];
     const sc_run_record run = {.version = "1",
                                .host = "n1",
+                               .mpi = "MPI \xff 1",
+                               .settings = "{\"render\":{\"samples\":4}}",
+                               .id = (uint64_t)begin_unix_s,
+                               .ended = count > 0,
                                .job = job,
                                .begin_unix_s = begin_unix_s,
                                .earlier = earlier,
-                               .ranks = 1,
-                               .nodes = 1,
+                               .ranks = 3,
+                               .nodes = 2,
                                .wall_s = 2.5,
-                               .rank_records = &rank,
+                               .rank_records = ranks,
                                .frames = frames,
                                .frame_count = count};
 
     for (int i = 0; i < count; i++)
         frames[i] = (sc_frame_result){.frame = first + i,
+                                      .rank = i % 3,
                                       .render_cpu_s = 0.1 * (double)begin_unix_s,
                                       .rays = 1000,
                                       .hash = 0xabcdef0000000000u + (uint64_t)(first + i)};
@@ -139,6 +146,12 @@ static void earlier_runs_keep_what_they_measured(void **state)
     assert_int_equal(both.runs[1].frames, 6);
     assert_int_equal(both.runs[1].threads, 3);
     assert_near(both.runs[1].cpu_s, 5, 1e-9);
+    assert_string_equal(both.runs[1].mpi, "MPI \xef\xbf\xbd 1");
+    assert_string_equal(both.runs[1].commit, "");
+    assert_int_equal(both.runs[1].host_count, 2);
+    assert_string_equal(both.runs[1].hosts[1], "a \"b\", c");
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(both.runs[0].rank_hosts[i], i == 1);
     assert_int_equal(both.frame_count, 10);
     for (int i = 0; i < 10; i++) {
         assert_int_equal(both.frames[i].result.frame, i);
@@ -154,6 +167,108 @@ static void earlier_runs_keep_what_they_measured(void **state)
     assert_string_equal(h.text, "");
     sc_history_clear(&first);
     sc_history_clear(&both);
+}
+
+/* @return whether the file has a line that ends with @p ending. */
+static bool has_line(const char *path, const char *ending)
+{
+    FILE *file = fopen(path, "r");
+    char line[512];
+    bool found = false;
+
+    while (fgets(line, sizeof line, file) && !found) {
+        const size_t length = strcspn(line, "\n");
+
+        found = length >= strlen(ending) &&
+                !strncmp(line + length - strlen(ending), ending, strlen(ending));
+    }
+    fclose(file);
+    return found;
+}
+
+/* A run that was killed stands in the list, because it wrote the file before it drew; its frames
+ * are those of which nothing was measured. */
+static void a_killed_run_is_listed_with_its_frames(void **state)
+{
+    const sc_frame_result drawn[] = {{.frame = 1, .rank = 1, .hash = 7},
+                                     {.frame = 6, .rank = 1, .render_cpu_s = 0.5, .hash = 8},
+                                     {.frame = 7, .rank = 3, .hash = 9}}; /* there are 3 ranks */
+    sc_history history = {0}, read = {0};
+
+    (void)state;
+    write_run(10, 0, 5, NULL);
+    assert_ok(sc_history_read(&quiet, "stats.json", &job, &history));
+    write_run(20, 5, 0, &history); /* it is about to draw */
+    sc_history_clear(&history);
+    assert_ok(sc_history_read(&quiet, "stats.json", &job, &history));
+    assert_int_equal(history.run_count, 2);
+    assert_true(history.runs[0].ended && !history.runs[1].ended);
+    assert_ok(sc_history_add(&quiet, &history, drawn, 3, 1));
+    assert_int_equal(history.frame_count, 7);
+    assert_true(history.frames[1].measured && history.frames[1].run == 0);
+    assert_int_equal(history.frames[5].run, 1);
+    assert_int_equal(history.frames[6].run, -1);
+    assert_ok(sc_history_add(&quiet, &history, drawn, 3, 0)); /* they are known now */
+    assert_int_equal(history.frame_count, 7);
+    assert_int_equal(history.frames[5].run, 1);
+    assert_int_equal(history.frames[6].run, -1);
+    write_run(30, 8, 2, &history);
+    assert_ok(sc_history_read(&quiet, "stats.json", &job, &read));
+    assert_int_equal(read.run_count, 3);
+    assert_int_equal(read.frame_count, 9);
+    assert_true(!read.frames[5].measured && read.frames[5].run == 1 &&
+                read.frames[5].result.hash == 8);
+    assert_near(read.frames[5].result.render_cpu_s, 0.5, 1e-9);
+    assert_true(!read.frames[6].measured && read.frames[6].run == -1);
+    assert_true(has_line("frames.csv", ",abcdef0000000001,0,\"a \"\"b\"\", c\""));
+    assert_true(has_line("frames.csv", "6,1,,0.500000,,,,,0000000000000008,1,\"a \"\"b\"\", c\""));
+    assert_true(has_line("frames.csv", "7,3,,0.000000,,,,,0000000000000009,,"));
+    assert_true(has_line("frames.csv", ",abcdef0000000008,2,n1"));
+    sc_history_clear(&history);
+    sc_history_clear(&read);
+}
+
+/* What segcast would not have written is refused as a whole: numbers out of range, texts that are
+ * too long, ranks and hosts that do not exist. */
+static void forged_statistics_are_left_out(void **state)
+{
+    static const char *const forged[][2] = {
+        {"\"ranks\": 3,\n   \"threads\"", "\"ranks\": 4294967299, \"threads\""},
+        {"\"ended\": true", "\"ended\": 1"},
+        {"\"farm_wall_s\": 0", "\"farm_wall_s\": -1"},
+        {"\"rank_hosts\": [\n    0,\n    1", "\"rank_hosts\": [0, 2"},
+        {"\"rank_hosts\": [\n    0,\n    1,", "\"rank_hosts\": [0,"},
+        {"\"hosts\": [\n    \"n1\"", "\"hosts\": [7"},
+        {"\"rank\": 2", "\"rank\": 3"},
+        {"\"rays\": 1000", "\"rays\": -5"},
+        {"\"samples\": 0", "\"samples\": null"},
+        {"\"run\": 0", "\"run\": null"}, /* it was measured, so the run is known */
+        {"\"begin\": \"1970", "\"begin\": \"1\\u0000"},
+        {"\"id\": \"0", "\"id\": \"X"}};
+    char *text;
+    size_t bytes;
+
+    (void)state;
+    write_run(10, 0, 5, NULL);
+    assert_ok(sc_file_read(&quiet, "stats.json", 100000, &text, &bytes));
+    for (size_t i = 0; i < SC_COUNT_OF(forged); i++) {
+        const char *at = strstr(strstr(text, "\"runs\""), forged[i][0]);
+        sc_history history = {0};
+        sc_text changed = {0};
+        heard h;
+        const sc_ctx ctx = listening(&h);
+
+        assert_non_null(at);
+        assert_ok(sc_text_add(&quiet, &changed, "%.*s%s%s", (int)(at - text), text, forged[i][1],
+                              at + strlen(forged[i][0])));
+        assert_ok(sc_file_write(&quiet, "stats.json", changed.data, changed.length_bytes));
+        assert_ok(sc_history_read(&ctx, "stats.json", &job, &history));
+        if (history.run_count || !strstr(h.text, "stats.json: is damaged"))
+            fail_msg("%s was taken: %s", forged[i][1], h.text);
+        sc_history_clear(&history);
+        sc_text_clear(&changed);
+    }
+    sc_free(text);
 }
 
 /* Each damaged file gives a warning and adds nothing. */
@@ -198,6 +313,8 @@ int main(void)
         cmocka_unit_test(the_bottleneck_is_where_the_time_went),
         cmocka_unit_test(a_trace_keeps_what_it_has_room_for),
         cmocka_unit_test(earlier_runs_keep_what_they_measured),
+        cmocka_unit_test(a_killed_run_is_listed_with_its_frames),
+        cmocka_unit_test(forged_statistics_are_left_out),
         cmocka_unit_test(damaged_statistics_are_left_out),
     };
 

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes a job as JSON: the tree of what sc_job_write writes. */
+#include "segcast/job.h"
+#include "yaml_tree.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* @return the JSON value of a scalar: true, false or a number if it stands there without quotes,
+ * else a string. The caller owns it; NULL: no memory. */
+static json_t *scalar_to_json(const sc_yaml *node)
+{
+    const char *text = node->text;
+    char *end;
+    double number;
+
+    if (!node->quoted && (!strcmp(text, "true") || !strcmp(text, "false")))
+        return json_boolean(text[0] == 't');
+    if (node->quoted || !text[0] || text[strspn(text, "0123456789+-.eE")])
+        return json_string(text);
+    number = strtod(text, &end);
+    if (*end)
+        return json_string(text);
+    return strpbrk(text, ".eE") ? json_real(number) : json_integer(strtoll(text, NULL, 10));
+}
+
+/* @return a node, with all below it, as JSON. The caller owns it; NULL: no memory. The depth of a
+ * tree is bounded. */
+static json_t *to_json(const sc_yaml *node)
+{
+    json_t *json;
+
+    if (node->kind == SC_YAML_SCALAR)
+        return scalar_to_json(node);
+    json = node->kind == SC_YAML_MAP ? json_object() : json_array();
+    for (size_t i = 0; i < node->count && json; i++) {
+        const sc_yaml *item = node->items[i];
+        const int failed = node->kind == SC_YAML_MAP
+                               ? json_object_set_new(json, item->key, to_json(item))
+                               : json_array_append_new(json, to_json(item));
+
+        if (failed) {
+            json_decref(json);
+            json = NULL;
+        }
+    }
+    return json;
+}
+
+sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
+{
+    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    sc_text yaml = {0};
+    sc_yaml *root = NULL;
+    json_t *json = NULL;
+    char *written = NULL;
+    sc_status status;
+
+    SC_TRY(sc_job_write(ctx, job, false, &yaml));
+    SC_TRY(sc_yaml_parse(&silent, "job", yaml.data, yaml.length_bytes, &root));
+    json = to_json(root);
+    written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    status = written ? sc_text_add(ctx, text, "%s", written)
+                     : sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a job was written as JSON");
+out:
+    free(written);
+    json_decref(json);
+    sc_yaml_free(root);
+    sc_text_clear(&yaml);
+    return status;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to study: histories. */
+#ifndef SC_STUDY_INTERNAL_H
+#define SC_STUDY_INTERNAL_H
+
+#include "segcast/study.h"
+
+/* Allocate both arrays of @p out, the runs zeroed, for so many runs and frames; the counts are left
+ * as they are. After an error, too, sc_history_clear frees them. @return SC_ERR_MEMORY. */
+sc_status sc_history_allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out);
+/* Free what a run owns, and zero it. */
+void sc_run_entry_clear(sc_run_entry *run);
+
+/* Fill the empty history @p out with the runs and frames in @p text, the content of a stats.json.
+ * If it cannot be used, the return code is SC_OK, *problem is set to words that follow the name of
+ * the file (static), and @p out may hold a part of it. The caller clears @p out, also after an
+ * error. @return SC_ERR_MEMORY. */
+sc_status sc_stats_parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
+                         sc_history *out, const char **problem);
+
+#endif
