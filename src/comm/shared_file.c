@@ -25,21 +25,27 @@ static bool has_room(const char *folder, size_t bytes, size_t spare)
 sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_bytes,
                               sc_shared_name *name, int *out)
 {
+    char host[SC_HOST_BYTES];
     uint64_t random;
     int length, file;
 
+    sc_remove_temporaries(folder, false);
     if (!has_room(folder, bytes, spare_bytes))
         return SC_ERR_MEMORY;
     if (getentropy(&random, sizeof random))
         return SC_ERR_CREATE;
     memset(name, 0, sizeof *name);
-    length = snprintf(name->path, sizeof name->path, "%s/segcast-%016llx", folder,
-                      (unsigned long long)random);
+    sc_host_name(host);
+    length = snprintf(name->path, sizeof name->path, "%s/.segcast.tmp.%s.%ld.%016llx", folder, host,
+                      (long)getpid(), (unsigned long long)random);
     if (length < 0 || (size_t)length >= sizeof name->path)
         return SC_ERR_CREATE;
+    name->unfinished = sc_unfinished_add(name->path);
     file = open(name->path, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
-    if (file < 0)
+    if (file < 0) {
+        sc_unfinished_drop(name->unfinished);
         return SC_ERR_CREATE;
+    }
     *out = file;
     return SC_OK;
 }
@@ -54,9 +60,13 @@ sc_status sc_shared_file_open(const sc_shared_name *name, int *out)
     return SC_OK;
 }
 
-void sc_shared_file_remove(const sc_shared_name *name)
+void sc_shared_file_remove(sc_shared_name *name)
 {
+    if (!name->path[0])
+        return;
     unlink(name->path);
+    sc_unfinished_drop(name->unfinished);
+    *name = (sc_shared_name){.unfinished = -1};
 }
 
 sc_status sc_shared_file_reserve(int file, size_t bytes)

@@ -25,7 +25,7 @@ run() {
         shift 2
         "$@"
         code=$?
-        ls -A /dev/shm full tmp | grep "^segcast-" && echo "segcast: error: a file is left"
+        ls -A /dev/shm full tmp | grep "^[.]segcast" && echo "segcast: error: a file is left"
         exit $code' bash "$shm" "$folder" "$@" >stdout.txt 2>stderr.txt || code=$?
     [ $code = 0 ] || { cat stdout.txt stderr.txt >&2; fail "$what: exit code $code (124: it hangs)"; }
     ! grep -h 'error\|not enough space' stdout.txt stderr.txt || fail "$what: see above"

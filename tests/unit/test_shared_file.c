@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Files that the ranks of a node share: nothing of them stays behind, whenever a process is killed.
+ */
+#include "check.h"
+
+#include "shared_file.h"
+
+#include <dirent.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static char folder[] = "shared-XXXXXX";
+
+/* @return the number of files in the folder, hidden ones included. */
+static int count_files(void)
+{
+    DIR *stream = opendir(folder);
+    const struct dirent *entry;
+    int count = 0;
+
+    assert_non_null(stream);
+    while ((entry = readdir(stream)))
+        count += strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0;
+    closedir(stream);
+    return count;
+}
+
+/* Make a file in a process of its own, which then ends by @p number; 0: as a signal handler ends
+ * it. */
+static void make_and_die(int number)
+{
+    const pid_t child = fork();
+    int status;
+
+    assert_true(child >= 0);
+    if (child == 0) {
+        sc_shared_name name;
+        int file;
+
+        if (sc_shared_file_make(folder, 1000, 0, &name, &file) != SC_OK)
+            _exit(1);
+        if (number)
+            raise(number);
+        sc_unfinished_remove();
+        _exit(75);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(number ? WIFSIGNALED(status) : WIFEXITED(status) && WEXITSTATUS(status) == 75);
+}
+
+static void what_a_killed_process_left_is_cleared_by_the_next(void **state)
+{
+    sc_shared_name name;
+    int file;
+
+    (void)state;
+    make_and_die(0); /* Ctrl-C */
+    assert_int_equal(count_files(), 0);
+    make_and_die(SIGKILL);
+    assert_int_equal(count_files(), 1);
+    assert_int_equal(sc_shared_file_make(folder, 1000, 0, &name, &file), SC_OK);
+    assert_int_equal(count_files(), 1); /* its own */
+    make_and_die(SIGKILL);
+    assert_int_equal(count_files(), 2); /* that of a process that lives stays */
+    sc_shared_file_remove(&name);
+    sc_shared_file_remove(&name); /* the second time does nothing */
+    close(file);
+    assert_int_equal(sc_shared_file_make(folder, 1000, 0, &name, &file), SC_OK);
+    sc_shared_file_remove(&name);
+    close(file);
+    assert_int_equal(count_files(), 0);
+    assert_int_equal(rmdir(folder), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_a_killed_process_left_is_cleared_by_the_next),
+    };
+
+    if (!mkdtemp(folder))
+        return 1;
+    return RUN(tests);
+}
