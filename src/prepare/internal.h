@@ -60,6 +60,7 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
 enum {
     SC_WORTH_BOUNDARY = 30000,
     SC_WORTH_FIELDS = 30000,
+    SC_WORTH_SHEETS = 6000,
     SC_WORTH_POLISH = 20000,
     SC_WORTH_SURFACE = 10000,
     SC_WORTH_THICKNESS = 30000
@@ -76,6 +77,9 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
 /* Make the vertex records: records. */
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Raise the weights of sheets of tissue one voxel thick, in place, so that nothing shows through
+ * them; nothing is done where surfaces are crisp. */
+sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);
 /* Smooth the directions in the records, in place; nothing is done where surfaces are crisp. */
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface of each label: surface_mm2 of stats. */

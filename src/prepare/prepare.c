@@ -5,7 +5,8 @@
 /* @return the sum of what the stages are worth that these settings ask for. */
 static uint64_t worth_of(const sc_prepare_settings *s)
 {
-    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS + (s->smooth > 0 ? SC_WORTH_POLISH : 0) +
+    return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS +
+           (s->smooth > 0 ? SC_WORTH_SHEETS + SC_WORTH_POLISH : 0) +
            (s->surface ? SC_WORTH_SURFACE : 0) +
            (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
 }
@@ -34,6 +35,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
     SC_TRY(sc_find_fields(ctx, p));
+    SC_TRY(sc_close_sheets(ctx, p));
     SC_TRY(sc_polish_fields(ctx, p));
     if (settings->surface)
         SC_TRY(sc_measure_surface(ctx, p));
