@@ -17,11 +17,16 @@ done
 measure --surface voxel torus-12-copied
 check '.position_rms_voxels > 0.25 and .position_rms_voxels < 0.31' 'copied up: not in coarse voxels'
 
-# Without smoothing no ray gets through a skin, and nearly all that meet the body have to pass it.
-for skin in skin-ellipsoid skin-balls skin-planes skin-rough-slices; do
-    measure --smooth 0 --rays 20000 "$skin"
-    check '.leaks_per_million == 0 and .not_skin_share == 0 and .rays_through > 3000
-        and .rays_through > 0.8 * .hits and .rays_through <= .hits' "$skin"
+# Whatever the strength of the smoothing, no ray gets through a skin one voxel thick, and nearly all that
+# meet the body have to pass it.
+for skin in skin-ellipsoid skin-balls skin-planes skin-rough; do
+    for strength in 0 0.5 1 1.25; do
+        for name in "$skin" "$skin-slices"; do
+            measure --smooth $strength --rays 20000 "$name"
+            check '.leaks_per_million == 0 and .not_skin_share == 0 and .rays_through > 3000
+                and .rays_through > 0.8 * .hits and .rays_through <= .hits' "$name at smooth $strength"
+        done
+    done
 done
 # The skin of a file: here tissue 1 is named as the skin, so that most rays meet something else before.
 "$FIDELITY" --write skin.nrrd skin-ellipsoid || fail 'the voxels of a skin were not written'
