@@ -147,11 +147,14 @@ sc_status tree_build(const sc_ctx *ctx, tiles *t, tree **out)
         grow(&made->boxes[made->leaves + i / LEAF], piece->middle, reach);
     }
     for (size_t i = made->leaves; i-- > 1;) {
+        const box *second = &made->boxes[2 * i + 1];
         static const float none[3];
 
-        made->boxes[i] = made->boxes[2 * i];
-        grow(&made->boxes[i], made->boxes[2 * i + 1].low, none);
-        grow(&made->boxes[i], made->boxes[2 * i + 1].high, none);
+        made->boxes[i] = made->boxes[2 * i]; /* filled before the second one is */
+        if (second->low[0] <= second->high[0]) {
+            grow(&made->boxes[i], second->low, none);
+            grow(&made->boxes[i], second->high, none);
+        }
     }
     *out = made;
     made = NULL;
