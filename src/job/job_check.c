@@ -30,16 +30,28 @@ bool sc_job_is_phantom(const char *volume)
 
 /* ---- values that depend on each other ---- */
 
-/* The name of the video: an ending that is known, and no folder. */
+/* Does the text hold a control character, such as a newline? */
+static bool holds_control(const char *text)
+{
+    for (; *text; text++) {
+        if ((unsigned char)*text < 0x20 || *text == 0x7f)
+            return true;
+    }
+    return false;
+}
+
+/* The name of the video: an ending that is known, no folder, and nothing that a list of file names
+ * could not hold in one line. */
 static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const char *video = job->output.video;
 
-    if (!strcmp(video, "none") || (sc_video_name_ok(video) && !strchr(video, '/')))
+    if (!strcmp(video, "none") ||
+        (sc_video_name_ok(video) && !strchr(video, '/') && !holds_control(video)))
         return SC_OK;
     return sc_yaml_fail(ctx, sc_key_node(root, "output.video"),
                         "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
-                        "without a folder, or none",
+                        "without a folder or control characters, or none",
                         video);
 }
 
