@@ -50,7 +50,6 @@ static json_t *to_json(const sc_yaml *node)
 
 sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
     sc_text yaml = {0};
     sc_yaml *root = NULL;
     json_t *json = NULL;
@@ -58,7 +57,7 @@ sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text)
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, job, false, &yaml));
-    SC_TRY(sc_yaml_parse(&silent, "job", yaml.data, yaml.length_bytes, &root));
+    SC_TRY(sc_yaml_parse(ctx, "job", yaml.data, yaml.length_bytes, &root));
     json = to_json(root);
     written = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     status = written ? sc_text_add(ctx, text, "%s", written)
