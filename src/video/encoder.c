@@ -98,6 +98,10 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
         error = sc_av_error(avcodec_open2(e->codec, codec, NULL));
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
+    /* libavcodec does not notice that x264 found no memory for the headers. */
+    if (e->codec->codec_id == AV_CODEC_ID_H264 && e->container->global_header &&
+        e->codec->extradata_size <= 0)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     return SC_OK;
 }
 
