@@ -38,6 +38,11 @@ bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference 
  *  @return SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *stream,
                                          const char *name);
+/** Compress a picture as a PNG file in memory: *data [*bytes], which the caller frees with free().
+ *  @param name of the picture, for messages. @return SC_ERR_MEMORY and the errors of
+ *  sc_image_write_png; *data is NULL then. */
+SC_MUST_USE sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image,
+                                            const char *name, char **data, size_t *bytes);
 /** Write a PNG file that appears under @p path only when it is complete. @param replace as of
  *  sc_outfile_open.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */

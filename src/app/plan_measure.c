@@ -122,15 +122,11 @@ static sc_status measure_png(prober *p)
 {
     const sc_ctx *ctx = p->app->ctx;
     const double cpu_s = sc_thread_cpu_s();
-    char *data = NULL;
-    size_t bytes = 0;
-    FILE *stream = open_memstream(&data, &bytes);
-    sc_status status;
+    char *data;
+    size_t bytes;
+    const sc_status status =
+        sc_image_compress_png(ctx, p->image, "a frame in memory", &data, &bytes);
 
-    if (!stream)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a frame was written as PNG");
-    status = sc_image_write_png(ctx, p->image, stream, "a frame in memory");
-    fclose(stream);
     free(data);
     p->png.cpu_s += sc_thread_cpu_s() - cpu_s;
     p->png.bytes += (double)bytes;

@@ -110,15 +110,10 @@ static bool next_block(const sc_payload *payload, size_t *at, sc_segment *out)
 /* Append the PNG file of @p image as a block. */
 static sc_status add_png(const sc_ctx *ctx, sc_payload *payload, const sc_image *image)
 {
-    char *data = NULL;
-    size_t bytes = 0;
-    FILE *stream = open_memstream(&data, &bytes);
-    sc_status status;
+    char *data;
+    size_t bytes;
+    sc_status status = sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes);
 
-    if (!stream)
-        return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while a frame was written as PNG");
-    status = sc_image_write_png(ctx, image, stream, "a frame in memory");
-    fclose(stream);
     if (status == SC_OK)
         status = add_block(ctx, payload, data, bytes);
     free(data);

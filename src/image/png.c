@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <png.h>
 #include <setjmp.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -67,6 +68,31 @@ sc_status sc_image_write_png(const sc_ctx *ctx, const sc_image *image, FILE *str
     write_pixels(png, info, image, stream);
     png_destroy_write_struct(&png, &info);
     return SC_OK;
+}
+
+sc_status sc_image_compress_png(const sc_ctx *ctx, const sc_image *image, const char *name,
+                                char **data, size_t *bytes)
+{
+    FILE *stream;
+    sc_status status = SC_ERR_MEMORY;
+    bool closed;
+
+    *data = NULL;
+    *bytes = 0;
+    stream = open_memstream(data, bytes);
+    if (stream) {
+        status = sc_image_write_png(ctx, image, stream, name);
+        /* Closing trims the memory. If there is none for that, the data are gone, and glibc says so
+         * by NULL alone. */
+        closed = fclose(stream) == 0 && *data;
+        if (status == SC_OK && closed)
+            return SC_OK;
+        free(*data);
+        *data = NULL;
+    }
+    if (status == SC_OK || !stream)
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", name);
+    return status;
 }
 
 sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image, const char *path,

@@ -487,16 +487,10 @@ static sc_status write_png(const sc_ctx *ctx, sc_store *store, const void *data,
 static sc_status compress_png(const sc_ctx *ctx, sc_store *store, const sc_image *image,
                               sc_done_frame *done)
 {
-    char *data = NULL;
-    size_t bytes = 0;
-    FILE *stream = open_memstream(&data, &bytes);
-    sc_status status;
+    char *data;
+    size_t bytes;
+    sc_status status = sc_image_compress_png(ctx, image, "a frame in memory", &data, &bytes);
 
-    if (!stream)
-        return sc_fail(ctx, SC_ERR_MEMORY, "frame %d: out of memory", done->frame);
-    status = sc_image_write_png(ctx, image, stream, "a frame in memory");
-    if (fclose(stream) && status == SC_OK)
-        status = sc_fail(ctx, SC_ERR_MEMORY, "frame %d: out of memory", done->frame);
     if (status == SC_OK)
         status = write_png(ctx, store, data, bytes, done);
     free(data);
