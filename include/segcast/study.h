@@ -105,7 +105,8 @@ void sc_history_clear(sc_history *history);
  *
  *  In both files `frames` are those of this run and of @p earlier, each with the index of its run
  * in `runs`; a frame that was drawn twice stands there once, with what this run measured. All other
- * keys of stats.json are of this run, the last one: sums over all runs can be had from `runs`. */
+ * keys of stats.json describe this run, which is the last one; for totals of all runs, add up the
+ * entries of `runs`. */
 typedef struct sc_run_record {
     const char *version, *host; /**< version of segcast; host of rank 0 */
     /** The commit of segcast, the processor of rank 0, the kernel variant, the MPI library with its

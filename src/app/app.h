@@ -225,14 +225,15 @@ sc_status sc_report_placement(sc_app *app);
  * allocation or of the time limit of the command line, whichever comes first; 0: no limit. */
 double sc_deadline_s(const sc_app *app);
 
-/* What has to be done before anything else: from now on INT, TERM and HUP end the process as
- * sc_signals_stop_in_order says. USR1 does not kill but is remembered for sc_signals_catch_stop,
- * also if it was blocked before; writing beyond the limit of file sizes fails with EFBIG instead of
- * killing; at the limit of CPU time a message is printed before the process ends, with exit
- * code 71; where memory that a file stands behind cannot be read any more (SIGBUS), a message is
- * printed and the process ends with exit code 74; and a reader of standard output or standard error
- * that is gone (SIGPIPE) ends the process, without unfinished files, unless sc_signals_catch_stop
- * was called. */
+/* Install the handlers of all signals. Has to be called before anything else. From then on:
+ * - INT, TERM and HUP end the process as sc_signals_stop_in_order says.
+ * - USR1 does not kill. It is remembered for sc_signals_catch_stop, even if it came while blocked.
+ * - SIGXFSZ is ignored: writing beyond the limit of file sizes fails with EFBIG.
+ * - SIGXCPU, at the limit of CPU time, prints a message and ends the process with exit code 71.
+ * - SIGBUS, when a page of a memory-mapped file cannot be read (the file was truncated, or its disk
+ *   failed), prints a message and ends the process with exit code 74.
+ * - SIGPIPE, when nobody reads standard output or standard error any more, removes unfinished files
+ *   and ends the process. After sc_signals_catch_stop was called it is ignored. */
 void sc_signals_install(void);
 /* Let the process end with a message that names the file, and exit code 74, when it reads memory of
  * @p file that has been cut off; without this the message names no file. One file at a time: the

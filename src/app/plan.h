@@ -52,8 +52,8 @@ double sc_plan_encode_cpu_s(const sc_job *job, const sc_plan_probe *probe);
 /* What a run on some nodes takes. */
 typedef struct sc_plan_run {
     int nodes, ranks, threads; /* ranks: of a node; threads: of a rank */
-    int gops;                  /* number of GOPs that the ranks encode which draw them */
-    double wall_s;             /* of the whole run: prepare_s, then the longer of the other two */
+    int gops;                  /* how many GOPs are encoded by the rank that drew them */
+    double wall_s;             /* of the whole run: prepare_s + max(draw_s, encode_s) */
     double prepare_s;
     double draw_s;     /* drawing, with what the same cores encode */
     double encode_s;   /* what rank 0 encodes beside the drawing, one frame after the other */

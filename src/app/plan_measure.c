@@ -81,7 +81,8 @@ typedef struct prober {
     sc_encoder *encoder; /* NULL: a job without video */
     char *pictures;      /* [run], each of picture_bytes: converted frames */
     size_t picture_bytes;
-    int places, run;      /* runs, and frames of each; the last may be shorter */
+    int places,
+        run; /* number of runs of neighbouring frames; frames of a run (the last: or fewer) */
     double draw_cpu_s;    /* sums over all frames drawn, from here on */
     double convert_cpu_s; /* conversion and hashing, on one thread */
     sc_plan_cost first;   /* the first frame of each run, encoded alone */

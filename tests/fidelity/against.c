@@ -15,7 +15,7 @@ typedef struct work {
     tissue *tissues; /* [count] */
     int count;
     int *tissue_of_truth, *tissue_of_volume; /* by dense id; -1 for background and others */
-    tiles **surfaces;                        /* [count]: of the tissues, to be filled next */
+    tiles **surfaces; /* [count]: for each tissue, the list that add_drawn fills */
 } work;
 
 bool region_holds(const region *r, sc_vec3 mm)
