@@ -9,9 +9,7 @@ name=$ranks-$kind-$error-$mode-$rank-$number
 top=$PWD
 
 ended() { # ended ok|WRONG [REASON]
-    local site
-    site=$(sed -n 's/^fault //p' report* 2>/dev/null | head -n 1 | cut -c 1-160)
-    printf '%s %s %s%s [%s]\n' "$1" "$code" "$name" "${2:+: $2}" "$site"
+    printf '%s %s %s%s [%s]\n' "$1" "$code" "$name" "${2:+: $2}" "${site:0:160}"
     cd "$top" || exit 1
     [ "$1" = WRONG ] || rm -rf "$name"
     exit 0
@@ -22,12 +20,16 @@ same_output() {
     cmp -s out/film.mp4 ../reference/out/film.mp4 || { why="the video differs or is missing"; return 1; }
     diff -rq out/frames ../reference/out/frames >/dev/null || { why="the PNG files differ"; return 1; }
     cmp -s out/job.yaml ../reference/out/job.yaml || { why="job.yaml differs or is missing"; return 1; }
-    [ "$(jq -c 'select(.frame != null) | [.frame, .hash]' out/manifest.jsonl | sort)" = "$(cat ../hashes.txt)" ] ||
-        { why="the hashes of the frames differ"; return 1; }
-    jq -e '.state == "complete"' out/status.json >/dev/null 2>&1 || { why="status.json is not that of a complete run"; return 1; }
-    jq -e '.runs and .host and .phases and .memory.peak_rss_bytes[0] and all(.frames[]; .hash)' out/stats.json \
-        >/dev/null 2>&1 || { why="stats.json is not whole"; return 1; }
-    jq -e .traceEvents out/trace.json >/dev/null 2>&1 || { why="trace.json is not whole"; return 1; }
+    why=$(jq -nr --slurpfile manifest out/manifest.jsonl --slurpfile status out/status.json \
+        --slurpfile stats out/stats.json --slurpfile trace out/trace.json --slurpfile hashes ../hashes.txt '
+        if [$manifest[] | select(.frame != null) | [.frame, .hash]] | sort != ($hashes | sort)
+        then "the hashes of the frames differ"
+        elif $status[0].state != "complete" then "status.json is not that of a complete run"
+        elif $stats[0] | .runs and .host and .phases and .memory.peak_rss_bytes[0] and all(.frames[]; .hash) | not
+        then "stats.json is not whole"
+        elif $trace[0].traceEvents | not then "trace.json is not whole"
+        else empty end' 2>&1 | head -n 1)
+    [ -z "$why" ] || return 1
     [ -z "$(find out -name '.*' -o -name segments -o -name '*.part')" ] || grep -q 'not needed any more stay there' stderr.txt ||
         { why="files are left, and nobody is told"; return 1; }
     return 0
@@ -43,15 +45,22 @@ faults=(LD_PRELOAD="$FAULT_SHIM" FAULT_KIND="$kind" FAULT_AT="$number" FAULT_ERR
 [ "$rank" = - ] || faults+=(FAULT_RANK="$rank")
 code=0
 # The launcher itself has no faults; the shim would not count its calls either.
-timeout -k 5 "${FAULT_PATIENCE:-60}" "${launch[@]}" env "${faults[@]}" \
-    "$SEGCAST" render ../job.yaml -o out -q >stdout.txt 2>stderr.txt || code=$?
+{
+    timeout -k 5 "${FAULT_PATIENCE:-60}" "${launch[@]}" env "${faults[@]}" \
+        "$SEGCAST" render ../job.yaml -o out -q >stdout.txt 2>stderr.txt || code=$?
+} 2>/dev/null # where the shell tells of processes that crash
+site=
+for report in report*; do # of the first rank with a fault
+    [ -n "$site" ] || [ ! -e "$report" ] || read -r _ site < <(grep '^fault ' "$report")
+done
 errors=$(grep -c 'segcast: \(rank [0-9]*: \)\?error' stderr.txt)
 # Libraries that end the process without memory, or use what they did not get: nothing can be done about it
 # from outside, but that the directory can be resumed.
 library=
 if [ "$kind" = alloc ]; then
-    case "$code $(sed -n 's/^fault //p' report* 2>/dev/null | head -n 1)" in
-    134*libavcodec:avcodec_alloc_context3*) library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
+    case "$code $site" in
+    134*) grep -q '^Assertion .* at src/libavcodec/options.c' stderr.txt &&
+        library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
     139*libx264:x264_encoder_* | 139*libteem:*) library="the library uses memory that it did not get" ;;
     esac
 fi

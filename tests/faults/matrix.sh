@@ -3,7 +3,10 @@
 # from there on: segcast must end with 70, 71, 73 or 74 and one message, or absorb it, and must not hang; and
 # --resume must then lead to the same bytes. Killed at each write, fsync, rename and open it must resume, too.
 #
-# FAULT_STEP      only every so manyeth call of a kind (default: chosen so that it lasts about a minute)
+# FAULT_DISTINCT  N: of calls that come the same way, judged by the return addresses out to the N-th in the program,
+#                 only the first (default: 1, once for each place in the program; 99: the whole stack); 0: every call
+# FAULT_STEP      only every so manyeth of these of a kind; two numbers: with one rank, with several (default: chosen
+#                 so that it lasts about a minute)
 # FAULT_OFFSET    the first of them (default: 0)
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
@@ -13,11 +16,19 @@
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
 command -v jq >/dev/null || skip "jq is not installed"
 
-step=${FAULT_STEP:-193}
+distinct=${FAULT_DISTINCT:-1}
+read -ra steps <<<"${FAULT_STEP:-3 41}"
 offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"
 command -v mpirun >/dev/null || all_ranks=(1)
+
+# Files are forced to the disk some hundred times a run: where there is room in memory, they are there.
+if [ "$(df --output=avail /dev/shm 2>/dev/null | tail -n 1)" -gt 1000000 ] 2>/dev/null; then
+    memory=$(mktemp -d /dev/shm/faults.XXXXXX)
+    trap 'rm -rf "$memory"' EXIT
+    cd "$memory"
+fi
 
 # A volume of two tissues, compressed, and a job of two GOPs.
 {
@@ -59,31 +70,39 @@ plans() {
     esac
 }
 
-# count RANKS: run the job without a fault, and leave the numbers of its calls in counts.RANKS.RANK.
+# count RANKS: run the job without a fault, and leave its calls in calls.RANKS.RANK, each as "site KIND NUMBER STACK".
 count() {
     local launch=() rank
     [ "$1" = 1 ] || launch=(mpirun -n "$1")
     rm -f report*
-    "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" "$SEGCAST" render job.yaml -o "counted$1" -q >/dev/null
-    if [ "$1" = 1 ]; then mv report counts.1.-; else
-        for rank in $(seq 0 $(($1 - 1))); do mv "report.$rank" "counts.$1.$rank"; done
+    "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" FAULT_SITES=$((distinct ? distinct : 1)) \
+        "$SEGCAST" render job.yaml -o "counted$1" -q >/dev/null
+    if [ "$1" = 1 ]; then mv report calls.1.-; else
+        for rank in $(seq 0 $(($1 - 1))); do mv "report.$rank" "calls.$1.$rank"; done
     fi
+}
+
+# numbers RANKS RANK KIND: print the numbers of the calls that are to fail; of kinds with few at least one.
+numbers() {
+    awk -v kind="$3" -v distinct="$distinct" -v step="${steps[$1 == 1 ? 0 : ${#steps[@]} - 1]}" -v offset="$offset" '
+        $1 == "site" && $2 == kind && !(distinct && seen[$4]++) { number[count++] = $3 }
+        END {
+            for (i = offset % step; i < count; i += step) print number[i]
+            if (count && offset % step >= count) print number[offset % count]
+        }' "calls.$1.$2"
 }
 
 # list RANKS RANK: print the arguments of case.sh for all faults on a rank.
 list() {
-    local kind words total i n
+    local kind words some i n
     for kind in "${all_kinds[@]}"; do
-        total=$(awk -v kind="$kind" '$2 == kind {print $3}' "counts.$1.$2")
+        mapfile -t some < <(numbers "$1" "$2" "$kind")
         read -ra words <<<"$(plans "$kind")"
         for ((i = 0; i < ${#words[@]}; i += 2)); do
             [ "${words[i]}" != KILL ] || [ "$1" = 1 ] || continue # the launcher ends the other ranks: mpi.soak has that
-            for ((n = 1 + offset % step; n <= total; n += step)); do
+            for n in "${some[@]}"; do
                 echo "$1 $kind ${words[i]} ${words[i + 1]} $2 $n"
             done
-            # of kinds with few calls at least one
-            [ "$total" = 0 ] || [ $((1 + offset % step)) -le "$total" ] ||
-                echo "$1 $kind ${words[i]} ${words[i + 1]} $2 $((1 + offset % total))"
         done
     done
 }
@@ -95,7 +114,7 @@ for ranks in "${all_ranks[@]}"; do
     fi
 done >cases.txt
 total=$(wc -l <cases.txt)
-echo "FAULT_STEP=$step FAULT_OFFSET=$offset: $total faults"
+echo "FAULT_DISTINCT=$distinct FAULT_STEP="${steps[*]}" FAULT_OFFSET=$offset: $total faults"
 [ "$total" -gt 0 ] || fail "no call was counted: does the loader take $FAULT_SHIM?"
 export FAULT_SHIM SEGCAST
 xargs -P "${FAULT_JOBS:-$(nproc)}" -L 1 bash "$SOURCE/tests/faults/case.sh" <cases.txt >results.txt &

@@ -10,6 +10,9 @@
  *   FAULT_RANK    only the MPI process of this rank has faults (default: all)
  *   FAULT_REPORT  a file, to which are appended: where the fault was, and at exit the numbers of
  *                 calls of each kind; the rank, if any, is added to its name
+ *   FAULT_SITES   N: each call is reported, too, as "site KIND NUMBER STACK", where STACK is a hash
+ *                 of the return addresses out to the N-th in the program itself; it is the same for
+ *                 calls that come the same way, in this process
  *
  * Which calls count: those of the program itself and of the libraries that it calls, so that a
  * fault number means the same in each run. Each call is judged by the return addresses on its
@@ -151,6 +154,7 @@ static int fault_kind = KIND_COUNT; /* none */
 static long fault_at = -1;
 static bool fault_on;
 static int fault_error = EIO;
+static long site_depth; /* 0: sites are not reported */
 static char report[4096];
 static __thread bool busy; /* within this library: what it calls does not count */
 
@@ -195,6 +199,23 @@ static void tell_fault(kind what, const char *function, long number)
     tell(text);
 }
 
+/* Report the number of a call, and a hash (FNV-1a) of the way to it. */
+static void tell_site(kind what, long number)
+{
+    void *frames[FRAMES_MAX];
+    char text[80];
+    uint64_t hash = 14695981039346656037u;
+    const int count = backtrace(frames, FRAMES_MAX);
+
+    for (int i = 0, depth = 0; i < count && depth < site_depth; i++) {
+        depth += owner_at(frames[i]) == OWNER_PROGRAM;
+        for (int bit = 0; bit < 64; bit += 8)
+            hash = (hash ^ ((uintptr_t)frames[i] >> bit & 255)) * 1099511628211u;
+    }
+    snprintf(text, sizeof text, "site %s %ld %016lx\n", kinds[what], number, (unsigned long)hash);
+    tell(text);
+}
+
 /* @return whether a call counts that returns to @p address; see the top of this file. */
 static bool counts(const void *address)
 {
@@ -233,6 +254,8 @@ static int fault(kind what, const char *function, const void *address)
     if (counts(address)) {
         armed = true;
         number = atomic_fetch_add(&calls[what], 1) + 1;
+        if (site_depth > 0)
+            tell_site(what, number);
         if (what == (kind)fault_kind && (fault_on ? number >= fault_at : number == fault_at)) {
             if (number == fault_at)
                 tell_fault(what, function, number);
@@ -282,6 +305,7 @@ __attribute__((constructor)) static void begin(void)
     const char *what = getenv("FAULT_KIND"), *at = getenv("FAULT_AT"), *on = getenv("FAULT_MODE");
     const char *error = getenv("FAULT_ERROR"), *only = getenv("FAULT_RANK");
     const char *file = getenv("FAULT_REPORT"), *rank = own_rank();
+    const char *sites = getenv("FAULT_SITES");
     const char *program = program_invocation_short_name;
 
     /* The variables reach the launcher, its daemons and shells as well: they are left alone. */
@@ -300,6 +324,7 @@ __attribute__((constructor)) static void begin(void)
     fault_at = at ? atol(at) : -1;
     fault_on = on && !strcmp(on, "on");
     fault_error = error ? error_named(error) : EIO;
+    site_depth = sites ? atol(sites) : 0;
     ready = true;
 }
 
