@@ -78,12 +78,21 @@ typedef struct sc_ctx {
     void *user;
     /** NULL, or the number of allocations that still succeed: tests use it to let the n-th fail. */
     long *alloc_budget;
+    /** What is wrong with an input (SC_ERR_MISSING, SC_ERR_DATA) is expected, and not logged; see
+     *  sc_quiet. */
+    bool quiet_about_input;
     /** Most memory in bytes that one volume may take while it is read and prepared; what needs more
      *  is refused before it is allocated (sc_volume_memory_check). 0: no limit. */
     uint64_t memory_max_bytes;
     sc_stage *stage; /**< where the work says what it is at, or NULL; borrowed */
 } sc_ctx;
 
+/** @return a context for looking at an input that may be missing or broken without anybody being
+ *  told: it logs only failures of the machine, which the caller passes on (sc_is_of_input). */
+sc_ctx sc_quiet(const sc_ctx *ctx);
+/** @return whether a return code says that an input is missing or broken, not that a memory or
+ *  another part of the machine failed. */
+bool sc_is_of_input(sc_status status);
 /** Log an error. @return @p status, so that it can be used as `return sc_fail(...)`. */
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...) SC_PRINTF(3, 4);
 /** Log a warning. */

@@ -53,10 +53,27 @@ static void emit(const sc_ctx *ctx, sc_log_level level, const char *fmt, va_list
     free(long_shown);
 }
 
+sc_ctx sc_quiet(const sc_ctx *ctx)
+{
+    sc_ctx quiet = *ctx;
+
+    quiet.quiet_about_input = true;
+    quiet.level = SC_LOG_ERROR;
+    quiet.stage = NULL;
+    return quiet;
+}
+
+bool sc_is_of_input(sc_status status)
+{
+    return status == SC_ERR_MISSING || status == SC_ERR_DATA;
+}
+
 sc_status sc_fail(const sc_ctx *ctx, sc_status status, const char *fmt, ...)
 {
     va_list args;
 
+    if (ctx && ctx->quiet_about_input && sc_is_of_input(status))
+        return status;
     va_start(args, fmt);
     emit(ctx, SC_LOG_ERROR, fmt, args);
     va_end(args);

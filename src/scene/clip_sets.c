@@ -32,12 +32,12 @@ static bool is_repeated(const sc_clip_exception *exceptions, size_t i)
 sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
                                    const sc_clip_exception *exceptions, size_t count)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     int mistakes = 0;
 
     for (size_t i = 0; i < count && mistakes < SC_MISTAKES_MAX; i++) {
         const sc_clip_exception *e = &exceptions[i];
-        sc_status status = sc_pattern_check(&silent, volume, e->pattern, e->where);
+        sc_status status = sc_pattern_check(&quiet, volume, e->pattern, e->where);
 
         if (status == SC_ERR_DATA && !is_repeated(exceptions, i)) {
             status = sc_pattern_check(ctx, volume, e->pattern, e->where);

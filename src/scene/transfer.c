@@ -138,12 +138,12 @@ static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
 sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
                                 const sc_tissue_rule *rules, size_t rule_count)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     size_t mistakes = 0;
 
     for (size_t r = 0; r < rule_count; r++) {
-        const sc_status status = sc_pattern_check(mistakes < SC_MISTAKES_MAX ? ctx : &silent,
-                                                  volume, rules[r].pattern, rules[r].where);
+        const sc_status status = sc_pattern_check(mistakes < SC_MISTAKES_MAX ? ctx : &quiet, volume,
+                                                  rules[r].pattern, rules[r].where);
 
         if (status != SC_OK && status != SC_ERR_DATA)
             return status;

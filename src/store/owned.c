@@ -133,7 +133,7 @@ static void look_into_folder(search *s, const char *folder, bool segments, bool 
  * none is foreign, and an obstacle if it has the name of this run's manifest. */
 static sc_status read_owned(const sc_ctx *ctx, void *user, const char *name)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     search *s = user;
     sc_manifest_data data = {.owned = *s->owned};
     sc_store probe = {.slice = s->place->slice};
@@ -154,7 +154,7 @@ static sc_status read_owned(const sc_ctx *ctx, void *user, const char *name)
             add_obstacle(s, name, "", kind_of(&info));
         return SC_OK;
     }
-    status = sc_manifest_read_head(&silent, path, &data);
+    status = sc_manifest_read_head(&quiet, path, &data);
     *s->owned = data.owned;
     if (status == SC_ERR_MISSING && access(path, F_OK) != 0)
         return SC_OK;

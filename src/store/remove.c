@@ -86,20 +86,22 @@ void sc_store_remove_unfinished(const sc_ctx *ctx, const sc_store *store)
  * file of such a name that is no manifest stays. */
 static sc_status remove_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     const sc_store *store = user;
     const int fd = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     sc_manifest_data data = {.frames = 0};
     char path[SC_FILE_BYTES];
+    sc_status status = SC_OK;
 
     sc_store_path(store, path, "%s", name);
-    if (sc_is_manifest_name(name) && sc_manifest_read_head(&silent, path, &data) == SC_OK &&
-        data.head.known)
+    if (sc_is_manifest_name(name))
+        status = sc_manifest_read_head(&quiet, path, &data);
+    if (status == SC_OK && data.head.known)
         remove_file(fd, name);
     sc_manifest_data_clear(&data);
     if (fd >= 0)
         close(fd);
-    return SC_OK;
+    return sc_is_of_input(status) ? SC_OK : status;
 }
 
 /* Remove a manifest of a slice. */
@@ -123,17 +125,18 @@ typedef struct all_owned {
 /* For sc_each_file with an all_owned as user: add what a manifest names. */
 static sc_status collect(const sc_ctx *ctx, void *user, const char *name)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     all_owned *all = user;
     char path[SC_FILE_BYTES];
+    sc_status status;
 
     if (!sc_is_manifest_name(name))
         return SC_OK;
     sc_store_path(all->store, path, "%s", name);
-    if (sc_manifest_read_head(&silent, path, &all->data) == SC_OK && all->data.head.known &&
-        all->data.head.frames > all->frames)
+    status = sc_manifest_read_head(&quiet, path, &all->data);
+    if (status == SC_OK && all->data.head.known && all->data.head.frames > all->frames)
         all->frames = all->data.head.frames;
-    return SC_OK;
+    return sc_is_of_input(status) ? SC_OK : status;
 }
 
 sc_status sc_store_remove_run(const sc_ctx *ctx, sc_store *store)

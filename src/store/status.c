@@ -19,7 +19,7 @@ typedef struct manifest_reader {
  * NULL it only counts. Other files are ignored, and so is a manifest that is gone. */
 static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     manifest_reader *reader = user;
     char *path = NULL;
     sc_status status = SC_OK;
@@ -27,7 +27,7 @@ static sc_status read_one(const sc_ctx *ctx, void *user, const char *name)
     if (!sc_is_manifest_name(name))
         return SC_OK;
     SC_TRY(sc_path_join(ctx, reader->directory, name, &path));
-    status = sc_manifest_read(&silent, path, &reader->data);
+    status = sc_manifest_read(&quiet, path, &reader->data);
     if (status == SC_ERR_MISSING) {
         status = SC_OK; /* the process that completed the job has removed it */
         goto out;

@@ -62,20 +62,21 @@ typedef struct manifest_search {
  * ignored. */
 static sc_status find_manifest(const sc_ctx *ctx, void *user, const char *name)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     manifest_search *search = user;
     sc_manifest_data data = {.frames = 0};
     char path[SC_FILE_BYTES];
+    sc_status status;
     bool known;
 
     sc_store_path(search->store, path, "%s", name);
     if (!sc_is_manifest_name(name))
         return SC_OK;
-    known = sc_manifest_read_head(&silent, path, &data) == SC_OK && data.head.known &&
-            !sc_head_has_no_hashes(&data.head);
+    status = sc_manifest_read_head(&quiet, path, &data);
+    known = status == SC_OK && data.head.known && !sc_head_has_no_hashes(&data.head);
     sc_manifest_data_clear(&data);
     if (!known)
-        return SC_OK;
+        return sc_is_of_input(status) ? SC_OK : status;
     sc_store_manifest_path(search->store, path);
     search->any = true;
     search->whole = search->whole || !strcmp(name, "manifest.jsonl");
@@ -140,19 +141,22 @@ sc_status sc_store_check(const sc_ctx *ctx, const char *directory, const sc_stor
 
 /* ---- before the volume is read ---- */
 
-/* @return whether the run may write status.json although the manifest @p path is there: it is one
- * of a run that was not completed. @param none whether it is none of a run at all. */
-static bool may_write_beside(const sc_ctx *ctx, const char *path, bool *none)
+/* Set *may to whether the run may write status.json although the manifest @p path is there: it is
+ * one of a run that was not completed. @param none whether it is none of a run at all.
+ * @return the failure of the machine, logged, because of which neither is known. */
+static sc_status may_write_beside(const sc_ctx *ctx, const char *path, bool *may, bool *none)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     sc_manifest_data data = {.frames = 0};
-    const bool known = access(path, F_OK) == 0 && sc_manifest_read(&silent, path, &data) == SC_OK &&
-                       data.head.known;
+    const sc_status status =
+        access(path, F_OK) == 0 ? sc_manifest_read(&quiet, path, &data) : SC_ERR_MISSING;
+    const bool known = status == SC_OK && data.head.known;
     const bool complete = known && (data.end.known || data.closed);
 
     *none = !known || sc_head_has_no_hashes(&data.head);
+    *may = !*none && !complete;
     sc_manifest_data_clear(&data);
-    return !*none && !complete;
+    return sc_is_of_input(status) ? SC_OK : status;
 }
 
 /* Fill the paths and numbers of @p begun, of what is going to be made. */
@@ -187,16 +191,17 @@ sc_status sc_store_begin(const sc_ctx *ctx, const char *directory, const sc_stor
     sc_store store = {.job = *job, .slice = slice};
     sc_store_begun begun = {.numbers = {-1, -1, -1}};
     char path[SC_FILE_BYTES];
-    bool none, none_whole;
+    bool none, none_whole, may;
     sc_status status;
 
     SC_TRY(set_directory(ctx, &store, directory));
     begun.made_directory = access(directory, F_OK) != 0;
     sc_store_manifest_path(&store, path);
-    begun.may_write = may_write_beside(ctx, path, &none) && mode == SC_STORE_RESUME;
+    SC_TRY(may_write_beside(ctx, path, &may, &none));
+    begun.may_write = may && mode == SC_STORE_RESUME;
     if (slice) { /* the records beside the manifest of a complete job are proven by that */
         sc_store_path(&store, path, "manifest.jsonl");
-        (void)may_write_beside(ctx, path, &none_whole);
+        SC_TRY(may_write_beside(ctx, path, &may, &none_whole));
         begun.may_write = begun.may_write && none_whole;
         none = none && none_whole;
         sc_store_manifest_path(&store, path);
@@ -261,21 +266,33 @@ out:
     return status;
 }
 
-/* Make segments/ and frames/, as far as the job needs them. */
+/* Make segments/ and frames/, as far as the job needs them. After an error those that were not
+ * there before are not there: nobody would know who made them once the manifest is removed. */
 static sc_status make_folders(const sc_ctx *ctx, const sc_store *store)
 {
+    const char *const names[] = {store->has_video ? "segments" : NULL,
+                                 store->job.png ? "frames" : NULL};
+    bool made[SC_COUNT_OF(names)] = {false};
     char path[SC_FILE_BYTES];
     sc_status status = SC_OK;
 
-    if (store->has_video) {
-        sc_store_path(store, path, "segments");
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        bool existed;
+
+        if (!names[i])
+            continue;
+        sc_store_path(store, path, "%s", names[i]);
+        existed = access(path, F_OK) == 0;
         SC_TRY(sc_make_directory(ctx, path));
-    }
-    if (store->job.png) {
-        sc_store_path(store, path, "frames");
-        SC_TRY(sc_make_directory(ctx, path));
+        made[i] = !existed;
     }
 out:
+    for (size_t i = 0; i < SC_COUNT_OF(names) && status != SC_OK; i++) {
+        if (!made[i])
+            continue;
+        sc_store_path(store, path, "%s", names[i]);
+        rmdir(path);
+    }
     return status;
 }
 

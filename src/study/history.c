@@ -153,12 +153,12 @@ out:
 sc_status sc_history_read(const sc_ctx *ctx, const char *path, const sc_job_hashes *job,
                           sc_history *history)
 {
-    const sc_ctx silent = {.alloc_budget = ctx->alloc_budget};
+    const sc_ctx quiet = sc_quiet(ctx);
     const char *problem = NULL;
     char *text = NULL;
     size_t bytes;
     sc_history found = {0};
-    sc_status status = sc_file_read(&silent, path, STATS_BYTES_MAX, &text, &bytes);
+    sc_status status = sc_file_read(&quiet, path, STATS_BYTES_MAX, &text, &bytes);
 
     if (status == SC_ERR_MISSING)
         return SC_OK;
