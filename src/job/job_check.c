@@ -125,16 +125,19 @@ static const char *home_of(const char *const *environment)
 
 /* Log that the value of a key is a path that cannot be found. @param joined the path that was
  * tried.
- * @param why in words. @return SC_ERR_MISSING. */
+ * @param error the errno that tells why. @return as sc_input_status. */
 static sc_status missing(const sc_ctx *ctx, const sc_yaml *node, const char *key,
-                         const char *joined, const char *why)
+                         const char *joined, int error)
 {
+    const sc_status status = sc_input_status(error);
+    const char *why = strerror(error);
+
     if (node->line > 0)
-        return sc_fail(ctx, SC_ERR_MISSING, "%s:%d: %s: %s: %s", node->origin, node->line, key,
-                       joined, why);
+        return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, joined,
+                       why);
     if (!strcmp(node->origin, key)) /* set by a command, from its argument */
-        return sc_fail(ctx, SC_ERR_MISSING, "%s: %s", joined, why);
-    return sc_fail(ctx, SC_ERR_MISSING, "%s: %s: %s", node->origin, joined, why);
+        return sc_fail(ctx, status, "%s: %s", joined, why);
+    return sc_fail(ctx, status, "%s: %s: %s", node->origin, joined, why);
 }
 
 /* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
@@ -169,6 +172,7 @@ static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, 
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
     char *directory = NULL, *joined = NULL, *absolute = NULL;
     sc_text text = {0};
+    int error;
     sc_status status = SC_OK;
 
     if (!node || !path[0])
@@ -181,10 +185,13 @@ static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, 
     }
     SC_TRY(sc_path_join(ctx, directory, path, &joined));
     absolute = realpath(joined, NULL);
-    if (!absolute && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
+    error = absolute ? 0 : errno;
+    if (error && sc_input_status(error) == SC_ERR_MEMORY)
+        status = missing(ctx, node, key, joined, error);
+    else if (!absolute && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
         status = refuse_tilde(ctx, sources, node, key, path);
     else if (!absolute && use == PATH_INPUT && sources->check_inputs)
-        status = missing(ctx, node, key, joined, strerror(errno));
+        status = missing(ctx, node, key, joined, error);
     else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
         status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                               strlen(absolute ? absolute : joined), SC_PATH_BYTES);
