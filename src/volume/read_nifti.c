@@ -26,15 +26,20 @@ typedef struct fields {
 
 /* Read the first bytes of a file, unpacked if it is a gzip file, into bytes[HEADER2_BYTES];
  * *count is how many there are. @return SC_ERR_MISSING if it cannot be opened, SC_ERR_DATA if
- * there are fewer than HEADER1_BYTES. */
+ * there are fewer than HEADER1_BYTES, SC_ERR_MEMORY, SC_ERR_WRITE if they cannot be read. */
 static sc_status read_header(const sc_ctx *ctx, const char *path, unsigned char *bytes, int *count)
 {
     gzFile file = gzopen(path, "rb");
+    sc_status status;
 
     if (!file)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     *count = gzread(file, bytes, HEADER2_BYTES);
+    status = sc_gzip_status(file);
     gzclose_r(file);
+    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
+        return sc_fail(ctx, status, "%s: the header cannot be read: %s", path,
+                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
     if (*count < HEADER1_BYTES)
         return sc_fail(ctx, SC_ERR_DATA, "%s: ends after %d bytes, expected a header of %d", path,
                        *count < 0 ? 0 : *count, HEADER1_BYTES);
@@ -223,11 +228,12 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
 }
 
 /* @return SC_ERR_DATA if the file cannot hold @p needed bytes, even if it is compressed as well
- * as possible; SC_ERR_MISSING if it cannot be opened. */
+ * as possible; SC_ERR_MISSING if it cannot be opened, SC_ERR_MEMORY. */
 static sc_status check_file_size(const sc_ctx *ctx, const char *path, double needed)
 {
     struct stat info;
     gzFile file = gzopen(path, "rb");
+    sc_status status;
     bool plain;
 
     if (!file || stat(path, &info)) {
@@ -236,7 +242,10 @@ static sc_status check_file_size(const sc_ctx *ctx, const char *path, double nee
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
     }
     plain = gzdirect(file);
+    status = sc_gzip_status(file);
     gzclose_r(file);
+    if (status == SC_ERR_MEMORY)
+        return sc_fail(ctx, status, "%s: out of memory", path);
     if (needed > (double)info.st_size * (plain ? 1 : SC_DEFLATE_RATIO_MAX))
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: the header promises %.0f bytes, more than the file can hold (%lld%s)",

@@ -69,12 +69,13 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 
 /* Read the first bytes of a file into *out. A gzip file that cannot be unpacked gives a count
  * of 0 and SC_OK. @return SC_ERR_MISSING if there is no such file or it is a directory,
- * SC_ERR_DATA if it is empty. */
+ * SC_ERR_DATA if it is empty, SC_ERR_MEMORY, SC_ERR_WRITE if it cannot be read. */
 static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
 {
     struct stat info;
     gzFile file;
     int count;
+    sc_status status;
 
     if (stat(path, &info))
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
@@ -94,7 +95,11 @@ static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
     count = gzread(file, out->bytes, HEAD_BYTES);
     out->compressed = !gzdirect(file);
     out->count = count > 0 ? (size_t)count : 0;
+    status = sc_gzip_status(file);
     gzclose_r(file);
+    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
+        return sc_fail(ctx, status, "%s: cannot be read: %s", path,
+                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
     return SC_OK;
 }
 

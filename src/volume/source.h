@@ -67,6 +67,10 @@ void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *coun
 
 /* Most bytes a volume may have once read, whatever its header claims. */
 #define SC_VOLUME_BYTES_MAX ((uint64_t)1 << 40)
+/* @return why reading a file failed that zlib reads: SC_ERR_MEMORY, SC_ERR_WRITE if the system
+ * cannot read it, SC_ERR_DATA if it cannot be unpacked; SC_OK if it did not fail. */
+struct gzFile_s;
+sc_status sc_gzip_status(struct gzFile_s *file);
 /* A deflate stream cannot expand by more than this (zlib's technical details: 1032 to 1). */
 #define SC_DEFLATE_RATIO_MAX 1032.0
 

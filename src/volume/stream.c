@@ -27,6 +27,7 @@ struct sc_voxel_stream {
     z_stream zlib;
     bool zlib_open;        /* zlib is in use, and has to be ended */
     bool zlib_end;         /* the end was read, its check sum right */
+    bool zlib_memory;      /* there was no memory to unpack */
     unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
     unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* one block, as stored */
 };
@@ -132,8 +133,20 @@ void sc_stream_close(sc_voxel_stream *s)
     sc_free(s);
 }
 
+sc_status sc_gzip_status(gzFile file)
+{
+    int error;
+
+    gzerror(file, &error);
+    return error == Z_MEM_ERROR ? SC_ERR_MEMORY
+           : error == Z_ERRNO   ? SC_ERR_WRITE
+           : error < 0          ? SC_ERR_DATA
+                                : SC_OK;
+}
+
 /* Unpack the next @p bytes bytes into s->raw. @return how many there were: fewer at the end of
- * the stream or where it is damaged; s->zlib.msg tells which, NULL or the reason. */
+ * the stream or where it is damaged; s->zlib.msg tells which, NULL or the reason; s->zlib_memory
+ * receives whether memory was out. */
 static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
 {
     z_stream *z = &s->zlib;
@@ -151,17 +164,30 @@ static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
         result = inflate(z, Z_NO_FLUSH);
     }
     s->zlib_end = s->zlib_end || result == Z_STREAM_END;
+    s->zlib_memory = s->zlib_memory || result == Z_MEM_ERROR;
     return bytes - z->avail_out;
 }
 
+/* @return as sc_gzip_status for a stream of any encoding. */
+static sc_status stream_status(const sc_voxel_stream *s)
+{
+    if (s->gzip)
+        return sc_gzip_status(s->gzip);
+    if (s->zlib_memory)
+        return SC_ERR_MEMORY;
+    return ferror(s->plain) ? SC_ERR_WRITE : SC_OK;
+}
+
 /* Read the next @p bytes bytes, unpacked, into s->raw; for all encodings but
- * SC_ENCODING_LOADED. @return SC_ERR_DATA if there are fewer. */
+ * SC_ENCODING_LOADED. @return SC_ERR_DATA if there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if
+ * unpacking or reading them failed. */
 static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const char *reason = NULL;
     size_t got = 0;
     int error = 0;
+    sc_status status;
 
     if (s->gzip) {
         const int count = gzread(s->gzip, s->raw, (unsigned)bytes);
@@ -175,24 +201,32 @@ static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
     } else {
         got = fread(s->raw, 1, bytes, s->plain);
     }
-    if (got < bytes)
-        return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu%s%s",
-                       s->source->file, s->position * each + got,
-                       sc_source_voxels(s->source) * each, reason ? "; " : "",
-                       reason ? reason : "");
-    return SC_OK;
+    if (got == bytes)
+        return SC_OK;
+    status = stream_status(s);
+    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
+        return sc_fail(s->ctx, status, "%s: the voxels cannot be read: %s", s->source->file,
+                       status == SC_ERR_MEMORY ? "out of memory"
+                       : reason                ? reason
+                                               : "I/O error");
+    return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu%s%s",
+                   s->source->file, s->position * each + got, sc_source_voxels(s->source) * each,
+                   reason ? "; " : "", reason ? reason : "");
 }
 
 /* Read on behind the last voxel of a zlib stream, so that zlib verifies the check sum if the stream
  * ends there; what else it holds is ignored, with a warning. @return SC_ERR_DATA if the check sum
- * is wrong or missing. */
+ * is wrong or missing; SC_ERR_MEMORY, SC_ERR_WRITE if that cannot be known. */
 static sc_status finish_zlib(sc_voxel_stream *s)
 {
     const size_t more = next_of_zlib(s, sizeof s->raw);
 
     if (!s->zlib_end && more < sizeof s->raw)
-        return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
-                       s->source->file, s->zlib.msg ? s->zlib.msg : "they end without check sum");
+        return sc_fail(s->ctx, stream_status(s) == SC_OK ? SC_ERR_DATA : stream_status(s),
+                       "%s: the compressed data are damaged: %s", s->source->file,
+                       s->zlib_memory ? "out of memory"
+                       : s->zlib.msg  ? s->zlib.msg
+                                      : "they end without check sum");
     if (more)
         sc_warn(s->ctx, "%s: bytes behind the last voxel are ignored", s->source->file);
     return SC_OK;
@@ -213,8 +247,9 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
     gzread(s->gzip, rest, sizeof rest);
     reason = gzerror(s->gzip, &error);
     if (error < 0)
-        return sc_fail(s->ctx, SC_ERR_DATA, "%s: the compressed data are damaged: %s",
-                       s->source->file, reason);
+        return sc_fail(
+            s->ctx, sc_gzip_status(s->gzip), "%s: the compressed data %s: %s", s->source->file,
+            sc_gzip_status(s->gzip) == SC_ERR_DATA ? "are damaged" : "cannot be read", reason);
     if (gzeof(s->gzip) && !gzdirect(s->gzip) && !stat(s->source->file, &info) &&
         (int64_t)gzoffset(s->gzip) < (int64_t)info.st_size)
         sc_warn(s->ctx, "%s: bytes after the end of the compressed data are ignored",
