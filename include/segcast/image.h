@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Pictures of 8-bit sRGB pixels: buffers, hash, comparison, PNG files, and the conversion between
- *  sRGB and linear light. Only src/image/png.c uses libpng. */
+ *  Pictures of 8-bit sRGB pixels: buffers, hash, comparison, PNG files, the conversion between
+ *  sRGB and linear light, and how different colours look. Only src/image/png.c uses libpng. */
 #ifndef SEGCAST_IMAGE_H
 #define SEGCAST_IMAGE_H
 
@@ -52,6 +52,29 @@ SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image
  *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
+
+/** Kinds of colour vision: with all three kinds of cones, or without those for long, middle or
+ * short waves. */
+typedef enum sc_vision {
+    SC_VISION_FULL,
+    SC_VISION_PROTANOPIA,
+    SC_VISION_DEUTERANOPIA,
+    SC_VISION_TRITANOPIA,
+    SC_VISION_COUNT
+} sc_vision;
+/** Find where a colour that is seen with @p vision lies in OKLab, in which equal distances look
+ *  about equally large: lab[0] is the lightness, from 0 (black) to 1 (white), and lab[1] and lab[2]
+ *  are 0 for greys. @param rgb sRGB. */
+void sc_oklab(const uint8_t rgb[3], sc_vision vision, double lab[3]);
+/** A colour in OKLab, for each kind of vision. */
+typedef struct sc_seen_color {
+    double lab[SC_VISION_COUNT][3];
+} sc_seen_color;
+/** @return sc_oklab of a colour for all kinds of vision. @param rgb sRGB. */
+sc_seen_color sc_see_color(const uint8_t rgb[3]);
+/** @return how far apart two colours look: their distance in OKLab. Black and white are 1 apart;
+ *  0.02 is about the least that can be seen side by side. */
+double sc_color_distance(const sc_seen_color *a, const sc_seen_color *b, sc_vision vision);
 
 /** @return the linear light in [0, 1] of the sRGB value @p srgb in [0, 1] (IEC 61966-2-1). */
 double sc_srgb_to_linear(double srgb);

@@ -27,9 +27,10 @@ typedef struct sc_label {
     char name[SC_NAME_BYTES]; /**< valid UTF-8; empty: none given. What a file has beyond the
                                    room is left out at a whole character, with a warning */
     uint8_t rgb[3];           /**< sRGB */
-    bool has_color; /**< rgb was given by a file; else a volume's label has sc_label_hash_color */
-    bool hidden;    /**< a table says that it is not shown */
-    float opacity;  /**< of a boundary, 0 to 1; negative: not given */
+    bool has_color;           /**< rgb was given by a file; else a volume's label has
+                                   sc_label_base_color, or what sc_volume_color gave it */
+    bool hidden;              /**< a table says that it is not shown */
+    float opacity;            /**< of a boundary, 0 to 1; negative: not given */
 } sc_label;
 
 /** A segmented volume; owns ids and labels. Zero-initialise; sc_volume_clear frees. */
@@ -79,7 +80,7 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
                                         const sc_affine *to_ras_mm);
 
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
- *  the file where it has some, else colours are distinct and depend on the label value alone.
+ *  the file where it has some, else colours depend on the label value alone.
  *  Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory), SC_ERR_DATA
  *  (logged with what was found, what was expected, and for known other formats how to convert
  *  them), SC_ERR_MEMORY.
@@ -155,8 +156,7 @@ SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
 /** Give the labels of @p volume what the rows with their values hold: name, colour and opacity
  *  if the row has them, and hidden in any case. The first row of a value wins. Rows of values
- *  that the volume has not, or of 0, are ignored. Labels that have no colour get
- *  sc_label_hash_color. */
+ *  that the volume has not, or of 0, are ignored. */
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table);
 /** Give @p volume also those labels of the rows that it has not, sorted in, and then apply the
  *  table. For a volume without voxels (sc_volume_read_header), since dense ids change; it has
@@ -167,8 +167,19 @@ SC_MUST_USE sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume,
  *  table. @param hidden [label_count] by dense id; that of background does not matter.
  *  @param threads as of sc_parallel_for. */
 void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);
-/** Write a distinct, stable colour for a label value to @p rgb (sRGB), by integer hash: bright,
- *  moderately saturated, the same on every machine. */
-void sc_label_hash_color(int64_t value, uint8_t rgb[3]);
+/** Write the colour that a label value has in the palette to @p rgb (sRGB). The palette has 24
+ *  colours that sit together: about the same chroma, five steps of lightness, and as far apart as
+ *  possible for everybody, the colour-blind included. Values from 1 to 24 have them in their order,
+ *  which then begins again. */
+void sc_label_base_color(int64_t value, uint8_t rgb[3]);
+/** @return a label with sc_label_base_color and no more than its value. */
+sc_label sc_label_new(int64_t value);
+enum { SC_COLORED_LABELS_MAX = 1024 /**< of volumes with more, sc_volume_color does nothing */ };
+/** Give the labels that no table gives a colour one of the palette, so that those that touch can be
+ *  told apart, by everybody, and colours repeat as little as possible. It is that of the label's
+ *  value unless a label of a smaller value, or one whose colour is given, that it touches looks
+ *  much like it: so a colour depends on labels with smaller values alone. @param threads as of
+ *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int threads);
 
 #endif

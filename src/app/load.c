@@ -331,6 +331,8 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
     else
         SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
+    if (!session->mapped) /* in a prepared file, colours have been found */
+        SC_TRY(sc_volume_color(app->ctx, volume, app->threads));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
     status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);

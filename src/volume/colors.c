@@ -1,42 +1,158 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "segcast/volume.h"
+/* Colours of labels for which no table has one. They come from a palette of colours that sit
+ * together: in OKLab all have about the same chroma, five steps of lightness, and are far apart.
+ * Every label value has a place in the palette. Where labels that touch would look alike, the one
+ * with the larger value takes another place: a greedy colouring of the graph of contacts. */
+#include "segcast/image.h"
+#include "source.h"
 
-/* The mixing step of splitmix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
- * generators"): every bit of the result depends on every bit of @p x. */
-static uint64_t mix(uint64_t x)
+#include <math.h>
+#include <string.h>
+
+enum { PALETTE = 24 };
+
+/* Found by search among colours of chroma 0.115 and lightness 0.53, 0.60, 0.67, 0.74 and 0.80 in
+ * OKLab, each hue 6 degrees from the next: again and again the one that is farthest from those
+ * found before, full colour vision counting 1 and each colour blindness 1.5 times. Then put in an
+ * order in which the first few look well together. */
+static const uint8_t palette[PALETTE][3] = {
+    {210, 121, 106}, {73, 105, 174},  {211, 161, 80},  {95, 193, 148},  {160, 132, 209},
+    {162, 76, 97},   {85, 208, 237},  {111, 140, 58},  {251, 158, 187}, {3, 145, 156},
+    {197, 195, 104}, {110, 121, 196}, {127, 107, 3},   {207, 145, 212}, {33, 172, 152},
+    {183, 97, 125},  {143, 209, 142}, {144, 81, 139},  {151, 164, 243}, {233, 144, 119},
+    {61, 125, 62},   {170, 149, 54},  {151, 107, 178}, {189, 122, 183}};
+
+/* @return the place of a label value in the palette: consecutive values have different ones. */
+static int place_of(int64_t value)
 {
-    x ^= x >> 30;
-    x *= 0xbf58476d1ce4e5b9u;
-    x ^= x >> 27;
-    x *= 0x94d049bb133111ebu;
-    return x ^ (x >> 31);
+    const int rest = (int)((value - 1) % PALETTE);
+
+    return rest < 0 ? rest + PALETTE : rest;
 }
 
-/* One channel of a colour given as hue in [0, 1536), saturation and value in [0, 255], with
- * integers only, so that the colours are the same everywhere. The red, green and blue channels are
- * the same curve over the hue, shifted by @p offset. */
-static uint8_t channel(int hue, int offset, int saturation, int value)
+void sc_label_base_color(int64_t value, uint8_t rgb[3])
 {
-    const int h = (hue + offset) % 1536;
-    int ramp = 255;
-
-    if (h < 256)
-        ramp = h;
-    else if (h >= 768 && h < 1024)
-        ramp = 1023 - h;
-    else if (h >= 1024)
-        ramp = 0;
-    return (uint8_t)(value * (255 * 255 - saturation * (255 - ramp)) / (255 * 255));
+    memcpy(rgb, palette[place_of(value)], 3);
 }
 
-void sc_label_hash_color(int64_t value, uint8_t rgb[3])
+sc_label sc_label_new(int64_t value)
 {
-    const uint64_t bits = mix((uint64_t)value + 0x9e3779b97f4a7c15u);
-    const int hue = (int)(bits % 1536);
-    const int saturation = 120 + (int)((bits >> 16) % 96);
-    const int brightness = 170 + (int)((bits >> 32) % 80);
+    sc_label label = {.value = value, .opacity = -1};
 
-    rgb[0] = channel(hue, 512, saturation, brightness);
-    rgb[1] = channel(hue, 0, saturation, brightness);
-    rgb[2] = channel(hue, 1024, saturation, brightness);
+    sc_label_base_color(value, label.rgb);
+    return label;
+}
+
+/* Two colours whose contrast is at least this look different beside each other, also in shade. */
+#define CONTRAST 0.12
+/* Two colours nearer than this, as the eye sees them, count as the same. */
+#define SAME 0.04
+
+/* @return how well two colours can be told apart by everybody: their distance as the eye sees them,
+ * and for the colour-blind, who have fewer colours to tell apart, 1.5 times that. */
+static double contrast(const sc_seen_color *a, const sc_seen_color *b)
+{
+    double least = sc_color_distance(a, b, SC_VISION_FULL);
+
+    for (int vision = SC_VISION_FULL + 1; vision < SC_VISION_COUNT; vision++)
+        least = fmin(least, 1.5 * sc_color_distance(a, b, (sc_vision)vision));
+    return least;
+}
+
+/* @return how bad a contrast is: 0 if it is enough, 1 if there is none. */
+static double penalty(double contrast)
+{
+    const double lacking = contrast < CONTRAST ? 1 - contrast / CONTRAST : 0;
+
+    return lacking * lacking;
+}
+
+/* The assignment in work. Its arrays belong to sc_volume_color. */
+typedef struct coloring {
+    const sc_volume *volume;
+    const uint64_t *contact;       /* of sc_count_contacts */
+    double (*penalties)[PALETTE];  /* [label_count]: of each label's colour beside each of the
+                                      palette; set for labels that have their final colour */
+    bool *colored;                 /* [label_count]: the label has its final colour */
+    sc_seen_color places[PALETTE]; /* the palette */
+    double uses[PALETTE];          /* how many labels have this colour, or one like it */
+} coloring;
+
+/* Note that a label has its final colour. */
+static void settle(coloring *c, int id)
+{
+    const sc_seen_color seen = sc_see_color(c->volume->labels[id].rgb);
+
+    for (int i = 0; i < PALETTE; i++) {
+        c->penalties[id][i] = penalty(contrast(&seen, &c->places[i]));
+        c->uses[i] += sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) < SAME;
+    }
+    c->colored[id] = true;
+}
+
+/* Choose a colour for a label: the one of its place, unless it looks like that of labels that it
+ * touches, each counting by its share of the contact area, or is used more often than others. */
+static void choose(coloring *c, int id, int colored_count)
+{
+    /* Touching at all, being one of several labels with a colour, and leaving one's place. */
+    const double touch = 0.02, repeat = 0.01 / (1 + (double)colored_count / PALETTE), move = 0.003;
+    const int count = c->volume->label_count, home = place_of(c->volume->labels[id].value);
+    const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
+    double total = 0, costs[PALETTE];
+    int best = home;
+
+    for (int other = 1; other < count; other++)
+        total += (double)contact[other];
+    for (int i = 0; i < PALETTE; i++)
+        costs[i] = repeat * c->uses[i] + (i == home ? 0 : move);
+    for (int other = 1; other < count; other++) {
+        const double weight = contact[other] ? touch + (double)contact[other] / total : 0;
+
+        for (int i = 0; i < PALETTE && weight > 0 && c->colored[other]; i++)
+            costs[i] += weight * c->penalties[other][i];
+    }
+    for (int i = 0; i < PALETTE; i++)
+        best = costs[i] < costs[best] ? i : best;
+    memcpy(c->volume->labels[id].rgb, palette[best], 3);
+}
+
+sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int threads)
+{
+    const size_t count = (size_t)volume->label_count;
+    coloring c = {.volume = volume};
+    void *penalties = NULL, *colored = NULL;
+    uint64_t *contact = NULL;
+    int settled = 0;
+    bool open = false;
+    sc_status status = SC_OK;
+
+    for (size_t id = 1; id < count; id++)
+        open = open || !volume->labels[id].has_color;
+    if (!open || count > SC_COLORED_LABELS_MAX)
+        return SC_OK;
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.penalties, &penalties));
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
+    SC_TRY(sc_count_contacts(ctx, volume, threads, &contact));
+    c.penalties = penalties;
+    c.colored = colored;
+    c.contact = contact;
+    for (int i = 0; i < PALETTE; i++)
+        c.places[i] = sc_see_color(palette[i]);
+    for (int id = 1; id < volume->label_count; id++) {
+        if (volume->labels[id].has_color) {
+            settle(&c, id);
+            settled++;
+        }
+    }
+    for (int id = 1; id < volume->label_count; id++) {
+        if (!volume->labels[id].has_color) {
+            choose(&c, id, settled++);
+            settle(&c, id);
+        }
+    }
+out:
+    sc_free(contact);
+    sc_free(colored);
+    sc_free(penalties);
+    return status;
 }

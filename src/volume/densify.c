@@ -219,7 +219,7 @@ static sc_status order_labels(const label_pass *pass, sc_volume *volume, sc_labe
     *tallies = block;
     for (size_t slot = 0; slot < SLOTS; slot++) {
         if (set->ids[slot] >= 0)
-            labels[set->ids[slot]] = (sc_label){.value = set->values[slot], .opacity = -1};
+            labels[set->ids[slot]] = sc_label_new(set->values[slot]);
     }
     qsort(labels + 1, (size_t)set->count - 1, sizeof *labels, by_value);
     for (int i = 0; i < set->count; i++) {

@@ -367,7 +367,7 @@ sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_la
     memcpy(labels, volume->labels, count * sizeof *labels);
     for (size_t i = 0; i < table->count; i++) {
         if (table->rows[i].value != 0 && !find_label(volume, table->rows[i].value))
-            labels[count++] = (sc_label){.value = table->rows[i].value, .opacity = -1};
+            labels[count++] = sc_label_new(table->rows[i].value);
     }
     qsort(labels + 1, count - 1, sizeof *labels, by_value);
     for (size_t i = 1; i < count; i++) { /* a table may name a value twice */
@@ -383,10 +383,6 @@ sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_la
 
 void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
 {
-    for (int i = 0; i < volume->label_count; i++) {
-        if (!volume->labels[i].has_color)
-            sc_label_hash_color(volume->labels[i].value, volume->labels[i].rgb);
-    }
     for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
         const sc_label *row = &table->rows[i];
         sc_label *label = find_label(volume, row->value);

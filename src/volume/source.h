@@ -126,4 +126,11 @@ void sc_stream_close(sc_voxel_stream *stream);
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
 
+/* Measure the area on which every two labels of a volume touch across faces of voxels, background
+ * left out, with up to @p threads threads. @param out [label_count][label_count], symmetric; the
+ * largest face of a voxel counts 1001, the others in proportion. Caller owns: sc_free.
+ * @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_count_contacts(const sc_ctx *ctx, const sc_volume *volume, int threads,
+                                        uint64_t **out);
+
 #endif

@@ -24,7 +24,7 @@ static inline sc_volume shape_volume(const int size[3], const double spacing_mm[
         v.labels[i].value = 3 * i;
         v.labels[i].opacity = -1;
         snprintf(v.labels[i].name, sizeof v.labels[i].name, "tissue %d", i);
-        sc_label_hash_color(3 * i, v.labels[i].rgb);
+        sc_label_base_color(3 * i, v.labels[i].rgb);
     }
     for (int z = 0; z < size[2]; z++) {
         for (int y = 0; y < size[1]; y++) {

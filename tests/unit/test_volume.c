@@ -440,23 +440,6 @@ static void names_are_valid_utf8_whatever_the_file_holds(void **state)
     unlink("t.seg.nrrd");
 }
 
-static void hash_colours_are_stable_and_distinct(void **state)
-{
-    uint8_t seen[1000][3];
-    int same = 0;
-
-    (void)state;
-    for (int i = 0; i < 1000; i++) {
-        sc_label_hash_color(i + 1, seen[i]);
-        for (int j = 0; j < i; j++)
-            same += !memcmp(seen[i], seen[j], 3);
-    }
-    assert_true(same < 5);
-    assert_int_equal(seen[0][0], 217); /* a known value: colours must not change between versions */
-    assert_int_equal(seen[0][1], 128);
-    assert_int_equal(seen[0][2], 246);
-}
-
 static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
 {
     char data[VOXELS * 8];
@@ -811,7 +794,6 @@ int main(void)
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
         cmocka_unit_test(tables_of_three_programs_are_read),
         cmocka_unit_test(names_are_valid_utf8_whatever_the_file_holds),
-        cmocka_unit_test(hash_colours_are_stable_and_distinct),
         cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
         cmocka_unit_test(a_scan_needs_little_memory),

@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Colours of labels without a table: the palette, and how it is handed out. */
+#include "check.h"
+#include "shapes.h"
+
+#include "segcast/image.h"
+
+enum { PALETTE = 24 };
+
+static double least_distance(const sc_seen_color *a, const sc_seen_color *b)
+{
+    double least = 1;
+
+    for (int vision = 0; vision < SC_VISION_COUNT; vision++)
+        least = fmin(least, sc_color_distance(a, b, (sc_vision)vision));
+    return least;
+}
+
+static void oklab_is_that_of_its_author(void **state)
+{
+    static const struct {
+        uint8_t rgb[3];
+        double lab[3];
+    } known[] = {{{255, 255, 255}, {1, 0, 0}},
+                 {{0, 0, 0}, {0, 0, 0}},
+                 {{255, 0, 0}, {0.62796, 0.22486, 0.12585}},
+                 {{0, 255, 0}, {0.86644, -0.23389, 0.17950}},
+                 {{0, 0, 255}, {0.45201, -0.03246, -0.31153}}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(known); i++) {
+        double lab[3];
+
+        sc_oklab(known[i].rgb, SC_VISION_FULL, lab);
+        for (int c = 0; c < 3; c++)
+            assert_near(lab[c], known[i].lab[c], 2e-5);
+    }
+}
+
+/* Greys look the same to everybody; red and green of the same lightness alike to those without the
+ * cones for them. */
+static void colour_blindness_keeps_greys_and_merges_red_and_green(void **state)
+{
+    const sc_seen_color red = sc_see_color((const uint8_t[3]){190, 100, 60}),
+                        green = sc_see_color((const uint8_t[3]){120, 130, 50}),
+                        grey = sc_see_color((const uint8_t[3]){128, 128, 128});
+
+    (void)state;
+    for (int vision = 0; vision < SC_VISION_COUNT; vision++) {
+        assert_near(grey.lab[vision][1], 0, 1e-3);
+        assert_near(grey.lab[vision][2], 0, 1e-3);
+    }
+    assert_true(sc_color_distance(&red, &green, SC_VISION_FULL) > 0.13);
+    assert_true(sc_color_distance(&red, &green, SC_VISION_DEUTERANOPIA) < 0.06);
+}
+
+static void the_palette_is_even_and_far_apart(void **state)
+{
+    const sc_seen_color white = sc_see_color((const uint8_t[3]){255, 255, 255}),
+                        black = sc_see_color((const uint8_t[3]){0, 0, 0});
+    sc_seen_color seen[PALETTE];
+
+    (void)state;
+    for (int i = 0; i < PALETTE; i++) {
+        uint8_t rgb[3];
+        double chroma;
+
+        sc_label_base_color(i + 1, rgb);
+        seen[i] = sc_see_color(rgb);
+        chroma = hypot(seen[i].lab[0][1], seen[i].lab[0][2]);
+        assert_true(chroma > 0.095 && chroma < 0.12);
+        assert_true(seen[i].lab[0][0] > 0.52 && seen[i].lab[0][0] < 0.81);
+        assert_true(least_distance(&seen[i], &white) > 0.15);
+        assert_true(least_distance(&seen[i], &black) > 0.45);
+        for (int j = 0; j < i; j++) {
+            assert_true(sc_color_distance(&seen[i], &seen[j], SC_VISION_FULL) > 0.059);
+            assert_true(least_distance(&seen[i], &seen[j]) > 0.031);
+        }
+    }
+}
+
+enum { SEEDS = 40, SIDE = 48 };
+
+/* The cell of a Voronoi diagram of scattered seeds in which a voxel lies, from 1 on. */
+static int cell_of(double x, double y, double z)
+{
+    double least = HUGE_VAL;
+    int best = 0;
+
+    for (int i = 0; i < SEEDS; i++) {
+        const double dx = x - i * 37 % SIDE, dy = y - i * 23 % SIDE, dz = z - i * 11 % SIDE;
+        const double d = dx * dx + dy * dy + dz * dz;
+
+        if (d < least) {
+            least = d;
+            best = i + 1;
+        }
+    }
+    return best;
+}
+
+static sc_volume voronoi(void)
+{
+    return shape_volume((const int[3]){SIDE, SIDE, SIDE}, (const double[3]){1, 1, 2}, 1, SEEDS + 1,
+                        cell_of);
+}
+
+/* @return the faces between two ids. */
+static int faces_between(const sc_volume *v, int a, int b)
+{
+    const uint8_t *ids = v->ids;
+    const int steps[3] = {1, SIDE, SIDE * SIDE};
+    int faces = 0;
+
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++) {
+        const int at[3] = {i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE};
+
+        for (int axis = 0; axis < 3; axis++) {
+            if (at[axis] + 1 < SIDE)
+                faces += (ids[i] == a && ids[i + steps[axis]] == b) ||
+                         (ids[i] == b && ids[i + steps[axis]] == a);
+        }
+    }
+    return faces;
+}
+
+/* Of 40 cells that touch about five others each, those that share more than 30 faces differ clearly
+ * for everybody, whatever the number of threads. */
+static void labels_that_touch_differ(void **state)
+{
+    sc_volume v = voronoi(), again = voronoi();
+    double least = 1, least_full = 1;
+    int touching = 0;
+
+    (void)state;
+    assert_ok(sc_volume_color(&quiet, &v, 1));
+    assert_ok(sc_volume_color(&quiet, &again, 3));
+    for (int a = 1; a <= SEEDS; a++) {
+        const sc_seen_color one = sc_see_color(v.labels[a].rgb);
+
+        assert_memory_equal(v.labels[a].rgb, again.labels[a].rgb, 3);
+        for (int b = 1; b < a; b++) {
+            const sc_seen_color other = sc_see_color(v.labels[b].rgb);
+
+            if (faces_between(&v, a, b) <= 30)
+                continue;
+            touching++;
+            least = fmin(least, least_distance(&one, &other));
+            least_full = fmin(least_full, sc_color_distance(&one, &other, SC_VISION_FULL));
+        }
+    }
+    printf("%d pairs touch: %.3f apart, %.3f for the colour-blind\n", touching, least_full, least);
+    assert_true(touching > 2 * SEEDS);
+    assert_true(least_full > 0.09);
+    assert_true(least > 0.06);
+    sc_volume_clear(&v);
+    sc_volume_clear(&again);
+}
+
+/* A colour depends on the labels with smaller values alone; one that a table gives stays, and
+ * labels that touch it keep away from it. */
+static void colours_are_stable_and_heed_given_ones(void **state)
+{
+    sc_volume v = voronoi(), less = voronoi(), given = voronoi();
+    uint8_t *ids = less.ids;
+    sc_seen_color fixed;
+
+    (void)state;
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++)
+        ids[i] = ids[i] > SEEDS / 2 ? 0 : ids[i];
+    for (int id = SEEDS / 2 + 1; id <= SEEDS; id++)
+        given.labels[id].has_color = true; /* the largest values */
+    assert_ok(sc_volume_color(&quiet, &v, 2));
+    assert_ok(sc_volume_color(&quiet, &less, 2));
+    assert_ok(sc_volume_color(&quiet, &given, 2));
+    for (int id = 1; id <= SEEDS / 2; id++)
+        assert_memory_equal(v.labels[id].rgb, less.labels[id].rgb, 3);
+    for (int id = SEEDS / 2 + 1; id <= SEEDS; id++) {
+        uint8_t rgb[3];
+
+        sc_label_base_color(given.labels[id].value, rgb);
+        assert_memory_equal(given.labels[id].rgb, rgb, 3);
+        fixed = sc_see_color(rgb);
+        for (int other = 1; other <= SEEDS / 2; other++) {
+            const sc_seen_color seen = sc_see_color(given.labels[other].rgb);
+
+            if (faces_between(&given, id, other) > 60)
+                assert_true(least_distance(&fixed, &seen) > 0.03);
+        }
+    }
+    sc_volume_clear(&v);
+    sc_volume_clear(&less);
+    sc_volume_clear(&given);
+}
+
+/* The labels of most segmentations, some twenty in a row that do not touch, all differ. */
+static void few_labels_have_the_colours_of_their_values(void **state)
+{
+    sc_volume v =
+        shape_volume((const int[3]){4, 4, 4}, (const double[3]){1, 1, 1}, 2, PALETTE + 1, cell_of);
+
+    (void)state;
+    memset(v.ids, 0, 2 * sc_volume_voxels(&v));
+    for (int id = 1; id <= PALETTE; id++)
+        v.labels[id].value = id + 2;
+    assert_ok(sc_volume_color(&quiet, &v, 1));
+    for (int id = 1; id <= PALETTE; id++) {
+        uint8_t rgb[3];
+
+        sc_label_base_color(id + 2, rgb);
+        assert_memory_equal(v.labels[id].rgb, rgb, 3);
+    }
+    sc_volume_clear(&v);
+}
+
+static void an_allocation_that_fails_is_reported(void **state)
+{
+    sc_volume v = voronoi();
+    sc_status status = SC_ERR_MEMORY;
+
+    (void)state;
+    for (long n = 0; status != SC_OK; n++) {
+        long budget = n;
+        sc_ctx ctx = {.alloc_budget = &budget};
+
+        status = sc_volume_color(&ctx, &v, 2);
+        assert_true(status == SC_OK ? n == 3 : status == SC_ERR_MEMORY);
+    }
+    sc_volume_clear(&v);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(oklab_is_that_of_its_author),
+        cmocka_unit_test(colour_blindness_keeps_greys_and_merges_red_and_green),
+        cmocka_unit_test(the_palette_is_even_and_far_apart),
+        cmocka_unit_test(labels_that_touch_differ),
+        cmocka_unit_test(colours_are_stable_and_heed_given_ones),
+        cmocka_unit_test(few_labels_have_the_colours_of_their_values),
+        cmocka_unit_test(an_allocation_that_fails_is_reported),
+    };
+
+    return RUN(tests);
+}
