@@ -53,6 +53,7 @@ typedef struct sc_render_options {
     int samples;      /**< rays per pixel */
     int antialiasing; /**< sc_antialiasing */
     int thickness;    /**< sc_thickness_use */
+    int auto_opacity; /**< sc_opacity_rule */
     double smooth;    /**< see sc_prepare_settings */
     double step_voxels, cap_outline;
     uint8_t background[3]; /**< sRGB */

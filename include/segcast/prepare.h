@@ -26,6 +26,8 @@ typedef struct sc_label_stats {
     double surface_mm2;  /**< area of the faces to other labels, each projected onto the smoothed
                               surface; 0 if not measured */
     int low[3], high[3]; /**< bounding box in voxels, inclusive; low > high if there are none */
+    double shown;        /**< share of what is seen from outside, 0 to 1: sc_find_covers */
+    int64_t cover_layer; /**< 1 for the outermost cover, 2 for the next; 0: none */
 } sc_label_stats;
 
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only, so that
@@ -115,6 +117,18 @@ SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path,
  *  aligned. @return SC_ERR_DATA if it is no block of this version, or cut off. */
 SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes,
                                        sc_prepared *out);
+
+/** The most covers that sc_find_covers looks for. */
+enum { SC_COVERS_MAX = 5 };
+/** Find the covers: the tissue that hides others on at least 55 % of those rays along the axes of
+ *  the volume, in both directions, that meet others at all; then the next with that one removed.
+ *  @param volume of which size, ids and label_count are read.
+ *  @param hidden [label_count] by dense id: as if they were not there; NULL: none.
+ *  @param layers [label_count]: 1 for the outermost cover, 2 for the next; 0 for all that are none.
+ *  @param shown [label_count]: the share of the rays that meet anything which meet the tissue
+ *  first; NULL: not wanted. @return SC_ERR_MEMORY, with nothing of use written. */
+SC_MUST_USE sc_status sc_find_covers(const sc_ctx *ctx, const sc_volume *volume, const bool *hidden,
+                                     int *layers, double *shown);
 
 /** @return the dense id at a grid vertex; 0, the background, outside of the volume. */
 static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z)

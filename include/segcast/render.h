@@ -31,9 +31,10 @@ typedef struct sc_render_settings {
     sc_lighting light;
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
-    uint8_t background[3]; /**< sRGB */
-    int tile_px;           /**< edge of a tile, at least 1 */
-    int threads;           /**< that draw a frame, at least 1 */
+    sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */
+    uint8_t background[3];        /**< sRGB */
+    int tile_px;                  /**< edge of a tile, at least 1 */
+    int threads;                  /**< that draw a frame, at least 1 */
     /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and
      * what is drawn is of no use. Borrowed. */
     const atomic_int *give_up;

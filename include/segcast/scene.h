@@ -40,7 +40,8 @@ typedef struct sc_tissue_rule {
 typedef struct sc_tissue {
     bool visible;   /**< false: nothing of it is shown, whatever its opacities */
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
-    bool opacity_auto;       /**< the opacity follows from the thickness: sc_auto_opacity */
+    bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
+    bool is_cover;           /**< ... and it is that of a cover, whatever its thickness */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     bool interior_given;     /**< a rule has set the opacity of the interior */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
@@ -78,24 +79,38 @@ sc_match sc_pattern_match(const sc_label *labels, int label_count, const sc_patt
  *  SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_pattern_check(const sc_ctx *ctx, const sc_prepared *volume,
                                        const char *pattern, const char *where);
-/** @return the automatic opacity of a tissue: thicker tissues are more opaque (paper, section 2.1),
- *  from 0.3 to 0.9 on a logarithmic scale between the thinnest and the thickest visible tissue; 0.9
- *  where the thickness is not known (0) or all are equally thick. A thickness outside of that range
- *  is not clamped. */
-double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm);
+/** How automatic opacities follow from what was measured. */
+typedef enum sc_opacity_rule {
+    SC_OPACITY_MEASURED, /**< by thickness in mm, from 0.5 at 1 mm to 0.95 at 30 mm; covers step
+                              back. In volumes of less than 100 mm both lengths are shorter, in
+                              proportion */
+    SC_OPACITY_PAPER     /**< from 0.3 for the thinnest visible tissue to 0.9 for the thickest
+                              (paper, section 2.1) */
+} sc_opacity_rule;
+/** A logarithmic scale from thickness to opacity. */
+typedef struct sc_opacity_scale {
+    double least, most;       /**< opacities at its ends */
+    double thin_mm, thick_mm; /**< thicknesses at its ends, both 0 if nothing was measured */
+} sc_opacity_scale;
+/** @return the scale of a rule. @param tissues [label_count] by dense id; only visible is read. */
+sc_opacity_scale sc_opacity_scale_of(const sc_prepared *volume, const sc_tissue *tissues,
+                                     sc_opacity_rule rule);
+/** @return the opacity of a thickness, which is clamped to the scale; the most if the thickness is
+ *  not known (0) or the scale has no length. */
+double sc_auto_opacity(const sc_opacity_scale *scale, double thickness_mm);
 /** Log all rules that match no label, or not clearly one (sc_pattern_check).
  *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
                                             const sc_tissue_rule *rules, size_t rule_count);
 /** Find the looks of all labels: from the label table of the volume, then by the rules in order, of
  *  which later ones win. @param out [label_count] by dense id; clip_set is set to 0, and the
- *  background is invisible. Tissues with opacity_auto get their opacity here, by sc_auto_opacity
- * from the measured thickness.
+ *  background is invisible. Tissues with opacity_auto get their opacity here, by the rule @p
+ * opacity.
  *  @return SC_ERR_DATA for rules that match no label (all are logged: sc_pattern_check), and
  *  SC_ERR_MEMORY; nothing is written then. */
 SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                           const sc_tissue_rule *rules, size_t rule_count,
-                                          sc_tissue *out);
+                                          sc_opacity_rule opacity, sc_tissue *out);
 
 /** Find the hidden labels: those that table and rules make invisible or give no opacity. They are
  *  treated as background, because otherwise surfaces would be drawn between a visible tissue and
@@ -107,12 +122,6 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
 SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
                                        const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
                                        bool *needs_thickness);
-/** Write the mean thickness of the thinnest and of the thickest visible tissue, the ends of the
- * scale of sc_auto_opacity. Both are 0 if no tissue is visible or none has been measured.
- *  @param tissues [label_count] by dense id; only visible is read. */
-void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
-                        double *thickest_mm);
-
 /* ---- light ---- */
 
 /** The light of the whole picture. The lamps move with the camera. The strengths of ambient, key,

@@ -256,7 +256,7 @@ static sc_status describe(const sc_app *app, const sc_session *session, const ch
     SC_TRY(sc_alloc(app->ctx, (size_t)v->label_count, sizeof(int), &layers));
     for (int id = 1; id < v->label_count; id++)
         ((bool *)hidden)[id] = v->labels[id].hidden;
-    SC_TRY(sc_find_covers(app->ctx, v, hidden, layers));
+    SC_TRY(sc_name_covers(app->ctx, v, hidden, layers));
     SC_TRY(sc_places_find(app->ctx, v, layers, &places, &count));
     SC_TRY(add_head(app, path, stem, out));
     SC_TRY(add_tissues(app->ctx, v, places, count, out));

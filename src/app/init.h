@@ -36,17 +36,16 @@ typedef struct sc_place {
 
 /* Put the tissues that have voxels in the order in which an atlas lists them: covers from the
  * outside, then by system; within one from the head to the feet, but both sides of a pair and all
- * members of a series (ribs, vertebrae) together. @param layers [label_count] of sc_find_covers.
+ * members of a series (ribs, vertebrae) together. @param layers [label_count] of sc_name_covers.
  * @param out [*count]; caller owns: sc_free. @return SC_ERR_MEMORY. */
 sc_status sc_places_find(const sc_ctx *ctx, const sc_prepared *volume, const int *layers,
                          sc_place **out, int *count);
 
-/* Find the tissues that hide what they enclose, layer by layer: the one behind which, along the
- * axes of the volume, most of all others lie, then the next with that one removed; and those whose
- * name says that they are what is left over, or skin. @param hidden [label_count] by dense id: as
- * if they were not there. @param layers [label_count]: 1 for the outermost cover, 0 for all that
- * are none. @return SC_ERR_MEMORY. */
-sc_status sc_find_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
+/* Find the tissues that hide what they enclose, as sc_find_covers does, and those whose name says
+ * that they are what is left over, or skin, as one more layer. @param hidden [label_count] by dense
+ * id: as if they were not there. @param layers [label_count]: 1 for the outermost cover, 0 for all
+ * that are none. @return SC_ERR_MEMORY. */
+sc_status sc_name_covers(const sc_ctx *ctx, const sc_prepared *volume, const bool *hidden,
                          int *layers);
 
 /* Copy a name to @p to, which has SC_NAME_BYTES: in lower case, its words separated by one blank.

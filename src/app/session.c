@@ -125,8 +125,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
     SC_TRY(sc_check_tissues(ctx, job, session->volume.labels, session->volume.label_count));
-    SC_TRY(
-        sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count, session->tissues));
+    SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
+                               (sc_opacity_rule)job->render.auto_opacity, session->tissues));
     apply_interior(ctx, job, session);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,
@@ -157,6 +157,7 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .cap_outline = job->render.cap_outline,
         .light = job->light,
         .local_thickness = job->render.thickness != 0,
+        .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
         .give_up = sc_signals_give_up(),

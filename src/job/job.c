@@ -13,10 +13,12 @@ const sc_mode_default sc_mode_defaults[] = {{"paper", "render.surface", "voxel"}
                                             {"paper", "render.skip", "none"},
                                             {"paper", "render.samples", "1"},
                                             {"paper", "light.flat", "true"},
+                                            {"paper", "render.auto_opacity", "paper"},
                                             {"paper-accelerated", "render.surface", "voxel"},
                                             {"paper-accelerated", "render.skip", "interior"},
                                             {"paper-accelerated", "render.samples", "1"},
                                             {"paper-accelerated", "light.flat", "true"},
+                                            {"paper-accelerated", "render.auto_opacity", "paper"},
                                             {0}};
 
 /* Put what render.mode implies into the tree, where it has no value for these keys yet. A mode that

@@ -62,6 +62,8 @@ static const sc_choice antialiasings[] = {
     {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
 static const sc_choice thicknesses[] = {
     {"tissue", SC_THICKNESS_TISSUE}, {"local", SC_THICKNESS_LOCAL}, {NULL, 0}};
+static const sc_choice auto_opacities[] = {
+    {"measured", SC_OPACITY_MEASURED}, {"paper", SC_OPACITY_PAPER}, {NULL, 0}};
 static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID}, {NULL, 0}};
 
 #define RENDER(member) offsetof(sc_render_options, member)
@@ -101,6 +103,11 @@ static const sc_key render_keys[] = {
     {"thickness", &sc_type_choice, RENDER(thickness), "tissue",
      .help = "automatic opacity by the thickness of the whole tissue, or local: at each point",
      .choices = thicknesses},
+    {"auto_opacity", &sc_type_choice, RENDER(auto_opacity), "measured",
+     .help = "what opacity: auto is. measured: by thickness in mm, and tissues that enclose the "
+             "others nearly transparent; paper: from 0.3 for the thinnest tissue to 0.9 for the "
+             "thickest",
+     .choices = auto_opacities},
     {"step", &sc_type_real, RENDER(step_voxels), "0.5",
      .help = "distance of samples on a ray; only for surface: voxel", .low = 0.05, .high = 4,
      .unit = "voxels"},

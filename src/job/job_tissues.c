@@ -61,8 +61,8 @@ const sc_key sc_tissue_keys[] = {
     {"color", &sc_type_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
      .without = "the label table's, else distinct colours"},
     {"opacity", &type_opacity, 0, NULL,
-     .help =
-         "opacity of its surface (voxel surface: per voxel length), or auto: by measured thickness",
+     .help = "opacity of its surface (voxel surface: per voxel length), or auto: see "
+             "render.auto_opacity",
      .low = 0, .high = 1, HAS(opacity), .without = "the label table's, else auto"},
     {"interior_opacity", &sc_type_real, RULE(interior_opacity), NULL,
      .help = "opacity of its other voxels, per voxel length; only for surface: voxel", .low = 0,

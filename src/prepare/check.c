@@ -56,6 +56,9 @@ static const char *wrong_with_stats(const sc_prepared *v, const sc_label_stats *
         return "a label has more voxels than the volume";
     if (!is_within(stats->thickness_mm, 0, 1e30) || !is_within(stats->surface_mm2, 0, 1e30))
         return "a label has a thickness or surface that is no length or area";
+    if (!is_within(stats->shown, 0, 1) || stats->cover_layer < 0 ||
+        stats->cover_layer > SC_COVERS_MAX)
+        return "a label lies further outside than can be";
     for (int i = 0; i < 3 && stats->voxels; i++) {
         if (stats->low[i] < 0 || stats->low[i] > stats->high[i] || stats->high[i] >= v->size[i])
             return "a label lies outside of the volume";

@@ -82,6 +82,8 @@ sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);
 /* Smooth the directions in the records, in place; nothing is done where surfaces are crisp. */
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
+sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface of each label: surface_mm2 of stats. */
 sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the thickness of each label, thickness_mm of stats, and if settings.local_thickness is

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 4, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 5, BYTE_ORDER_MARK = 0x01020304 };
 
 /* The arrays of sc_prepared, in their order in the block. */
 enum {
@@ -30,8 +30,8 @@ static const char magic[8] = "segcprep";
 _Static_assert(sizeof(sc_label) == 152 && offsetof(sc_label, name) == 8 &&
                    offsetof(sc_label, rgb) == 136 && offsetof(sc_label, opacity) == 144,
                "sc_label has changed: raise VERSION");
-_Static_assert(sizeof(sc_label_stats) == 56 && offsetof(sc_label_stats, thickness_mm) == 16 &&
-                   offsetof(sc_label_stats, low) == 32,
+_Static_assert(sizeof(sc_label_stats) == 72 && offsetof(sc_label_stats, thickness_mm) == 16 &&
+                   offsetof(sc_label_stats, low) == 32 && offsetof(sc_label_stats, shown) == 56,
                "sc_label_stats has changed: raise VERSION");
 _Static_assert(SC_RECORD_BYTES == 3 && SC_BRICK_VERTICES == 64,
                "the layout of records or bricks has changed: raise VERSION");

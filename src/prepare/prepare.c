@@ -37,6 +37,7 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     SC_TRY(sc_find_fields(ctx, p));
     SC_TRY(sc_close_sheets(ctx, p));
     SC_TRY(sc_polish_fields(ctx, p));
+    SC_TRY(sc_measure_covers(ctx, p));
     if (settings->surface)
         SC_TRY(sc_measure_surface(ctx, p));
     if (settings->thickness || settings->local_thickness)

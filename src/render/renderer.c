@@ -52,24 +52,21 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         to->shininess = tissues[id].material.shininess;
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
         to->clip_set = tissues[id].clip_set;
-        to->by_thickness = s->local_thickness && tissues[id].opacity_auto;
+        to->by_thickness = s->local_thickness && tissues[id].opacity_auto && !tissues[id].is_cover;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
     }
 }
 
-/* Set r->march.thickness_alpha, by automatic opacity from the thinnest to the thickest of the
- * tissues; to be called after fill_march, which clears it. */
+/* Set r->march.thickness_alpha, by automatic opacity on the scale of the tissues; to be called
+ * after fill_march, which clears it. */
 static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
 {
-    double thinnest, thickest;
+    const sc_opacity_scale scale =
+        sc_opacity_scale_of(r->volume, tissues, r->settings.opacity_rule);
 
-    sc_thickness_range(r->volume, tissues, &thinnest, &thickest);
-    for (int code = 0; code < 256; code++) {
-        const double mm = fmin(fmax(sc_thickness_mm(code), thinnest), thickest);
-
+    for (int code = 0; code < 256; code++)
         r->march.thickness_alpha[code] =
-            alpha_of(&r->settings, sc_auto_opacity(mm, thinnest, thickest));
-    }
+            alpha_of(&r->settings, sc_auto_opacity(&scale, sc_thickness_mm(code)));
 }
 
 /* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are

@@ -3,14 +3,28 @@
 #include "segcast/image.h"
 #include "segcast/scene.h"
 
-double sc_auto_opacity(double thickness_mm, double thinnest_mm, double thickest_mm)
-{
-    const double least = 0.3, most = 0.9; /* of the thinnest and of the thickest tissue */
+#include <limits.h>
 
-    if (!(thickness_mm > 0) || !(thickest_mm > thinnest_mm))
-        return most;
-    return least +
-           (most - least) * log(thickness_mm / thinnest_mm) / log(thickest_mm / thinnest_mm);
+/* The ends of the scale in bodies of 100 mm and more: at these thicknesses, in mm, and opacities.
+ */
+#define THIN_MM 1.0
+#define THICK_MM 30.0
+#define LEAST 0.5
+#define MOST 0.95
+#define HUMAN_MM 100.0
+/* Opacities of the outermost cover, and of those between it and what they enclose. */
+#define OUTER_COVER 0.16
+#define INNER_COVER 0.06
+
+double sc_auto_opacity(const sc_opacity_scale *scale, double thickness_mm)
+{
+    const double range = log(scale->thick_mm / scale->thin_mm);
+    double share;
+
+    if (!(thickness_mm > 0) || !(range > 0))
+        return scale->most;
+    share = log(thickness_mm / scale->thin_mm) / range;
+    return scale->least + (scale->most - scale->least) * fmin(fmax(share, 0), 1);
 }
 
 /* Convert a colour from sRGB levels to linear light, 0 to 1. */
@@ -102,36 +116,78 @@ sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_
     return SC_OK;
 }
 
-void sc_thickness_range(const sc_prepared *volume, const sc_tissue *tissues, double *thinnest_mm,
-                        double *thickest_mm)
+/* @return the scale of the paper: from the thinnest to the thickest visible tissue. */
+static sc_opacity_scale scale_of_paper(const sc_prepared *volume, const sc_tissue *tissues)
 {
-    *thinnest_mm = HUGE_VAL;
-    *thickest_mm = 0;
+    sc_opacity_scale out = {.least = 0.3, .most = 0.9, .thin_mm = HUGE_VAL, .thick_mm = 0};
+
     for (int id = 1; id < volume->label_count; id++) {
         const double thickness = volume->stats[id].thickness_mm;
 
         if (tissues[id].visible && thickness > 0) {
-            *thinnest_mm = fmin(*thinnest_mm, thickness);
-            *thickest_mm = fmax(*thickest_mm, thickness);
+            out.thin_mm = fmin(out.thin_mm, thickness);
+            out.thick_mm = fmax(out.thick_mm, thickness);
         }
     }
-    *thinnest_mm = fmin(*thinnest_mm, *thickest_mm);
+    out.thin_mm = fmin(out.thin_mm, out.thick_mm);
+    return out;
 }
 
-/* Set opacity where opacity_auto is set, by the thickness in the volume's stats; 0 for invisible
- * tissues. @param tissues [label_count]. */
-static void fill_auto(const sc_prepared *volume, sc_tissue *tissues)
+/* @return the length of the diagonal of the box, along the axes of the volume, around the visible
+ * tissues, in mm; 0 if there are none. */
+static double diagonal_mm(const sc_prepared *volume, const sc_tissue *tissues)
 {
-    double thinnest, thickest;
+    double squares = 0;
 
-    sc_thickness_range(volume, tissues, &thinnest, &thickest);
+    for (int i = 0; i < 3; i++) {
+        const double step_mm = sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
+        int low = INT_MAX, high = -1;
+
+        for (int id = 1; id < volume->label_count; id++) {
+            const sc_label_stats *s = &volume->stats[id];
+
+            if (tissues[id].visible && s->voxels) {
+                low = s->low[i] < low ? s->low[i] : low;
+                high = s->high[i] > high ? s->high[i] : high;
+            }
+        }
+        squares += high < low ? 0 : pow(step_mm * (high - low + 1), 2);
+    }
+    return sqrt(squares);
+}
+
+sc_opacity_scale sc_opacity_scale_of(const sc_prepared *volume, const sc_tissue *tissues,
+                                     sc_opacity_rule rule)
+{
+    const double share = fmin(diagonal_mm(volume, tissues) / HUMAN_MM, 1);
+
+    if (rule == SC_OPACITY_PAPER)
+        return scale_of_paper(volume, tissues);
+    return (sc_opacity_scale){.least = LEAST,
+                              .most = MOST,
+                              .thin_mm = share > 0 ? share * THIN_MM : THIN_MM,
+                              .thick_mm = share > 0 ? share * THICK_MM : THICK_MM};
+}
+
+/* Set opacity, and is_cover, where opacity_auto is set, by the measurements in the volume's stats;
+ * 0 for invisible tissues. @param tissues [label_count]. */
+static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue *tissues)
+{
+    const sc_opacity_scale scale = sc_opacity_scale_of(volume, tissues, rule);
+
     for (int id = 1; id < volume->label_count; id++) {
+        const sc_label_stats *stats = &volume->stats[id];
         sc_tissue *tissue = &tissues[id];
 
-        if (tissue->opacity_auto)
-            tissue->opacity = tissue->visible ? sc_auto_opacity(volume->stats[id].thickness_mm,
-                                                                thinnest, thickest)
-                                              : 0;
+        if (!tissue->opacity_auto)
+            continue;
+        tissue->is_cover = rule == SC_OPACITY_MEASURED && stats->cover_layer > 0;
+        if (!tissue->visible)
+            tissue->opacity = 0;
+        else if (tissue->is_cover)
+            tissue->opacity = stats->cover_layer == 1 ? OUTER_COVER : INNER_COVER;
+        else
+            tissue->opacity = sc_auto_opacity(&scale, stats->thickness_mm);
     }
 }
 
@@ -156,13 +212,14 @@ sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,
 }
 
 sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                              const sc_tissue_rule *rules, size_t rule_count, sc_tissue *out)
+                              const sc_tissue_rule *rules, size_t rule_count,
+                              sc_opacity_rule opacity, sc_tissue *out)
 {
     const sc_status status = sc_tissue_rules_check(ctx, volume, rules, rule_count);
 
     if (status != SC_OK)
         return status;
     find_looks(volume->labels, volume->label_count, rules, rule_count, out);
-    fill_auto(volume, out);
+    fill_auto(volume, opacity, out);
     return SC_OK;
 }

@@ -84,7 +84,7 @@ static void draw(const sc_prepared *v, const sc_render_settings *settings)
     void *tissues;
 
     assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_tissue), &tissues));
-    assert_ok(sc_transfer_resolve(&quiet, v, &rule, v->label_count % 2, tissues));
+    assert_ok(sc_transfer_resolve(&quiet, v, &rule, v->label_count % 2, SC_OPACITY_PAPER, tissues));
     if (sc_renderer_new(&quiet, settings, v, tissues, &renderer) == SC_OK) {
         timeline = orbit_of(renderer, (double)WIDTH / HEIGHT, 8, &a);
         scene = sc_timeline_scene(&timeline, 1);

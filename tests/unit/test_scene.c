@@ -122,14 +122,14 @@ static void rules_match_by_name_glob_and_number_and_the_last_one_wins(void **sta
     };
 
     (void)state;
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 4, tissues));
+    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 4, SC_OPACITY_MEASURED, tissues));
     assert_false(tissues[0].visible);
     assert_true(tissues[1].visible);
     assert_false(tissues[2].visible);
     assert_near(tissues[3].rgb_linear[0], 1, 1e-6);
     assert_near(tissues[3].opacity, 0.5, 0);
     assert_false(tissues[4].visible); /* the table makes it invisible */
-    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 5, tissues));
+    assert_ok(sc_transfer_resolve(&quiet, &p.view, rules, 5, SC_OPACITY_MEASURED, tissues));
     assert_true(tissues[4].visible);
     sc_free(p.block);
     sc_volume_clear(&volume);
@@ -145,7 +145,8 @@ static void a_rule_that_matches_nothing_is_refused_with_the_nearest_name(void **
     const sc_tissue_rule rule = {.pattern = "left ventrical", .where = "job.yaml:7"};
 
     (void)state;
-    assert_int_equal(sc_transfer_resolve(&ctx, &p.view, &rule, 1, tissues), SC_ERR_DATA);
+    assert_int_equal(sc_transfer_resolve(&ctx, &p.view, &rule, 1, SC_OPACITY_MEASURED, tissues),
+                     SC_ERR_DATA);
     assert_string_equal(h.text, "job.yaml:7: tissue \"left ventrical\" matches no label of the "
                                 "volume; did you mean \"left ventricle\"?");
     sc_free(p.block);
@@ -267,7 +268,8 @@ static void all_unknown_tissues_are_told(void **state)
     sc_ctx ctx = listening(&h);
 
     (void)state;
-    assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, tissues), SC_ERR_DATA);
+    assert_int_equal(sc_transfer_resolve(&ctx, &volume, rules, 3, SC_OPACITY_MEASURED, tissues),
+                     SC_ERR_DATA);
     assert_int_equal(h.errors, 2);
     assert_int_equal(sc_clip_exceptions_check(&ctx, &volume, exceptions, 3), SC_ERR_DATA);
     assert_int_equal(h.errors, 4);
@@ -275,11 +277,90 @@ static void all_unknown_tissues_are_told(void **state)
 
 static void thicker_tissues_are_more_opaque(void **state)
 {
+    const sc_opacity_scale scale = {0.3, 0.9, 1, 30}, point = {0.3, 0.9, 5, 5},
+                           none = {0.3, 0.9, 0, 0};
+
     (void)state;
-    assert_near(sc_auto_opacity(1, 1, 30), 0.3, 1e-12);
-    assert_near(sc_auto_opacity(30, 1, 30), 0.9, 1e-12);
-    assert_true(sc_auto_opacity(3, 1, 30) < sc_auto_opacity(4, 1, 30));
-    assert_near(sc_auto_opacity(5, 5, 5), 0.9, 0);
+    assert_near(sc_auto_opacity(&scale, 1), 0.3, 1e-12);
+    assert_near(sc_auto_opacity(&scale, 30), 0.9, 1e-12);
+    assert_near(sc_auto_opacity(&scale, 0.1), 0.3, 0);
+    assert_near(sc_auto_opacity(&scale, 100), 0.9, 1e-12);
+    assert_near(sc_auto_opacity(&scale, 0), 0.9, 0);
+    assert_true(sc_auto_opacity(&scale, 3) < sc_auto_opacity(&scale, 4));
+    assert_near(sc_auto_opacity(&point, 5), 0.9, 0);
+    assert_near(sc_auto_opacity(&none, 5), 0.9, 0);
+}
+
+/* Eight vertebrae of 12.9 to 15.2 mm look alike, and a model of them in a tenth of the size looks
+ * as they do; the paper's rule makes one of them a ghost. */
+static void automatic_opacity_is_absolute(void **state)
+{
+    enum { COUNT = 9 };
+    sc_label_stats stats[COUNT] = {{0}}, small[COUNT];
+    sc_label labels[COUNT] = {{0}};
+    sc_tissue tissues[COUNT], paper[COUNT], model[COUNT];
+    sc_prepared volume = {.label_count = COUNT, .labels = labels, .stats = stats};
+
+    (void)state;
+    for (int i = 0; i < 3; i++)
+        volume.to_ras_mm.m[i][i] = 1.5;
+    for (int id = 1; id < COUNT; id++) {
+        labels[id] = (sc_label){.value = id, .opacity = -1};
+        stats[id] = (sc_label_stats){.voxels = 100,
+                                     .thickness_mm = 12.9 + (15.2 - 12.9) * (id - 1) / (COUNT - 2),
+                                     .low = {0, 0, 20 * id},
+                                     .high = {60, 60, 20 * id + 18}};
+    }
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_PAPER, paper));
+    assert_near(tissues[1].opacity, 0.5 + 0.45 * log(12.9) / log(30), 1e-9);
+    assert_true(tissues[COUNT - 1].opacity - tissues[1].opacity < 0.03);
+    assert_near(paper[1].opacity, 0.3, 1e-9);
+    assert_near(paper[COUNT - 1].opacity, 0.9, 1e-9);
+    memcpy(small, stats, sizeof stats);
+    for (int id = 1; id < COUNT; id++)
+        small[id].thickness_mm *= 0.01;
+    for (int i = 0; i < 3; i++)
+        volume.to_ras_mm.m[i][i] *= 0.01;
+    volume.stats = small;
+    assert_ok(sc_transfer_resolve(&quiet, &volume, NULL, 0, SC_OPACITY_MEASURED, model));
+    assert_true(fabs(model[4].opacity - tissues[4].opacity) < 0.15);
+    assert_true(model[COUNT - 1].opacity - model[1].opacity < 0.03);
+}
+
+/* Three shells about a core of two halves: the outermost is a veil, the next nearly invisible, the
+ * halves are solid. Given opacities stay, and the paper knows no covers. */
+static int onion(double x, double y, double z)
+{
+    const double r = sqrt((x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20));
+
+    return r > 19 ? 0 : r > 15 ? 1 : r > 11 ? 2 : x < 20 ? 3 : 4;
+}
+
+static void covers_step_back(void **state)
+{
+    const sc_tissue_rule solid = {.pattern = "tissue 1", .has_opacity = true, .opacity = 1};
+    sc_volume v = shape_volume((const int[3]){40, 40, 40}, (const double[3]){3, 3, 3}, 1, 5, onion);
+    prepared_copy p = prepare_copy(&v, 2);
+    sc_tissue tissues[5];
+
+    (void)state;
+    assert_int_equal(p.view.stats[1].cover_layer, 1);
+    assert_int_equal(p.view.stats[2].cover_layer, 2);
+    assert_int_equal(p.view.stats[3].cover_layer, 0);
+    assert_near(p.view.stats[1].shown, 1, 0);
+    assert_near(p.view.stats[2].shown, 0, 0);
+    assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_MEASURED, tissues));
+    assert_true(tissues[1].is_cover && tissues[1].opacity > 0.1 && tissues[1].opacity < 0.2);
+    assert_true(tissues[2].is_cover && tissues[2].opacity < 0.1);
+    assert_true(!tissues[3].is_cover && tissues[3].opacity > 0.7);
+    assert_near(tissues[3].opacity, tissues[4].opacity, 0.02);
+    assert_ok(sc_transfer_resolve(&quiet, &p.view, &solid, 1, SC_OPACITY_MEASURED, tissues));
+    assert_near(tissues[1].opacity, 1, 0);
+    assert_ok(sc_transfer_resolve(&quiet, &p.view, NULL, 0, SC_OPACITY_PAPER, tissues));
+    assert_true(!tissues[1].is_cover && tissues[1].opacity >= 0.3);
+    sc_free(p.block);
+    sc_volume_clear(&v);
 }
 
 static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
@@ -339,6 +420,8 @@ int main(void)
         cmocka_unit_test(a_tissue_that_is_not_clear_is_told),
         cmocka_unit_test(all_unknown_tissues_are_told),
         cmocka_unit_test(thicker_tissues_are_more_opaque),
+        cmocka_unit_test(automatic_opacity_is_absolute),
+        cmocka_unit_test(covers_step_back),
         cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };
 
