@@ -14,6 +14,10 @@ enum {
     COLUMNS = 32 /* lines that are processed side by side: they share cache lines */
 };
 
+/* Wide enough for the cubed depths, below 2^48, of any number of voxels. Standard C has no such
+ * type; GCC and Clang have it on all processors of 64 bits. */
+__extension__ typedef unsigned __int128 wide;
+
 /* The transform that is being computed; its threads share it. The arrays belong to
  * sc_measure_thickness. */
 typedef struct transform {
@@ -26,7 +30,7 @@ typedef struct transform {
     char *scratch;           /* [threads][scratch_bytes] */
     size_t scratch_bytes;    /* of one workspace */
     double smallest_mm;      /* the smallest spacing */
-    uint64_t *sums;          /* [threads][label_count][2]: of distance squared and cubed */
+    wide *sums;              /* [threads][label_count][2]: of distance squared and cubed */
 } transform;
 
 double sc_thickness_mm(int code)
@@ -230,7 +234,7 @@ static void sum_medial(void *user, size_t begin, size_t end, int thread)
 {
     const transform *t = user;
     const sc_volume *v = t->p->volume;
-    uint64_t *sums = t->sums + (size_t)thread * (size_t)v->label_count * 2;
+    wide *sums = t->sums + (size_t)thread * (size_t)v->label_count * 2;
 
     for (size_t row = begin; row < end; row++) {
         const int y = (int)(row % (size_t)v->size[1]), z = (int)(row / (size_t)v->size[1]);
@@ -345,7 +349,7 @@ static void store_thickness(const transform *t)
     const int labels = t->p->volume->label_count;
 
     for (int id = 1; id < labels; id++) {
-        uint64_t squared = 0, cubed = 0; /* whole: their sums do not depend on the threads */
+        wide squared = 0, cubed = 0; /* whole: their sums do not depend on the threads */
 
         for (int thread = 0; thread < t->p->settings.threads; thread++) {
             squared += t->sums[2 * (thread * labels + id)];
@@ -389,8 +393,8 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
     SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
-    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads,
-                     2 * sizeof(uint64_t), &sums));
+    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads, 2 * sizeof(wide),
+                     &sums));
     t.distance = distance;
     t.scratch = scratch;
     t.half_inverse = inverse;

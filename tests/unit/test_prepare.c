@@ -210,6 +210,28 @@ static void a_slab_and_a_rod_have_their_thickness_and_surface(void **state)
     sc_volume_clear(&volume);
 }
 
+static int one_everywhere(double x, double y, double z)
+{
+    (void)x;
+    (void)y;
+    (void)z;
+    return 1;
+}
+
+/* The cubed depths of 71,000 voxels that are 512 voxels deep do not fit into 64 bits. */
+static void a_very_thick_solid_has_its_thickness(void **state)
+{
+    const int size[3] = {1200, 20, 20};
+    const double spacing[3] = {1, 600, 600};
+    sc_volume volume = shape_volume(size, spacing, 1, 2, one_everywhere);
+    prepared_copy p = prepare_copy(&volume, 2);
+
+    (void)state;
+    assert_near(p.view.stats[1].thickness_mm, 2 * 512 - 1, 1);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
 static void the_surface_of_an_ellipsoid_is_right(void **state)
 {
     const int size[3] = {81, 73, 77};
@@ -411,6 +433,7 @@ int main(void)
         cmocka_unit_test(normals_of_an_ellipsoid_are_right_to_about_a_degree),
         cmocka_unit_test(records_keep_weight_direction_and_length),
         cmocka_unit_test(a_slab_and_a_rod_have_their_thickness_and_surface),
+        cmocka_unit_test(a_very_thick_solid_has_its_thickness),
         cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
         cmocka_unit_test(the_result_does_not_depend_on_threads),
         cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
