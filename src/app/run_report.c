@@ -9,11 +9,12 @@
 #include <unistd.h>
 
 /* Make "DIR/NAME.ENDING", or for a slice, which shares the directory with others,
- * "DIR/NAME.SLICE.ENDING". */
-static sc_status record_path(const sc_run *run, const char *name, const char *ending, char **out)
+ * "DIR/NAME.SLICE.ENDING". @param ctx where errors go. */
+static sc_status record_path(const sc_ctx *ctx, const sc_run *run, const char *name,
+                             const char *ending, char **out)
 {
     sc_text text = {0};
-    sc_status status = sc_text_add(run->app->ctx, &text, "%s/%s%s%s.%s", run->directory, name,
+    sc_status status = sc_text_add(ctx, &text, "%s/%s%s%s.%s", run->directory, name,
                                    run->slice[0] ? "." : "", run->slice, ending);
 
     if (status == SC_OK)
@@ -26,7 +27,7 @@ static sc_status write_status(const sc_run *run, const sc_ctx *ctx,
                               const sc_progress_report *report)
 {
     char *path = NULL;
-    sc_status status = record_path(run, "status", "json", &path);
+    sc_status status = record_path(ctx, run, "status", "json", &path);
 
     if (status == SC_OK)
         status = sc_progress_write(ctx, path, report);
@@ -116,7 +117,7 @@ static sc_status write_trace(sc_run *run, const sc_rank_record *records, const v
                              const size_t *counts, size_t stride)
 {
     char *path = NULL;
-    sc_status status = record_path(run, "trace", "json", &path);
+    sc_status status = record_path(run->app->ctx, run, "trace", "json", &path);
 
     if (status == SC_OK)
         status = sc_trace_write(run->app->ctx, path, sc_comm_size(run->app->comm), records, events,
@@ -273,8 +274,8 @@ static sc_status write_run(sc_run *run, sc_run_record *record)
     sc_text settings = {0};
     sc_status status;
 
-    SC_TRY(record_path(run, "stats", "json", &json));
-    SC_TRY(record_path(run, "frames", "csv", &csv));
+    SC_TRY(record_path(run->app->ctx, run, "stats", "json", &json));
+    SC_TRY(record_path(run->app->ctx, run, "frames", "csv", &csv));
     SC_TRY(read_history(run, json));
     status = sc_job_write_json(run->app->ctx, &run->session.job, &settings);
     if (status != SC_OK && status != SC_ERR_DATA)
