@@ -30,8 +30,10 @@ bool region_holds(const region *r, sc_vec3 mm)
     return true;
 }
 
-/* Set the region that the volumes have in common: one voxel within the middles of the outermost
- * voxels of both. Exact for volumes whose axes are parallel. @return SC_ERR_DATA if it is empty. */
+/* Set the region that the volumes have in common: two voxels within the middles of the outermost
+ * voxels of both. Where a volume ends, its outermost voxels have surfaces that are none of it, one
+ * voxel deep; a region of that depth would hold bits of these. Exact for volumes whose axes are
+ * parallel. @return SC_ERR_DATA if it is empty. */
 static sc_status set_region(const sc_ctx *ctx, work *w)
 {
     double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -53,8 +55,8 @@ static sc_status set_region(const sc_ctx *ctx, work *w)
         }
     }
     for (int i = 0; i < 3; i++) {
-        r->low[i] = (int)ceil(fmax(0, low[i]) + 0.999);
-        r->high[i] = (int)floor(fmin(w->truth.size[i] - 1, high[i]) - 0.999);
+        r->low[i] = (int)ceil(fmax(0, low[i]) + 1.999);
+        r->high[i] = (int)floor(fmin(w->truth.size[i] - 1, high[i]) - 1.999);
         if (r->low[i] > r->high[i])
             return sc_fail(ctx, SC_ERR_DATA, "%s and %s have no space in common", w->c->truth,
                            w->c->volume);

@@ -146,8 +146,10 @@ extern const size_t skin_count;
 /* Find a skin of the table by name. @return NULL if there is none. */
 const skin *skin_find(const char *name);
 
-/* What rays from outside have met first. */
+/* What rays from outside have met first. Rays that come upon a voxel of another tissue before one
+ * of the skin are left out: there the skin itself is not closed. */
 typedef struct leaks {
+    double bare;    /* how many were left out */
     double rays;    /* that pass through a voxel of a tissue under the skin, and so have to pass
                        through a voxel of the skin before */
     double hits;    /* that met anything */

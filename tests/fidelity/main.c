@@ -88,7 +88,8 @@ static void print_row(const shape *s, const fidelity *f)
 static void print_head(bool of_skins)
 {
     if (of_skins)
-        printf("%-22s %14s %12s %12s\n", "skin", "leaks/million", "not skin %", "rays");
+        printf("%-22s %14s %12s %12s %12s\n", "skin", "leaks/million", "not skin %", "rays",
+               "without skin");
     else
         printf("%-16s %9s %9s %9s %9s %9s %9s %9s %9s\n", "shape", "pos. rms", "95 %", "max",
                "norm. deg", "volume %", "owner ppm", "outline", "gaps");
@@ -102,13 +103,14 @@ static void print_leaks(const char *name, const leaks *l, bool json)
     const double share = l->hits > 0 ? l->leaking / l->hits : NAN;
 
     if (!json) {
-        printf("%-22s %14.1f %12.4f %12.0f\n", name, leaking, 100 * share, l->rays);
+        printf("%-22s %14.1f %12.4f %12.0f %12.0f\n", name, leaking, 100 * share, l->rays, l->bare);
         return;
     }
     printf("  {\"shape\": \"%s\", ", name);
     print_value("leaks_per_million", leaking, false);
     print_value("not_skin_share", share, false);
     print_value("rays_through", l->rays, false);
+    print_value("rays_without_skin", l->bare, false);
     print_value("hits", l->hits, true);
     printf("}");
 }

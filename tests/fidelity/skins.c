@@ -206,9 +206,16 @@ out:
     return status;
 }
 
-/* Does the line from @p eye pass through a voxel that is neither background nor of label @p id? It
- * goes from voxel to voxel through their faces (Amanatides and Woo 1987). */
-static bool passes_tissue(const stage *st, int id, sc_vec3 eye, sc_vec3 direction)
+/* What a line passes through on its way from voxel to voxel. */
+typedef enum way {
+    WAY_NO_TISSUE,    /* background and skin alone */
+    WAY_THROUGH_SKIN, /* another tissue, after a voxel of skin */
+    WAY_BARE          /* another tissue, without skin before it: the skin is not closed there */
+} way;
+
+/* @return what the line from @p eye passes through, where @p id is the label of the skin. It goes
+ * from voxel to voxel through their faces (Amanatides and Woo 1987). */
+static way way_of(const stage *st, int id, sc_vec3 eye, sc_vec3 direction)
 {
     const sc_vec3 o = sc_affine_point(&st->to_voxel, eye);
     const sc_vec3 d = sc_affine_vector(&st->to_voxel, direction);
@@ -217,9 +224,10 @@ static bool passes_tissue(const stage *st, int id, sc_vec3 eye, sc_vec3 directio
     const double origin[3] = {o.x, o.y, o.z}, along[3] = {d.x, d.y, d.z};
     double begin = 0, end = 2 * st->reach_mm, next[3];
     int voxel[3];
+    bool passed_skin = false;
 
     if (!sc_box3_clip_line(&box, o, d, &begin, &end))
-        return false;
+        return WAY_NO_TISSUE;
     for (int i = 0; i < 3; i++) {
         const double at = origin[i] + begin * along[i];
 
@@ -233,9 +241,10 @@ static bool passes_tissue(const stage *st, int id, sc_vec3 eye, sc_vec3 directio
         const int axis = next[0] <= next[1] && next[0] <= next[2] ? 0 : next[1] <= next[2] ? 1 : 2;
 
         if (here && (int)here != id)
-            return true;
+            return passed_skin ? WAY_THROUGH_SKIN : WAY_BARE;
+        passed_skin = passed_skin || (int)here == id;
         if (next[axis] >= end)
-            return false;
+            return WAY_NO_TISSUE;
         voxel[axis] += along[axis] > 0 ? 1 : -1;
         next[axis] += fabs(1 / along[axis]);
     }
@@ -264,11 +273,16 @@ static void leak_batches(void *user, size_t begin, size_t end, int thread)
             const sc_vec3 direction = random_line(w->st, &seed, &eye);
             sc_march_counters counters = {0};
             sc_radiance light;
+            const way through = way_of(w->st, w->id, eye, direction);
             sc_ray ray;
 
+            if (through == WAY_BARE) {
+                met->bare++;
+                continue;
+            }
             make_ray(w->st, eye, direction, &ray);
             w->st->kernel->march(&w->st->march, &ray, 1, &light, &counters);
-            met->rays += passes_tissue(w->st, w->id, eye, direction);
+            met->rays += through == WAY_THROUGH_SKIN;
             met->hits += light.label != 0;
             met->leaking += light.label != 0 && (int)light.label != w->id;
         }
@@ -289,6 +303,7 @@ sc_status count_leaks(const sc_ctx *ctx, const sc_volume *volume, int id, const 
     w.batches = block;
     sc_parallel_for(how->threads, batches, 8, leak_batches, &w);
     for (size_t n = 0; n < batches; n++) {
+        out->bare += w.batches[n].bare;
         out->rays += w.batches[n].rays;
         out->hits += w.batches[n].hits;
         out->leaking += w.batches[n].leaking;
