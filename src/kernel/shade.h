@@ -31,15 +31,20 @@
  * the light, in widths of the narrow blur; the most steps, and the light below which it is all
  * absorbed; how much must be filled to absorb at all, how fast that grows, and the most that a step
  * absorbs. */
-#define SC_SHADOW_LIFT_WIDTHS 0.8f
-#define SC_SHADOW_START_WIDTHS 1.6f
+#define SC_SHADOW_LIFT_WIDTHS 0.6f
+#define SC_SHADOW_START_WIDTHS 1.3f
 #define SC_SHADOW_STEPS_MAX 96
 #define SC_SHADOW_DARK 0.02f
 #define SC_SHADOW_FILLED_MIN 0.1f
 #define SC_SHADOW_GAIN 2
 #define SC_SHADOW_STEP_MAX 0.6f
-/* Brightness of a cut face that is seen exactly from the side; from the front it is 1. */
-#define SC_CUT_SIDE_LIGHT 0.68f
+
+/* The rim of a cut face: it begins where less than SC_RIM_FROM of the surroundings is filled, is
+ * darkest where that is less by SC_RIM_RANGE or more (0.5 is a straight border), and takes this
+ * share of the light there. */
+#define SC_RIM_FROM 0.85f
+#define SC_RIM_RANGE 0.35f
+#define SC_RIM_DARK 0.3f
 
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
@@ -267,20 +272,35 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         sc_depth_cue(l, spot->depth_mm, out);
 }
 
-/* The linear colour of a cut face with colour @p rgb, to @p out: a little darker where it is
- * seen from the side (unless the frame is unlit), then the depth cue. @p n: unit normal of
- * either sign; @p eye: unit, towards the eye; both RAS. */
-static inline void sc_light_cut(const sc_march *m, const float eye[3], const float n[3],
-                                float depth_mm, const float rgb[3], float out[3])
+/* How dark the rim of a cut face is at a spot, 0 to SC_RIM_DARK: it grows where less around the
+ * spot is filled than a solid of that tissue would fill. m->occlusion must not be NULL. */
+static inline float sc_rim(const sc_march *m, const sc_march_tissue *tissue, const sc_spot *spot)
 {
-    const float head = sc_dot3(n, eye);
-    const float diffuse =
-        m->light.flat ? 1 : SC_CUT_SIDE_LIGHT + (1 - SC_CUT_SIDE_LIGHT) * (head > 0 ? head : -head);
+    const float solid = tissue->boundary_alpha > 0.05f ? tissue->boundary_alpha : 0.05f;
+    const float share = sc_filled(m, spot->point, 0) / solid;
 
-    for (int i = 0; i < 3; i++)
-        out[i] = rgb[i] * diffuse;
-    if (m->light.cue > 0)
-        sc_depth_cue(&m->light, depth_mm, out);
+    return SC_RIM_DARK * m->light.occlusion *
+           sc_clamp01((SC_RIM_FROM - share) * (1 / SC_RIM_RANGE));
+}
+
+/* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
+ * of the clip plane, towards the eye, as that of the spot, and darker along its rim. Slices have
+ * the plain colour. */
+static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
+                                const sc_spot *spot, float out[3])
+{
+    sc_march_tissue rim = *tissue;
+
+    if (m->only_caps || m->light.flat) {
+        for (int i = 0; i < 3; i++)
+            out[i] = tissue->rgb[i];
+        if (m->light.cue > 0)
+            sc_depth_cue(&m->light, spot->depth_mm, out);
+        return;
+    }
+    if (m->occlusion && m->light.occlusion > 0)
+        rim.diffuse *= 1 - sc_rim(m, tissue, spot);
+    sc_light(m, &rim, spot, out);
 }
 
 /* Opacity of a surface seen at an angle, between @p alpha and 1: the flatter a ray meets a thin

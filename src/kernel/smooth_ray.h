@@ -150,8 +150,8 @@ static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
 static inline void add_cap(cursor *c, int clip_set, int plane, float t)
 {
     const sc_march *m = c->m;
-    const float depth_mm = c->ray->base_mm + t;
-    float a[3], n[3], in_grid[3], rgb[3], line = 0;
+    sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
+    float a[3], in_grid[3], rgb[3], line = 0;
     uint32_t owner;
 
     locate_cell(c, t, -1);
@@ -169,11 +169,12 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     if (!m->tissues[owner].show || m->tissues[owner].clip_set != clip_set)
         return;
     for (int i = 0; i < 3; i++)
-        n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(m, c->ray->toward_eye, n, depth_mm, m->tissues[owner].rgb, rgb);
+        spot.normal[i] = -m->plane_normals[plane][i];
+    point_at(c, t, spot.point);
+    sc_light_cut(m, &m->tissues[owner], &spot, rgb);
     for (int i = 0; i < 3; i++)
         rgb[i] *= 1 - OUTLINE_DARK * line;
-    sc_remember_surface(&c->light, owner, 1, depth_mm, n);
+    sc_remember_surface(&c->light, owner, 1, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, 1);
     c->contributions++;
 }

@@ -66,26 +66,28 @@ static inline void add_cap(cursor *c, int clip_set, int part)
 {
     const sc_march *m = c->m;
     const int plane = c->ray->parts[clip_set][part].cap_plane;
-    const sc_march_tissue *tissue;
-    float p[3], n[3], rgb[3];
+    const float t = c->ray->parts[clip_set][part].begin_mm;
+    sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
+    float p[3], rgb[3];
+    uint32_t label;
     int x, y, z;
 
-    position(c->ray, c->ray->parts[clip_set][part].begin_mm, p);
+    position(c->ray, t, p);
     x = (int)p[0] - 1;
     y = (int)p[1] - 1;
     z = (int)p[2] - 1;
     if (!in_volume(m->volume, x, y, z))
         return;
-    tissue = &m->tissues[label_at(m->volume, x, y, z)];
-    if (!tissue->show || tissue->clip_set != clip_set)
+    label = label_at(m->volume, x, y, z);
+    if (!m->tissues[label].show || m->tissues[label].clip_set != clip_set)
         return;
-    for (int i = 0; i < 3; i++)
-        n[i] = -m->plane_normals[plane][i];
-    sc_light_cut(m, c->ray->toward_eye, n, c->ray->base_mm + c->ray->parts[clip_set][part].begin_mm,
-                 tissue->rgb, rgb);
+    for (int i = 0; i < 3; i++) {
+        spot.normal[i] = -m->plane_normals[plane][i];
+        spot.point[i] = p[i] - 0.5f;
+    }
+    sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;
-    sc_remember_surface(&c->light, label_at(m->volume, x, y, z), 1,
-                        c->ray->base_mm + c->ray->parts[clip_set][part].begin_mm, n);
+    sc_remember_surface(&c->light, label, 1, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, 1);
 }
 

@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Widths of the blurs in bricks of equal sides. */
-#define NARROW_BRICKS 1.2
+#define NARROW_BRICKS 0.8
 #define WIDE_BRICKS 3.0
 enum { REACH = 9 /* bricks: the largest half width of the filter */ };
 
