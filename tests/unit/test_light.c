@@ -91,6 +91,29 @@ static void the_pillar_casts_a_shadow_away_from_the_key_light(void **state)
     free_scene(&s);
 }
 
+/* The shadow begins at the foot of the pillar, not some way from it. */
+static void the_shadow_of_the_pillar_begins_at_its_foot(void **state)
+{
+    sc_scene scene;
+    small_scene s = plate_scene(1, &scene);
+    sc_image with, without;
+    int darker = 0;
+
+    (void)state;
+    s.settings.light.occlusion = 0;
+    without = draw_view(&s, &scene, NULL);
+    s.settings.light.shadows = true;
+    with = draw_view(&s, &scene, NULL);
+    for (int y = 40; y < 50; y++) {
+        for (int x = 72; x < 76; x++)
+            darker += brightness(&without, x, y) - brightness(&with, x, y) > 100;
+    }
+    assert_true(darker > 35);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    free_scene(&s);
+}
+
 static void distance_fades_into_the_background(void **state)
 {
     sc_scene scene;
@@ -229,6 +252,31 @@ static void cut_faces_have_outlines_where_tissues_meet(void **state)
     free_scene(&s);
 }
 
+/* A cut face is lit by the lamps, and is darker along its rim, unless the frame is unlit. */
+static void cut_faces_are_lit_and_have_a_rim(void **state)
+{
+    sc_scene scene;
+    small_scene s = ball_scene(1, &scene);
+    sc_image lit, dim, flat;
+
+    (void)state;
+    scene.plane_count = 1;
+    scene.clip_sets[0] = 1;
+    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    lit = draw_view(&s, &scene, NULL);
+    s.settings.light.key = 0.2;
+    dim = draw_view(&s, &scene, NULL);
+    s.settings.light.flat = true;
+    flat = draw_view(&s, &scene, NULL);
+    assert_true(brightness(&lit, 50, 50) > brightness(&dim, 50, 50) + 60);
+    assert_true(brightness(&lit, 50, 50) > brightness(&lit, 50 + 35, 50) + 20);
+    assert_int_equal(brightness(&flat, 50, 50), brightness(&flat, 50 + 35, 50));
+    sc_image_clear(&lit);
+    sc_image_clear(&dim);
+    sc_image_clear(&flat);
+    free_scene(&s);
+}
+
 /* A camera inside an opaque tissue sees its walls from within: without a clip plane there is no cut
  * face. */
 static void a_camera_inside_a_tissue_sees_its_walls(void **state)
@@ -254,11 +302,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(holes_are_darker_than_open_surfaces),
         cmocka_unit_test(the_pillar_casts_a_shadow_away_from_the_key_light),
+        cmocka_unit_test(the_shadow_of_the_pillar_begins_at_its_foot),
         cmocka_unit_test(distance_fades_into_the_background),
         cmocka_unit_test(translucent_edges_stand_out),
         cmocka_unit_test(flat_light_shows_plain_colours),
         cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
+        cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
     };
 
