@@ -121,6 +121,26 @@ static bool can_hold(FILE *stream, const png_image *png)
            (double)png->width * png->height <= 8 * 1032.0 * (double)info.st_size;
 }
 
+/* @return whether each chunk of an open file is as long as it says; libpng would allocate what a
+ * broken one promises. The file is then at its beginning again. */
+static bool chunks_fit(FILE *stream)
+{
+    unsigned char head[8]; /* length, the highest byte first, and type */
+    struct stat info;
+    long at = 8; /* behind the signature */
+    bool fit = fstat(fileno(stream), &info) == 0;
+
+    while (fit && !fseek(stream, at, SEEK_SET) && fread(head, sizeof head, 1, stream) == 1) {
+        const uint32_t length =
+            (uint32_t)head[0] << 24 | (uint32_t)head[1] << 16 | (uint32_t)head[2] << 8 | head[3];
+
+        at += (long)sizeof head + (long)length + 4; /* 4: the check sum */
+        fit = at - 4 <= (long)info.st_size;
+    }
+    rewind(stream);
+    return fit;
+}
+
 sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
 {
     static const png_color black = {0, 0, 0};
@@ -131,6 +151,10 @@ sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
 
     if (!stream)
         return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    if (!chunks_fit(stream)) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: is no PNG file, or is cut off", path);
+        goto out;
+    }
     if (!png_image_begin_read_from_stdio(&png, stream)) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
         goto out;

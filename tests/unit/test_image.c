@@ -123,10 +123,29 @@ static void a_png_too_short_for_its_size_is_refused(void **state)
     unlink("huge.png");
 }
 
+/* A chunk that says it is longer than the file (1.9 GB) is not allocated. */
+static void a_png_with_a_chunk_beyond_its_end_is_refused(void **state)
+{
+    static const unsigned char png[] = {
+        0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
+        0x52, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x02, 0x08, 0x02, 0x00, 0x00, 0x00, 0x12,
+        0x16, 0xf1, 0x4d, 0x73, 0x50, 0x4c, 0x54, 0x69, 0x54, 0x58, 0x74, 0x49, 0x44, 0x41, 0x54};
+    heard h;
+    sc_ctx ctx = listening(&h);
+    sc_image image = {0};
+
+    (void)state;
+    assert_ok(sc_file_write(&quiet, "chunk.png", png, sizeof png));
+    assert_int_equal(sc_image_load_png(&ctx, "chunk.png", &image), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "cut off"));
+    unlink("chunk.png");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_png_too_short_for_its_size_is_refused),
+        cmocka_unit_test(a_png_with_a_chunk_beyond_its_end_is_refused),
         cmocka_unit_test(a_transparent_png_is_read_on_black),
         cmocka_unit_test(a_png_file_keeps_every_pixel),
         cmocka_unit_test(the_hash_depends_on_size_and_pixels),
