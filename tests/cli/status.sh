@@ -57,3 +57,20 @@ expect 73 'holds another job' "$SEGCAST" status job.yaml -o out --set render.sam
 expect 0 '' "$SEGCAST" status job.yaml -o out --set farm.tile=16
 expect 66 'holds no run' "$SEGCAST" status job.yaml -o nowhere; one_error
 expect 64 'unknown option' "$SEGCAST" status job.yaml --nonsense; one_error
+
+# Escape codes in the names of a directory and of a foreign manifest are shown to a terminal, which would obey them.
+if command -v script >/dev/null; then
+    mkdir terminal
+    cp -r out $'terminal/\e[31mred'
+    export SEGCAST
+    # shellcheck disable=SC2016 # the inner shell is to replace them
+    for command in status verify; do
+        for name in '' 'manifest.\e[31mslice.jsonl'; do
+            [ -z "$name" ] || head -n 2 out/manifest.jsonl >"$(printf 'terminal/\e[31mred/'"$name")"
+            COMMAND=$command script -qc '"$SEGCAST" $COMMAND terminal/*' typescript.txt >/dev/null </dev/null
+            grep -q '\\x1b\[31mred' typescript.txt || fail "$command $name does not show the name: $(cat -v typescript.txt)"
+            ! grep -q $'\e\[31m' typescript.txt || fail "$command $name passes escape codes on: $(cat -v typescript.txt)"
+        done
+        rm -f terminal/*/manifest.*slice.jsonl
+    done
+fi
