@@ -273,7 +273,7 @@ static const sc_key orbit_keys[] = {
      .low = -3600, .high = 3600, .unit = "degrees"},
     {"target_mm", &sc_type_point, CAMERA(target_mm), NULL, .help = "point that the camera looks at",
      .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(sc_orbit, has_target),
-     .without = "the middle of what is visible"},
+     .without = "so that what is visible stays in the middle"},
     {"distance_mm", &sc_type_real, CAMERA(distance_mm), NULL,
      .help = "distance of the camera from its target", .low = 1e-3, .high = 1e6, .unit = "mm",
      .given = SC_GIVEN(sc_orbit, has_distance),

@@ -1,10 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Framing of an orbit: see framing.h. The tissues are given by points, in RAS mm. */
+/* Framing of an orbit: see framing.h. The tissues are given by points, in RAS mm.
+ *
+ * The camera turns about the line around which the points keep within the narrowest cylinder, so
+ * that the body stays in the middle of the width. From each direction of view the picture has four
+ * edges. An edge holds if no point lies beyond a plane through the eye, so that it asks for some
+ * distance of the camera, which is linear in the target. The target lies on that line where
+ * there is as much room above as below, and the distance is the largest that any edge asks for:
+ * the tightest picture that is safe for the whole turn. */
 #include "framing.h"
 
-/* Slices of the swept body along the axis, and points of the rim of each. */
-enum { SLICES = 48, ANGLES = 96 };
-#define MARGIN 1.06 /* the picture shows this multiple of what must be in it */
+enum {
+    ANGLES = 128,       /* directions of view: an edge between two of them errs by 0.03 % */
+    EDGES = 4 * ANGLES, /* for each direction: right, left, top, bottom */
+    BLOCKS = 1024,      /* of points, which are searched as a whole */
+    STEPS = 24          /* of a search along a line: to 1e-5 of its length */
+};
+#define MARGIN 1.05 /* the picture shows this multiple of what must be in it */
 
 void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *low, double *high)
 {
@@ -28,74 +39,137 @@ sc_vec3 sc_orbit_reference(sc_vec3 axis)
     return sc_vec3_unit(out);
 }
 
-/* @return the middle of the points' extent along the unit @p axis and two directions across it, in
- * mm. */
-static sc_vec3 middle(const sc_vec3 *points, size_t count, sc_vec3 axis)
+/* Consecutive points, and the box around them. */
+typedef struct block {
+    size_t begin, end;
+    sc_vec3 low, high;
+} block;
+
+/* Divide the points into @p blocks. @return how many there are, at most BLOCKS. */
+static size_t make_blocks(const sc_vec3 *points, size_t count, block blocks[BLOCKS])
 {
-    const sc_vec3 side = sc_orbit_reference(axis);
-    const sc_vec3 basis[3] = {axis, side, sc_vec3_cross(axis, side)};
-    sc_vec3 out = {0, 0, 0};
+    const size_t each = count / BLOCKS + 1;
+    size_t n = 0;
 
-    for (int i = 0; i < 3; i++) {
-        double low, high;
+    for (size_t begin = 0; begin < count; begin += each, n++) {
+        block b = {begin, begin + each < count ? begin + each : count, points[begin],
+                   points[begin]};
 
-        sc_extent(points, count, basis[i], &low, &high);
-        out = sc_vec3_along(out, 0.5 * (low + high), basis[i]);
+        for (size_t i = begin; i < b.end; i++) {
+            const sc_vec3 p = points[i];
+
+            b.low = (sc_vec3){fmin(b.low.x, p.x), fmin(b.low.y, p.y), fmin(b.low.z, p.z)};
+            b.high = (sc_vec3){fmax(b.high.x, p.x), fmax(b.high.y, p.y), fmax(b.high.z, p.z)};
+        }
+        blocks[n] = b;
     }
-    return out;
+    return n;
 }
 
-/* The body that the points sweep out when turned about the axis through the target. Lengths in mm.
- */
-typedef struct swept {
-    double low, high;      /* its extent along the axis, from the target */
-    double radius[SLICES]; /* the largest radius in each of as many slices of that extent */
-} swept;
-
-/* @return the swept body of @p points. @param axis unit. */
-static swept sweep_points(const sc_vec3 *points, size_t count, sc_vec3 axis, sc_vec3 target)
+/* @return the largest value of n . p in the box of a block. */
+static double bound_of(const block *b, sc_vec3 n)
 {
-    swept s = {0};
+    return n.x * (n.x > 0 ? b->high.x : b->low.x) + n.y * (n.y > 0 ? b->high.y : b->low.y) +
+           n.z * (n.z > 0 ? b->high.z : b->low.z);
+}
 
-    sc_extent(points, count, axis, &s.low, &s.high);
-    s.low -= sc_vec3_dot(target, axis);
-    s.high -= sc_vec3_dot(target, axis);
+/* @return the larger of @p most and n . p of all points p of a block. */
+static double search_block(const sc_vec3 *points, const block *b, sc_vec3 n, double most)
+{
+    for (size_t i = b->begin; i < b->end; i++) {
+        const double at = sc_vec3_dot(points[i], n);
+
+        most = at > most ? at : most;
+    }
+    return most;
+}
+
+/* @return the largest n . p of all points p, of which there is at least one: only blocks whose box
+ * reaches further than what has been found are searched, beginning with the one that reaches
+ * furthest. */
+static double support(const sc_vec3 *points, const block *blocks, size_t count, sc_vec3 n)
+{
+    double furthest = -HUGE_VAL, most;
+    size_t first = 0;
+
     for (size_t i = 0; i < count; i++) {
-        const sc_vec3 d = sc_vec3_sub(points[i], target);
-        const double height = sc_vec3_dot(d, axis);
-        const double radius = sc_vec3_length(sc_vec3_along(d, -height, axis));
-        int slice = (int)((height - s.low) / (s.high - s.low + 1e-9) * SLICES);
+        const double bound = bound_of(&blocks[i], n);
 
-        slice = slice < 0 ? 0 : slice >= SLICES ? SLICES - 1 : slice;
-        s.radius[slice] = radius > s.radius[slice] ? radius : s.radius[slice];
+        if (bound > furthest) {
+            furthest = bound;
+            first = i;
+        }
     }
-    return s;
+    most = search_block(points, &blocks[first], n, -HUGE_VAL);
+    for (size_t i = 0; i < count; i++) {
+        if (bound_of(&blocks[i], n) > most)
+            most = search_block(points, &blocks[i], n, most);
+    }
+    return most;
 }
 
-/* @return the smallest distance (perspective) or half height (orthographic), in mm, at which every
- * point of the swept body is in the picture, with a margin. The body is round, so that one
- * direction of view stands for all.
- * @param tangent of half the vertical field of view. */
-static double needed(const swept *s, const sc_orbit *orbit, double aspect, double tangent)
+/* @return the direction from the target to the camera at the share @p turn of a whole turn. */
+static sc_vec3 away_at(const sc_orbit *orbit, double turn)
 {
     const double elevation = orbit->elevation_deg * M_PI / 180;
-    const double c = cos(elevation), e = sin(elevation);
+    const double angle = orbit->start_deg * M_PI / 180 + 2 * M_PI * turn;
+    const sc_vec3 out = sc_vec3_rotate(sc_orbit_reference(orbit->axis), orbit->axis, angle);
+
+    return sc_vec3_along(sc_vec3_scale(out, cos(elevation)), sin(elevation), orbit->axis);
+}
+
+/* What the edges of the pictures of an orbit ask for: edge i the distance (perspective) or half
+ * height (orthographic) reach[i] - normal[i] . target, in mm. */
+typedef struct edges {
+    sc_vec3 normal[EDGES];
+    double reach[EDGES];
+} edges;
+
+/* The points that are framed. */
+typedef struct cloud {
+    const sc_vec3 *points; /* [count] */
+    size_t count, block_count;
+    block blocks[BLOCKS]; /* [block_count] of them */
+} cloud;
+
+/* Fill in edges 0 and 1 (right and left) or 2 and 3 (top and bottom) of all directions of view: of
+ * a whole turn, or of that part of one which the orbit covers. @param points with none, a ball of 1
+ * mm at the origin is framed. @param margin how much larger the picture is than what must be in it.
+ */
+static void find_edges(const sc_orbit *orbit, const cloud *c, int first, double aspect,
+                       double margin, edges *out)
+{
+    const double tangent = tan(orbit->fov_deg * M_PI / 360);
+    const bool part = fabs(orbit->turns) < 1, orthographic = orbit->projection == SC_ORTHOGRAPHIC;
+    const double scale = (orthographic ? margin : margin / tangent) / (first == 0 ? aspect : 1);
+
+    for (int i = 0; i < ANGLES; i++) {
+        const double turn = part ? orbit->turns * i / (ANGLES - 1) : (double)i / ANGLES;
+        const sc_vec3 away = away_at(orbit, turn);
+        const sc_camera camera =
+            sc_camera_look(away, (sc_vec3){0, 0, 0}, orbit->axis, SC_ORTHOGRAPHIC, 1);
+
+        for (int edge = first; edge < first + 2; edge++) {
+            const sc_vec3 side =
+                sc_vec3_scale(first == 0 ? camera.right : camera.up, edge & 1 ? -scale : scale);
+            const sc_vec3 n = orthographic ? side : sc_vec3_add(side, away);
+
+            out->normal[4 * i + edge] = n;
+            out->reach[4 * i + edge] = c->count ? support(c->points, c->blocks, c->block_count, n)
+                                                : 0.5 * sc_vec3_length(n);
+        }
+    }
+}
+
+/* @return the distance or half height, in mm, that edges @p from to @p to of every direction ask
+ * for. */
+static double needed(const edges *e, sc_vec3 target, int from, int to)
+{
     double most = 1e-3;
 
-    for (int i = 0; i < 2 * SLICES; i++) {
-        const int edge = (i + 1) / 2; /* of slice i / 2: its lower, then its upper */
-        const double h = s->low + (s->high - s->low) * edge / SLICES;
-        const double r = s->radius[i / 2];
-
-        for (int n = 0; n < ANGLES; n++) {
-            const double angle = 2 * M_PI * n / ANGLES;
-            const double across = fabs(r * sin(angle)) / aspect;
-            const double upward = fabs(h * c - r * cos(angle) * e);
-            const double nearer = r * cos(angle) * c + h * e;
-            const double half = across > upward ? across : upward;
-            const double need = orbit->projection == SC_ORTHOGRAPHIC
-                                    ? half * MARGIN
-                                    : nearer + half * MARGIN / tangent;
+    for (int i = 0; i < EDGES; i += 4) {
+        for (int k = i + from; k <= i + to; k++) {
+            const double need = e->reach[k] - sc_vec3_dot(e->normal[k], target);
 
             most = need > most ? need : most;
         }
@@ -103,13 +177,138 @@ static double needed(const swept *s, const sc_orbit *orbit, double aspect, doubl
     return most;
 }
 
+/* What is to be made small by the choice of a point along a line: a convex function. */
+typedef double cost_fn(const void *user, double at);
+
+/* @return where in [low, high] the least cost is: a golden-section search. */
+static double least_cost(cost_fn *cost, const void *user, double low, double high)
+{
+    const double golden = 0.61803398874989485;
+    double at[2] = {high - golden * (high - low), low + golden * (high - low)};
+    double costs[2] = {cost(user, at[0]), cost(user, at[1])};
+
+    for (int step = 0; step < STEPS; step++) {
+        const int kept = costs[0] <= costs[1] ? 0 : 1; /* the other one becomes the end */
+
+        if (kept == 0)
+            high = at[1];
+        else
+            low = at[0];
+        at[!kept] = at[kept];
+        costs[!kept] = costs[kept];
+        at[kept] = kept ? low + golden * (high - low) : high - golden * (high - low);
+        costs[kept] = cost(user, at[kept]);
+    }
+    return at[costs[1] < costs[0]];
+}
+
+/* A search for the line about which the points turn within the narrowest cylinder. */
+typedef struct narrowest {
+    sc_vec3 side, other;  /* unit, perpendicular to the axis and to each other */
+    double low, high;     /* of the points along other */
+    double reach[ANGLES]; /* of the points in each direction from the axis */
+    double along_side;    /* where the line lies */
+} narrowest;
+
+/* @return the radius of the cylinder about the line at along_side and @p at along other. */
+static double radius_at(const void *user, double at)
+{
+    const narrowest *n = user;
+    double most = 0;
+
+    for (int i = 0; i < ANGLES; i++) {
+        const double turn = 2 * M_PI * i / ANGLES;
+
+        most = fmax(most, n->reach[i] - n->along_side * cos(turn) - at * sin(turn));
+    }
+    return most;
+}
+
+/* @return the least radius of all lines at @p at along side. */
+static double least_radius_at(const void *user, double at)
+{
+    narrowest n = *(const narrowest *)user;
+
+    n.along_side = at;
+    return radius_at(&n, least_cost(radius_at, &n, n.low, n.high));
+}
+
+/* @return the point of the plane through the origin, across the axis, where the line of that search
+ * meets it. So a body that turns stays in the middle of the width. */
+static sc_vec3 middle_across(const sc_orbit *orbit, const cloud *c)
+{
+    narrowest n = {.side = sc_orbit_reference(orbit->axis)};
+    double low, high;
+    sc_vec3 out;
+
+    n.other = sc_vec3_cross(orbit->axis, n.side);
+    for (int i = 0; i < ANGLES; i++) {
+        const double turn = 2 * M_PI * i / ANGLES;
+        const sc_vec3 direction =
+            sc_vec3_along(sc_vec3_scale(n.side, cos(turn)), sin(turn), n.other);
+
+        n.reach[i] = c->count ? support(c->points, c->blocks, c->block_count, direction) : 0.5;
+    }
+    low = -n.reach[ANGLES / 2];
+    high = n.reach[0];
+    n.low = -n.reach[3 * ANGLES / 4];
+    n.high = n.reach[ANGLES / 4];
+    n.along_side = least_cost(least_radius_at, &n, low, high);
+    out = sc_vec3_scale(n.side, n.along_side);
+    return sc_vec3_along(out, least_cost(radius_at, &n, n.low, n.high), n.other);
+}
+
+/* A search along the axis for the target with as much room above as below. */
+typedef struct level {
+    const edges *e;
+    sc_vec3 axis, from;
+} level;
+
+/* @return what the upper and lower edges ask for with the target at @p at along the axis. */
+static double height_at(const void *user, double at)
+{
+    const level *l = user;
+
+    return needed(l->e, sc_vec3_along(l->from, at, l->axis), 2, 3);
+}
+
+/* Choose the target of an orbit: on the line of middle_across, with as much room above as below. If
+ * the width of the picture decides about the distance, there is more room than the margin: as much
+ * as makes the height ask for the same distance. @param e edges with MARGIN; its upper and lower
+ * ones are changed. */
+static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, double aspect, edges *e)
+{
+    enum { TRIES = 8 };
+    level l = {e, orbit->axis, middle_across(orbit, c)};
+    double low, high, margin = MARGIN, step = 8 * MARGIN, room, at;
+
+    sc_extent(c->points, c->count, orbit->axis, &low, &high);
+    room = needed(e, sc_vec3_along(l.from, 0.5 * (low + high), l.axis), 0, 3) / 4;
+    low -= room; /* a flat body is seen from above: its near side reaches far below it */
+    high += room;
+    at = least_cost(height_at, &l, low, high);
+    for (int i = 0; i < TRIES; i++) {
+        double tried = margin + step;
+
+        step /= 2;
+        if (i == 0 && height_at(&l, at) >= needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
+            break;
+        find_edges(orbit, c, 2, aspect, tried, e);
+        at = least_cost(height_at, &l, low, high);
+        if (height_at(&l, at) < needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
+            margin = tried;
+    }
+    return sc_vec3_along(l.from, at, orbit->axis);
+}
+
 void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double aspect,
                     double *half_height)
 {
     const double tangent = tan(orbit->fov_deg * M_PI / 360);
     const bool orthographic = orbit->projection == SC_ORTHOGRAPHIC;
-    swept s;
-    double need;
+    cloud c = {.points = points, .count = count};
+    double need, low, high;
+    edges e;
 
     *half_height = tangent;
     if (orbit->fixed) {
@@ -118,13 +317,19 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double
                 tangent * sc_vec3_length(sc_vec3_sub(orbit->target_mm, orbit->position_mm));
         return;
     }
-    if (!orbit->has_target)
-        orbit->target_mm = middle(points, count, orbit->axis);
-    s = sweep_points(points, count, orbit->axis, orbit->target_mm);
-    need = needed(&s, orbit, aspect, tangent);
+    c.block_count = make_blocks(points, count, c.blocks);
+    find_edges(orbit, &c, 0, aspect, MARGIN, &e);
+    find_edges(orbit, &c, 2, aspect, MARGIN, &e);
+    if (!orbit->has_target) {
+        edges scratch = e;
+
+        orbit->target_mm = choose_target(orbit, &c, aspect, &scratch);
+    }
+    need = needed(&e, orbit->target_mm, 0, 3);
     if (orthographic) {
         *half_height = orbit->has_distance ? tangent * orbit->distance_mm : need;
-        orbit->distance_mm = 2 * (need + s.high - s.low) + 1; /* anywhere outside of the body */
+        sc_extent(points, count, orbit->axis, &low, &high);
+        orbit->distance_mm = 2 * (need * (1 + aspect) + high - low) + 1; /* outside of all */
     } else if (!orbit->has_distance) {
         orbit->distance_mm = need;
     }
