@@ -107,7 +107,7 @@ typedef struct sc_ray {
 /** What a ray brings back: its light, and which surfaces it met, so that neighbouring rays can be
  *  compared. */
 typedef struct sc_radiance {
-    float rgb[3];        /**< linear, premultiplied */
+    float rgb[3];        /**< square roots of linear light, premultiplied */
     float transmittance; /**< share of the light from behind all tissue that gets through */
     float depth_mm;      /**< of the first surface, from the eye; HUGE_VALF: none */
     float normal[3];     /**< of the first surface, unit, RAS, towards the eye */

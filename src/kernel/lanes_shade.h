@@ -358,7 +358,7 @@ static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
     const vf share = light->transmittance * alpha;
 
     for (int i = 0; i < 3; i++)
-        light->rgb[i] = f_pick(on, light->rgb[i] + share * rgb[i], light->rgb[i]);
+        light->rgb[i] = f_pick(on, light->rgb[i] + share * f_sqrt(rgb[i]), light->rgb[i]);
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);
 }
 

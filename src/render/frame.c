@@ -71,7 +71,7 @@ static void march_batch(tile *t)
  * empty the queue. */
 static void flush_first_rays(tile *t)
 {
-    const float *background = t->f->renderer->background;
+    const float *behind = t->f->renderer->tone;
 
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
@@ -79,8 +79,8 @@ static void flush_first_rays(tile *t)
         sc_pixel_state *g = &t->pixels[t->rays.target[i]];
 
         for (int c = 0; c < 3; c++) {
-            g->rgb[c] = light->rgb[c] + light->transmittance * background[c];
-            g->tone[c] = sqrtf(g->rgb[c] > 0 ? g->rgb[c] : 0);
+            g->tone[c] = light->rgb[c] + light->transmittance * behind[c];
+            g->rgb[c] = g->tone[c] * g->tone[c];
             g->normal[c] = light->normal[c];
         }
         g->label = light->label;
@@ -167,16 +167,19 @@ static bool differs_from_neighbours(const tile *t, const sc_pixel_state *pixel)
  * pixel, and empty the queue. */
 static void flush_samples(tile *t)
 {
-    const float *background = t->f->renderer->background;
+    const float *behind = t->f->renderer->tone;
 
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
         float *sum = t->pixels[t->rays.target[i]].rgb;
 
-        /* What the ray adds to the background: its light, less the background that it hides. */
-        for (int c = 0; c < 3; c++)
-            sum[c] += light->rgb[c] + (light->transmittance - 1) * background[c];
+        /* What the ray adds to the background: exactly nothing if it has met nothing. */
+        for (int c = 0; c < 3; c++) {
+            const float tone = light->rgb[c] + light->transmittance * behind[c];
+
+            sum[c] += tone * tone - behind[c] * behind[c];
+        }
     }
     t->rays.count = 0;
 }
@@ -475,7 +478,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     set_planes(r, scene);
     for (int c = 0; c < 3; c++) {
         f.nothing.rgb[c] = r->background[c];
-        f.nothing.tone[c] = sqrtf(r->background[c]);
+        f.nothing.tone[c] = r->tone[c];
     }
     sc_lens_init(&f.lens, r, scene, viewport);
     cover_view(&f);

@@ -61,6 +61,7 @@ struct sc_renderer {
     double radius_mm;
     sc_srgb_table srgb;     /* from linear light to levels of a pixel */
     float background[3];    /* linear */
+    float tone[3];          /* its square roots, with which rays are blended */
     uint8_t empty[3];       /* the background as a pixel, sRGB */
     sc_render_stats *stats; /* [threads], of the present frame */
     sc_render_span *spans;  /* [threads] */

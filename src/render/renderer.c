@@ -265,6 +265,8 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     for (int i = 0; i < 3; i++)
         r->background[i] = (float)sc_srgb_to_linear(settings->background[i] / 255.0);
     for (int i = 0; i < 3; i++)
+        r->tone[i] = sqrtf(r->background[i]);
+    for (int i = 0; i < 3; i++)
         r->empty[i] = sc_srgb_level(&r->srgb, r->background[i]);
     fill_march(r);
     decide_cover(r);

@@ -5,6 +5,8 @@
 #include "scenes.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static const uint8_t *pixel(const sc_image *image, int x, int y)
 {
@@ -297,6 +299,28 @@ static void a_camera_inside_a_tissue_sees_its_walls(void **state)
     free_scene(&s);
 }
 
+/* Two half-opaque black surfaces on white are about as dark as where levels of pixels are blended,
+ * 64, and not the 137 of linear light; with one kernel as with another, and with more rays. */
+static void half_opaque_tissues_are_not_washed_out(void **state)
+{
+    sc_scene scene;
+    small_scene s = plate_scene(0.5, &scene);
+
+    (void)state;
+    s.settings.light = (sc_lighting){.flat = true};
+    memset(s.tissues[1].rgb_linear, 0, sizeof s.tissues[1].rgb_linear);
+    for (int n = 0; n < 4; n++) {
+        sc_image image;
+
+        s.settings.skip = n & 1 ? SC_SKIP_LEAP : SC_SKIP_NONE;
+        s.settings.samples = n & 2 ? 4 : 1;
+        image = draw_view(&s, &scene, NULL);
+        assert_true(abs(pixel(&image, 20, 10)[0] - 71) <= 1);
+        sc_image_clear(&image);
+    }
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -310,6 +334,7 @@ int main(void)
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
         cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
+        cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
     };
 
     return RUN(tests);
