@@ -38,6 +38,7 @@ same_output() {
 rm -rf "$name"
 mkdir "$name"
 cd "$name" || exit 1
+[ -z "${FAULT_RESUME:-}" ] || cp -r ../stopped out
 launch=()
 [ "$ranks" = 1 ] || launch=(mpirun -n "$ranks")
 faults=(LD_PRELOAD="$FAULT_SHIM" FAULT_KIND="$kind" FAULT_AT="$number" FAULT_ERROR="$error" FAULT_MODE="$mode"
@@ -47,7 +48,7 @@ code=0
 # The launcher itself has no faults; the shim would not count its calls either.
 {
     timeout -k 5 "${FAULT_PATIENCE:-60}" "${launch[@]}" env "${faults[@]}" \
-        "$SEGCAST" render ../job.yaml -o out -q >stdout.txt 2>stderr.txt || code=$?
+        "$SEGCAST" render ../job.yaml -o out -q ${FAULT_RESUME:+--resume} >stdout.txt 2>stderr.txt || code=$?
 } 2>/dev/null # where the shell tells of processes that crash
 site=
 for report in report*; do # of the first rank with a fault

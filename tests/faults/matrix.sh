@@ -11,6 +11,7 @@
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
+# FAULT_RESUME    1: the run with faults continues one that was killed half way
 # FAULT_RESULTS   where the list of outcomes is copied to
 # FAULT_JOBS      how many runs there are at a time (default: one per core)
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
@@ -58,6 +59,19 @@ mkdir reference
 (cd reference && "$SEGCAST" render ../job.yaml -o out -q >/dev/null)
 jq -c 'select(.frame != null) | [.frame, .hash]' reference/out/manifest.jsonl | sort >hashes.txt
 
+# stop_half_way: leave in stopped/ what a run holds that was killed after half of its files.
+stop_half_way() {
+    local renames
+    env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" "$SEGCAST" render job.yaml -o whole -q >/dev/null
+    renames=$(awk '$1 == "calls" && $2 == "rename" {print $3}' report)
+    (env LD_PRELOAD="$FAULT_SHIM" FAULT_KIND=rename FAULT_AT=$((renames / 2)) FAULT_ERROR=KILL \
+        "$SEGCAST" render job.yaml -o stopped -q >/dev/null) 2>/dev/null || true
+    rm -rf report whole
+    grep -q '"frame"' stopped/manifest.jsonl || fail "the run was killed before it had drawn a frame"
+    export FAULT_RESUME
+}
+[ -z "${FAULT_RESUME:-}" ] || stop_half_way
+
 # plans KIND: print the errors and modes with which calls of a kind fail.
 plans() {
     case $1 in
@@ -75,8 +89,9 @@ count() {
     local launch=() rank
     [ "$1" = 1 ] || launch=(mpirun -n "$1")
     rm -f report*
+    [ -z "${FAULT_RESUME:-}" ] || cp -r stopped "counted$1"
     "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" FAULT_SITES=$((distinct ? distinct : 1)) \
-        "$SEGCAST" render job.yaml -o "counted$1" -q >/dev/null
+        "$SEGCAST" render job.yaml -o "counted$1" -q ${FAULT_RESUME:+--resume} >/dev/null
     if [ "$1" = 1 ]; then mv report calls.1.-; else
         for rank in $(seq 0 $(($1 - 1))); do mv "report.$rank" "calls.$1.$rank"; done
     fi
@@ -117,7 +132,7 @@ total=$(wc -l <cases.txt)
 echo "FAULT_DISTINCT=$distinct FAULT_STEP="${steps[*]}" FAULT_OFFSET=$offset: $total faults"
 [ "$total" -gt 0 ] || fail "no call was counted: does the loader take $FAULT_SHIM?"
 export FAULT_SHIM SEGCAST
-xargs -P "${FAULT_JOBS:-$(nproc)}" -L 1 bash "$SOURCE/tests/faults/case.sh" <cases.txt >results.txt &
+xargs -P "${FAULT_JOBS:-$(env -u OMP_NUM_THREADS nproc)}" -L 1 bash "$SOURCE/tests/faults/case.sh" <cases.txt >results.txt &
 work=$!
 while sleep 5 && kill -0 $work 2>/dev/null; do
     [ -z "${FAULT_PROGRESS:-}" ] ||
