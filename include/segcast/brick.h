@@ -269,7 +269,9 @@ static inline void sc_record_normal(uint32_t record, float out[3])
  *  negative for all others, as signed fields in two words of 32 bits: corners 0 to 4 in the lower,
  *  5 to 7 in the upper, each from its lowest bit up. */
 enum { SC_CELL_FIELD_BITS = 6, SC_CELL_LOW_FIELDS = 5, SC_CELL_WORD_BITS = 32 };
-#define SC_CELL_MANY (1ull << 63) /**< there are more than two labels */
+#define SC_CELL_MANY                                                                               \
+    (1ull << 63) /**< there are more than two labels, or the cell reaches across the               \
+                 border of the volume */
 
 /** @return the lowest bit, within its word, of the field of corner @p corner, 0 to 7. */
 static inline int sc_cell_field_shift(int corner)

@@ -27,14 +27,21 @@ typedef struct sc_cell {
     float weights[SC_CORNERS];     /* of the votes: 1 to SC_WEIGHT_MAX */
     uint32_t distinct[SC_CORNERS]; /* the different labels, in rising order */
     int distinct_count;
+    size_t record_index[SC_CORNERS]; /* of records, in sc_prepared.records */
+    unsigned border; /* which faces of the volume pass through the middle of the cell, as bits: bit
+                        i where axis i begins, bit 3 + i where it ends; beyond them is background */
 } sc_cell;
 
 /* A point where the owner changes from one label (dense id) to another. */
 typedef struct sc_crossing {
     uint32_t left, entered;
-    float u; /* how far along the way through the cell: 0 to 1 */
+    float u;  /* how far along the way through the cell: 0 to 1 */
+    int face; /* 0, or 1 + axis: this is a face of the volume, across that axis */
 } sc_crossing;
-enum { SC_CROSSINGS_MAX = 24 };
+enum {
+    SC_CROSSINGS_WITHIN = 24, /* between labels of the volume */
+    SC_CROSSINGS_MAX = SC_CROSSINGS_WITHIN + 2
+};
 
 /* The search for a root ends after so many steps, or where the difference of the votes (of weights
  * up to SC_WEIGHT_MAX) is as small as this. Guesses stay this share of the interval away from its
@@ -48,27 +55,69 @@ enum { SC_CROSSINGS_MAX = 24 };
 #define SC_OPPOSITE_FROM 0.82f
 #define SC_OPPOSITE_RANGE 0.13f
 
-/* Read the labels at the corners of the cell c->q into c->labels; background outside of the
- * volume. Nothing else of the cell is changed. @p label_bytes: that of the volume, as a constant
- * of the caller. @return whether the labels differ. */
+/* The cells whose corners lie outside of the volume along some axis, but not all of them, are cut
+ * in two by a face of the volume. The corners outside of it count as copies of those opposite,
+ * which are voxels, so that tissue goes straight on to the face; beyond the face all is background.
+ */
+
+/* The bits of sc_cell.border for the cell @p q. */
+static inline unsigned sc_cell_border(const sc_prepared *v, const int q[3])
+{
+    unsigned border = 0;
+
+    for (int i = 0; i < 3; i++)
+        border |= (q[i] == 0 ? 1u : 0) << i | (q[i] == v->size[i] ? 8u : 0) << i;
+    return border;
+}
+
+/* The vertex nearest to corner number @p corner of the cell @p q that is a voxel, to @p out. */
+static inline void sc_cell_vertex(const sc_prepared *v, const int q[3], int corner, int out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int at = q[i] + (corner >> i & 1);
+
+        out[i] = at < 1 ? 1 : at > v->size[i] ? v->size[i] : at;
+    }
+}
+
+/* Read the labels at the corners of a cell at the border of the volume; the rest is as in
+ * sc_cell_labels. A cell without a voxel is background. */
+static inline bool sc_cell_border_labels(const sc_prepared *v, sc_cell *c)
+{
+    uint32_t any = 0;
+    bool outside = false;
+
+    for (int i = 0; i < 3; i++)
+        outside = outside || c->q[i] < 0 || c->q[i] > v->size[i];
+    c->border = outside ? 0 : sc_cell_border(v, c->q);
+    for (int i = 0; i < SC_CORNERS; i++) {
+        int at[3];
+
+        sc_cell_vertex(v, c->q, i, at);
+        c->labels[i] = outside ? 0 : sc_id_at_vertex(v, at[0], at[1], at[2]);
+        any |= c->labels[i];
+    }
+    return any != 0;
+}
+
+/* Read the labels at the corners of the cell c->q into c->labels, and set c->border; nothing else
+ * of the cell is changed. @p label_bytes: that of the volume, as a constant of the caller. @return
+ * whether there is more than one label in the cell. */
 static inline bool sc_cell_labels(const sc_prepared *v, int label_bytes, sc_cell *c)
 {
     const int x = c->q[0], y = c->q[1], z = c->q[2];
     const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
+    const size_t base = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
     uint32_t differ = 0;
 
-    if (x >= 1 && y >= 1 && z >= 1 && x < v->size[0] && y < v->size[1] && z < v->size[2]) {
-        const size_t base = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
+    if (x < 1 || y < 1 || z < 1 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+        return sc_cell_border_labels(v, c);
+    c->border = 0;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const size_t at = base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
 
-        for (int i = 0; i < SC_CORNERS; i++) {
-            const size_t at = base + (size_t)(i & 1) + (i & 2 ? row : 0) + (i & 4 ? layer : 0);
-
-            c->labels[i] =
-                label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
-        }
-    } else {
-        for (int i = 0; i < SC_CORNERS; i++)
-            c->labels[i] = sc_id_at_vertex(v, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+        c->labels[i] =
+            label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
     }
     for (int i = 1; i < SC_CORNERS; i++)
         differ |= c->labels[i] ^ c->labels[0];
@@ -94,21 +143,24 @@ static inline void sc_cell_sort(sc_cell *c)
     }
 }
 
-/* Set c->records, c->weights, c->distinct and c->distinct_count. Only for a cell for which
- * sc_cell_labels has returned true: the corners of others may have no vertex records. */
+/* Set c->records, c->record_index, c->weights, c->distinct and c->distinct_count. Only for a cell
+ * for which sc_cell_labels has returned true: the corners of others may have no vertex records. */
 static inline void sc_cell_fill(const sc_prepared *v, sc_cell *c)
 {
     for (int i = 0; i < SC_CORNERS; i += 2) {
-        const int y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
-        const size_t low = sc_record_index(v, c->q[0], y, z);
+        int low[3], high[3];
+
+        sc_cell_vertex(v, c->q, i, low);
+        sc_cell_vertex(v, c->q, i + 1, high);
+        c->record_index[i] = sc_record_index(v, low[0], low[1], low[2]);
         /* All corners of such a cell have records, so that those of neighbours along x in the same
          * brick stand side by side. */
-        const bool one_brick = (c->q[0] & SC_BRICK_MASK) < SC_BRICK_MASK;
-        const size_t high = one_brick ? low + 1 : sc_record_index(v, c->q[0] + 1, y, z);
-
-        c->records[i] = sc_record_read(v->records, low);
-        c->records[i + 1] = sc_record_read(v->records, high);
+        c->record_index[i + 1] = (low[0] & SC_BRICK_MASK) < SC_BRICK_MASK || high[0] == low[0]
+                                     ? c->record_index[i] + (size_t)(high[0] - low[0])
+                                     : sc_record_index(v, high[0], high[1], high[2]);
     }
+    for (int i = 0; i < SC_CORNERS; i++)
+        c->records[i] = sc_record_read(v->records, c->record_index[i]);
     sc_cell_sort(c);
 }
 
@@ -281,6 +333,24 @@ static inline uint32_t sc_cell_owner(const sc_cell *c, const float a[3])
     return best;
 }
 
+/* How far the point @p a of the cell lies inside of the volume, along axis @p i, in voxels;
+ * negative outside. c->border must have a bit of that axis. */
+static inline float sc_cell_inside(const sc_cell *c, int i, const float a[3])
+{
+    return c->border >> i & 1 ? a[i] - 0.5f : 0.5f - a[i];
+}
+
+/* The dense id of the label that owns the point @p a of the cell, by sc_cell_owner and the border
+ * of the volume. */
+static inline uint32_t sc_cell_owner_at(const sc_cell *c, const float a[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if ((c->border | c->border >> 3) >> i & 1 && sc_cell_inside(c, i, a) < 0)
+            return 0;
+    }
+    return sc_cell_owner(c, a);
+}
+
 /* Find the first point after *@p u, on the way from @p a (0) to @p b (1), where another label
  * takes over from @p owner, and set *@p u to it. @return that label, or @p owner if there is
  * none, with *@p u unchanged. */
@@ -318,12 +388,10 @@ static inline uint32_t sc_next_owner(const sc_cell *c, const float a[3], const f
     return next;
 }
 
-/* List all crossings on the way from the point @p a of the cell to its point @p b, in their
- * order, in @p out. The cell must have been filled by sc_cell_fill or sc_cell_sort. @return how
- * many; 0 if the owner does not change. Should there be more than fit, the last one listed leads
- * to the owner of @p b. */
-static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],
-                                    sc_crossing out[SC_CROSSINGS_MAX])
+/* List the crossings between labels of the volume on the way from the point @p a of the cell to its
+ * point @p b; the rest is as in sc_cell_crossings. */
+static inline int sc_crossings_within(const sc_cell *c, const float a[3], const float b[3],
+                                      sc_crossing out[SC_CROSSINGS_WITHIN])
 {
     uint32_t owner, last;
     float u = -1;
@@ -338,22 +406,87 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
         count = sc_sign_changes(coefficients, changes);
         side = coefficients[0] < 0;
         for (int i = 0; i < count; i++, side ^= 1)
-            out[i] = (sc_crossing){c->distinct[side], c->distinct[side ^ 1], changes[i]};
+            out[i] = (sc_crossing){c->distinct[side], c->distinct[side ^ 1], changes[i], 0};
         return count;
     }
     owner = sc_cell_owner(c, a);
     last = sc_cell_owner(c, b);
-    while (count < SC_CROSSINGS_MAX - 1) {
+    while (count < SC_CROSSINGS_WITHIN - 1) {
         const uint32_t next = sc_next_owner(c, a, b, owner, &u);
 
         if (next == owner)
             break;
-        out[count++] = (sc_crossing){owner, next, u};
+        out[count++] = (sc_crossing){owner, next, u, 0};
         owner = next;
     }
     if (owner != last) /* rounding hid the last change; the next cell will start from this owner */
-        out[count++] = (sc_crossing){owner, last, 1};
+        out[count++] = (sc_crossing){owner, last, 1, 0};
     return count;
+}
+
+/* The part of the way from the point @p a of the cell to its point @p b that lies inside of the
+ * volume, from share u[0] to share u[1], and the faces (of sc_crossing) at which it begins and
+ * ends; 0 where it begins at @p a or ends at @p b. @return false if it all lies outside. */
+static inline bool sc_part_inside(const sc_cell *c, const float a[3], const float b[3], float u[2],
+                                  int faces[2])
+{
+    u[0] = 0;
+    u[1] = 1;
+    faces[0] = faces[1] = 0;
+    for (int i = 0; i < 3; i++) {
+        float at[2], share;
+
+        if (!((c->border | c->border >> 3) >> i & 1))
+            continue;
+        at[0] = sc_cell_inside(c, i, a);
+        at[1] = sc_cell_inside(c, i, b);
+        if (at[0] < 0 && at[1] < 0)
+            return false;
+        share = at[0] / (at[0] - at[1]);
+        if (at[0] < 0 && share >= u[0]) {
+            u[0] = share;
+            faces[0] = 1 + i;
+        }
+        if (at[1] < 0 && share <= u[1]) {
+            u[1] = share;
+            faces[1] = 1 + i;
+        }
+    }
+    return u[0] <= u[1];
+}
+
+/* List all crossings on the way from the point @p a of the cell to its point @p b, in their
+ * order, in @p out. The cell must have been filled by sc_cell_fill or sc_cell_sort. @return how
+ * many; 0 if the owner does not change. Should there be more than fit, the last one listed leads
+ * to the owner of @p b. */
+static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const float b[3],
+                                    sc_crossing out[SC_CROSSINGS_MAX])
+{
+    sc_crossing within[SC_CROSSINGS_WITHIN];
+    float ends[2][3], u[2];
+    uint32_t first, last;
+    int faces[2], count, n = 0;
+
+    if (!c->border)
+        return sc_crossings_within(c, a, b, out);
+    if (!sc_part_inside(c, a, b, u, faces))
+        return 0;
+    for (int i = 0; i < 3; i++) {
+        for (int e = 0; e < 2; e++)
+            ends[e][i] = faces[e] ? sc_lerp(a[i], b[i], u[e]) : e ? b[i] : a[i];
+    }
+    count = sc_crossings_within(c, ends[0], ends[1], within);
+    first = count ? within[0].left : sc_cell_owner(c, ends[0]);
+    last = count ? within[count - 1].entered : first;
+    if (faces[0] && first)
+        out[n++] = (sc_crossing){0, first, u[0], faces[0]};
+    for (int i = 0; i < count; i++) {
+        out[n] = within[i];
+        out[n++].u = u[0] + (u[1] - u[0]) * within[i].u;
+    }
+    if (faces[1] && last)
+        out[n++] = (sc_crossing){last, 0, u[1], faces[1]};
+    return n;
 }
 
 /* For each of two labels, add the gradients at its corners, weighted trilinearly for the point

@@ -17,29 +17,32 @@ typedef struct v_cell {
     vi labels[SC_CORNERS], records[SC_CORNERS], record_index[SC_CORNERS];
 } v_cell;
 
+/* @p x limited to [1, @p last]: the nearest vertex that is a voxel. */
+static inline vi v_nearest(vi x, int last)
+{
+    x = i_pick(i_below(x, i_set(1)), i_set(1), x);
+    return i_pick(i_below(i_set(last), x), i_set(last), x);
+}
+
 /* Read the labels of the two corners of a cell at x and x + 1 in row (y, z) at once, to @p
- * out[0] and @p out[1]; 0 outside of the volume and in lanes outside of @p on. */
+ * out[0] and @p out[1]; outside of the volume, those of the nearest voxels; 0 in lanes outside of
+ * @p on. */
 static inline void v_row_labels(const sc_prepared *v, int label_bytes, vi x, vi y, vi z, vm on,
                                 vi out[2])
 {
     const int row = v->size[0], layer = row * v->size[1];
-    const vm inside = m_and(m_and(m_and(i_below(i_set(0), y), i_below(y, i_set(v->size[1] + 1))),
-                                  m_and(i_below(i_set(0), z), i_below(z, i_set(v->size[2] + 1)))),
-                            on);
-    /* Left of the volume, where x is 0, the first voxel of the row is the label of x + 1. */
-    const vm low_in = m_and(inside, i_below(i_set(0), x));
-    const vm high_in = m_and(inside, i_below(x, i_set(row)));
-    const vi first = i_pick(i_below(i_set(0), x), x - 1, i_set(0));
-    const vi two = i_gather(v->ids, ((z - 1) * layer + (y - 1) * row + first) * label_bytes,
-                            m_or(low_in, high_in));
+    const vi first = v_nearest(x, row);
+    const vi at = (v_nearest(z, v->size[2]) - 1) * layer + (v_nearest(y, v->size[1]) - 1) * row;
+    const vi two = i_gather(v->ids, (at + first - 1) * label_bytes, on);
     const int bits = 8 * label_bytes;
     const vi low = two & ((1 << bits) - 1), next = two >> bits & ((1 << bits) - 1);
 
-    out[0] = i_pick(low_in, low, i_set(0));
-    out[1] = i_pick(high_in, i_pick(i_below(i_set(0), x), next, low), i_set(0));
+    out[0] = low;
+    out[1] = i_pick(i_equal(v_nearest(x + 1, row), first), low, next);
 }
 
-/* Read the labels at the corners of the cells c->q into c->labels; 0 in lanes outside of @p on. */
+/* Read the labels at the corners of the cells c->q, which hold a voxel each, into c->labels; 0 in
+ * lanes outside of @p on. */
 static inline void v_cell_labels(const sc_prepared *v, int label_bytes, v_cell *c, vm on)
 {
     for (int i = 0; i < SC_CORNERS; i += 2)
@@ -61,31 +64,36 @@ static inline vi v_record_index(const sc_prepared *v, vi x, vi y, vi z, vm on)
  * the lanes of @p on; in other lanes both are meaningless. */
 static inline void v_cell_fill(const sc_prepared *v, v_cell *c, vm on)
 {
-    const vm across = m_and(on, i_equal(c->q[0] & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
+    const vi low = v_nearest(c->q[0], v->size[0]), high = v_nearest(c->q[0] + 1, v->size[0]);
+    const vm last = m_and(on, i_equal(low & SC_BRICK_MASK, i_set(SC_BRICK_MASK)));
+    const vm across = m_without(last, i_equal(low, high));
 
     for (int i = 0; i < SC_CORNERS; i += 2) {
-        const vi y = c->q[1] + (i >> 1 & 1), z = c->q[2] + (i >> 2);
+        const vi y = v_nearest(c->q[1] + (i >> 1 & 1), v->size[1]);
+        const vi z = v_nearest(c->q[2] + (i >> 2), v->size[2]);
 
-        c->record_index[i] = v_record_index(v, c->q[0], y, z, on);
-        c->record_index[i + 1] = c->record_index[i] + 1;
+        c->record_index[i] = v_record_index(v, low, y, z, on);
+        c->record_index[i + 1] = c->record_index[i] + (high - low);
         if (m_any(across))
-            c->record_index[i + 1] = i_pick(across, v_record_index(v, c->q[0] + 1, y, z, across),
-                                            c->record_index[i + 1]);
+            c->record_index[i + 1] =
+                i_pick(across, v_record_index(v, high, y, z, across), c->record_index[i + 1]);
     }
     for (int i = 0; i < SC_CORNERS; i++)
         c->records[i] = i_gather(v->records, c->record_index[i] * SC_RECORD_BYTES, on);
 }
 
-/* Copy the cell of one lane to @p out, with its weights and distinct labels, for the functions
- * of cell.h. */
-static inline void v_cell_get_lane(const v_cell *c, int lane, sc_cell *out)
+/* Copy the cell of one lane to @p out, with its weights, distinct labels and border, for the
+ * functions of cell.h. */
+static inline void v_cell_get_lane(const sc_prepared *v, const v_cell *c, int lane, sc_cell *out)
 {
     for (int i = 0; i < 3; i++)
         out->q[i] = c->q[i][lane];
     for (int i = 0; i < SC_CORNERS; i++) {
         out->labels[i] = (uint32_t)c->labels[i][lane];
         out->records[i] = (uint32_t)c->records[i][lane];
+        out->record_index[i] = (size_t)c->record_index[i][lane];
     }
+    out->border = sc_cell_border(v, out->q);
     sc_cell_sort(out);
 }
 

@@ -15,6 +15,7 @@
  * several. It persists between cells: only the lanes searched are overwritten. */
 typedef struct crossings {
     vi left, entered; /* the two labels */
+    vi face;          /* see sc_crossing */
     vf u;             /* how far along the way through the cell: 0 to 1 */
     /* lanes with a single crossing: the difference of the two votes along the way, see sc_bernstein
      */
@@ -228,7 +229,7 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
         a[i] = p->a[i][lane];
         b[i] = p->b[i][lane];
     }
-    v_cell_get_lane(&p->cell, lane, &cell);
+    v_cell_get_lane(p->m->volume, &p->cell, lane, &cell);
     x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
     x->next[lane] = 0;
     return x->count[lane] > 0;
@@ -333,6 +334,7 @@ static vm next_crossings(crossings *x, vm on)
         x->left[lane] = (int32_t)x->list[lane][n].left;
         x->entered[lane] = (int32_t)x->list[lane][n].entered;
         x->u[lane] = x->list[lane][n].u;
+        x->face[lane] = x->list[lane][n].face;
         have |= 1u << lane;
     }
     return m_of_bits(have);
@@ -394,6 +396,20 @@ static inline vm v_sees_on(const packet *p)
     return f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
 }
 
+/* Set the normals of the lanes of @p on whose crossings are faces of the volume. */
+static void set_face_normals(const packet *p, const crossings *x, vm on, vf normal[3])
+{
+    for (uint32_t left = m_bits(m_without(on, i_equal(x->face, i_set(0)))); left;
+         left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        float n[3];
+
+        sc_face_normal(p->m, x->face[lane] - 1, p->rays[lane].toward_eye, n);
+        for (int i = 0; i < 3; i++)
+            normal[i][lane] = n[i];
+    }
+}
+
 /* Add the present crossing of x (left, entered, u) to the light of each lane of @p on, as far as
  * its labels contribute. p->cell must have been read. */
 static void add_crossings(packet *p, const crossings *x, vm on)
@@ -418,6 +434,7 @@ static void add_crossings(packet *p, const crossings *x, vm on)
         spot.point[i] = p->origin[i] + p->direction[i] * t;
     }
     v_face_eye(p->eye, spot.normal);
+    set_face_normals(p, x, either, spot.normal);
     v_light_spot(p->m, &spot, either);
     v_add_surface(p, x->left, at, &spot, left);
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));
@@ -480,7 +497,7 @@ static void init_packet(packet *p, const sc_march *march)
     for (int i = 0; i < 4; i++)
         p->x.coefficients[i] = f_set(0);
     p->x.u = f_set(0);
-    p->x.left = p->x.entered = i_set(0);
+    p->x.left = p->x.entered = p->x.face = i_set(0);
 }
 
 /* Begin all rays at once if each has a single stretch, which is nearly always so without clip
@@ -589,6 +606,7 @@ static void add_cell_crossings(packet *p)
     x->left = i_pick(downward, high, low);
     x->entered = i_pick(downward, low, high);
     x->u = v_root(x->coefficients, single);
+    x->face = i_set(0);
     for (vm on = m_or(single, next_crossings(x, p->found)); m_any(on);
          on = m_and(next_crossings(x, p->found), v_sees_on(p)))
         add_crossings(p, x, on);

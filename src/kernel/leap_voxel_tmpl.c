@@ -195,20 +195,43 @@ static void add_interior(packet *p, vi label, vm on)
             v_tissue_floats(p->m, label, offsetof(sc_march_tissue, interior_alpha), on), on);
 }
 
+/* See sc_voxel_normal: the normals of boundary voxels, to @p n. */
+static void v_voxel_normal(const sc_march *m, vi record, const vi voxel[3], vf n[3])
+{
+    vf length;
+
+    v_record_normal(record, n);
+    for (int i = 0; i < 3; i++) {
+        const float *row = m->grid_per_mm[i];
+        const float across = sqrtf(sc_dot3(row, row));
+        const vm first = i_equal(voxel[i], i_set(0));
+        const vm last = i_equal(voxel[i], i_set(m->volume->size[i] - 1));
+
+        for (int k = 0; k < 3; k++)
+            n[k] = f_pick(first, n[k] - row[k] / across, n[k]);
+        for (int k = 0; k < 3; k++)
+            n[k] = f_pick(last, n[k] + row[k] / across, n[k]);
+    }
+    length = f_length(n);
+    for (int i = 0; i < 3; i++)
+        n[i] /= length;
+}
+
 /* Add the present samples of the lanes of @p on, which are of boundary voxels, to the light; see
  * add_boundary() of march_voxel_tmpl.c. @p at: their positions in grid coordinates plus 1/2. */
 static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on)
 {
     v_spot spot;
-    vf rgb[3], alpha, length;
+    vf rgb[3], alpha;
+    vi voxel[3];
 
-    v_record_octant(i_gather(p->m->volume->records, record * SC_RECORD_BYTES, on), spot.normal);
-    length = f_length(spot.normal);
     for (int i = 0; i < 3; i++) {
         spot.eye[i] = p->eye[i];
-        spot.normal[i] /= length;
         spot.point[i] = at[i] - 0.5f;
+        voxel[i] = i_of(at[i]) - 1;
     }
+    v_voxel_normal(p->m, i_gather(p->m->volume->records, record * SC_RECORD_BYTES, on), voxel,
+                   spot.normal);
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
     alpha = v_boundary_alpha(p->m, label, record, on);

@@ -26,9 +26,7 @@ static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[
         if (c->cell.labels[i] != label)
             continue;
         weights += weight;
-        sum += weight * m->thickness_alpha[m->volume->thickness[sc_record_index(
-                            m->volume, c->cell.q[0] + (i & 1), c->cell.q[1] + (i >> 1 & 1),
-                            c->cell.q[2] + (i >> 2))]];
+        sum += weight * m->thickness_alpha[m->volume->thickness[c->cell.record_index[i]]];
     }
     return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
 }
@@ -75,6 +73,8 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     for (int i = 0; i < 3; i++)
         spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
     sc_face_eye(c->ray->toward_eye, spot.normal);
+    if (x->face)
+        sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
     point_at(c, t, spot.point);
     if (left)
         add_surface(c, x->left, at, &spot);

@@ -96,14 +96,12 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t
         measured ? m->thickness_alpha[m->volume->thickness[record]] : tissue->boundary_alpha;
     sc_spot spot = {.eye = c->ray->toward_eye,
                     .depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm};
-    float length, rgb[3];
+    const int voxel[3] = {(int)p[0] - 1, (int)p[1] - 1, (int)p[2] - 1};
+    float rgb[3];
 
-    sc_record_octant(sc_record_read(m->volume->records, record), spot.normal);
-    length = sqrtf(sc_dot3(spot.normal, spot.normal));
-    for (int i = 0; i < 3; i++) {
-        spot.normal[i] /= length;
+    sc_voxel_normal(m, sc_record_read(m->volume->records, record), voxel, spot.normal);
+    for (int i = 0; i < 3; i++)
         spot.point[i] = p[i] - 0.5f;
-    }
     sc_face_eye(c->ray->toward_eye, spot.normal);
     sc_light(m, tissue, &spot, rgb);
     sc_remember_surface(&c->light, label, alpha, spot.depth_mm, spot.normal);

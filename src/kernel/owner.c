@@ -16,5 +16,5 @@ uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3])
     if (!sc_cell_labels(volume, volume->label_bytes, &cell))
         return cell.labels[0];
     sc_cell_fill(volume, &cell);
-    return sc_cell_owner(&cell, a);
+    return sc_cell_owner_at(&cell, a);
 }

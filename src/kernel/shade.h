@@ -106,6 +106,39 @@ static inline void sc_face_eye(const float eye[3], float n[3])
         n[i] /= length;
 }
 
+/* The normal of a face of the volume across axis @p axis, unit, RAS, towards the eye, to @p n. */
+static inline void sc_face_normal(const sc_march *m, int axis, const float eye[3], float n[3])
+{
+    const float *row = m->grid_per_mm[axis];
+    const float length = sqrtf(sc_dot3(row, row));
+    const float side = sc_dot3(row, eye) < 0 ? -length : length;
+
+    for (int i = 0; i < 3; i++)
+        n[i] = row[i] / side;
+}
+
+/* The normal of a boundary voxel of the voxel surface, unit, RAS, to @p n: the direction of its
+ * vertex record, turned outward where the voxel (x, y, z) lies at the border of the volume. */
+static inline void sc_voxel_normal(const sc_march *m, uint32_t record, const int voxel[3],
+                                   float n[3])
+{
+    float length;
+
+    sc_record_normal(record, n);
+    for (int i = 0; i < 3; i++) {
+        const float *row = m->grid_per_mm[i];
+        const float across = sqrtf(sc_dot3(row, row));
+
+        for (int k = 0; k < 3 && voxel[i] == 0; k++)
+            n[k] -= row[k] / across;
+        for (int k = 0; k < 3 && voxel[i] == m->volume->size[i] - 1; k++)
+            n[k] += row[k] / across;
+    }
+    length = sqrtf(sc_dot3(n, n));
+    for (int i = 0; i < 3; i++)
+        n[i] /= length;
+}
+
 /* @p x to the power @p n, by squaring; 1 for n = 0. n must not be negative. */
 static inline float sc_power(float x, int n)
 {

@@ -158,7 +158,7 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     local_at(c, t, -1, false, a);
     if (sc_cell_labels(m->volume, LABEL_BYTES, &c->cell)) {
         sc_cell_fill(m->volume, &c->cell);
-        owner = sc_cell_owner(&c->cell, a);
+        owner = sc_cell_owner_at(&c->cell, a);
         if (m->cap_outline > 0) {
             plane_in_grid(m, plane, in_grid);
             line = outline_at(c, owner, a, in_grid);

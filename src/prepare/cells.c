@@ -107,6 +107,20 @@ static uint64_t pack_cell(const brick_corners *c, int first)
     return out;
 }
 
+/* Does the cell of a bit of brick @p brick (x, y, z) reach across the border of the volume? Kernels
+ * handle such cells one by one. */
+static bool is_at_border(const sc_prepared *v, const int brick[3], int bit)
+{
+    const int q[3] = {brick[0] * SC_BRICK + sc_bit_x(bit), brick[1] * SC_BRICK + sc_bit_y(bit),
+                      brick[2] * SC_BRICK + sc_bit_z(bit)};
+
+    for (int i = 0; i < 3; i++) {
+        if (q[i] == 0 || q[i] == v->size[i])
+            return true;
+    }
+    return false;
+}
+
 /* Write the packed cells of bricks [begin, end) of the array with a frame to their place in cells;
  * an sc_range_fn on a cell_packer. */
 static void pack_bricks(void *user, size_t begin, size_t end, int thread)
@@ -131,7 +145,8 @@ static void pack_bricks(void *user, size_t begin, size_t end, int thread)
         for (uint64_t left = p->masks[i]; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
 
-            *out++ = pack_cell(&corners, box_index(first, bit));
+            *out++ = pack_cell(&corners, box_index(first, bit)) |
+                     (is_at_border(p->volume, brick, bit) ? SC_CELL_MANY : 0);
         }
     }
 }

@@ -255,7 +255,7 @@ typedef struct brick_work {
 } brick_work;
 
 /* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids; vertices
- * outside of the volume are background. */
+ * outside of the volume get the label of the nearest voxel. */
 static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
 {
     const int x0 = low[0] - 1 - RADIUS;
@@ -263,11 +263,8 @@ static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
     for (int row = 0; row < ROWS; row++) {
         const int y = low[1] - 1 - RADIUS + row % WINDOW, z = low[2] - 1 - RADIUS + row / WINDOW;
 
-        if (y < 0 || z < 0 || y >= v->size[1] || z >= v->size[2]) {
-            memset(w->ids[row], 0, sizeof w->ids[row]);
-            continue;
-        }
-        if (x0 >= 0 && x0 + WINDOW <= v->size[0]) {
+        if (x0 >= 0 && x0 + WINDOW <= v->size[0] && y >= 0 && z >= 0 && y < v->size[1] &&
+            z < v->size[2]) {
             const size_t at =
                 ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0;
 
@@ -280,7 +277,7 @@ static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
             continue;
         }
         for (int x = 0; x < WINDOW; x++)
-            w->ids[row][x] = (uint16_t)sc_id_or_background(v, x0 + x, y, z);
+            w->ids[row][x] = (uint16_t)sc_id_or_nearest(v, x0 + x, y, z);
     }
 }
 

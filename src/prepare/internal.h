@@ -38,6 +38,20 @@ static inline uint32_t sc_id_or_background(const sc_volume *v, int x, int y, int
                     ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x);
 }
 
+/* @p at limited to the voxels of an axis, 0 to @p size - 1. */
+static inline int sc_nearest_voxel(int at, int size)
+{
+    return at < 0 ? 0 : at >= size ? size - 1 : at;
+}
+
+/* The dense id of the voxel; outside of the volume, that of the nearest voxel: what touches the
+ * border goes on there, so that it is cut off and not rounded. */
+static inline uint32_t sc_id_or_nearest(const sc_volume *v, int x, int y, int z)
+{
+    return sc_id_or_background(v, sc_nearest_voxel(x, v->size[0]), sc_nearest_voxel(y, v->size[1]),
+                               sc_nearest_voxel(z, v->size[2]));
+}
+
 /* A boundary voxel that is not background, as sc_each_boundary passes it on. */
 typedef struct sc_boundary_voxel {
     int x, y, z;   /* voxel, not grid vertex */

@@ -76,15 +76,51 @@ static entry *entry_of(entry *entries, uint32_t label)
     return NULL;
 }
 
+/* Does a brick hold vertices outside of the volume, or voxels at its border? */
+static bool at_border(const sc_preparation *p, const int low[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (low[i] < 2 || low[i] + SC_BRICK > p->volume->size[i])
+            return true;
+    }
+    return false;
+}
+
+/* @return those of a brick's vertices near an interface whose records have a direction: not those
+ * outside of the volume, nor voxels at its border with nothing else around them. */
+static uint64_t directed(const sc_preparation *p, size_t brick)
+{
+    const int *size = p->volume->size;
+    size_t index = p->near_start[brick];
+    uint64_t mask = p->near[brick];
+    int low[3];
+
+    sc_brick_low(p->bricks, brick, low);
+    if (!at_border(p, low))
+        return mask;
+    for (uint64_t left = mask; left; left &= left - 1, index++) {
+        const int bit = __builtin_ctzll(left), x = low[0] + sc_bit_x(bit),
+                  y = low[1] + sc_bit_y(bit), z = low[2] + sc_bit_z(bit);
+        const bool inside = x > 0 && y > 0 && z > 0 && x <= size[0] && y <= size[1] && z <= size[2];
+        const uint32_t record = sc_record_read(p->records, index);
+
+        if (!inside || sc_record_inverse_length(record) > 64)
+            mask &= ~(1ull << bit);
+    }
+    return mask;
+}
+
 /* Add the directions of a brick's vertices to its entries, @p entries [ENTRIES]. */
 static void sum_brick(const polish *w, size_t brick, entry *entries)
 {
-    size_t index = w->p->near_start[brick];
+    const uint64_t near = w->p->near[brick];
     uint16_t labels[SC_BRICK_VERTICES];
 
     labels_of(w->p, brick, labels);
-    for (uint64_t left = w->p->near[brick]; left; left &= left - 1, index++) {
-        entry *e = entry_of(entries, labels[__builtin_ctzll(left)]);
+    for (uint64_t left = directed(w->p, brick); left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const size_t index = w->p->near_start[brick] + sc_brick_rank(near, bit);
+        entry *e = entry_of(entries, labels[bit]);
         float n[3];
 
         if (!e)
@@ -229,7 +265,7 @@ static void polish_vertex(const polish *w, int bit, size_t index, const quad sum
 static void polish_brick(const polish *w, size_t brick)
 {
     const entry *around[27];
-    uint64_t left = w->p->near[brick];
+    uint64_t left = directed(w->p, brick);
     uint16_t labels[SC_BRICK_VERTICES];
 
     find_neighbours(w, brick, around);

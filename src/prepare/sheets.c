@@ -47,6 +47,12 @@ typedef struct sheets {
     uint8_t *found; /* [brick_count], owned: 1 if a brick has marks */
 } sheets;
 
+/* Does (x, y, z) lie in the volume? */
+static bool in_volume(const sc_volume *v, int x, int y, int z)
+{
+    return x >= 0 && y >= 0 && z >= 0 && x < v->size[0] && y < v->size[1] && z < v->size[2];
+}
+
 /* Does the voxel (x, y, z) lie inside of the volume, with all its neighbours? */
 static bool is_inner(const sc_volume *v, int x, int y, int z)
 {
@@ -54,7 +60,8 @@ static bool is_inner(const sc_volume *v, int x, int y, int z)
            z < v->size[2] - 1;
 }
 
-/* Write the labels of the voxel (x, y, z) and its neighbours to @p ids; background outside. */
+/* Write the labels of the voxel (x, y, z) and its neighbours to @p ids; outside of the
+ * volume, those of the nearest voxels. */
 static void fetch_around(const sc_volume *v, int x, int y, int z, uint32_t ids[AROUND])
 {
     const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
@@ -65,7 +72,7 @@ static void fetch_around(const sc_volume *v, int x, int y, int z, uint32_t ids[A
     for (int i = 0; i < AROUND; i++)
         ids[i] = inner ? sc_id_at(v, low + (size_t)(i / 9) * layer + (size_t)(i / 3 % 3) * row +
                                          (size_t)(i % 3))
-                       : sc_id_or_background(v, x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1);
+                       : sc_id_or_nearest(v, x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1);
 }
 
 /* May a voxel, an sc_boundary_voxel, be one of a sheet? False if fewer than two of the voxels that
@@ -181,10 +188,14 @@ static bool is_near(const sc_preparation *p, const int at[3])
 }
 
 /* @return the weight, from the fields, of the voxel beside (x, y, z) that has index @p i in an
- * array of AROUND. It must be near an interface, as every neighbour with another label is. */
+ * array of AROUND; outside of the volume, that of the nearest voxel. It must be near an interface,
+ * as every neighbour with another label is. */
 static int weight_beside(const sc_preparation *p, int x, int y, int z, int i)
 {
-    const size_t index = record_index(p, x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1);
+    const int *size = p->volume->size;
+    const size_t index = record_index(p, sc_nearest_voxel(x + i % 3 - 1, size[0]),
+                                      sc_nearest_voxel(y + i / 3 % 3 - 1, size[1]),
+                                      sc_nearest_voxel(z + i / 9 - 1, size[2]));
 
     return (int)sc_record_weight(sc_record_read(p->records, index));
 }
@@ -336,7 +347,8 @@ static int weight_beside_sheet(const sheets *s, int x, int y, int z, int old)
     return limit > 1 ? limit : 1;
 }
 
-/* Find the new weights of the vertices of a brick. */
+/* Find the new weights of the vertices of a brick. Those of vertices outside of the volume are not
+ * used. */
 static void weigh_brick(sheets *s, size_t brick)
 {
     const sc_preparation *p = s->p;
@@ -347,13 +359,15 @@ static void weigh_brick(sheets *s, size_t brick)
         const int bit = __builtin_ctzll(left);
         const size_t index = p->near_start[brick] + sc_brick_rank(p->near[brick], bit);
         const int old = (int)sc_record_weight(sc_record_read(p->records, index));
+        const int x = low[0] + sc_bit_x(bit) - 1, y = low[1] + sc_bit_y(bit) - 1,
+                  z = low[2] + sc_bit_z(bit) - 1;
 
+        if (!in_volume(p->volume, x, y, z))
+            continue;
         if (s->marks[index])
             s->weights[index] = s->marks[index] & WEIGHT;
         else
-            s->weights[index] = (uint8_t)weight_beside_sheet(s, low[0] + sc_bit_x(bit) - 1,
-                                                             low[1] + sc_bit_y(bit) - 1,
-                                                             low[2] + sc_bit_z(bit) - 1, old);
+            s->weights[index] = (uint8_t)weight_beside_sheet(s, x, y, z, old);
     }
 }
 

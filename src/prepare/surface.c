@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Surface area per label: the sum over the faces between its voxels and those of other labels, each
  * face counting as its projection onto the smoothed surface, |normal . area vector|. The steps of a
- * staircase therefore do not add to the area, and for a plane of any direction the sum is exact. */
+ * staircase therefore do not add to the area, and for a plane of any direction the sum is exact.
+ * Faces at the border of the volume are flat and count in full. */
 #include "internal.h"
 
 enum { UNITS_PER_FACE = 1 << 20 }; /* of the largest face of a voxel */
@@ -16,15 +17,23 @@ typedef struct surface_sum {
     int thread;
 } surface_sum;
 
-/* Does the neighbour one step (-1 or 1) along an axis hold another label? Outside of the volume is
- * background, hence another label than that of @p voxel. */
+/* Is the voxel the last one of the volume in the direction @p step (-1 or 1) along an axis? */
+static bool is_last(const sc_volume *v, const sc_boundary_voxel *voxel, int axis, int step)
+{
+    const int at[3] = {voxel->x, voxel->y, voxel->z};
+
+    return at[axis] == (step < 0 ? 0 : v->size[axis] - 1);
+}
+
+/* Does the neighbour one step (-1 or 1) along an axis lie in the volume and hold another label than
+ * @p voxel? */
 static bool differs(const sc_volume *v, const sc_boundary_voxel *voxel, int axis, int step)
 {
     int at[3] = {voxel->x, voxel->y, voxel->z};
 
     at[axis] += step;
     if (at[axis] < 0 || at[axis] >= v->size[axis])
-        return true;
+        return false;
     return sc_id_at(v, ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] +
                            (size_t)at[0]) != voxel->id;
 }
@@ -43,10 +52,11 @@ static void add_faces(void *user, const sc_boundary_voxel *voxel)
     normal = sc_vec3_unit((sc_vec3){packed[0], packed[1], packed[2]});
     for (int axis = 0; axis < 3; axis++) {
         const int faces = differs(v, voxel, axis, -1) + differs(v, voxel, axis, 1);
+        const int ends = is_last(v, voxel, axis, -1) + is_last(v, voxel, axis, 1);
         const double across = sc_vec3_length(normal) > 0 ? fabs(sc_vec3_dot(normal, s->face[axis]))
                                                          : sc_vec3_length(s->face[axis]);
 
-        area_mm2 += faces * across;
+        area_mm2 += faces * across + ends * sc_vec3_length(s->face[axis]);
     }
     s->sums[(size_t)s->thread * (size_t)v->label_count + voxel->id] +=
         (uint64_t)(area_mm2 * s->units_per_mm2 + 0.5);

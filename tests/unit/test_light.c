@@ -279,6 +279,43 @@ static void cut_faces_are_lit_and_have_a_rim(void **state)
     free_scene(&s);
 }
 
+static int bar(double x, double y, double z)
+{
+    (void)y;
+    return (x - 20) * (x - 20) + (z - 20) * (z - 20) < 144;
+}
+
+/* Where tissue is cut off by the border of the volume there is a flat face with a sharp rim, for
+ * both surfaces. */
+static void tissue_at_the_border_of_the_volume_ends_in_a_flat_face(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    const float inside[3] = {21, 41.45f, 32.3f}, outside[3] = {21, 41.55f, 21};
+    const sc_surface surfaces[2] = {SC_SURFACE_SMOOTH, SC_SURFACE_VOXEL};
+
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        small_scene s = make_scene(shape_volume(size, spacing, 1, 2, bar), 1);
+        sc_scene scene = {.clip_set_count = 1};
+        sc_image image;
+
+        s.settings.width_px = s.settings.height_px = 101;
+        s.settings.surface = surfaces[i];
+        s.settings.light.occlusion = 0;
+        scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
+                                      (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+        image = draw_view(&s, &scene, NULL);
+        for (int x = 50; x < 50 + 28 - 9 * i; x++)
+            assert_in_range(brightness(&image, x, 50), brightness(&image, 50, 50) - 3,
+                            brightness(&image, 50, 50) + 3);
+        assert_int_equal(sc_kernel_owner(&s.prepared.view, inside), 1);
+        assert_int_equal(sc_kernel_owner(&s.prepared.view, outside), 0);
+        sc_image_clear(&image);
+        free_scene(&s);
+    }
+}
+
 /* A camera inside an opaque tissue sees its walls from within: without a clip plane there is no cut
  * face. */
 static void a_camera_inside_a_tissue_sees_its_walls(void **state)
@@ -333,6 +370,7 @@ int main(void)
         cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
         cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
+        cmocka_unit_test(tissue_at_the_border_of_the_volume_ends_in_a_flat_face),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
         cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
     };
