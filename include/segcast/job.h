@@ -43,6 +43,11 @@ typedef enum sc_thickness_use { SC_THICKNESS_TISSUE, SC_THICKNESS_LOCAL } sc_thi
 /** How faces cut by clip planes are drawn. */
 typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 
+/** The colour behind the tissues. */
+typedef struct sc_background {
+    uint8_t rgb[3]; /**< sRGB; where is_auto is set, to be filled in by sc_choose_background */
+    bool is_auto;
+} sc_background;
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
     int mode;         /**< sc_mode: sets other defaults for the rest */
@@ -56,7 +61,7 @@ typedef struct sc_render_options {
     int auto_opacity; /**< sc_opacity_rule */
     double smooth;    /**< see sc_prepare_settings */
     double step_voxels, cap_outline;
-    uint8_t background[3]; /**< sRGB */
+    sc_background background;
 } sc_render_options;
 
 /** Who encodes: rank 0 alone, or all ranks, each a GOP at a time; auto chooses by their number. The

@@ -122,6 +122,11 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
 SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
                                        const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
                                        bool *needs_thickness);
+/** Choose the colour behind the tissues: white, or dark slate if tissues of nearly that colour are
+ *  a tenth or more of what is seen from outside, so that they have an edge.
+ *  @param tissues [label_count] by dense id. @param rgb sRGB. */
+void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, uint8_t rgb[3]);
+
 /* ---- light ---- */
 
 /** The light of the whole picture. The lamps move with the camera. The strengths of ambient, key,

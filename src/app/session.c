@@ -128,6 +128,9 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
                                (sc_opacity_rule)job->render.auto_opacity, session->tissues));
     apply_interior(ctx, job, session);
+    if (job->render.background.is_auto)
+        sc_choose_background(&session->volume, session->tissues,
+                             session->job.render.background.rgb);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,
                                &session->clip_set_count);
@@ -163,7 +166,7 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .give_up = sc_signals_give_up(),
     };
 
-    memcpy(settings.background, job->render.background, sizeof settings.background);
+    memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
     return sc_renderer_new(app->ctx, &settings, &session->volume, session->tissues,
                            &session->renderer);
 }
@@ -307,7 +310,7 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
         sc_render_frame(session->renderer, &scene, rows, image, stats);
         return SC_OK;
     }
-    memcpy(views.background, session->job.render.background, sizeof views.background);
+    memcpy(views.background, session->job.render.background.rgb, sizeof views.background);
     return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Colours of a job: by name, as hexadecimal digits, or as a list of three numbers. */
 #include "key.h"
+#include "segcast/job.h"
 
 #include <ctype.h>
 #include <stdlib.h>
@@ -298,4 +299,44 @@ const sc_value_type sc_type_color = {
     .read = read_color,
     .write = write_color,
     .schema = color_schema,
+};
+
+/* sc_background: a colour, or auto. */
+static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                 void *value)
+{
+    sc_background *background = value;
+    sc_status status = SC_OK;
+
+    background->is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
+    if (!background->is_auto)
+        status = read_color(ctx, key, node, background->rgb);
+    return status;
+}
+
+/* "auto", or a list of three levels. */
+static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                  int indent, sc_text *text)
+{
+    const sc_background *background = value;
+
+    if (background->is_auto)
+        return sc_text_add(ctx, text, "auto");
+    return write_color(ctx, key, background->rgb, indent, text);
+}
+
+/* What color_schema allows, or the word auto. */
+static json_t *background_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:[s]}]}", "anyOf", color_schema(key), "enum", "auto");
+}
+
+const sc_value_type sc_type_background = {
+    .name = "colour or auto",
+    .expected =
+        "auto, a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels "
+        "from 0 to 255 or shares from 0.0 to 1.0",
+    .read = read_background,
+    .write = write_background,
+    .schema = background_schema,
 };

@@ -88,8 +88,9 @@ static const sc_key render_keys[] = {
      .help = "kernels for this instruction set, c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit views"}},
-    {"background", &sc_type_color, RENDER(background), "[255, 255, 255]",
-     .help = "colour behind the tissues"},
+    {"background", &sc_type_background, RENDER(background), "auto",
+     .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
+             "nearly white"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",
      .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",

@@ -4,6 +4,7 @@
 #include "segcast/scene.h"
 
 #include <limits.h>
+#include <string.h>
 
 /* The ends of the scale in bodies of 100 mm and more: at these thicknesses, in mm, and opacities.
  */
@@ -189,6 +190,28 @@ static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue
         else
             tissue->opacity = sc_auto_opacity(&scale, stats->thickness_mm);
     }
+}
+
+void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, uint8_t rgb[3])
+{
+    static const uint8_t white[3] = {255, 255, 255}, slate[3] = {46, 52, 62};
+    const double near = 0.13, most = 0.1; /* in OKLab, and of what is seen */
+    const sc_seen_color behind = sc_see_color(white);
+    sc_srgb_table table;
+    double lost = 0;
+
+    sc_srgb_table_init(&table);
+    for (int id = 1; id < volume->label_count; id++) {
+        uint8_t color[3];
+        sc_seen_color seen;
+
+        for (int i = 0; i < 3; i++)
+            color[i] = sc_srgb_level(&table, tissues[id].rgb_linear[i]);
+        seen = sc_see_color(color);
+        if (tissues[id].visible && sc_color_distance(&seen, &behind, SC_VISION_FULL) < near)
+            lost += volume->stats[id].shown;
+    }
+    memcpy(rgb, lost >= most ? slate : white, sizeof white);
 }
 
 sc_status sc_tissue_rules_check(const sc_ctx *ctx, const sc_prepared *volume,

@@ -332,7 +332,7 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->output.size_px[1], 480);
     assert_int_equal(job->output.frames, SC_FRAMES_PNG);
     assert_int_equal(job->render.skip, SC_SKIP_NONE);
-    assert_int_equal(job->render.background[2], 0x30);
+    assert_int_equal(job->render.background.rgb[2], 0x30);
     assert_int_equal(job->rule_count, 2);
     assert_string_equal(job->rules[1].pattern, "7");
     assert_true(job->rules[1].has_visible && !job->rules[1].visible);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
+#include "segcast/image.h"
 #include "segcast/scene.h"
 #include "shapes.h"
 
@@ -363,6 +364,40 @@ static void covers_step_back(void **state)
     sc_volume_clear(&v);
 }
 
+/* Only where tissues as light as white are much of what is seen, white gives way to slate, from
+ * which all colours of the palette keep away. */
+static void white_tissues_get_a_dark_background(void **state)
+{
+    sc_label_stats stats[3] = {
+        {.shown = 0}, {.voxels = 9, .shown = 0.95}, {.voxels = 9, .shown = 0.05}};
+    const sc_prepared volume = {.label_count = 3, .stats = stats};
+    sc_tissue tissues[3] = {{.visible = false},
+                            {.visible = true, .rgb_linear = {0.5f, 0.1f, 0.1f}},
+                            {.visible = true, .rgb_linear = {0.93f, 0.93f, 0.9f}}};
+    sc_seen_color slate;
+    uint8_t rgb[3];
+
+    (void)state;
+    sc_choose_background(&volume, tissues, rgb);
+    assert_int_equal(rgb[0], 255);
+    stats[2].shown = 0.4;
+    tissues[2].visible = false;
+    sc_choose_background(&volume, tissues, rgb);
+    assert_int_equal(rgb[0], 255);
+    tissues[2].visible = true;
+    sc_choose_background(&volume, tissues, rgb);
+    assert_true(rgb[0] < 80);
+    slate = sc_see_color(rgb);
+    for (int i = 1; i <= 24; i++) {
+        sc_seen_color seen;
+
+        sc_label_base_color(i, rgb);
+        seen = sc_see_color(rgb);
+        for (int vision = 0; vision < SC_VISION_COUNT; vision++)
+            assert_true(sc_color_distance(&slate, &seen, (sc_vision)vision) > 0.15);
+    }
+}
+
 static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
 {
     sc_volume volume;
@@ -422,6 +457,7 @@ int main(void)
         cmocka_unit_test(thicker_tissues_are_more_opaque),
         cmocka_unit_test(automatic_opacity_is_absolute),
         cmocka_unit_test(covers_step_back),
+        cmocka_unit_test(white_tissues_get_a_dark_background),
         cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };
 
