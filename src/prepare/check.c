@@ -59,7 +59,10 @@ static const char *wrong_with_stats(const sc_prepared *v, const sc_label_stats *
     if (!is_within(stats->shown, 0, 1) || stats->cover_layer < 0 ||
         stats->cover_layer > SC_COVERS_MAX)
         return "a label lies further outside than can be";
-    for (int i = 0; i < 3 && stats->voxels; i++) {
+    for (int i = 0; i < 3; i++) {
+        /* the box of a label without voxels, which nothing has made larger */
+        if (!stats->voxels && stats->low[i] == INT32_MAX && stats->high[i] == -1)
+            continue;
         if (stats->low[i] < 0 || stats->low[i] > stats->high[i] || stats->high[i] >= v->size[i])
             return "a label lies outside of the volume";
     }

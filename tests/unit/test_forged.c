@@ -213,7 +213,12 @@ static void contents_out_of_range_are_refused(void **state)
         const size_t label = h.offset[LABELS] + i * sizeof(sc_label);
         const size_t stats = h.offset[STATS] + i * sizeof(sc_label_stats);
         char name[SC_NAME_BYTES];
+        sc_label_stats absent; /* a label without voxels, whose box is outside all the same */
 
+        memcpy(&absent, (const char *)file.block + stats, sizeof absent);
+        absent.voxels = absent.boundary_voxels = 0;
+        absent.low[2] = -9;
+        assert_false(accepts(&file, stats, &absent, sizeof absent));
         memset(name, 'x', sizeof name);
         assert_false(accepts(&file, label + offsetof(sc_label, name), name, sizeof name));
         assert_false(accepts(&file, label + offsetof(sc_label, name), "\x1b[2J", 5));
