@@ -181,5 +181,15 @@ enum { SC_COLORED_LABELS_MAX = 1024 /**< of volumes with more, sc_volume_color d
  *  much like it: so a colour depends on labels with smaller values alone. @param threads as of
  *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int threads);
+/** A voxel and its 26 neighbours, x fastest, and the place of the voxel itself among them. */
+enum { SC_AROUND = 27, SC_AROUND_CENTRE = 13 };
+/** What a sheet of tissue one voxel thick keeps apart: voxels of different labels, of the same, or
+ * both. */
+enum { SC_APART_LABELS = 1, SC_APART_SAME_LABEL = 2 };
+/** @return what a voxel keeps apart as one of a sheet, by the dense ids around it: SC_APART_* bits;
+ * 0 if it is none, or if it has one label on both sides and lies flat, so that nothing can show
+ * through. A voxel belongs to a sheet if those of its neighbours that carry other labels fall into
+ * two or more parts that touch its faces and are not connected with each other by faces. */
+int sc_sheet_keeps_apart(const uint32_t ids[SC_AROUND]);
 
 #endif

@@ -25,18 +25,13 @@
 #define RATIO_SAME 1.30f
 
 enum {
-    AROUND = 27,  /* a voxel and its neighbours, x fastest */
-    CENTRE = 13,  /* the voxel itself among them */
+    AROUND = SC_AROUND,
+    CENTRE = SC_AROUND_CENTRE,
     SAME = 0x80,  /* of a mark: both sides of the sheet have a label in common */
     WEIGHT = 0x7f /* of a mark: the new weight */
 };
-/* Those of AROUND, as bits, that lie lowest along x, lowest along y, and beside a face; and the
- * corners of the lowest cell. */
-#define LOW_X 0x1249249u /* x = 0 */
-#define LOW_Y 0x01c0e07u /* y = 0 */
+/* Those of AROUND, as bits, that lie beside a face. */
 #define FACES (1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22)
-#define CELL 0x361bu
-#define ALL ((1u << AROUND) - 1)
 
 /* What the threads share. */
 typedef struct sheets {
@@ -89,80 +84,6 @@ static bool may_be_sheet(const sc_volume *v, const sc_boundary_voxel *voxel)
                (sc_id_at(v, at - row) != voxel->id) + (sc_id_at(v, at + row) != voxel->id) +
                (sc_id_at(v, at - layer) != voxel->id) + (sc_id_at(v, at + layer) != voxel->id) >
            1;
-}
-
-/* @return @p bits, a set of AROUND, and all that share a face with one of them. */
-static inline uint32_t grow(uint32_t bits)
-{
-    return (bits | (bits & ~(LOW_X << 2)) << 1 | (bits & ~LOW_X) >> 1 |
-            (bits & ~(LOW_Y << 6)) << 3 | (bits & ~LOW_Y) >> 3 | bits << 9 | bits >> 9) &
-           ALL;
-}
-
-/* @return the part of the set @p of that is connected by faces with the lowest bit of @p seeds. */
-static uint32_t part_of(uint32_t of, uint32_t seeds)
-{
-    uint32_t part = seeds & -seeds, last;
-
-    do {
-        last = part;
-        part = grow(part) & of;
-    } while (part != last);
-    return part;
-}
-
-/* What a sheet keeps apart. */
-enum { APART_LABELS = 1, APART_SAME_LABEL = 2 };
-
-/* @return for two disjoint sets of AROUND: APART_LABELS if a voxel of one has another label than
- * one of the other, together with APART_SAME_LABEL if two have the same. */
-static int compare_labels(const uint32_t ids[AROUND], uint32_t a, uint32_t b)
-{
-    int out = 0;
-
-    for (; a; a &= a - 1) {
-        for (uint32_t left = b; left; left &= left - 1) {
-            const bool equal = ids[__builtin_ctz(a)] == ids[__builtin_ctz(left)];
-
-            out |= equal ? APART_SAME_LABEL : APART_LABELS;
-        }
-    }
-    return out;
-}
-
-/* Is there a cell, of the eight round the voxel in the middle, within which the corners in @p
- * others fall into several parts? Only there a ray can pass between voxels of the sheet that are
- * joined by an edge or a corner alone. */
-static bool has_split_cell(uint32_t others)
-{
-    for (int i = 0; i < 8; i++) {
-        const int low = (i & 1) + 3 * (i >> 1 & 1) + 9 * (i >> 2);
-        const uint32_t corners = others & CELL << low;
-
-        if (corners && part_of(corners, corners) != corners)
-            return true;
-    }
-    return false;
-}
-
-/* @return what the voxel in the middle of @p ids keeps apart as one of a sheet: 0 if it is none, or
- * if it has one label on both sides and lies flat, so that nothing can show through. */
-static int kept_apart(const uint32_t ids[AROUND])
-{
-    uint32_t others = 0, known, part;
-    int out = 0;
-
-    for (int i = 0; i < AROUND; i++)
-        others |= (uint32_t)(ids[i] != ids[CENTRE]) << i;
-    known = part_of(others, others & FACES);
-    if (!(others & FACES & ~known))
-        return 0;
-    for (uint32_t left = others & ~known; left & FACES; left &= ~part) {
-        part = part_of(left, left & FACES);
-        out |= compare_labels(ids, known, part);
-        known |= part;
-    }
-    return has_split_cell(others) ? out : out & ~APART_SAME_LABEL;
 }
 
 /* @return the index of the record of voxel (x, y, z), which must be near an interface. */
@@ -250,14 +171,14 @@ static uint8_t mark_of(const sc_preparation *p, const sc_boundary_voxel *voxel)
     if (!may_be_sheet(p->volume, voxel))
         return 0;
     fetch_around(p->volume, voxel->x, voxel->y, voxel->z, ids);
-    apart = kept_apart(ids);
+    apart = sc_sheet_keeps_apart(ids);
     if (!apart)
         return 0;
     others = weights_of_others(p, voxel->x, voxel->y, voxel->z, ids);
-    weight = at_least(apart & APART_SAME_LABEL ? RATIO_SAME : RATIO_APART, others.largest);
+    weight = at_least(apart & SC_APART_SAME_LABEL ? RATIO_SAME : RATIO_APART, others.largest);
     weight = weight > (int)(others.mean + 0.5f) ? weight : (int)(others.mean + 0.5f);
     weight = weight > old ? weight : old;
-    return (uint8_t)(weight | (apart & APART_SAME_LABEL ? SAME : 0));
+    return (uint8_t)(weight | (apart & SC_APART_SAME_LABEL ? SAME : 0));
 }
 
 /* Mark one voxel; an sc_boundary_fn on sheets. */
