@@ -44,8 +44,6 @@ sc_status add_drawn(const sc_ctx *ctx, const stage *st, const int *tissue_of, in
 /* Add all faces between voxels of different labels, tissue by tissue, to @p out. @p tissue_of as
  * of add_drawn. */
 void add_faces(const sc_volume *volume, const int *tissue_of, tiles **out);
-/* The dense id at a voxel; 0, the background, outside. */
-int id_at(const sc_volume *v, int x, int y, int z);
 /* Add tiles spread evenly over the area of a mesh in RAS mm to @p out. */
 void add_mesh(const mesh *m, tiles *out);
 

@@ -6,6 +6,7 @@
 
 #include "segcast/kernel.h"
 #include "segcast/phantom.h"
+#include "segcast/resample.h"
 
 /* A shape in a volume whose voxels measure 1 mm along x and y; the phantom has voxels of its own
  * size. Lengths are in mm unless a name says otherwise. Errors are given in units of unit_mm. */
@@ -78,6 +79,8 @@ typedef struct stage {
     sc_affine to_voxel;
     double reach_mm; /* radius of a ball around what is measured */
     sc_vec3 middle_mm;
+    const sc_volume *voxels; /* what is measured, borrowed: not resampled */
+    sc_affine to_measured;   /* RAS mm -> its voxels */
     void *block;
     uint64_t *cells;
     sc_march_tissue *tissues;
@@ -86,6 +89,7 @@ typedef struct stage {
 /* How a volume is drawn. */
 typedef struct drawing {
     sc_surface surface;
+    bool resample; /* on the grid of sc_find_drawn_grid */
     double smooth;
     int threads;
 } drawing;
@@ -106,6 +110,8 @@ sc_vec3 random_direction(uint64_t *seed);
  * enters a ball of that radius about a point in the ball. Such lines meet surfaces in points that
  * are spread evenly over their area, in all directions. */
 sc_vec3 random_line(const stage *st, uint64_t *seed, sc_vec3 *eye);
+/* The dense id at a voxel; 0, the background, outside. */
+int id_at(const sc_volume *v, int x, int y, int z);
 /* The dense id that the surface model gives the point @p mm (RAS); 0 outside of the volume. */
 int owner_at(const stage *st, sc_vec3 mm);
 

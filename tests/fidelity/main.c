@@ -7,12 +7,12 @@
 #include <string.h>
 
 static const char usage[] =
-    "usage: fidelity [--json] [--surface smooth|voxel] [--smooth S] [--rays N] [SHAPE...]\n"
+    "usage: fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] [--rays N] [SHAPE...]\n"
     "       fidelity [--json] --mesh FILE SHAPE     a PLY or STL mesh of that shape, in mm\n"
     "       fidelity --write FILE.nrrd SHAPE        the voxels of a shape, for other programs\n"
-    "       fidelity [--json] [--smooth S] [--rays N] --skin LABEL VOLUME\n"
+    "       fidelity [--json] [--smooth S|auto] [--rays N] --skin LABEL VOLUME\n"
     "                                               rays that get through the closed skin LABEL\n"
-    "       fidelity [--json] [--surface smooth|voxel] [--smooth S] [--truth voxels|S]\n"
+    "       fidelity [--json] [--surface smooth|voxel] [--smooth S|auto] [--truth voxels|S]\n"
     "                [--mesh DIR] --against TRUTH VOLUME\n"
     "                                               surfaces of a volume against its truth, in mm\n"
     "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
@@ -226,6 +226,16 @@ static bool parse_strength(const char *text, double *out)
     return end != text && !*end && *out >= 0 && *out <= SC_SMOOTH_MAX;
 }
 
+/* Read a strength of smoothing, or auto, to @p how. @return false if the text is neither. */
+static bool parse_smooth(const char *text, drawing *how)
+{
+    how->resample = !strcmp(text, "auto");
+    if (!how->resample)
+        return parse_strength(text, &how->smooth);
+    how->smooth = 1;
+    return true;
+}
+
 /* Read the options of the command line; the shapes that follow start at optind. @return false if
  * they are wrong, or --mesh, --write, --skin or --against comes with other than one argument. */
 static bool parse(int argc, char **argv, options *o)
@@ -249,7 +259,7 @@ static bool parse(int argc, char **argv, options *o)
             o->json = true;
         else if (c == 'f' && (!strcmp(optarg, "smooth") || !strcmp(optarg, "voxel")))
             o->how.surface = optarg[0] == 's' ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        else if (c == 's' && parse_strength(optarg, &o->how.smooth))
+        else if (c == 's' && parse_smooth(optarg, &o->how))
             continue;
         else if (c == 't' && !strcmp(optarg, "voxels"))
             o->truth_smooth = NAN;

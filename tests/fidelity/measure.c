@@ -200,7 +200,7 @@ static sc_vec3 point_in_block(const stage *st, int x, int y, int z, int every, u
     const double j = y + every * random_of(seed) - 0.5;
     const double k = z + every * random_of(seed) - 0.5;
 
-    return sc_affine_point(&st->volume.to_ras_mm, (sc_vec3){i, j, k});
+    return sc_affine_point(&st->voxels->to_ras_mm, (sc_vec3){i, j, k});
 }
 
 /* Measure the share of points with a wrong owner, farther than half a unit from the border, to
@@ -242,7 +242,7 @@ static void measure_kept(const stage *st, const shape *s, fidelity *out)
     for (int z = 0; z < s->size[2]; z++) {
         for (int y = 0; y < s->size[1]; y++) {
             for (int x = 0; x < s->size[0]; x++) {
-                const sc_vec3 mm = sc_affine_point(&st->volume.to_ras_mm, (sc_vec3){x, y, z});
+                const sc_vec3 mm = sc_affine_point(&st->voxels->to_ras_mm, (sc_vec3){x, y, z});
                 sc_vec3 normal;
                 const double d = shape_distance(s, 1, mm, &normal);
                 int own = 0;

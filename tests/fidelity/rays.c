@@ -2,6 +2,8 @@
 /* Prepares volumes for drawing, and makes the rays and lines that measure them. */
 #include "fidelity.h"
 
+#include <string.h>
+
 uint64_t random_bits_of(uint64_t *seed)
 {
     uint64_t z = *seed += 0x9e3779b97f4a7c15u; /* splitmix64 */
@@ -57,6 +59,15 @@ sc_vec3 random_line(const stage *st, uint64_t *seed, sc_vec3 *eye)
     return d;
 }
 
+int id_at(const sc_volume *v, int x, int y, int z)
+{
+    const size_t at = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
+
+    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
+        return 0;
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
+}
+
 int owner_at(const stage *st, sc_vec3 mm)
 {
     const sc_vec3 p = sc_affine_point(&st->to_voxel, mm);
@@ -94,19 +105,47 @@ static void set_stage(stage *st, sc_surface surface, double reach, double step_m
         .light = {.flat = true}};
 }
 
+/* Copy a volume, on the grid of its drawing if that is asked for. Caller owns *out, which must be
+ * zero, even after an error: sc_volume_clear. @return SC_ERR_MEMORY. */
+static sc_status copy_resampled(const sc_ctx *ctx, const sc_volume *volume, const drawing *how,
+                                sc_volume *out)
+{
+    const size_t bytes = sc_volume_voxels(volume) * (size_t)volume->label_bytes;
+    const size_t label_bytes = (size_t)volume->label_count * sizeof *volume->labels;
+    sc_drawn_grid grid;
+    void *block;
+    sc_status status;
+
+    *out = *volume;
+    out->ids = out->labels = NULL;
+    SC_TRY(sc_alloc(ctx, bytes, 1, &out->ids));
+    memcpy(out->ids, volume->ids, bytes);
+    SC_TRY(sc_alloc(ctx, label_bytes, 1, &block));
+    out->labels = memcpy(block, volume->labels, label_bytes);
+    if (how->resample) {
+        SC_TRY(sc_find_drawn_grid(ctx, out, how->threads, &grid));
+        SC_TRY(sc_resample(ctx, out, &grid, how->threads));
+    }
+out:
+    return status;
+}
+
 sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *how, double reach,
                      double step_mm, stage *st)
 {
     const sc_prepare_settings settings = {.smooth = how->smooth, .threads = how->threads};
     const size_t labels = (size_t)volume->label_count;
+    sc_volume resampled = {0};
     sc_preparation *preparation = NULL;
     uint8_t *show = NULL;
     void *block;
     size_t bytes;
     sc_status status;
 
-    *st = (stage){0};
-    SC_TRY(sc_prepare(ctx, volume, &settings, &preparation));
+    *st = (stage){.voxels = volume};
+    (void)sc_affine_invert(&volume->to_ras_mm, &st->to_measured);
+    SC_TRY(copy_resampled(ctx, volume, how, &resampled));
+    SC_TRY(sc_prepare(ctx, &resampled, &settings, &preparation));
     bytes = sc_preparation_bytes(preparation);
     SC_TRY(sc_alloc(ctx, bytes, 1, &st->block));
     sc_preparation_pack(preparation, st->block);
@@ -126,6 +165,7 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     set_stage(st, how->surface, reach, step_mm);
 out:
     sc_preparation_free(preparation);
+    sc_volume_clear(&resampled);
     sc_free(show);
     return status;
 }

@@ -217,9 +217,9 @@ typedef enum way {
  * from voxel to voxel through their faces (Amanatides and Woo 1987). */
 static way way_of(const stage *st, int id, sc_vec3 eye, sc_vec3 direction)
 {
-    const sc_vec3 o = sc_affine_point(&st->to_voxel, eye);
-    const sc_vec3 d = sc_affine_vector(&st->to_voxel, direction);
-    const int *size = st->volume.size;
+    const sc_vec3 o = sc_affine_point(&st->to_measured, eye);
+    const sc_vec3 d = sc_affine_vector(&st->to_measured, direction);
+    const int *size = st->voxels->size;
     const sc_box3 box = {{-0.5, -0.5, -0.5}, {size[0] - 0.5, size[1] - 0.5, size[2] - 0.5}};
     const double origin[3] = {o.x, o.y, o.z}, along[3] = {d.x, d.y, d.z};
     double begin = 0, end = 2 * st->reach_mm, next[3];
@@ -236,8 +236,7 @@ static way way_of(const stage *st, int id, sc_vec3 eye, sc_vec3 direction)
                                 : HUGE_VAL;
     }
     while (true) {
-        const uint32_t here =
-            sc_id_at_vertex(&st->volume, voxel[0] + 1, voxel[1] + 1, voxel[2] + 1);
+        const uint32_t here = (uint32_t)id_at(st->voxels, voxel[0], voxel[1], voxel[2]);
         const int axis = next[0] <= next[1] && next[0] <= next[2] ? 0 : next[1] <= next[2] ? 1 : 2;
 
         if (here && (int)here != id)

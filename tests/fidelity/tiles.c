@@ -202,15 +202,6 @@ out:
     return status;
 }
 
-int id_at(const sc_volume *v, int x, int y, int z)
-{
-    const size_t at = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x;
-
-    if (x < 0 || y < 0 || z < 0 || x >= v->size[0] || y >= v->size[1] || z >= v->size[2])
-        return 0;
-    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[at] : ((const uint16_t *)v->ids)[at];
-}
-
 /* Add the face of the voxel (@p x, @p y, @p z) towards the next one along @p axis, if it parts two
  * labels. */
 static void add_face(const sc_volume *v, const int *tissue_of, const int at[3], int axis,

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  Label volumes on another grid. A volume is often stored on another grid than it was drawn on:
+ * voxels were copied up to the grid of an image, or slices are thicker than their pixels are wide.
+ * Surfaces are smooth if they are taken from the grid of the drawing, brought to voxels that are
+ * about as long as wide.
+ *
+ *  None of the functions is collective. They start threads, and the result does not depend on their
+ *  number. */
+#ifndef SEGCAST_RESAMPLE_H
+#define SEGCAST_RESAMPLE_H
+
+#include "segcast/volume.h"
+
+/** The grid on which a volume was drawn, and that on which its surfaces are best found. */
+typedef struct sc_drawn_grid {
+    double copies[3]; /**< how many voxels along x, y, z were copied from one: 1 if none were. Not
+                         always a whole number: 2.5 stands for two and three in turn */
+    double phase[3];  /**< where the first copied voxel begins, in voxels from the outer face of the
+                           volume: at most 0 */
+    double drawn_mm[3]; /**< spacing of the voxels as they were drawn */
+    int split[3]; /**< into how many layers each drawn voxel is split along x, y, z: odd, 1 for none
+                   */
+} sc_drawn_grid;
+
+/** Measure how a volume was drawn. Along an axis voxels count as copied if all label borders lie on
+ * a regular grid of planes at least two voxels apart, most of which hold some. Nothing is lost then
+ * by keeping one of each. The drawn voxels are split along axes where they are over SC_THICK_RATIO
+ * times as long as along their shortest one. @param threads as of sc_parallel_for. @return
+ * SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
+                                         sc_drawn_grid *out);
+/** Slices count as thick from this ratio of their distance to the width of their pixels. */
+#define SC_THICK_RATIO 1.7
+
+/** @return whether sc_resample has anything to do. */
+bool sc_is_resampled(const sc_drawn_grid *grid);
+
+/** Write how a volume was drawn and is stored, in words, to @p text, of @p bytes bytes: "drawn
+ * at 1.5 x 1.5 x 1.5 mm, stored at 0.3 x 0.3 x 0.3 mm". */
+void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes);
+/** Write the voxels along each axis that sc_resample makes of @p volume to @p size. */
+void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3]);
+/** @return about how many bytes sc_resample takes beside the result. */
+double sc_resample_bytes(const sc_volume *volume, const sc_drawn_grid *grid);
+
+/** Bring a volume to the grid that sc_find_drawn_grid has found, in place: copied voxels are
+ * replaced by one each, and layers are put between thick slices (thick.c tells how). Ids and labels
+ * keep their meaning, the geometry its place. @return SC_ERR_MEMORY; the volume may then be
+ * resampled in part, and is to be cleared. */
+SC_MUST_USE sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid,
+                                  int threads);
+
+#endif

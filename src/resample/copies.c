@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Finds voxels that were copied from coarser ones, and removes the copies. A plane across an axis
+ * is an edge if any of its voxels differs from that of the plane before it. In a volume that was
+ * copied up, edges lie only where coarse voxels begin. Nothing is estimated: every edge must fit.
+ */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    FEWEST_EDGES = 8,   /* fewer say nothing: a few boxes have edges on many a regular grid */
+    TRIALS_PER_LINE = 8 /* steps that are tried differ by a plane over so many regular planes times
+                           their number: the last one is then moved by an eighth of a plane */
+};
+/* The share of the regular planes between the first and the last edge that must be edges. */
+#define LEAST_FILLED 0.5
+/* The finest drawn voxels that are looked for, in voxels: below it, planes in turn single and
+ * double are hard to tell from chance. */
+#define FEWEST_COPIES 1.5
+/* How much the edges may lie off regular planes, together: whole planes are less than 1 off, and
+ * the programs that copy round in several ways. */
+#define ROUNDING 0.999
+
+/* The edges along each axis, as each thread has met them: flag n says that plane n differs from
+ * plane n - 1. */
+typedef struct edge_work {
+    const sc_volume *v;
+    uint8_t *of_threads; /* [threads][size x + size y + size z] */
+} edge_work;
+
+/* @return the place of the flags along @p axis among those of a thread. */
+static size_t flags_at(const sc_volume *v, int axis)
+{
+    size_t at = 0;
+
+    for (int i = 0; i < axis; i++)
+        at += (size_t)v->size[i];
+    return at;
+}
+
+/* Mark in @p edges, [count], where a row of @p count ids of @p bytes bytes differs from itself one
+ * voxel before. */
+static void mark_row(const void *row, int bytes, int count, uint8_t *edges)
+{
+    if (bytes == 1) {
+        const uint8_t *ids = row;
+
+        for (int x = 1; x < count; x++)
+            edges[x] |= ids[x] ^ ids[x - 1];
+    } else {
+        const uint16_t *ids = row;
+
+        for (int x = 1; x < count; x++)
+            edges[x] |= ids[x] != ids[x - 1];
+    }
+}
+
+/* Mark the edges that show in the slices [begin, end); an sc_range_fn on edge_work. Rows and slices
+ * are compared until a difference is found. */
+static void mark_slices(void *user, size_t begin, size_t end, int thread)
+{
+    const edge_work *w = user;
+    const sc_volume *v = w->v;
+    const size_t row = (size_t)v->size[0] * (size_t)v->label_bytes,
+                 slice = row * (size_t)v->size[1];
+    uint8_t *flags = w->of_threads + (size_t)thread * flags_at(v, 3);
+    uint8_t *along_y = flags + flags_at(v, 1), *along_z = flags + flags_at(v, 2);
+
+    for (size_t z = begin; z < end; z++) {
+        const uint8_t *ids = (const uint8_t *)v->ids + z * slice;
+
+        along_z[z] = z > 0 && memcmp(ids, ids - slice, slice) != 0;
+        for (int y = 0; y < v->size[1]; y++) {
+            mark_row(ids + (size_t)y * row, v->label_bytes, v->size[0], flags);
+            if (y > 0 && !along_y[y])
+                along_y[y] = memcmp(ids + (size_t)y * row, ids + (size_t)(y - 1) * row, row) != 0;
+        }
+    }
+}
+
+/* The order of numbers, for qsort. */
+static int compare_numbers(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+/* All residues lie on an arc of the circle of circumference @p step: what the widest gap between
+ * them leaves. @param residues [count], at least 1; sorted here. @param begin receives where the
+ * arc begins.
+ * @return its length. */
+static double arc_of(double *residues, int count, double step, double *begin)
+{
+    double widest;
+
+    qsort(residues, (size_t)count, sizeof *residues, compare_numbers);
+    widest = residues[0] + step - residues[count - 1];
+    *begin = residues[0];
+    for (int i = 1; i < count; i++) {
+        if (residues[i] - residues[i - 1] > widest) {
+            widest = residues[i] - residues[i - 1];
+            *begin = residues[i];
+        }
+    }
+    return step - widest;
+}
+
+/* Do the edges lie on planes @p step apart, each rounded to a whole plane, and are most of these
+ * planes edges? @param at [count] rising. @param residues scratch, [count]. @param phase receives
+ * where such a plane lies. @return how far the edges lie off such planes, together; HUGE_VAL if
+ * they do not lie on them. */
+static double spread_on_planes(const int *at, int count, double step, double *residues,
+                               double *phase)
+{
+    double begin, arc;
+
+    if (count < LEAST_FILLED * ((at[count - 1] - at[0]) / step + 1))
+        return HUGE_VAL;
+    for (int i = 0; i < count; i++)
+        residues[i] = fmod(at[i], step);
+    arc = arc_of(residues, count, step, &begin);
+    *phase = begin + arc / 2;
+    return arc < (step > floor(step) ? ROUNDING : 1e-6) ? arc : HUGE_VAL;
+}
+
+/* Find the planes on which all edges along an axis lie. The least distance of two edges is that of
+ * the planes, rounded. Of several steps that fit, the one with the least spread is taken.
+ * @param at [count] edges, rising. @param residues scratch, [count]. @param grid gets copies and
+ * phase of the axis, which are left alone if there are none. */
+static void find_planes(const int *at, int count, int axis, double *residues, sc_drawn_grid *grid)
+{
+    double best = HUGE_VAL, phase = 0;
+    int least, trials;
+
+    if (count < FEWEST_EDGES)
+        return;
+    least = at[1] - at[0];
+    for (int i = 2; i < count; i++)
+        least = at[i] - at[i - 1] < least ? at[i] - at[i - 1] : least;
+    trials = TRIALS_PER_LINE * ((at[count - 1] - at[0]) / least + 1);
+    for (int n = 0; n <= trials && best > 0; n++) { /* the whole number first */
+        const double step = n == 0 ? least : least + 1 - (double)n / (trials + 1);
+        const double spread =
+            step < FEWEST_COPIES ? HUGE_VAL : spread_on_planes(at, count, step, residues, &phase);
+
+        if (spread >= best)
+            continue;
+        best = spread;
+        grid->copies[axis] = step;
+        grid->phase[axis] = fmod(phase, step);
+        if (grid->phase[axis] > 1e-9)
+            grid->phase[axis] -= step;
+    }
+}
+
+sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int threads,
+                                  sc_drawn_grid *grid)
+{
+    const size_t flags = flags_at(v, 3);
+    edge_work w = {v, NULL};
+    int *at = NULL;
+    double *residues = NULL;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, (size_t)threads * flags, 1, &block));
+    w.of_threads = block;
+    SC_TRY(sc_alloc(ctx, flags, sizeof *at, &block));
+    at = block;
+    SC_TRY(sc_alloc(ctx, flags, sizeof *residues, &block));
+    residues = block;
+    sc_parallel_for(threads, (size_t)v->size[2], 1, mark_slices, &w);
+    for (int axis = 0; axis < 3; axis++) {
+        int count = 0;
+
+        for (int n = 0; n < v->size[axis]; n++) {
+            bool edge = false;
+
+            for (int t = 0; t < threads; t++)
+                edge = edge || w.of_threads[(size_t)t * flags + flags_at(v, axis) + (size_t)n];
+            if (edge)
+                at[count++] = n;
+        }
+        find_planes(at, count, axis, residues, grid);
+    }
+out:
+    sc_free(w.of_threads);
+    sc_free(at);
+    sc_free(residues);
+    return status;
+}
+
+/* @return the number of the first drawn voxel that has a plane of its own, which ends behind the
+ * outer face of the volume: 0, or 1 where the first one is cut off. */
+static int first_drawn(double copies, double phase)
+{
+    return floor(phase + copies + 0.5) < 1;
+}
+
+int sc_resample_drawn_within(int size, double copies, double phase)
+{
+    if (copies <= 1)
+        return size;
+    return (int)ceil((size - 0.5 - phase) / copies) - first_drawn(copies, phase);
+}
+
+sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis, double copies,
+                                    double phase)
+{
+    const int first = first_drawn(copies, phase),
+              count = sc_resample_drawn_within(v->size[axis], copies, phase);
+    const size_t voxels = sc_volume_voxels(v) / (size_t)v->size[axis] * (size_t)count;
+    int size[3] = {v->size[0], v->size[1], v->size[2]};
+    size_t stride = (size_t)v->label_bytes, group;
+    void *block;
+    sc_status status = sc_alloc(ctx, voxels, (size_t)v->label_bytes, &block);
+    uint8_t *to = block;
+
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < axis; i++)
+        stride *= (size_t)size[i];
+    group = stride * (size_t)size[axis];
+    for (size_t begin = 0; begin < sc_volume_voxels(v) * (size_t)v->label_bytes; begin += group) {
+        for (int n = 0; n < count; n++, to += stride) {
+            const double middle = phase + (n + first + 0.5) * copies;
+            const int plane = (int)fmin(fmax(floor(middle), 0), size[axis] - 1);
+
+            memcpy(to, (const uint8_t *)v->ids + begin + (size_t)plane * stride, stride);
+        }
+    }
+    sc_resample_set_planes(v, block, axis, count, phase + (first + 0.5) * copies - 0.5, copies);
+    return SC_OK;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the files of this module share. */
+#ifndef SEGCAST_RESAMPLE_INTERNAL_H
+#define SEGCAST_RESAMPLE_INTERNAL_H
+
+#include "segcast/resample.h"
+
+/* @return the dense id of a voxel by its index. */
+static inline uint32_t id_of_voxel(const sc_volume *v, size_t index)
+{
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[index]
+                               : ((const uint16_t *)v->ids)[index];
+}
+
+/* Set copies and phase of those axes of @p grid along which voxels were copied. @return
+ * SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int threads,
+                                              sc_drawn_grid *grid);
+
+/* @return how many drawn voxels lie within @p size planes along an axis: see sc_drawn_grid. */
+int sc_resample_drawn_within(int size, double copies, double phase);
+
+/* Keep one of each group of copied voxels along @p axis, in place: see sc_drawn_grid. @return
+ * SC_ERR_MEMORY, the volume unchanged. */
+SC_MUST_USE sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis,
+                                                double copies, double phase);
+
+/* Split each slice across @p axis into @p split layers, an odd number, in place. @return
+ * SC_ERR_MEMORY, the volume unchanged. */
+SC_MUST_USE sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, int split,
+                                               int threads);
+
+/* Replace the voxels of a volume, which takes over @p ids, along @p axis: @p count planes, the
+ * middle of the first of which lies @p first old planes behind that of the first old one, and @p
+ * step old planes apart. */
+void sc_resample_set_planes(sc_volume *v, void *ids, int axis, int count, double first,
+                            double step);
+
+#endif

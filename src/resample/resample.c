@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grid on which a volume is drawn, and the steps that lead there. */
+#include "internal.h"
+
+#include <stdio.h>
+
+enum {
+    MOST_LAYERS = 15,    /* into which a drawn voxel is split */
+    BYTES_PER_VOXEL = 12 /* of a stack of slices at work: ids, marks, memberships */
+};
+/* Drawn voxels are split until they are at most so many times as long as the shortest. */
+#define LONGEST_LAYER 1.5
+
+sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
+                             sc_drawn_grid *out)
+{
+    sc_drawn_grid grid = {.copies = {1, 1, 1}, .split = {1, 1, 1}};
+    double shortest = HUGE_VAL;
+    sc_status status = sc_resample_find_copies(ctx, volume, threads, &grid);
+
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < 3; i++) {
+        grid.drawn_mm[i] = grid.copies[i] * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
+        if (volume->size[i] > 1)
+            shortest = fmin(shortest, grid.drawn_mm[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        const double ratio = grid.drawn_mm[i] / shortest;
+
+        while (volume->size[i] > 1 && ratio > SC_THICK_RATIO &&
+               ratio / grid.split[i] > LONGEST_LAYER && grid.split[i] < MOST_LAYERS)
+            grid.split[i] += 2;
+    }
+    *out = grid;
+    return SC_OK;
+}
+
+bool sc_is_resampled(const sc_drawn_grid *grid)
+{
+    for (int i = 0; i < 3; i++) {
+        if (grid->copies[i] > 1 || grid->split[i] > 1)
+            return true;
+    }
+    return false;
+}
+
+void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes)
+{
+    const double *mm = grid->drawn_mm, *copies = grid->copies;
+
+    snprintf(text, bytes, "drawn at %.3g x %.3g x %.3g mm, stored at %.3g x %.3g x %.3g mm", mm[0],
+             mm[1], mm[2], mm[0] / copies[0], mm[1] / copies[1], mm[2] / copies[2]);
+}
+
+void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3])
+{
+    for (int i = 0; i < 3; i++)
+        size[i] = sc_resample_drawn_within(volume->size[i], grid->copies[i], grid->phase[i]) *
+                  grid->split[i];
+}
+
+double sc_resample_bytes(const sc_volume *volume, const sc_drawn_grid *grid)
+{
+    double voxels = 1;
+    bool split = false;
+
+    for (int i = 0; i < 3; i++) {
+        voxels *= volume->size[i] / grid->copies[i];
+        split = split || grid->split[i] > 1;
+    }
+    return split ? voxels * BYTES_PER_VOXEL : 0;
+}
+
+void sc_resample_set_planes(sc_volume *v, void *ids, int axis, int count, double first, double step)
+{
+    const sc_vec3 column = sc_affine_column(&v->to_ras_mm, axis);
+    const double along[3] = {column.x, column.y, column.z};
+
+    sc_free(v->ids);
+    v->ids = ids;
+    v->size[axis] = count;
+    for (int i = 0; i < 3; i++) {
+        v->to_ras_mm.m[i][3] += first * along[i];
+        v->to_ras_mm.m[i][axis] = step * along[i];
+    }
+}
+
+sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid, int threads)
+{
+    sc_status status;
+
+    for (int axis = 0; axis < 3; axis++) {
+        if (grid->copies[axis] > 1)
+            SC_TRY(sc_resample_remove_copies(ctx, volume, axis, grid->copies[axis],
+                                             grid->phase[axis]));
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        if (grid->split[axis] > 1)
+            SC_TRY(sc_resample_split_slices(ctx, volume, axis, grid->split[axis], threads));
+    }
+    status = SC_OK;
+out:
+    return status;
+}

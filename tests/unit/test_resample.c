@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grid on which a volume was drawn: copied voxels are found and removed without loss, thick
+ * slices get layers between them that keep the slices as they are. */
+#include "check.h"
+
+#include "segcast/resample.h"
+#include "shapes.h"
+
+enum { SIDE = 24 };
+
+/* Voxels of two overlapping balls and a plate, without any order that could be taken for copies. */
+static int drawn_id(double x, double y, double z)
+{
+    const double ball = hypot(hypot(x - 11.3, y - 12.1), z - 10.7);
+    const double other = hypot(hypot(x - 15.2, y - 9.4), z - 13.1);
+
+    return ball < 7.3 ? 1 : other < 6.1 ? 2 : y > 18 && x + z < 30 ? 3 : 0;
+}
+
+/* @return the dense id of a voxel. */
+static int id_at(const sc_volume *v, const int at[3])
+{
+    const size_t n =
+        ((size_t)at[2] * (size_t)v->size[1] + (size_t)at[1]) * (size_t)v->size[0] + (size_t)at[0];
+
+    return v->label_bytes == 1 ? ((uint8_t *)v->ids)[n] : ((uint16_t *)v->ids)[n];
+}
+
+/* Go on to the next voxel, x fastest. @return false behind the last. */
+static bool next_voxel(const sc_volume *v, int at[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (++at[i] < v->size[i])
+            return true;
+        at[i] = 0;
+    }
+    return false;
+}
+
+/* How the volume of copied_id was copied up. */
+static double copies[3], phase[3];
+
+/* @return the drawn voxel from which plane @p n along an axis was copied. */
+static double drawn_of(int axis, double n)
+{
+    return floor((n + 0.5 - phase[axis]) / copies[axis]);
+}
+
+static int copied_id(double x, double y, double z)
+{
+    return drawn_id(drawn_of(0, x), drawn_of(1, y), drawn_of(2, z));
+}
+
+/* Check that a volume holds drawn_id, and that its voxels lie where their copies were. */
+static void check_drawn(const sc_volume *v, const double spacing[3])
+{
+    int at[3] = {0, 0, 0};
+
+    do {
+        const sc_vec3 p = sc_affine_point(&v->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
+        const double mm[3] = {p.x, p.y, p.z};
+
+        assert_int_equal(id_at(v, at), drawn_id(at[0], at[1], at[2]));
+        for (int i = 0; i < 3; i++) {
+            const double face = mm[i] / spacing[i] + 0.5; /* from the outer face, in voxels */
+
+            assert_true(fabs(face - phase[i] - (at[i] + 0.5) * copies[i]) < 0.6);
+        }
+    } while (next_voxel(v, at));
+}
+
+static void copied_voxels_are_found_and_removed(void **state)
+{
+    static const double tries[][3] = {{4, 4, 4}, {2, 3, 1}, {2.5, 1.75, 3.2}, {1, 1, 4.11}};
+    static const double begins[][3] = {{0, 0, 0}, {-1, -2, 0}, {-0.3, -1.1, -2}, {0, 0, -0.7}};
+    const double spacing[3] = {0.4, 0.5, 0.6};
+
+    (void)state;
+    for (size_t t = 0; t < SC_COUNT_OF(tries); t++) {
+        sc_drawn_grid grid;
+        sc_volume v;
+        int size[3];
+
+        for (int i = 0; i < 3; i++) {
+            copies[i] = tries[t][i];
+            phase[i] = begins[t][i];
+            size[i] = (int)ceil(SIDE * copies[i] + phase[i]);
+        }
+        v = shape_volume(size, spacing, t % 2 ? 2 : 1, 4, copied_id);
+        assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+        for (int i = 0; i < 3; i++) {
+            assert_true(fabs(grid.copies[i] - copies[i]) < 0.05);
+            assert_true(fabs(grid.drawn_mm[i] - copies[i] * spacing[i]) < 0.05);
+            grid.split[i] = 1;
+        }
+        assert_true(sc_is_resampled(&grid));
+        sc_resampled_size(&v, &grid, size);
+        assert_ok(sc_resample(&quiet, &v, &grid, 2));
+        assert_memory_equal(size, v.size, sizeof size);
+        check_drawn(&v, spacing);
+        sc_volume_clear(&v);
+    }
+}
+
+static void volumes_that_were_not_copied_stay_as_they_are(void **state)
+{
+    const double spacing[3] = {1, 1.2, 1.6};
+    const int size[3] = {SIDE, SIDE, SIDE};
+    sc_volume v = shape_volume(size, spacing, 1, 4, drawn_id);
+    const uint64_t hash = sc_volume_hash(&v);
+    sc_drawn_grid grid;
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
+    assert_false(sc_is_resampled(&grid));
+    assert_ok(sc_resample(&quiet, &v, &grid, 1));
+    assert_true(sc_volume_hash(&v) == hash);
+    memset(v.ids, 0, sc_volume_voxels(&v)); /* nothing to tell it by */
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
+    assert_false(sc_is_resampled(&grid));
+    sc_volume_clear(&v);
+}
+
+/* A tilted plane, a plate one voxel thin, and a column that is too thin for the filter. */
+static int thick_id(double x, double y, double z)
+{
+    if (y == 3)
+        return 2;
+    if (y < 3)
+        return 0;
+    return hypot(x - 30, y - 20) < 2.2 ? 3 : x + 0.5 * y < 12 + 4 * z ? 1 : 0;
+}
+
+/* The axis across the slices of thick_volume. */
+static int across;
+
+/* thick_id with the axes z and `across` exchanged. */
+static int turned_id(double x, double y, double z)
+{
+    double p[3] = {x, y, z}, along = p[across];
+
+    p[across] = z;
+    return thick_id(p[0], p[1], along);
+}
+
+/* @return thick_id in nine slices across an axis, five times as far apart as pixels are wide. */
+static sc_volume thick_volume(int axis)
+{
+    double spacing[3] = {1, 1, 1};
+    int size[3] = {40, 30, 40};
+
+    across = axis;
+    size[2] = size[axis];
+    size[axis] = 9;
+    spacing[axis] = 5;
+    return shape_volume(size, spacing, axis == 2 ? 1 : 2, 4, turned_id);
+}
+
+/* Check a volume that was resampled: slices are as they were, and thin tissue is whole. @return the
+ * share of voxels on the wrong side of the tilted plane, near it. */
+static double check_layers(const sc_volume *v, int axis, int split)
+{
+    int at[3] = {0, 0, 0};
+    double wrong = 0, count = 0;
+
+    do {
+        const int id = id_at(v, at);
+        const double z = (at[axis] + 0.5) / split - 0.5;
+        double p[3] = {at[0], at[1], at[2]}, border;
+
+        p[axis] = at[2];
+        if (at[axis] % split == split / 2) /* a slice */
+            assert_int_equal(id, thick_id(p[0], p[1], z));
+        if (p[1] == 3)
+            assert_int_equal(id, 2);
+        if (hypot(p[0] - 30, p[1] - 20) < 1)
+            assert_int_equal(id, 3);
+        border = 12 + 4 * z - 0.5 * p[1];
+        if (z < 2 || z > 4 || p[1] < 10 || fabs(p[0] - border) > 6)
+            continue;
+        wrong += (id == 1) != (p[0] < border);
+        count++;
+    } while (next_voxel(v, at));
+    assert_true(count > 1000);
+    return wrong / count;
+}
+
+static void layers_between_slices_keep_the_slices(void **state)
+{
+    (void)state;
+    for (int axis = 0; axis < 3; axis++) {
+        sc_volume one = thick_volume(axis), three = thick_volume(axis);
+        sc_drawn_grid grid;
+        assert_ok(sc_find_drawn_grid(&quiet, &one, 1, &grid));
+        assert_int_equal(grid.split[axis], 5);
+        assert_ok(sc_resample(&quiet, &one, &grid, 1));
+        assert_ok(sc_resample(&quiet, &three, &grid, 3));
+        assert_int_equal(one.size[axis], 45);
+        assert_memory_equal(one.ids, three.ids, sc_volume_voxels(&one) * (size_t)one.label_bytes);
+        /* Slices that are only copied put a tenth of the points near the plane on the wrong side.
+         */
+        assert_true(check_layers(&one, axis, grid.split[axis]) < 0.03);
+        sc_volume_clear(&one);
+        sc_volume_clear(&three);
+    }
+}
+
+static void lack_of_memory_is_told(void **state)
+{
+    const int size[3] = {20, 20, 8};
+    sc_drawn_grid grid;
+    int n;
+
+    (void)state;
+    for (n = 0; n < 100; n++) {
+        sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, thick_id);
+        long left = n;
+        sc_ctx ctx = quiet;
+        sc_status status;
+
+        ctx.alloc_budget = &left;
+        status = sc_find_drawn_grid(&ctx, &v, 1, &grid);
+        if (status == SC_OK)
+            status = sc_resample(&ctx, &v, &grid, 1);
+        sc_volume_clear(&v);
+        if (status == SC_OK)
+            break;
+        assert_int_equal(status, SC_ERR_MEMORY);
+    }
+    assert_true(n > 8 && n < 100);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(copied_voxels_are_found_and_removed),
+        cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
+        cmocka_unit_test(layers_between_slices_keep_the_slices),
+        cmocka_unit_test(lack_of_memory_is_told),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
