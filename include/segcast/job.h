@@ -59,7 +59,7 @@ typedef struct sc_render_options {
     int antialiasing; /**< sc_antialiasing */
     int thickness;    /**< sc_thickness_use */
     int auto_opacity; /**< sc_opacity_rule */
-    double smooth;    /**< see sc_prepare_settings */
+    double smooth;    /**< see sc_prepare_settings; negative: auto, on the grid of the drawing */
     double step_voxels, cap_outline;
     sc_background background;
 } sc_render_options;

@@ -60,6 +60,7 @@ typedef struct sc_prepared {
                                       0 for background; NULL if it was not asked for */
     /* how it was prepared */
     double smooth;                   /**< sc_prepare_settings.smooth */
+    bool resampled;                  /**< the grid is not that of the volume file: sc_resample */
     bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
     const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
 } sc_prepared;
@@ -67,6 +68,7 @@ typedef struct sc_prepared {
 /** What to prepare, and how. */
 typedef struct sc_prepare_settings {
     double smooth;        /**< strength of the smoothing of surfaces, 0 (crisp) to SC_SMOOTH_MAX */
+    bool resampled;       /**< only noted in the result: the volume was brought to another grid */
     bool thickness;       /**< measure the mean thickness of every label: sc_label_stats */
     bool local_thickness; /**< store the local thickness at every boundary voxel */
     bool surface;         /**< measure the surface of every label */
@@ -77,6 +79,8 @@ typedef struct sc_prepare_settings {
 } sc_prepare_settings;
 /** The strongest smoothing. */
 #define SC_SMOOTH_MAX 1.25
+/** The strength on the grid on which a volume was drawn (sc_find_drawn_grid). */
+#define SC_SMOOTH_AUTO 1.0
 
 /** A preparation in memory, before it is packed or saved. */
 typedef struct sc_preparation sc_preparation;
@@ -129,6 +133,9 @@ enum { SC_COVERS_MAX = 5 };
  *  first; NULL: not wanted. @return SC_ERR_MEMORY, with nothing of use written. */
 SC_MUST_USE sc_status sc_find_covers(const sc_ctx *ctx, const sc_volume *volume, const bool *hidden,
                                      int *layers, double *shown);
+/** @return the volume that was prepared, which borrows ids and labels from @p v: not to be cleared.
+ */
+sc_volume sc_volume_of_prepared(const sc_prepared *v);
 
 /** @return the dense id at a grid vertex; 0, the background, outside of the volume. */
 static inline uint32_t sc_id_at_vertex(const sc_prepared *v, int x, int y, int z)

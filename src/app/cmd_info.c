@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast info: what is in a volume. */
 #include "app.h"
+#include "segcast/resample.h"
 
 #include <jansson.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@ typedef struct info {
     const sc_tissue *tissues;
     double spacing_mm[3], voxel_mm3;
     sc_length_unit unit; /* lengths are printed in this unit */
+    sc_drawn_grid drawn; /* how its voxels were drawn */
     char axes[4];        /* patient direction of each voxel axis, e.g. "LPS"; "?" if unknown */
 } info;
 
@@ -74,10 +76,11 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     }
     for (int id = 0; id < v->label_count; id++)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
-    json = json_pack("{s:s, s:[i,i,i], s:[f,f,f], s:s, s:b, s:o, s:I, s:o}", "schema",
+    json = json_pack("{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:s, s:b, s:o, s:I, s:o}", "schema",
                      "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
-                     in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "axes", in->axes,
-                     "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
+                     in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "drawn_mm",
+                     in->drawn.drawn_mm[0], in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "axes",
+                     in->axes, "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
                      (json_int_t)v->boundary_count, "labels", labels);
     text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
@@ -120,6 +123,12 @@ static void print_text(const info *in)
     const double area_mm2 = in_mm ? 100 : in->unit.mm * in->unit.mm;
 
     print_geometry(in);
+    if (sc_is_resampled(&in->drawn)) {
+        char text[160];
+
+        sc_drawn_grid_text(&in->drawn, text, sizeof text);
+        printf("drawing   %s\n", text);
+    }
     printf("labels    %d, and background\n", v->label_count - 1);
     printf("boundary  %llu voxels, %.2f %% of all\n\n", (unsigned long long)v->boundary_count,
            100 * (double)v->boundary_count / voxels);
@@ -145,6 +154,7 @@ sc_status sc_cmd_info(sc_app *app)
 {
     sc_session session = {0};
     info in;
+    sc_volume view;
     sc_status status;
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
@@ -153,6 +163,8 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
     in = gather(&session.volume, session.tissues);
+    view = sc_volume_of_prepared(&session.volume);
+    SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));
     sc_display_end_stage(app);
     if (app->options.json)
         status = print_json(app->ctx, &in);

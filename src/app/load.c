@@ -4,6 +4,7 @@
 #include "app.h"
 
 #include "segcast/phantom.h"
+#include "segcast/resample.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +75,7 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
 /* What a job needs of a preparation; see sc_prepare_settings. */
 typedef struct needs {
     double smooth;
+    bool resample; /* to the grid on which the volume was drawn */
     bool thickness, local_thickness, surface;
     bool *hidden; /* [label_count], owned: labels that become background */
 } needs;
@@ -84,7 +86,9 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
                             int label_count, needs *out)
 {
     const sc_job *job = &session->job;
-    needs n = {.smooth = job->render.smooth,
+    const bool is_auto = job->render.smooth < 0;
+    needs n = {.smooth = is_auto ? SC_SMOOTH_AUTO : job->render.smooth,
+               .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH && !session->measure,
                .thickness = session->measure,
                .local_thickness = job->render.thickness != 0,
                .surface = session->measure};
@@ -193,12 +197,27 @@ out:
     return status;
 }
 
+/* @return whether a mapped file holds the grid from which the job's surfaces are taken. */
+static bool has_grid(const sc_app *app, const sc_prepared *v, const needs *n)
+{
+    const sc_volume view = sc_volume_of_prepared(v);
+    const sc_ctx silent = {.rank = 0};
+    sc_drawn_grid grid;
+
+    if (!n->resample || v->resampled)
+        return n->resample == v->resampled;
+    return sc_find_drawn_grid(&silent, &view, app->threads, &grid) == SC_OK &&
+           !sc_is_resampled(&grid);
+}
+
 /* Does the prepared file hold what the job needs? @param why if not, what it was prepared with
  * instead; otherwise NULL. */
-static bool fits(const sc_prepared *v, const needs *n, const char **why)
+static bool fits(const sc_app *app, const sc_prepared *v, const needs *n, const char **why)
 {
     *why = NULL;
-    if (fabs(v->smooth - n->smooth) > 1e-9)
+    if (!has_grid(app, v, n))
+        *why = "another grid of voxels";
+    else if (fabs(v->smooth - n->smooth) > 1e-9)
         *why = "another strength of smoothing";
     else if ((n->thickness && !v->has_thickness) || (n->surface && !v->has_surface))
         *why = "less measured";
@@ -267,7 +286,14 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     status = find_needs(app, session, session->volume.labels, session->volume.label_count, &n);
     SC_TRY(sc_comm_agree(app->comm, status));
     SC_TRY(check_hidden(ctx, path, session, &n));
-    *usable = fits(&session->volume, &n, &why);
+    if (session->volume.resampled && !n.resample && !session->measure) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: was prepared with render.smooth: auto, which has changed its grid of "
+                         "voxels; prepare the volume again with the settings of this job",
+                         path);
+        goto out;
+    }
+    *usable = fits(app, &session->volume, &n, &why);
     if (*usable)
         session->shared_bytes = session->mapped_bytes;
     else if (first)
@@ -285,14 +311,12 @@ out:
 static sc_status unpack_volume(const sc_app *app, const sc_session *session, sc_volume *out)
 {
     const sc_prepared *from = &session->volume;
-    sc_volume v = {.label_bytes = from->label_bytes,
-                   .label_count = from->label_count,
-                   .to_ras_mm = from->to_ras_mm,
-                   .oriented = from->oriented};
+    sc_volume v = sc_volume_of_prepared(from);
     void *labels;
     sc_status status;
 
-    memcpy(v.size, from->size, sizeof v.size);
+    v.ids = NULL;
+    v.labels = NULL;
     SC_TRY(sc_alloc(app->ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
     memcpy(v.ids, from->ids, sc_volume_voxels(&v) * (size_t)v.label_bytes);
     SC_TRY(sc_alloc(app->ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
@@ -340,11 +364,55 @@ out:
     return status;
 }
 
+/* Tell how the grid on which surfaces are found differs from that of the file. */
+static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
+                      const sc_drawn_grid *grid)
+{
+    char text[160];
+
+    sc_drawn_grid_text(grid, text, sizeof text);
+    sc_info(app->ctx, "%s: %s; surfaces are found on %d x %d x %d voxels", path, text, v->size[0],
+            v->size[1], v->size[2]);
+}
+
+/* Bring the volume to the grid on which it was drawn. Slices stay as they are, with a warning,
+ * where layers between them would take more memory than is allowed. @param changed receives whether
+ * the volume is another one now. */
+static sc_status resample_volume(const sc_app *app, const char *path, sc_volume *volume,
+                                 bool *changed)
+{
+    const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
+    sc_drawn_grid grid;
+    int size[3];
+    sc_status status;
+
+    sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
+    SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+    sc_resampled_size(volume, &grid, size);
+    if (sc_volume_memory_check(&silent, path, size, sc_resample_bytes(volume, &grid)) != SC_OK) {
+        sc_warn(app->ctx,
+                "%s: --max-memory leaves no room for layers between its slices, so slices will "
+                "show as steps",
+                path);
+        for (int i = 0; i < 3; i++)
+            grid.split[i] = 1;
+    }
+    *changed = sc_is_resampled(&grid);
+    if (!*changed)
+        return SC_OK;
+    sc_stage_begin(app->ctx, "putting layers between slices", 0, 0);
+    SC_TRY(sc_resample(app->ctx, volume, &grid, app->threads));
+    tell_grid(app, path, volume, &grid);
+out:
+    return status;
+}
+
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
                              sc_volume *volume, sc_preparation **preparation, sc_rank_record *times)
 {
     sc_prepare_settings settings;
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    bool resampled = session->mapped && session->volume.resampled;
     needs n = {0};
     sc_status status;
 
@@ -354,7 +422,10 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
     sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
+    if (n.resample && !resampled)
+        SC_TRY(resample_volume(app, session->job.volume, volume, &resampled));
     settings = (sc_prepare_settings){.smooth = n.smooth,
+                                     .resampled = resampled,
                                      .thickness = n.thickness || measure_all,
                                      .local_thickness = n.local_thickness,
                                      .surface = n.surface || measure_all,

@@ -4,6 +4,8 @@
 #include "key.h"
 #include "segcast/job.h"
 
+#include <string.h>
+
 #define ORBIT_AND_VIEWS "orbit views"
 #define LABEL_COMMANDS "orbit views info init prepare"
 
@@ -68,6 +70,45 @@ static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID
 
 #define RENDER(member) offsetof(sc_render_options, member)
 
+/* Read a strength of smoothing or "auto", which is stored as -1. */
+static sc_status read_smooth(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double *smooth = value;
+
+    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto")) {
+        *smooth = -1;
+        return SC_OK;
+    }
+    if (node->kind == SC_YAML_SCALAR && !strchr("+-0123456789.", node->text[0]))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    return sc_read_real(ctx, node, key->low, key->high, smooth);
+}
+
+/* Write what read_smooth reads. */
+static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const double *smooth = value;
+
+    (void)key;
+    (void)indent;
+    return *smooth < 0 ? sc_text_add(ctx, text, "auto") : sc_text_add(ctx, text, "%.12g", *smooth);
+}
+
+static json_t *smooth_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
+                     key->low, "maximum", key->high, "enum", "auto");
+}
+
+static const sc_value_type type_smooth = {
+    .name = "number or auto",
+    .expected = "auto or a number from 0 to 1.25",
+    .read = read_smooth,
+    .write = write_smooth,
+    .schema = smooth_schema,
+};
+
 static const sc_key render_keys[] = {
     {"mode", &sc_type_choice, RENDER(mode), "standard",
      .help = "standard; or the paper's pictures, which set other defaults: paper (its first, plain "
@@ -76,9 +117,10 @@ static const sc_key render_keys[] = {
      .choices = modes},
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
      .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces},
-    {"smooth", &sc_type_real, RENDER(smooth), "1",
-     .help = "strength of the smoothing of surfaces, from 0 (crisp)", .low = 0,
-     .high = SC_SMOOTH_MAX},
+    {"smooth", &type_smooth, RENDER(smooth), "auto",
+     .help = "strength of the smoothing of surfaces, from 0 (crisp); auto: 1, on the grid on which "
+             "the volume was drawn: without copied voxels, and with layers between thick slices",
+     .low = 0, .high = SC_SMOOTH_MAX},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fastest), interior (the paper's accelerated "
              "method) or none "

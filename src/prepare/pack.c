@@ -41,7 +41,8 @@ typedef struct block_header {
     char magic[8];
     uint32_t version, byte_order, header_bytes;
     int32_t size[3], bricks[3];
-    int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface;
+    int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
+        resampled;
     sc_affine to_ras_mm;
     double smooth;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
@@ -101,6 +102,7 @@ static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.local_thickness = p->thickness != NULL;
     h.has_thickness = p->settings.thickness;
     h.has_surface = p->settings.surface;
+    h.resampled = p->settings.resampled;
     h.to_ras_mm = v->to_ras_mm;
     h.smooth = p->settings.smooth;
     h.volume_hash = p->volume_hash;
@@ -332,6 +334,7 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .smooth = h->smooth,
         .has_thickness = h->has_thickness != 0,
         .has_surface = h->has_surface != 0,
+        .resampled = h->resampled != 0,
         .hidden = (const uint8_t *)(base + h->offset[HIDDEN]),
     };
     if (h->local_thickness)
@@ -340,4 +343,17 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
     memcpy(view.bricks, h->bricks, sizeof view.bricks);
     *out = view;
     return SC_OK;
+}
+
+sc_volume sc_volume_of_prepared(const sc_prepared *v)
+{
+    sc_volume out = {.label_bytes = v->label_bytes,
+                     .ids = (void *)(uintptr_t)v->ids,
+                     .label_count = v->label_count,
+                     .labels = (sc_label *)(uintptr_t)v->labels,
+                     .to_ras_mm = v->to_ras_mm,
+                     .oriented = v->oriented};
+
+    memcpy(out.size, v->size, sizeof out.size);
+    return out;
 }
