@@ -195,7 +195,7 @@ static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue
 void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, uint8_t rgb[3])
 {
     static const uint8_t white[3] = {255, 255, 255}, slate[3] = {46, 52, 62};
-    const double near = 0.13, most = 0.1; /* in OKLab, and of what is seen */
+    const double near = 0.1, most = 0.25; /* in OKLab, and of what is seen */
     const sc_seen_color behind = sc_see_color(white);
     sc_srgb_table table;
     double lost = 0;
