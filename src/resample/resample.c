@@ -72,20 +72,6 @@ double sc_resample_bytes(const sc_volume *volume, const sc_drawn_grid *grid)
     return split ? voxels * BYTES_PER_VOXEL : 0;
 }
 
-void sc_resample_set_planes(sc_volume *v, void *ids, int axis, int count, double first, double step)
-{
-    const sc_vec3 column = sc_affine_column(&v->to_ras_mm, axis);
-    const double along[3] = {column.x, column.y, column.z};
-
-    sc_free(v->ids);
-    v->ids = ids;
-    v->size[axis] = count;
-    for (int i = 0; i < 3; i++) {
-        v->to_ras_mm.m[i][3] += first * along[i];
-        v->to_ras_mm.m[i][axis] = step * along[i];
-    }
-}
-
 sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid, int threads)
 {
     sc_status status;
