@@ -13,9 +13,11 @@ enum {
     ANGLES = 128,       /* directions of view: an edge between two of them errs by 0.03 % */
     EDGES = 4 * ANGLES, /* for each direction: right, left, top, bottom */
     BLOCKS = 1024,      /* of points, which are searched as a whole */
-    STEPS = 24          /* of a search along a line: to 1e-5 of its length */
+    STEPS = 48 /* of a search along a line: to 1e-10 of its length, so that where nothing else
+                  decides rounding does not either */
 };
-#define MARGIN 1.05 /* the picture shows this multiple of what must be in it */
+#define EVENNESS 1e-3 /* how much evenness counts beside the radius */
+#define MARGIN 1.05   /* the picture shows this multiple of what must be in it */
 
 void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *low, double *high)
 {
@@ -204,24 +206,28 @@ static double least_cost(cost_fn *cost, const void *user, double low, double hig
 
 /* A search for the line about which the points turn within the narrowest cylinder. */
 typedef struct narrowest {
-    sc_vec3 side, other;  /* unit, perpendicular to the axis and to each other */
-    double low, high;     /* of the points along other */
-    double reach[ANGLES]; /* of the points in each direction from the axis */
-    double along_side;    /* where the line lies */
+    sc_vec3 side, other;                 /* unit, perpendicular to the axis and to each other */
+    double low, high;                    /* of the points along other */
+    double reach[ANGLES];                /* of the points in each direction from the axis */
+    double cosine[ANGLES], sine[ANGLES]; /* of these directions */
+    double along_side;                   /* where the line lies */
 } narrowest;
 
-/* @return the radius of the cylinder about the line at along_side and @p at along other. */
+/* @return the radius of the cylinder about the line at along_side and @p at along other, and a
+ * little of the mean square of what lies in each direction: of several lines with the same radius,
+ * the one in the middle is the best, so that it does not depend on how the search goes. */
 static double radius_at(const void *user, double at)
 {
     const narrowest *n = user;
-    double most = 0;
+    double most = 0, squares = 0;
 
     for (int i = 0; i < ANGLES; i++) {
-        const double turn = 2 * M_PI * i / ANGLES;
+        const double reach = n->reach[i] - n->along_side * n->cosine[i] - at * n->sine[i];
 
-        most = fmax(most, n->reach[i] - n->along_side * cos(turn) - at * sin(turn));
+        most = fmax(most, reach);
+        squares += reach * reach;
     }
-    return most;
+    return most + EVENNESS * squares / (ANGLES * (n->high - n->low + 1));
 }
 
 /* @return the least radius of all lines at @p at along side. */
@@ -247,6 +253,8 @@ static sc_vec3 middle_across(const sc_orbit *orbit, const cloud *c)
         const sc_vec3 direction =
             sc_vec3_along(sc_vec3_scale(n.side, cos(turn)), sin(turn), n.other);
 
+        n.cosine[i] = cos(turn);
+        n.sine[i] = sin(turn);
         n.reach[i] = c->count ? support(c->points, c->blocks, c->block_count, direction) : 0.5;
     }
     low = -n.reach[ANGLES / 2];
@@ -278,7 +286,7 @@ static double height_at(const void *user, double at)
  * ones are changed. */
 static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, double aspect, edges *e)
 {
-    enum { TRIES = 8 };
+    enum { TRIES = 24 };
     level l = {e, orbit->axis, middle_across(orbit, c)};
     double low, high, margin = MARGIN, step = 8 * MARGIN, room, at;
 

@@ -103,6 +103,10 @@ static void set_stage(stage *st, sc_surface surface, double reach, double step_m
         .tissues = st->tissues,
         .step_mm = (float)step_mm,
         .light = {.flat = true}};
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++)
+            st->march.grid_per_mm[i][j] = (float)st->to_voxel.m[i][j];
+    }
 }
 
 /* Copy a volume, on the grid of its drawing if that is asked for. Caller owns *out, which must be

@@ -88,6 +88,7 @@ static stage make_stage(sc_surface surface, int label_bytes)
 static void set_march(stage *s)
 {
     const sc_prepared *v = &s->prepared.view;
+    sc_affine to_voxel = {0};
 
     s->march = (sc_march){
         .volume = v,
@@ -112,6 +113,11 @@ static void set_march(stage *s)
                   .cue_near_mm = 10,
                   .cue_far_mm = 90,
                   .cue_rgb = {1, 1, 1}}};
+    assert_true(sc_affine_invert(&v->to_ras_mm, &to_voxel));
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++)
+            s->march.grid_per_mm[i][j] = (float)to_voxel.m[i][j];
+    }
 }
 
 /* One of @p count values at random. */
