@@ -172,6 +172,7 @@ static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, 
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
     char *directory = NULL, *joined = NULL, *absolute = NULL;
     sc_text text = {0};
+    bool no_memory;
     int error;
     sc_status status = SC_OK;
 
@@ -186,11 +187,10 @@ static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, 
     SC_TRY(sc_path_join(ctx, directory, path, &joined));
     absolute = realpath(joined, NULL);
     error = absolute ? 0 : errno;
-    if (error && sc_input_status(error) == SC_ERR_MEMORY)
-        status = missing(ctx, node, key, joined, error);
-    else if (!absolute && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
+    no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
+    if (!absolute && !no_memory && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
         status = refuse_tilde(ctx, sources, node, key, path);
-    else if (!absolute && use == PATH_INPUT && sources->check_inputs)
+    else if (no_memory || (!absolute && use == PATH_INPUT && sources->check_inputs))
         status = missing(ctx, node, key, joined, error);
     else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
         status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",

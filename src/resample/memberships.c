@@ -106,7 +106,7 @@ static void join_boxes(const box_work *w, int threads, int id)
 /* @return how many nodes the box is long along an axis, or slices. */
 static size_t length_of(const memberships *m, int axis)
 {
-    return (size_t)(m->high[axis] - m->low[axis] + 1);
+    return (size_t)m->high[axis] - (size_t)m->low[axis] + 1;
 }
 
 /* Set the box of @p m: where the filters across the slices reach from the voxels of its label. At

@@ -296,7 +296,9 @@ static void fill_layers(void *user, size_t begin, size_t end, int thread)
 
     for (size_t z = begin; z < end; z++) {
         for (int layer = 0; layer < w->split; layer++) {
-            set_plane(w, &p, (int)z, (layer - w->split / 2) / (double)w->split);
+            const int from_middle = layer - w->split / 2;
+
+            set_plane(w, &p, (int)z, (double)from_middle / w->split);
             find_winners(w, &p);
             copy_sheets(w, &p);
             store_layer(w, &p, z * (size_t)w->split + (size_t)layer);
