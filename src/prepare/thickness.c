@@ -390,6 +390,10 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
         p->thickness = block;
     }
+    if (!p->boundary_count) { /* background alone, of which a small file can promise a lot */
+        sc_stage_add(ctx, SC_WORTH_THICKNESS);
+        return SC_OK;
+    }
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
     SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
