@@ -266,7 +266,8 @@ out:
 
 sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
 {
-    const char *path = session->job.volume, *why;
+    const char *path = session->job.volume, *why = NULL;
+    uint8_t fitting;
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
@@ -293,7 +294,10 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
                          path);
         goto out;
     }
-    *usable = fits(app, &session->volume, &n, &why);
+    /* Rank 0 decides for all: measuring the grid takes memory, which may fail on one rank only. */
+    fitting = first && fits(app, &session->volume, &n, &why);
+    sc_comm_broadcast(app->comm, &fitting, sizeof fitting);
+    *usable = fitting != 0;
     if (*usable)
         session->shared_bytes = session->mapped_bytes;
     else if (first)
