@@ -95,18 +95,12 @@ static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *
     return *smooth < 0 ? sc_text_add(ctx, text, "auto") : sc_text_add(ctx, text, "%.12g", *smooth);
 }
 
-static json_t *smooth_schema(const sc_key *key)
-{
-    return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
-                     key->low, "maximum", key->high, "enum", "auto");
-}
-
 static const sc_value_type type_smooth = {
     .name = "number or auto",
     .expected = "auto or a number from 0 to 1.25",
     .read = read_smooth,
     .write = write_smooth,
-    .schema = smooth_schema,
+    .schema = sc_number_or_auto_schema,
 };
 
 static const sc_key render_keys[] = {

@@ -36,7 +36,7 @@ static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void 
     return sc_text_add(ctx, text, "%.12g", rule->opacity);
 }
 
-static json_t *opacity_schema(const sc_key *key)
+json_t *sc_number_or_auto_schema(const sc_key *key)
 {
     return json_pack("{s:[{s:s, s:f, s:f}, {s:[s]}]}", "anyOf", "type", "number", "minimum",
                      key->low, "maximum", key->high, "enum", "auto");
@@ -47,7 +47,7 @@ static const sc_value_type type_opacity = {
     .expected = "auto or a number from 0 to 1",
     .read = read_opacity,
     .write = write_opacity,
-    .schema = opacity_schema,
+    .schema = sc_number_or_auto_schema,
 };
 
 #define RULE(member) offsetof(sc_tissue_rule, member)

@@ -72,6 +72,10 @@ struct sc_key {
     bool outside_identity;       /* pictures do not depend on it: it is not part of the identity */
 };
 
+/* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out
+ * of memory. */
+json_t *sc_number_or_auto_schema(const sc_key *key);
+
 /* The value for sc_key.given: 1 plus the offset of the bool @p member. */
 #define SC_GIVEN(type, member) (offsetof(type, member) + 1)
 
