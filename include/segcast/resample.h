@@ -12,7 +12,8 @@
 
 #include "segcast/volume.h"
 
-/** The grid on which a volume was drawn, and that on which its surfaces are best found. */
+/** The grid on which the author of a segmentation drew it, as far as its voxels tell, and the grid
+ * to which sc_resample brings it. */
 typedef struct sc_drawn_grid {
     double copies[3]; /**< how many voxels along x, y, z were copied from one: 1 if none were. Not
                          always a whole number: 2.5 stands for two and three in turn */
@@ -30,7 +31,7 @@ typedef struct sc_drawn_grid {
  * SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
                                          sc_drawn_grid *out);
-/** Slices count as thick from this ratio of their distance to the width of their pixels. */
+/** Slices are thick if they are more than this many times as far apart as their pixels are wide. */
 #define SC_THICK_RATIO 1.7
 
 /** @return whether sc_resample has anything to do. */
