@@ -70,7 +70,7 @@ typedef struct filters {
     int row_count, table_count;
     quad *weight_tables; /* [table_count][PATTERNS]; NULL where surfaces are crisp (smooth 0) */
     normal_filter wide, narrow;
-    double to_mm[3][3]; /* gradient in grid coordinates -> RAS */
+    double to_mm[3][3]; /* gradient per reference voxel along the axes of the grid -> RAS */
 } filters;
 
 /* Write the length of a voxel along each axis in reference voxels, cubes of the same volume, to @p
@@ -175,13 +175,14 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 }
 
 /* Fill @p b with the filter for normals of a given width: a Gaussian, lowered so that it ends at
- * zero, and its derivative. @param steps of steps_of. @param width standard deviation in reference
+ * zero, and its derivative, scaled so that a flat interface across any axis has a gradient of 1.
+ * @param steps of steps_of. @param width standard deviation in reference
  * voxels. Returns SC_ERR_MEMORY. */
 static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const double steps[3],
                                     double width)
 {
     const double rim = exp(-squared((RADIUS + 1) / width) / 2);
-    double value[3][TAPS], flat = 0;
+    double value[3][TAPS];
     void *block;
     sc_status status = sc_alloc(ctx, PATTERNS, sizeof *b->table, &block);
 
@@ -198,15 +199,17 @@ static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const d
         for (int i = 0; i < TAPS; i++)
             b->value[axis][i] = (float)(value[axis][i] / sum);
     }
-    for (int i = RADIUS + 1; i < TAPS; i++)
-        flat +=
-            squared(steps[0]) * (i - RADIUS) * exp(-squared((i - RADIUS) * steps[0] / width) / 2);
     for (int axis = 0; axis < 3; axis++) {
+        double slope[TAPS], flat = 0; /* at an interface across the axis */
+
         for (int i = 0; i < TAPS; i++) {
             const double x = (i - RADIUS) * steps[axis];
 
-            b->slope[axis][i] = (float)(steps[axis] * x * exp(-squared(x / width) / 2) / flat);
+            slope[i] = steps[axis] * x * exp(-squared(x / width) / 2);
+            flat += i > RADIUS ? slope[i] : 0;
         }
+        for (int i = 0; i < TAPS; i++)
+            b->slope[axis][i] = (float)(slope[i] / flat);
     }
     fill_table(&b->table[0][0], 2, b->value[0]);
     fill_table(&b->table[0][1], 2, b->slope[0]);
@@ -227,12 +230,14 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
         SC_TRY(fill_weights(ctx, f, steps));
     SC_TRY(fill_normal_filter(ctx, &f->wide, steps, NORMAL_WIDTH));
     SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, NARROW_WIDTH));
-    /* Gradients map by the transposed inverse, which exists: the reader of the volume has checked.
-     * It is scaled so that a gradient of 1 per voxel along x keeps its length. */
+    /* Times the length of a voxel in reference voxels they are gradients per voxel, which map by
+     * the transposed inverse. It exists: the reader of the volume has checked. The map is scaled so
+     * that a gradient of 1 along x keeps its length. */
     (void)sc_affine_invert(&v->to_ras_mm, &inverse);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
-            f->to_mm[i][j] = inverse.m[j][i] * sc_vec3_length(sc_affine_column(&v->to_ras_mm, 0));
+            f->to_mm[i][j] = inverse.m[j][i] * sc_vec3_length(sc_affine_column(&v->to_ras_mm, 0)) *
+                             (steps[j] / steps[0]);
     }
 out:
     return status;
@@ -245,13 +250,13 @@ typedef struct brick_work {
     quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
     quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
     quad along_xy[WINDOW][SC_BRICK][2];   /* the derivatives along x and y, in the same layout */
-    float gradient[SC_BRICK_VERTICES][3]; /* of the current label, in grid coordinates */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the current label, per reference voxel, along the
+                                             axes of the grid */
     uint16_t labels[ROWS * WINDOW];       /* the distinct labels of the window */
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
     float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
-    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated, grid
-                                            coordinates */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated */
 } brick_work;
 
 /* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids; vertices
@@ -312,8 +317,8 @@ static void fill_bits(brick_work *w, uint16_t id)
         w->bits[row] = row_bits(w->ids[row], id);
 }
 
-/* Write the gradients of the current label (w->bits) at all vertices of the brick to w->gradient,
- * in grid coordinates: filtered along x by the table, then along y and z tap by tap. */
+/* Write the gradients of the current label (w->bits) at all vertices of the brick to w->gradient:
+ * filtered along x by the table, then along y and z tap by tap. */
 static void find_gradients(const normal_filter *b, brick_work *w)
 {
     for (int row = 0; row < ROWS; row++) {

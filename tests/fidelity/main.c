@@ -16,6 +16,7 @@ static const char usage[] =
     "                [--mesh DIR] --against TRUTH VOLUME\n"
     "                                               surfaces of a volume against its truth, in mm\n"
     "shapes:  ellipsoid torus-6 torus-3 torus-1.5 torus-1 (default: these) phantom\n"
+    "voxels half as high again as wide: ellipsoid-tall\n"
     "slices six times as thick as voxels are wide: ellipsoid-slices torus-18-slices\n"
     "         torus-12-slices torus-6-slices\n"
     "voxels of 4 mm copied up to 1 mm: ellipsoid-copied torus-18-copied torus-12-copied\n"

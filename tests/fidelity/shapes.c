@@ -10,11 +10,13 @@
 #define ELLIPSOID .volume = 4.0 / 3 * M_PI * 52 * 46 * 58
 #define TORUS(r) .radius = (r), .volume = 2 * M_PI * M_PI * MAJOR * (r) * (r)
 /* How a shape is voxelised: with voxels that are as high as wide; in slices six times as thick as
- * their voxels are wide; with voxels of 4 mm that are copied up, some of them flipped. */
+ * their voxels are wide; with voxels of 4 mm that are copied up, some of them flipped; with voxels
+ * half as high again as wide. */
 #define CUBES(n) .size = {n, n, n}, .slice_mm = 1, .copied = 1, .unit_mm = 1
 #define SLICES .size = {144, 144, 24}, .slice_mm = 6, .copied = 1, .unit_mm = 1
 #define COPIED(share)                                                                              \
     .size = {144, 144, 144}, .slice_mm = 1, .copied = 4, .flipped = (share), .unit_mm = 4
+#define TALL .size = {144, 144, 96}, .slice_mm = 1.5, .copied = 1, .unit_mm = 1
 
 static const double radii[3] = {52, 46, 58};
 
@@ -23,6 +25,7 @@ const shape shapes[] = {{.name = "ellipsoid", ELLIPSOID, CUBES(144)},
                         {.name = "torus-3", TORUS(3), CUBES(112)},
                         {.name = "torus-1.5", TORUS(1.5), CUBES(112)},
                         {.name = "torus-1", TORUS(1), CUBES(112)},
+                        {.name = "ellipsoid-tall", ELLIPSOID, TALL},
                         {.name = "ellipsoid-slices", ELLIPSOID, SLICES},
                         {.name = "torus-18-slices", TORUS(18), SLICES},
                         {.name = "torus-12-slices", TORUS(12), SLICES},
