@@ -167,6 +167,9 @@ size_t sc_nearest_words(const char *word, const char *const *candidates, size_t 
 /** Hash of @p bytes bytes (XXH3, 64 bits): the same on every machine. @param seed 0, or the hash of
  *  what precedes these bytes, so that several pieces get one hash. */
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed);
+/** @return a random seed of sc_hash_bytes, for hash tables in memory: nobody can choose names for a
+ *  file so that all of them share one slot. */
+uint64_t sc_hash_seed(void);
 
 /** A unit in which lengths are printed. */
 typedef struct sc_length_unit {

@@ -2,9 +2,20 @@
 #include "segcast/base.h"
 
 #define XXH_INLINE_ALL
+#include <sys/random.h>
 #include <xxhash.h>
 
 uint64_t sc_hash_bytes(const void *data, size_t bytes, uint64_t seed)
 {
     return XXH3_64bits_withSeed(data, bytes, seed);
+}
+
+uint64_t sc_hash_seed(void)
+{
+    uint64_t seed;
+
+    /* Without random numbers the address of a variable, which the system chooses, has to do. */
+    return getrandom(&seed, sizeof seed, GRND_NONBLOCK) == (ssize_t)sizeof seed
+               ? seed
+               : (uint64_t)(uintptr_t)&seed;
 }

@@ -170,6 +170,7 @@ sc_status sc_store_end_slice(const sc_ctx *ctx, sc_store *store)
 
     if (store->manifest && store->slice) {
         SC_TRY(sc_each_record(ctx, store->slice, &list, prove_record));
+        sc_file_lines_sort(&files);
         SC_TRY(sc_manifest_add_close(ctx, store->manifest, &files));
         SC_TRY(sc_manifest_sync(ctx, store->manifest));
     }

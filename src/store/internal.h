@@ -22,10 +22,18 @@ typedef struct sc_frame_line {
     sc_done_frame done;
 } sc_frame_line;
 
-/* Names, each once, in the order of strcmp. Zero-initialise; owns its memory: sc_names_clear. */
+/* The hash table of a list of names; private to names.c. */
+typedef struct sc_name_slots {
+    int *at;      /* [count], a power of two: index of an element plus 1; 0: free. Owned */
+    size_t count; /* twice the capacity of the list */
+    uint64_t seed;
+} sc_name_slots;
+/* Names, each once, in the order in which they were added until sc_names_sort. Zero-initialise;
+ * owns its memory: sc_names_clear. */
 typedef struct sc_names {
-    char **names;
+    char **names; /* [capacity], the first `count` are used */
     int count, capacity;
+    sc_name_slots slots;
 } sc_names;
 
 /* The line of another file in a manifest: what it held when it was complete. */
@@ -33,11 +41,12 @@ typedef struct sc_file_line {
     char *name; /* in the directory; owned */
     uint64_t bytes, hash;
 } sc_file_line;
-/* The lines of files, each name once, in the order of strcmp. Zero-initialise; owns its memory:
- * sc_file_lines_clear. */
+/* The lines of files, each name once, in the order in which they were added until
+ * sc_file_lines_sort. Zero-initialise; owns its memory: sc_file_lines_clear. */
 typedef struct sc_file_lines {
-    sc_file_line *lines;
+    sc_file_line *lines; /* [capacity], the first `count` are used */
     int count, capacity;
+    sc_name_slots slots;
 } sc_file_lines;
 
 /* The first line of a manifest: what sc_store_job has under the same names. */
@@ -273,11 +282,12 @@ sc_status sc_manifest_read(const sc_ctx *ctx, const char *path, sc_manifest_data
 sc_status sc_manifest_read_head(const sc_ctx *ctx, const char *path, sc_manifest_data *data);
 /* Write a new manifest @p path: a head with the names of data->owned, the lines data->lines[k] of
  * those frames k for which keep[k] is set (NULL: of all that are known), the end data->end, if that
- * is known, and data->files; it replaces an older one in one step. @param close add the last line,
+ * is known, and data->files; owned and files are sorted before. It replaces an older one in one
+ * step. @param close add the last line,
  * that of a finished job. @param out a writer for more lines, or NULL. @return SC_ERR_CREATE, too.
  * Caller owns *out: sc_manifest_close. */
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             const sc_manifest_data *data, const bool *keep, bool close,
+                             sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out);
 /* @return which file the manifest is that is being written. */
 sc_file_id sc_manifest_id(const sc_manifest_writer *manifest);
@@ -294,19 +304,24 @@ void sc_manifest_close(sc_manifest_writer *manifest);
 /* Free what @p data owns, and zero that; data->lines is the caller's. */
 void sc_manifest_data_clear(sc_manifest_data *data);
 
-/* ---- names.c: lists of names ---- */
+/* ---- names.c: lists of names. To add, find or remove one takes the same time whatever their
+ * number is. ---- */
 
-/* Add a copy of @p name, unless it is there. @return SC_ERR_MEMORY. */
+/* Append a copy of @p name, unless it is there. @return SC_ERR_MEMORY. */
 sc_status sc_names_add(const sc_ctx *ctx, sc_names *names, const char *name);
 bool sc_names_has(const sc_names *names, const char *name);
-/* Remove @p name, if it is there. */
+/* Remove @p name, if it is there; the last name takes its place. */
 void sc_names_remove(sc_names *names, const char *name);
+/* Put the names into the order of strcmp. */
+void sc_names_sort(sc_names *names);
 void sc_names_clear(sc_names *names);
-/* Add the line of a file, or replace that of the same name. @return SC_ERR_MEMORY. */
+/* Append the line of a file, or replace that of the same name. @return SC_ERR_MEMORY. */
 sc_status sc_file_lines_put(const sc_ctx *ctx, sc_file_lines *files, const char *name,
                             uint64_t bytes, uint64_t hash);
-/* Remove the line of a file, if there is one. */
+/* Remove the line of a file, if there is one; the last line takes its place. */
 void sc_file_lines_remove(sc_file_lines *files, const char *name);
+/* Put the lines into the order of strcmp of their names. */
+void sc_file_lines_sort(sc_file_lines *files);
 void sc_file_lines_clear(sc_file_lines *files);
 
 /* ---- files.c: names in the directory ---- */

@@ -155,7 +155,7 @@ static sc_status write_lines(const sc_ctx *ctx, sc_manifest_writer *m, const sc_
 }
 
 sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store_job *job,
-                             const sc_manifest_data *data, const bool *keep, bool close,
+                             sc_manifest_data *data, const bool *keep, bool close,
                              sc_manifest_writer **out)
 {
     sc_manifest_writer *manifest = NULL;
@@ -170,6 +170,8 @@ sc_status sc_manifest_create(const sc_ctx *ctx, const char *path, const sc_store
     manifest->path = copy.data;
     SC_TRY(sc_outfile_open(ctx, path, true, &file));
     manifest->stream = file.stream;
+    sc_names_sort(&data->owned);
+    sc_file_lines_sort(&data->files);
     status = write_lines(ctx, manifest, job, data, keep, close);
     manifest->stream = NULL; /* the file's own, closed by commit */
     if (status != SC_OK)

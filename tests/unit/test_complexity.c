@@ -255,6 +255,49 @@ static void parse_manifest(const parser *p, int n)
     unlink("c.jsonl");
 }
 
+/* Write a line with the proof that the lines of a manifest have; @p text lacks its closing brace.
+ */
+static void write_proved(FILE *file, const sc_text *text, uint64_t *chain)
+{
+    *chain = sc_hash_bytes(text->data, text->length_bytes, *chain);
+    fprintf(file, "%s,\"line\":\"%016llx\"}\n", text->data, (unsigned long long)*chain);
+}
+
+/* A forged manifest: n names in its head, or n lines of files, in falling order. segcast itself
+ * writes them in rising order. */
+static void parse_forged_manifest(const parser *p, int n)
+{
+    const bool names = !strcmp(p->head, "names");
+    sc_manifest_data read = {.frames = n};
+    FILE *file = fopen("c.jsonl", "w");
+    sc_text line = {0};
+    uint64_t chain = 0;
+
+    assert_non_null(file);
+    assert_ok(sc_text_add(&ctx, &line,
+                          "{\"schema\":\"segcast-manifest-3\",\"version\":\"1\","
+                          "\"job_hash\":\"%016x\",\"volume_hash\":\"%016x\",\"frames\":1,"
+                          "\"size\":[1,1],\"owns\":[",
+                          1, 2));
+    for (int i = names ? n : 0; i > 0; i--)
+        assert_ok(sc_text_add(&ctx, &line, "\"stats.%06d.json\"%s", i, i > 1 ? "," : ""));
+    assert_ok(sc_text_add(&ctx, &line, "]"));
+    write_proved(file, &line, &chain);
+    for (int i = names ? 0 : n; i > 0; i--) {
+        sc_text_clear(&line);
+        assert_ok(sc_text_add(
+            &ctx, &line, "{\"file\":\"stats.%06d.json\",\"bytes\":1,\"hash\":\"%016x\"", i, i));
+        write_proved(file, &line, &chain);
+    }
+    sc_text_clear(&line);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_manifest_read(&ctx, "c.jsonl", &read), p->wanted);
+    assert_int_equal(names ? read.owned.count : read.files.count, n);
+    sc_manifest_data_clear(&read);
+    unlink("c.jsonl");
+}
+
 /* Statistics of n runs, each of which drew a frame, read again into what they gave. */
 static void parse_statistics(const parser *p, int n)
 {
@@ -362,6 +405,9 @@ static const parser parsers[] = {
     {"frames of a manifest", parse_manifest, "frames", "%d", "", 0, SC_OK, 3000},
     {"files of a manifest", parse_manifest, "files", "stats.%d.json", "", 0, SC_OK, 3000},
     {"names in the head of a manifest", parse_manifest, "names", "stats.%d.json", "", 0, SC_OK,
+     3000},
+    {"files of a forged manifest", parse_forged_manifest, "files", "", "", 0, SC_OK, 3000},
+    {"names in the head of a forged manifest", parse_forged_manifest, "names", "", "", 0, SC_OK,
      3000},
     {"statistics of many runs", parse_statistics, "", "", "", 0, SC_OK, 3000},
     {"options", parse_options, "", "--set=tissues.t%d.opacity=0.5", "", 0, SC_OK, 100},
