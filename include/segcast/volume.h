@@ -87,9 +87,12 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
  *  Threads: the libraries behind it keep global state: one call at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
 
-/** @return whether the volume file @p volume, or the file that its header names for the voxels, is
- *  @p path, by whatever symbolic or hard links. Nothing is logged. False for several data files. */
-bool sc_volume_reads(const char *volume, const char *path);
+/** Set *out to whether the volume file @p volume, or the file that its header names for the voxels,
+ *  is @p path, by whatever symbolic or hard links: false for several data files, and, without a
+ *  message, for a volume that is missing or broken. @return SC_ERR_MEMORY, or that another part of
+ *  the machine failed, logged. Threads as of sc_volume_read. */
+SC_MUST_USE sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path,
+                                      bool *out);
 
 /** Write a volume, with its ids, as NRRD, gzip-compressed, with the label names and colours in
  *  the keys that 3D Slicer uses for segmentations (Segment0_Name and so on; none for

@@ -11,11 +11,14 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
 {
     const char *volume = session ? session->job.volume : NULL;
     const char *inputs[] = {app->options.input, volume, session ? session->job.labels : NULL};
+    sc_status status;
 
-    for (size_t i = 0; i < SC_COUNT_OF(inputs); i++) {
-        if (inputs[i] && access(path, F_OK) == 0 &&
-            (sc_same_file(inputs[i], path) ||
-             (inputs[i] == volume && sc_volume_reads(volume, path))))
+    for (size_t i = 0; i < SC_COUNT_OF(inputs) && access(path, F_OK) == 0; i++) {
+        bool reads = inputs[i] && sc_same_file(inputs[i], path);
+
+        if (inputs[i] && inputs[i] == volume && !reads)
+            SC_TRY(sc_volume_reads(app->ctx, volume, path, &reads));
+        if (reads)
             return sc_fail(app->ctx, SC_ERR_CREATE,
                            "%s: is an input of this command (%s), which would be lost; give "
                            "another name for the output",
@@ -23,6 +26,8 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");
+out:
+    return status;
 }
 
 sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *ending, const char *kind)

@@ -179,15 +179,21 @@ out:
     return status;
 }
 
-/* Remove the lines of files that are not what slices have written: they cannot be proven. */
-static void drop_changed_records(const sc_ctx *ctx, sc_store *store)
+/* Remove the lines of files that are not what slices have written: they cannot be proven. The last
+ * line takes the place of one that is removed, therefore backwards. @return as sc_verify_file. */
+static sc_status drop_changed_records(const sc_ctx *ctx, sc_store *store)
 {
     for (int i = store->data.files.count - 1; i >= 0; i--) {
         const sc_file_line *line = &store->data.files.lines[i];
         char path[SC_FILE_BYTES];
+        bool same;
+        sc_status status;
 
         sc_store_path(store, path, "%s", line->name);
-        if (sc_verify_file(path, line->bytes, line->hash))
+        status = sc_verify_file(ctx, path, line->bytes, line->hash, &same);
+        if (status != SC_OK)
+            return status;
+        if (same)
             continue;
         sc_warn(ctx,
                 "%s: is missing, or not what the slice has written; it is left out of what "
@@ -196,6 +202,7 @@ static void drop_changed_records(const sc_ctx *ctx, sc_store *store)
         sc_names_remove(&store->data.owned, line->name);
         sc_file_lines_remove(&store->data.files, line->name);
     }
+    return SC_OK;
 }
 
 /* Add the lines of this run's records, and that of the job, which each slice has written. Those of
@@ -203,9 +210,12 @@ static void drop_changed_records(const sc_ctx *ctx, sc_store *store)
 static sc_status prove_records(const sc_ctx *ctx, sc_store *store)
 {
     record_list list = {store, &store->data.files};
+    sc_status status;
 
     sc_file_lines_remove(&store->data.files, "job.yaml");
-    drop_changed_records(ctx, store);
+    status = drop_changed_records(ctx, store);
+    if (status != SC_OK)
+        return status;
     return store->joins ? prove_record(ctx, &list, "job.yaml")
                         : sc_each_record(ctx, store->slice, &list, prove_record);
 }

@@ -219,18 +219,21 @@ bool sc_store_has_picture(const sc_store *store, int k);
 /* Verify the PNG files of the frames that have one of the @p lines [frames], on @p threads threads:
  * their bytes have the hash that the line names, and their pixels, decoded, the other one. A line
  * that does not name the bytes (png_bytes is 0) gets size and hash of a file with the right pixels.
- * @param out [frames], set to whether the file is right: false without a line or a file. @param ctx
- * gets no messages; the frames are counted in its stage. */
-void sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines, int frames,
-                         int threads, bool *out);
+ * @param out [frames], set to whether the file is right: false, without a message, if there is no
+ * line or no file. The frames are counted in the stage of @p ctx. @return SC_ERR_MEMORY, or that
+ * another part of the machine failed, logged once. */
+sc_status sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines,
+                              int frames, int threads, bool *out);
 /* Read the whole file: set its size and the hash of its bytes. No symbolic link is followed.
  * @return SC_ERR_MISSING if it cannot be read or is no regular file, SC_ERR_MEMORY. */
 sc_status sc_store_hash_file(const sc_ctx *ctx, const char *path, uint64_t *bytes, uint64_t *hash);
 /* @return the hash that sc_store_hash_file gives for a file that holds these bytes. */
 uint64_t sc_store_hash_bytes(const void *data, size_t bytes);
-/* @return true if the file has the given size and hash (sc_store_hash_file); false, without a
- * message, if it has not or cannot be read. Reads the whole file if the size is right. */
-bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash);
+/* Set *out to whether the file has the given size and hash (sc_store_hash_file): false, without a
+ * message, also if it is missing or no regular file. Reads the whole file if the size is right.
+ * @return SC_ERR_MEMORY, or that another part of the machine failed, logged. */
+sc_status sc_verify_file(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash,
+                         bool *out);
 
 /* ---- partial_gops.c: pictures of GOPs that are not whole yet ---- */
 

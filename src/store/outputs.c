@@ -79,64 +79,87 @@ out:
     return status;
 }
 
-bool sc_verify_file(const char *path, uint64_t bytes, uint64_t hash)
+sc_status sc_verify_file(const sc_ctx *ctx, const char *path, uint64_t bytes, uint64_t hash,
+                         bool *out)
 {
-    const sc_ctx silent = {.rank = 0};
+    const sc_ctx quiet = sc_quiet(ctx);
     struct stat info;
-    uint64_t size, found;
+    uint64_t size = 0, found = 0;
+    sc_status status = SC_ERR_MISSING;
 
-    return !lstat(path, &info) && (uint64_t)info.st_size == bytes &&
-           sc_store_hash_file(&silent, path, &size, &found) == SC_OK && size == bytes &&
-           found == hash;
+    if (!lstat(path, &info) && (uint64_t)info.st_size == bytes)
+        status = sc_store_hash_file(&quiet, path, &size, &found);
+    if (status != SC_OK && !sc_is_of_input(status))
+        return status;
+    *out = status == SC_OK && size == bytes && found == hash;
+    return SC_OK;
 }
 
 /* The parameters of sc_verify_png_files, for its threads. */
 typedef struct png_check {
+    sc_ctx ctx; /* says nothing: the caller tells what went wrong first */
     const char *directory;
     sc_frame_line *lines;
     bool *out;
+    _Atomic int failed; /* a return code: the last failure of the machine, or SC_OK */
 } png_check;
 
-/* Verify one PNG file; see sc_verify_png_files. */
-static bool verify_png(const char *path, sc_done_frame *done)
+/* Verify one PNG file; see sc_verify_png_files. @return SC_ERR_MISSING, SC_ERR_DATA if it is not
+ * right, or another code if that could not be found out. */
+static sc_status verify_png(const sc_ctx *ctx, const char *path, sc_done_frame *done)
 {
-    const sc_ctx silent = {.rank = 0};
     uint64_t bytes, hash;
-    sc_image image;
-    bool same;
+    sc_image image = {0};
+    sc_status status;
 
-    if (sc_store_hash_file(&silent, path, &bytes, &hash) != SC_OK ||
-        (done->png_bytes && (bytes != done->png_bytes || hash != done->png_hash)) ||
-        sc_image_load_png(&silent, path, &image) != SC_OK)
-        return false;
-    same = sc_image_hash(&image) == done->hash;
-    sc_image_clear(&image);
-    if (same) {
-        done->png_bytes = bytes;
-        done->png_hash = hash;
+    SC_TRY(sc_store_hash_file(ctx, path, &bytes, &hash));
+    if (done->png_bytes && (bytes != done->png_bytes || hash != done->png_hash))
+        return SC_ERR_DATA;
+    SC_TRY(sc_image_load_png(ctx, path, &image));
+    if (sc_image_hash(&image) != done->hash) {
+        status = SC_ERR_DATA;
+        goto out;
     }
-    return same;
+    done->png_bytes = bytes;
+    done->png_hash = hash;
+out:
+    sc_image_clear(&image);
+    return status;
 }
 
 /* For sc_parallel_for with a png_check as user: set out[k] for the frames k of [begin, end). */
 static void verify_png_range(void *user, size_t begin, size_t end, int thread)
 {
-    const png_check *check = user;
+    png_check *check = user;
 
     (void)thread;
     for (size_t k = begin; k < end; k++) {
         char path[SC_FILE_BYTES];
+        sc_status status;
 
+        if (!check->lines[k].known)
+            continue;
         sc_directory_path(check->directory, path, "frames/%06d.png", (int)k);
-        check->out[k] = check->lines[k].known && verify_png(path, &check->lines[k].done);
+        status = verify_png(&check->ctx, path, &check->lines[k].done);
+        check->out[k] = status == SC_OK;
+        if (status != SC_OK && !sc_is_of_input(status))
+            check->failed = status;
     }
 }
 
-void sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines, int frames,
-                         int threads, bool *out)
+sc_status sc_verify_png_files(const sc_ctx *ctx, const char *directory, sc_frame_line *lines,
+                              int frames, int threads, bool *out)
 {
-    png_check check = {directory, lines, out};
+    png_check check = {{.alloc_budget = ctx->alloc_budget}, directory, lines, out, SC_OK};
 
     memset(out, 0, (size_t)frames * sizeof *out);
     sc_stage_for(ctx, (uint64_t)frames, threads, (size_t)frames, 1, verify_png_range, &check);
+    if (check.failed == SC_ERR_MEMORY)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s/frames: out of memory while it is verified",
+                       directory);
+    return check.failed == SC_OK ? SC_OK
+                                 : sc_fail(ctx, (sc_status)check.failed,
+                                           "%s/frames: its files cannot be verified: the machine "
+                                           "fails to open or to read them",
+                                           directory);
 }

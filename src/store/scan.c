@@ -169,50 +169,57 @@ static void compare_partial_gops(sc_store *store)
     }
 }
 
-/* @return whether the job is finished: the manifest has an end line and a line for each frame, and
- * the outputs are what it says. Warns if the video is not. Needs has_png. */
-static bool is_complete(const sc_ctx *ctx, const sc_store *store)
+/* Set *out to whether the job is finished: the manifest has an end line and a line for each frame,
+ * and the outputs are what it says. Warns if the video is not. Needs has_png. @return as
+ * sc_verify_file. */
+static sc_status is_complete(const sc_ctx *ctx, const sc_store *store, bool *out)
 {
     char path[SC_FILE_BYTES];
     const sc_manifest_end *end = &store->data.end;
+    bool complete = end->known;
 
-    if (!end->known)
-        return false;
-    if (store->has_video) {
+    if (complete && store->has_video) {
+        sc_status status;
+
         sc_store_path(store, path, "%s", store->job.video);
-        if (!sc_verify_file(path, end->video_bytes, end->video_hash)) {
+        status = sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &complete);
+        if (status != SC_OK)
+            return status;
+        if (!complete)
             sc_warn(ctx,
                     "%s: is missing, or is not the video that the manifest names; it is made "
                     "again",
                     path);
-            return false;
-        }
     }
-    for (int k = 0; k < store->job.frames; k++) {
-        if (!store->data.lines[k].known || (store->job.png && !store->has_png[k]))
-            return false;
-    }
-    return true;
+    for (int k = 0; complete && k < store->job.frames; k++)
+        complete = store->data.lines[k].known && (!store->job.png || store->has_png[k]);
+    *out = complete;
+    return SC_OK;
 }
 
-/* @return whether the records are those that the manifest names; warns of the first that is not. */
-static bool has_sound_records(const sc_ctx *ctx, const sc_store *store)
+/* Set *out to whether the records are those that the manifest names; warns of the first that is
+ * not. @return as sc_verify_file. */
+static sc_status has_sound_records(const sc_ctx *ctx, const sc_store *store, bool *out)
 {
     char path[SC_FILE_BYTES];
+    bool sound = true;
 
-    for (int i = 0; i < store->data.files.count; i++) {
+    for (int i = 0; i < store->data.files.count && sound; i++) {
         const sc_file_line *line = &store->data.files.lines[i];
+        sc_status status;
 
         sc_store_path(store, path, "%s", line->name);
-        if (!sc_verify_file(path, line->bytes, line->hash)) {
+        status = sc_verify_file(ctx, path, line->bytes, line->hash, &sound);
+        if (status != SC_OK)
+            return status;
+        if (!sound)
             sc_warn(ctx,
                     "%s: is missing, or is not the file that the manifest names; the records are "
                     "written again",
                     path);
-            return false;
-        }
     }
-    return true;
+    *out = sound;
+    return SC_OK;
 }
 
 sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
@@ -236,10 +243,12 @@ sc_status sc_store_scan(const sc_ctx *ctx, sc_store *store)
         compare_partial_gops(store);
     }
     if (store->job.png)
-        sc_verify_png_files(ctx, store->directory, store->data.lines, frames, store->job.threads,
-                            store->has_png);
-    store->complete = is_complete(ctx, store);
-    store->sealed = store->sealed && store->complete && has_sound_records(ctx, store);
+        SC_TRY(sc_verify_png_files(ctx, store->directory, store->data.lines, frames,
+                                   store->job.threads, store->has_png));
+    SC_TRY(is_complete(ctx, store, &store->complete));
+    if (store->sealed && store->complete)
+        SC_TRY(has_sound_records(ctx, store, &store->sealed));
+    store->sealed = store->sealed && store->complete;
 out:
     return status;
 }

@@ -105,13 +105,15 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
 {
     char path[SC_FILE_BYTES];
     video_check check = {.ctx = ctx, .path = path, .job = job};
+    bool same;
     sc_status status;
 
     sc_directory_path(directory, path, "%s", job->video);
     if (strcmp(end->video, job->video) != 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: the manifest names another video: \"%s\"", path,
                        end->video);
-    if (!sc_verify_file(path, end->video_bytes, end->video_hash))
+    SC_TRY(sc_verify_file(ctx, path, end->video_bytes, end->video_hash, &same));
+    if (!same)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is missing, or is not the file of %llu bytes and hash %016llx that the "
                        "manifest names",
@@ -122,6 +124,7 @@ static sc_status verify_video(const sc_ctx *ctx, const char *directory, const sc
     if (status == SC_OK && check.frames != job->frames)
         return sc_fail(ctx, SC_ERR_DATA, "%s: holds %d frames, expected %d", path, check.frames,
                        job->frames);
+out:
     return status;
 }
 
@@ -137,7 +140,7 @@ static sc_status verify_png_files(const sc_ctx *ctx, const char *directory, cons
     if (status != SC_OK)
         return status;
     sc_stage_begin(ctx, "verifying frames", 0, (uint64_t)job->frames);
-    sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified);
+    status = sc_verify_png_files(ctx, directory, lines, job->frames, job->threads, verified);
     for (int k = 0; k < job->frames && status == SC_OK; k++) {
         if (!((bool *)verified)[k])
             status = sc_fail(ctx, SC_ERR_DATA,
@@ -190,9 +193,11 @@ sc_status sc_store_verify_records(const sc_ctx *ctx, const char *directory, sc_t
     SC_TRY(read_closed(ctx, directory, &data));
     for (int i = 0; i < data.files.count; i++) {
         const sc_file_line *line = &data.files.lines[i];
+        bool same;
 
         sc_directory_path(directory, path, "%s", line->name);
-        if (!sc_verify_file(path, line->bytes, line->hash)) {
+        SC_TRY(sc_verify_file(ctx, path, line->bytes, line->hash, &same));
+        if (!same) {
             status = sc_fail(ctx, SC_ERR_DATA,
                              "%s: is missing, or is not the file of %llu bytes and hash %016llx "
                              "that the manifest names",

@@ -319,16 +319,22 @@ out:
     return status;
 }
 
-bool sc_volume_reads(const char *volume, const char *path)
+sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
-    const sc_ctx silent = {.rank = 0};
+    const sc_ctx quiet = sc_quiet(ctx);
     sc_source source = {0};
+    sc_status status = SC_OK;
     bool reads = sc_same_file(volume, path);
 
-    if (!reads && open_source(&silent, volume, true, &source) == SC_OK)
+    if (!reads)
+        status = open_source(&quiet, volume, true, &source);
+    if (!reads && status == SC_OK)
         reads = source.file && sc_same_file(source.file, path);
     sc_source_clear(&source);
-    return reads;
+    if (status != SC_OK && !sc_is_of_input(status))
+        return status;
+    *out = reads;
+    return SC_OK;
 }
 
 sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)

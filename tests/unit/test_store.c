@@ -544,6 +544,119 @@ static void long_heads(void **state)
     sc_manifest_data_clear(&again);
 }
 
+/* @return whether a list has exactly those of the names "0" to "count - 1" for which `wanted` is
+ * set. */
+static bool has_exactly(const sc_names *names, const bool *wanted, int count)
+{
+    int wanted_count = 0;
+
+    for (int i = 0; i < count; i++) {
+        char name[16];
+
+        snprintf(name, sizeof name, "%d", i);
+        if (sc_names_has(names, name) != wanted[i])
+            return false;
+        wanted_count += wanted[i];
+    }
+    return names->count == wanted_count;
+}
+
+/* Names are added, found and removed in any order, with few and with many in the list; sorting
+ * changes nothing but the order. */
+static void lists_of_names(void **state)
+{
+    enum { NAMES = 100, STEPS = 3000 };
+    sc_names names = {0};
+    bool wanted[NAMES] = {false};
+    uint32_t random = 1;
+
+    (void)state;
+    assert_false(sc_names_has(&names, "0"));
+    sc_names_remove(&names, "0");
+    sc_names_sort(&names);
+    for (int step = 0; step < STEPS; step++) {
+        char name[16];
+        int i;
+
+        random = random * 1664525 + 1013904223;
+        i = (int)((random >> 16) % NAMES);
+        snprintf(name, sizeof name, "%d", i);
+        wanted[i] = (random >> 8) % STEPS > (uint32_t)step;
+        if (wanted[i])
+            assert_ok(sc_names_add(&quiet, &names, name));
+        else
+            sc_names_remove(&names, name);
+        if (step % 10 == 0)
+            sc_names_sort(&names);
+        for (int k = 1; step % 10 == 0 && k < names.count; k++)
+            assert_true(strcmp(names.names[k - 1], names.names[k]) < 0);
+        assert_true(has_exactly(&names, wanted, NAMES));
+    }
+    sc_names_clear(&names);
+}
+
+/* Open the finished directory again. */
+static sc_status open_again(const sc_ctx *ctx, const sc_store_job *job)
+{
+    static const int wanted[FRAMES] = {0, 1, 2, 3, 4, 5};
+    sc_store *store = NULL;
+    const sc_status status =
+        sc_store_open(ctx, folder, job, wanted, FRAMES, NULL, SC_STORE_RESUME, &store);
+
+    if (status == SC_OK)
+        assert_true(sc_store_is_complete(store));
+    sc_store_close(store);
+    return status;
+}
+
+static sc_status verify_records(const sc_ctx *ctx, const sc_store_job *job)
+{
+    sc_text names = {0};
+    const sc_status status = sc_store_verify_records(ctx, folder, &names);
+
+    (void)job;
+    sc_text_clear(&names);
+    return status;
+}
+
+static sc_status verify_outputs(const sc_ctx *ctx, const sc_store_job *job)
+{
+    return sc_store_verify(ctx, folder, job);
+}
+
+/* Without memory nobody can say that a file is not what the manifest names: whichever allocation
+ * fails, that is what is told, once, and no warning of a file. */
+static void want_of_memory(void **state)
+{
+    sc_status (*const calls[])(const sc_ctx *, const sc_store_job *) = {open_again, verify_records,
+                                                                        verify_outputs};
+    const sc_store_job job = make_job();
+    sc_store *store;
+
+    (void)state;
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, FRAMES);
+    finish(store);
+    for (size_t i = 0; i < SC_COUNT_OF(calls); i++) {
+        sc_status status = SC_ERR_MEMORY;
+
+        for (long n = 0; status != SC_OK; n++) {
+            long budget = n;
+            heard said;
+            sc_ctx ctx = listening(&said);
+
+            ctx.alloc_budget = &budget;
+            status = calls[i](&ctx, &job);
+            assert_int_equal(said.errors, status != SC_OK);
+            if (status != SC_OK)
+                assert_int_equal(status, SC_ERR_MEMORY);
+            else
+                assert_string_equal(said.text, "");
+        }
+    }
+}
+
 /* A pipe that has the name of a manifest keeps nobody waiting. */
 static void pipes(void **state)
 {
@@ -617,8 +730,9 @@ int main(void)
         cmocka_unit_test(forged_heads),    cmocka_unit_test(forged_lines),
         cmocka_unit_test(own_names),       cmocka_unit_test(manifest_bytes),
         cmocka_unit_test(other_jobs),      cmocka_unit_test(long_heads),
-        cmocka_unit_test(refused_begin),   cmocka_unit_test(pipes),
-        cmocka_unit_test(unlistable),
+        cmocka_unit_test(lists_of_names),  cmocka_unit_test(refused_begin),
+        cmocka_unit_test(pipes),           cmocka_unit_test(unlistable),
+        cmocka_unit_test(want_of_memory),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -471,6 +471,41 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
     unlink("t.nrrd");
 }
 
+/* A volume whose header could not be read for want of memory may still be the one that reads a
+ * file: that is told, never "no". */
+static void whether_a_volume_reads_a_file_is_never_guessed(void **state)
+{
+    bool reads = false;
+
+    (void)state;
+    write_file("t.raw", "x", "", 0, false);
+    write_file("t.nhdr",
+               "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1 1 1\nencoding: raw\n"
+               "data file: t.raw\n",
+               "", 0, false);
+    for (long n = 0; !reads; n++) {
+        long budget = n;
+        heard said;
+        sc_ctx ctx = listening(&said);
+
+        ctx.alloc_budget = &budget;
+        if (sc_volume_reads(&ctx, "t.nhdr", "t.raw", &reads) == SC_OK) {
+            assert_true(reads && n > 0);
+        } else {
+            assert_int_equal(budget, -1);
+            assert_int_equal(said.errors, 1);
+        }
+    }
+    assert_ok(sc_volume_reads(&quiet, "t.nhdr", "t.nhdr", &reads));
+    assert_true(reads);
+    assert_ok(sc_volume_reads(&quiet, "t.raw", "t.nhdr", &reads));
+    assert_false(reads);
+    assert_ok(sc_volume_reads(&quiet, "t.gone", "t.nhdr", &reads));
+    assert_false(reads);
+    unlink("t.raw");
+    unlink("t.nhdr");
+}
+
 /* Check that a scan finds the labels that reading finds, and where each lies, and that reading the
  * header finds the label table. */
 static void expect_same_scan(const char *path)
@@ -795,6 +830,7 @@ int main(void)
         cmocka_unit_test(tables_of_three_programs_are_read),
         cmocka_unit_test(names_are_valid_utf8_whatever_the_file_holds),
         cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
+        cmocka_unit_test(whether_a_volume_reads_a_file_is_never_guessed),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
         cmocka_unit_test(a_scan_needs_little_memory),
         cmocka_unit_test(nrrd_lines_and_bytes_before_the_voxels_are_skipped),
