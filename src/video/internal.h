@@ -41,6 +41,11 @@ bool sc_output_begin(AVFormatContext *format, sc_outfile *file);
  * @return 0, or libav's code of the first error in writing. */
 int sc_output_end(AVFormatContext *format);
 
+/* @return whether the extradata of H.264 are parameter sets as x264 writes them behind start codes:
+ * one of the sequence, of which libavformat can read all in a moment, and at least one of
+ * pictures. */
+bool sc_h264_has_sane_parameters(const void *extradata, size_t bytes);
+
 /* The content of a segment while its GOP is encoded; owns both arrays. Zero-initialise, then
  * sc_segment_clear. */
 typedef struct sc_segment_builder {

@@ -219,6 +219,15 @@ static bool has_sane_packets(const sc_segment *segment, const segment_head *head
     return at == segment->bytes;
 }
 
+/* @return whether the extradata of a segment, whose head is sane, are what its codec's encoder
+ * writes: parameter sets of H.264, nothing for VP9. */
+static bool has_sane_extradata(const sc_segment *segment, const segment_head *head)
+{
+    return head->codec_id == AV_CODEC_ID_H264
+               ? sc_h264_has_sane_parameters(extradata_of(segment, head), head->extradata_bytes)
+               : head->extradata_bytes == 0;
+}
+
 bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
 {
     segment_head head;
@@ -228,7 +237,8 @@ bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
     memcpy(&head, segment->data, sizeof head);
     if (memcmp(head.magic, MAGIC, sizeof head.magic) != 0 || head.byte_order != BYTE_ORDER_MARK ||
         head.bytes != segment->bytes || !is_sane(&head) ||
-        hash_of(segment->data, segment->bytes) != head.hash || !has_sane_packets(segment, &head))
+        hash_of(segment->data, segment->bytes) != head.hash ||
+        !has_sane_extradata(segment, &head) || !has_sane_packets(segment, &head))
         return false;
     *out = (sc_segment_info){.identity = head.identity,
                              .width_px = head.width_px,

@@ -176,6 +176,158 @@ static void forged_segments(void **state)
     sc_segment_free(&good);
 }
 
+/* The bits of a parameter set of H.264, written one after the other. */
+typedef struct bits {
+    uint8_t bytes[64];
+    int count;
+} bits;
+
+static void put_bit(bits *b, int bit)
+{
+    b->bytes[b->count / 8] |= (uint8_t)(bit << (7 - b->count % 8));
+    b->count++;
+}
+
+/* Append an unsigned Exp-Golomb number. */
+static void put_golomb(bits *b, uint32_t number)
+{
+    const uint64_t code = (uint64_t)number + 1;
+    int length = 0;
+
+    while (code >> (length + 1))
+        length++;
+    for (int i = 0; i < length; i++)
+        put_bit(b, 0);
+    for (int i = length; i >= 0; i--)
+        put_bit(b, (int)(code >> i & 1));
+}
+
+/* What a forged sequence parameter set says. */
+typedef struct parameters {
+    int type;        /* of the NAL unit: 7 is right */
+    int profile;     /* 100: High */
+    int scaling;     /* 1: a scaling matrix follows, which does not */
+    uint32_t order;  /* pic_order_cnt_type: 0 to 2 */
+    uint32_t cycle;  /* of type 1: how many offsets follow, which do not */
+    bool no_picture; /* without a picture parameter set */
+} parameters;
+
+/* Write extradata of H.264 to out[128]: both parameter sets, each behind a start code. @return
+ * their length in bytes. */
+static size_t make_extradata(const parameters *p, uint8_t *out)
+{
+    static const uint8_t picture[] = {0, 0, 0, 1, 0x68, 0xeb, 0xe3, 0xcb, 0x22, 0xc0};
+    uint8_t head[] = {0, 0, 0, 1, 0, 0, 0, 31};
+    bits b = {.count = 0};
+    size_t used = sizeof head;
+    int zeros = 0;
+
+    head[4] = (uint8_t)(0x60 | p->type);
+    head[5] = (uint8_t)p->profile;
+    memcpy(out, head, sizeof head);
+    put_golomb(&b, 0); /* number of the set */
+    if (p->profile == 100) {
+        put_golomb(&b, 1); /* chroma format 4:2:0 */
+        put_golomb(&b, 0); /* 8 bits, twice */
+        put_golomb(&b, 0);
+        put_bit(&b, 0);
+        put_bit(&b, p->scaling);
+    }
+    put_golomb(&b, 0); /* log2 of the most frame numbers */
+    put_golomb(&b, p->order);
+    if (p->order == 1) {
+        put_bit(&b, 0);
+        put_golomb(&b, 0);
+        put_golomb(&b, 0);
+        put_golomb(&b, p->cycle);
+    } else if (p->order == 0) {
+        put_golomb(&b, 2);
+    }
+    put_golomb(&b, 3); /* reference frames */
+    put_bit(&b, 0);    /* no gaps */
+    put_golomb(&b, 1); /* 2 x 2 macroblocks */
+    put_golomb(&b, 1);
+    put_bit(&b, 1); /* frames */
+    put_bit(&b, 1); /* direct_8x8_inference */
+    put_bit(&b, 0); /* no cropping */
+    put_bit(&b, 0); /* no VUI */
+    put_bit(&b, 1); /* the end */
+    for (int i = 0; i < (b.count + 7) / 8; i++) {
+        if (zeros >= 2 && b.bytes[i] <= 3) { /* what would look like a start code */
+            out[used++] = 3;
+            zeros = 0;
+        }
+        zeros = b.bytes[i] ? 0 : zeros + 1;
+        out[used++] = b.bytes[i];
+    }
+    if (!p->no_picture) {
+        memcpy(out + used, picture, sizeof picture);
+        used += sizeof picture;
+    }
+    return used;
+}
+
+/* A segment with other extradata than @p good. */
+static sc_segment with_extradata(const sc_segment *good, const void *extradata, size_t bytes)
+{
+    const size_t before = HEAD_BYTES + FPS * 8;
+    sc_segment out;
+    uint32_t old, now = (uint32_t)bytes;
+    uint64_t all;
+
+    memcpy(&old, (char *)good->data + AT_EXTRADATA, sizeof old);
+    all = good->bytes - old + bytes;
+    out = (sc_segment){malloc(all), all};
+    assert_non_null(out.data);
+    memcpy(out.data, good->data, before);
+    memcpy((char *)out.data + before, extradata, bytes);
+    memcpy((char *)out.data + before + bytes, (char *)good->data + before + old,
+           good->bytes - before - old);
+    memcpy((char *)out.data + AT_BYTES, &all, sizeof all);
+    memcpy((char *)out.data + AT_EXTRADATA, &now, sizeof now);
+    repair(&out);
+    return out;
+}
+
+/* Parameter sets that x264 does not write are refused: libavformat would read as many numbers as
+ * they promise, for hours. */
+static void forged_parameters(void **state)
+{
+    static const struct {
+        parameters parameters;
+        bool right;
+    } cases[] = {
+        {{7, 100, 0, 0, 0, false}, true},          {{7, 100, 0, 2, 0, false}, true},
+        {{7, 66, 0, 2, 0, false}, true},           {{7, 77, 0, 0, 0, false}, true},
+        {{7, 100, 0, 1, 100000000, false}, false}, {{7, 100, 0, 1, 0, false}, false},
+        {{7, 66, 0, 1, 100000000, false}, false},  {{7, 100, 0, 3, 0, false}, false},
+        {{7, 100, 1, 0, 0, false}, false},         {{7, 101, 0, 0, 0, false}, false},
+        {{7, 100, 0, 0, 0, true}, false},          {{6, 100, 0, 0, 0, false}, false},
+        {{8, 100, 0, 0, 0, false}, false},
+    };
+    sc_segment good = make_segment(0);
+    sc_segment_info info;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        uint8_t extradata[128];
+        const size_t bytes = make_extradata(&cases[i].parameters, extradata);
+        sc_segment forged = with_extradata(&good, extradata, bytes);
+
+        if (sc_segment_inspect(&forged, &info) != cases[i].right)
+            fail_msg("parameters %zu are %s", i, cases[i].right ? "refused" : "accepted");
+        free(forged.data);
+        /* Cut off anywhere, they are refused, or what is left of them is right. */
+        for (size_t cut = 0; cut < bytes; cut++) {
+            forged = with_extradata(&good, extradata, cut);
+            if (sc_segment_inspect(&forged, &info) && !cases[i].right)
+                fail_msg("the first %zu bytes of parameters %zu are accepted", cut, i);
+            free(forged.data);
+        }
+    }
+    sc_segment_free(&good);
+}
+
 /* Segments with random changes and the right hash are refused, or joined, but never crash. */
 static void random_segments(void **state)
 {
@@ -725,14 +877,14 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forged_segments), cmocka_unit_test(random_segments),
-        cmocka_unit_test(forged_pictures), cmocka_unit_test(torn_tail),
-        cmocka_unit_test(forged_heads),    cmocka_unit_test(forged_lines),
-        cmocka_unit_test(own_names),       cmocka_unit_test(manifest_bytes),
-        cmocka_unit_test(other_jobs),      cmocka_unit_test(long_heads),
-        cmocka_unit_test(lists_of_names),  cmocka_unit_test(refused_begin),
-        cmocka_unit_test(pipes),           cmocka_unit_test(unlistable),
-        cmocka_unit_test(want_of_memory),
+        cmocka_unit_test(forged_segments),   cmocka_unit_test(random_segments),
+        cmocka_unit_test(forged_parameters), cmocka_unit_test(forged_pictures),
+        cmocka_unit_test(torn_tail),         cmocka_unit_test(forged_heads),
+        cmocka_unit_test(forged_lines),      cmocka_unit_test(own_names),
+        cmocka_unit_test(manifest_bytes),    cmocka_unit_test(other_jobs),
+        cmocka_unit_test(long_heads),        cmocka_unit_test(lists_of_names),
+        cmocka_unit_test(refused_begin),     cmocka_unit_test(pipes),
+        cmocka_unit_test(unlistable),        cmocka_unit_test(want_of_memory),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
