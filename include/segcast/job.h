@@ -59,10 +59,19 @@ typedef struct sc_render_options {
     int antialiasing; /**< sc_antialiasing */
     int thickness;    /**< sc_thickness_use */
     int auto_opacity; /**< sc_opacity_rule */
-    double smooth;    /**< see sc_prepare_settings; negative: auto, on the grid of the drawing */
+    sc_vec3 smooth;   /**< see sc_prepare_settings; or auto, on the grid of the drawing:
+                           sc_smooth_is_auto */
     double step_voxels, cap_outline;
     sc_background background;
 } sc_render_options;
+
+/** Along all axes: the strength of smoothing is chosen by the volume. */
+#define SC_SMOOTH_IS_AUTO (-1)
+/** @return whether a job's strength of smoothing is auto. */
+static inline bool sc_smooth_is_auto(sc_vec3 smooth)
+{
+    return smooth.x < 0;
+}
 
 /** Who encodes: rank 0 alone, or all ranks, each a GOP at a time; auto chooses by their number. The
  *  bytes of the video are the same. */

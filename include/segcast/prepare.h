@@ -59,15 +59,21 @@ typedef struct sc_prepared {
     const uint8_t *thickness;    /**< [near_count] codes of the local thickness (sc_thickness_mm),
                                       0 for background; NULL if it was not asked for */
     /* how it was prepared */
-    double smooth;                   /**< sc_prepare_settings.smooth */
-    bool resampled;                  /**< the grid is not that of the volume file: sc_resample */
+    const sc_vec3 *smooth; /**< [label_count] strength of the smoothing of each label along
+                                the axes of the volume; 0 for the background */
+    bool resampled;        /**< the grid is not that of the volume file: sc_resample */
     bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
     const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
 } sc_prepared;
 
 /** What to prepare, and how. */
 typedef struct sc_prepare_settings {
-    double smooth;        /**< strength of the smoothing of surfaces, 0 (crisp) to SC_SMOOTH_MAX */
+    sc_vec3 smooth; /**< strength of the smoothing of surfaces along the volume's own axes, each 0
+                         (crisp) to SC_SMOOTH_MAX */
+    const sc_vec3
+        *tissue_smooth;   /**< [label_count]: the strength of each label instead; that of
+                               the background is not read. NULL: smooth for all. Borrowed
+                               during the call. At most SC_SMOOTH_KINDS_MAX different ones */
     bool resampled;       /**< only noted in the result: the volume was brought to another grid */
     bool thickness;       /**< measure the mean thickness of every label: sc_label_stats */
     bool local_thickness; /**< store the local thickness at every boundary voxel */
@@ -78,7 +84,14 @@ typedef struct sc_prepare_settings {
     int threads;          /**< how many to use, at least 1 */
 } sc_prepare_settings;
 /** The strongest smoothing. */
-#define SC_SMOOTH_MAX 1.25
+#define SC_SMOOTH_MAX 2.5
+/** The most different strengths in one volume: each takes tables of its own. */
+#define SC_SMOOTH_KINDS_MAX 8
+/** @return whether two strengths are the same, but for rounding. */
+static inline bool sc_strength_is_same(sc_vec3 a, sc_vec3 b)
+{
+    return fabs(a.x - b.x) < 1e-9 && fabs(a.y - b.y) < 1e-9 && fabs(a.z - b.z) < 1e-9;
+}
 /** The strength on the grid on which a volume was drawn (sc_find_drawn_grid). */
 #define SC_SMOOTH_AUTO 1.0
 
@@ -89,7 +102,8 @@ typedef struct sc_preparation sc_preparation;
  *  (paper, section 2.3). Blocks until @p settings->threads threads are done. The result does not
  *  depend on their number. @param volume stays borrowed until sc_preparation_free.
  *  @param out caller owns: sc_preparation_free.
- *  @return SC_ERR_MEMORY, also for more vertices near an interface than 32 bits can count. */
+ *  @return SC_ERR_MEMORY, also for more vertices near an interface than 32 bits can count;
+ *  SC_ERR_DATA for more than SC_SMOOTH_KINDS_MAX strengths. */
 SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                                  const sc_prepare_settings *settings, sc_preparation **out);
 /** Free a preparation; the volume is left alone. NULL is allowed. */

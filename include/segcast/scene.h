@@ -28,11 +28,12 @@ typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" of the rule, for messages; may be empty */
     bool has_color, has_opacity, has_interior_opacity, has_visible;
-    bool has_diffuse, has_specular, has_shininess;
+    bool has_smooth, has_diffuse, has_specular, has_shininess;
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];
     double opacity, interior_opacity; /**< 0 to 1 */
+    sc_vec3 smooth;                   /**< see sc_prepare_settings.tissue_smooth */
     sc_material material;
 } sc_tissue_rule;
 
@@ -122,6 +123,13 @@ SC_MUST_USE sc_status sc_transfer_resolve(const sc_ctx *ctx, const sc_prepared *
 SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,
                                        const sc_tissue_rule *rules, size_t rule_count, bool *hidden,
                                        bool *needs_thickness);
+/** Find how strongly the surface of each label is smoothed (sc_prepare_settings.tissue_smooth). A
+ *  rule that matches no label is no error here. @param labels [label_count] by dense id.
+ *  @param smooth the strength of tissues for which no rule says otherwise. @param out
+ * [label_count].
+ */
+void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                         size_t rule_count, sc_vec3 smooth, sc_vec3 *out);
 /** Choose the colour behind the tissues: white, or dark slate if tissues of nearly that colour are
  *  a tenth or more of what is seen from outside, so that they have an edge.
  *  @param tissues [label_count] by dense id. @param rgb sRGB. */

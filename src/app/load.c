@@ -74,39 +74,50 @@ sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volum
 
 /* What a job needs of a preparation; see sc_prepare_settings. */
 typedef struct needs {
-    double smooth;
-    bool resample; /* to the grid on which the volume was drawn */
+    sc_vec3 smooth;
+    sc_vec3 *tissue_smooth; /* [label_count], owned */
+    bool resample;          /* to the grid on which the volume was drawn */
     bool thickness, local_thickness, surface;
     bool *hidden; /* [label_count], owned: labels that become background */
 } needs;
 
+/* Free the arrays of @p n. */
+static void clear_needs(needs *n)
+{
+    sc_free(n->hidden);
+    sc_free(n->tissue_smooth);
+}
+
 /* Fill in what the job of a session needs. No label is hidden if session->measure. Caller owns
- * out->hidden. */
+ * @p out: clear_needs. */
 static sc_status find_needs(const sc_app *app, const sc_session *session, const sc_label *labels,
                             int label_count, needs *out)
 {
     const sc_job *job = &session->job;
-    const bool is_auto = job->render.smooth < 0;
-    needs n = {.smooth = is_auto ? SC_SMOOTH_AUTO : job->render.smooth,
+    const bool is_auto = sc_smooth_is_auto(job->render.smooth);
+    needs n = {.smooth = is_auto ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
+                                 : job->render.smooth,
                .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH && !session->measure,
                .thickness = session->measure,
                .local_thickness = job->render.thickness != 0,
                .surface = session->measure};
-    void *hidden;
-    sc_status status = sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &hidden);
+    void *block;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    n.hidden = hidden;
+    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
+    n.hidden = block;
+    SC_TRY(sc_alloc(app->ctx, (size_t)label_count, sizeof(sc_vec3), &block));
+    n.tissue_smooth = block;
+    sc_tissue_strengths(labels, label_count, job->rules, job->rule_count, n.smooth,
+                        n.tissue_smooth);
     if (!session->measure)
-        status = sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
-                                  hidden, &n.thickness);
-    if (status != SC_OK) {
-        sc_free(hidden);
-        return status;
-    }
+        SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
+                                n.hidden, &n.thickness));
     *out = n;
     return SC_OK;
+out:
+    clear_needs(&n);
+    return status;
 }
 
 /* ---- prepared files: every rank maps the file; a node holds it once ---- */
@@ -210,6 +221,17 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const needs *n)
            !sc_is_resampled(&grid);
 }
 
+/* @return whether the tissues of a mapped file that the job shows are smoothed as it wants. */
+static bool has_strengths(const sc_prepared *v, const needs *n)
+{
+    for (int id = 1; id < v->label_count; id++) {
+        if (v->stats[id].voxels && !n->hidden[id] &&
+            !sc_strength_is_same(v->smooth[id], n->tissue_smooth[id]))
+            return false;
+    }
+    return true;
+}
+
 /* Does the prepared file hold what the job needs? @param why if not, what it was prepared with
  * instead; otherwise NULL. */
 static bool fits(const sc_app *app, const sc_prepared *v, const needs *n, const char **why)
@@ -217,7 +239,7 @@ static bool fits(const sc_app *app, const sc_prepared *v, const needs *n, const 
     *why = NULL;
     if (!has_grid(app, v, n))
         *why = "another grid of voxels";
-    else if (fabs(v->smooth - n->smooth) > 1e-9)
+    else if (!has_strengths(v, n))
         *why = "another strength of smoothing";
     else if ((n->thickness && !v->has_thickness) || (n->surface && !v->has_surface))
         *why = "less measured";
@@ -306,7 +328,7 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
                 "`segcast prepare` with the job instead of the volume makes a file that fits",
                 path, why);
 out:
-    sc_free(n.hidden);
+    clear_needs(&n);
     return status;
 }
 
@@ -429,6 +451,7 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
     if (n.resample && !resampled)
         SC_TRY(resample_volume(app, session->job.volume, volume, &resampled));
     settings = (sc_prepare_settings){.smooth = n.smooth,
+                                     .tissue_smooth = n.tissue_smooth,
                                      .resampled = resampled,
                                      .thickness = n.thickness || measure_all,
                                      .local_thickness = n.local_thickness,
@@ -438,7 +461,7 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
     SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
     sc_add_time(app, times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
-    sc_free(n.hidden);
+    clear_needs(&n);
     return status;
 }
 

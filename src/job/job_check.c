@@ -55,6 +55,30 @@ static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
                         video);
 }
 
+/* Not more different strengths of smoothing than tables are made for. */
+static sc_status check_strengths(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const sc_vec3 first = sc_smooth_is_auto(job->render.smooth)
+                              ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
+                              : job->render.smooth;
+    size_t count = 1;
+
+    for (size_t i = 0; i < job->rule_count; i++) {
+        bool is_new = job->rules[i].has_smooth && !sc_strength_is_same(job->rules[i].smooth, first);
+
+        for (size_t j = 0; j < i && is_new; j++)
+            is_new = !job->rules[j].has_smooth ||
+                     !sc_strength_is_same(job->rules[i].smooth, job->rules[j].smooth);
+        count += is_new;
+    }
+    if (count <= SC_SMOOTH_KINDS_MAX)
+        return SC_OK;
+    return sc_yaml_fail(ctx, sc_key_node(root, "tissues"),
+                        "tissues and render.smooth have %zu different strengths of smoothing, "
+                        "expected at most %d; give some of them the same",
+                        count, SC_SMOOTH_KINDS_MAX);
+}
+
 /* The value of @p key, a path that has to lead somewhere, must not be empty. */
 static sc_status check_not_empty(const sc_ctx *ctx, const sc_yaml *root, const char *key)
 {
@@ -228,6 +252,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));
     (void)sc_goes_on(&status, check_turns(ctx, root, job));
+    (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     if (!sc_job_is_phantom(job->volume))
         inputs = resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume);
     if (sc_goes_on(&status, inputs))

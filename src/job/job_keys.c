@@ -70,39 +70,6 @@ static const sc_choice caps[] = {{"none", SC_CAPS_NONE}, {"solid", SC_CAPS_SOLID
 
 #define RENDER(member) offsetof(sc_render_options, member)
 
-/* Read a strength of smoothing or "auto", which is stored as -1. */
-static sc_status read_smooth(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    double *smooth = value;
-
-    if (node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto")) {
-        *smooth = -1;
-        return SC_OK;
-    }
-    if (node->kind == SC_YAML_SCALAR && !strchr("+-0123456789.", node->text[0]))
-        return sc_wrong_type(ctx, node, key->type->expected);
-    return sc_read_real(ctx, node, key->low, key->high, smooth);
-}
-
-/* Write what read_smooth reads. */
-static sc_status write_smooth(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    const double *smooth = value;
-
-    (void)key;
-    (void)indent;
-    return *smooth < 0 ? sc_text_add(ctx, text, "auto") : sc_text_add(ctx, text, "%.12g", *smooth);
-}
-
-static const sc_value_type type_smooth = {
-    .name = "number or auto",
-    .expected = "auto or a number from 0 to 1.25",
-    .read = read_smooth,
-    .write = write_smooth,
-    .schema = sc_number_or_auto_schema,
-};
-
 static const sc_key render_keys[] = {
     {"mode", &sc_type_choice, RENDER(mode), "standard",
      .help = "standard; or the paper's pictures, which set other defaults: paper (its first, plain "
@@ -111,10 +78,13 @@ static const sc_key render_keys[] = {
      .choices = modes},
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
      .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces},
-    {"smooth", &type_smooth, RENDER(smooth), "auto",
-     .help = "strength of the smoothing of surfaces, from 0 (crisp); auto: 1, on the grid on which "
-             "the volume was drawn: without copied voxels, and with layers between thick slices",
-     .low = 0, .high = SC_SMOOTH_MAX},
+    {"smooth", &sc_type_smooth, RENDER(smooth), "auto",
+     .help = "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
+             "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
+             "on the grid on which the volume was drawn: without copied voxels, and with layers "
+             "between thick slices",
+     .low = 0, .high = SC_SMOOTH_MAX,
+     .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fastest), interior (the paper's accelerated "
              "method) or none "

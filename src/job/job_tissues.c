@@ -69,6 +69,10 @@ const sc_key sc_tissue_keys[] = {
      .high = 1, HAS(interior_opacity), .without = "0"},
     {"visible", &sc_type_bool, RULE(visible), NULL, .help = "whether the tissue is shown at all",
      HAS(visible), .without = "the label table's, else true"},
+    {"smooth", &sc_type_strength, RULE(smooth), NULL,
+     .help = "strength of the smoothing of its surface, as render.smooth; the border between two "
+             "tissues has the weaker of theirs",
+     .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth"},
     {"diffuse", &sc_type_real, RULE(material.diffuse), NULL,
      .help = "share of its colour that light brings out", .low = 0, .high = 2, HAS(diffuse),
      .without = TEXT(SC_MATERIAL_DIFFUSE)},

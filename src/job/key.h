@@ -85,7 +85,7 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
     sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
-    sc_type_clip, sc_type_tissues, sc_type_share;
+    sc_type_clip, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength;
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
@@ -171,6 +171,10 @@ bool sc_parse_number(const sc_yaml *node, double *out);
 /* Read a number from @p low to @p high; anything else is logged as an error. */
 sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high,
                        double *out);
+/* Read @p count numbers in the range of the row into @p out: a list "[a, b, c]", or one text with
+ * commas between the numbers. */
+sc_status sc_read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t count,
+                          double *out);
 /* Log what @p node is, the beginning of a long value, and what was expected. @return as
  * sc_yaml_fail. */
 sc_status sc_wrong_type(const sc_ctx *ctx, const sc_yaml *node, const char *expected);

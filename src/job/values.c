@@ -332,10 +332,8 @@ static json_t *choice_schema(const sc_key *key)
 
 /* ---- lists of numbers ---- */
 
-/* Read @p count numbers in the range of the row into @p out: a list "[a, b, c]", or one text with
- * commas between the numbers. */
-static sc_status read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                              size_t count, double *out)
+sc_status sc_read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t count,
+                          double *out)
 {
     if (node->kind == SC_YAML_SCALAR) {
         const char *at = node->text;
@@ -371,7 +369,7 @@ json_t *sc_list_schema(const char *type, double low, double high, int count)
 static sc_status read_point(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double p[3] = {0};
-    sc_status status = read_numbers(ctx, key, node, 3, p);
+    sc_status status = sc_read_numbers(ctx, key, node, 3, p);
 
     if (status == SC_OK)
         *(sc_vec3 *)value = (sc_vec3){p[0], p[1], p[2]};

@@ -150,12 +150,14 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
 
     if (status != SC_OK)
         return status;
-    if (!is_within(v->smooth, 0, SC_SMOOTH_MAX))
-        return refuse(ctx, path, "its strength of smoothing is out of range");
     for (int id = 0; id < v->label_count && !wrong; id++) {
         wrong = wrong_with_label(&v->labels[id], id ? &v->labels[id - 1] : NULL);
         if (!wrong)
             wrong = wrong_with_stats(v, &v->stats[id], voxels);
+        if (!wrong && !(is_within(v->smooth[id].x, 0, SC_SMOOTH_MAX) &&
+                        is_within(v->smooth[id].y, 0, SC_SMOOTH_MAX) &&
+                        is_within(v->smooth[id].z, 0, SC_SMOOTH_MAX)))
+            wrong = "a strength of smoothing is out of range";
         if (!wrong && v->hidden[id] > 1)
             wrong = "a label is neither hidden nor shown";
     }

@@ -16,7 +16,7 @@
  * To be fast, one label at a time is filtered for all vertices of a brick. Each row of the window
  * around the brick becomes 16 bits that say which vertices carry the label. Tables hold, for every
  * pattern of 16 bits, the weighted sums for the four vertices of the brick along the row. */
-#include "internal.h"
+#include "filters.h"
 
 #include <string.h>
 #ifdef __SSE2__
@@ -28,25 +28,10 @@ enum {
     WINDOW = SC_BRICK + 2 * RADIUS, /* edge of the block of vertices that a brick depends on: 16 */
     TAPS = 2 * RADIUS + 1,
     PATTERNS = 1 << WINDOW,
-    ROWS = WINDOW * WINDOW,
-    WEIGHT_LEAST = 3 /* of SC_WEIGHT_MAX: never 0, so that a label owns all its voxels' centres */
+    ROWS = WINDOW * WINDOW
 };
 
-/* The filter for weights. Lengths are in reference voxels: see steps_of. */
-#define WEIGHT_WIDTH 1.55   /* standard deviation of its Gaussian, s */
-#define WEIGHT_EXCESS 1.283 /* c as a multiple of s^2 / 2 */
-#define WEIGHT_THIRD 0.75   /* share of the third-order term */
-#define WEIGHT_REACH 5.7    /* the filter is 0 beyond this distance */
-/* Standard deviations of the filter for normals, and of that where tissue is thin. */
-#define NORMAL_WIDTH 2.35
-#define NARROW_WIDTH 1.5
-/* Tissue counts as thin where the gradient, as a share of that at a flat interface, is weaker than
- * THIN_FROM. The narrow filter is blended in from there, and replaces the wide one at THIN_ALL. */
-#define THIN_FROM 0.45f
-#define THIN_ALL 0.30f
-
-/* One value for each of the four vertices of a brick along x. */
-typedef float quad __attribute__((vector_size(16)));
+typedef sc_quad quad;
 
 /* A row of the window in which the filter for weights is not 0. */
 typedef struct weight_row {
@@ -72,35 +57,6 @@ typedef struct filters {
     normal_filter wide, narrow;
     double to_mm[3][3]; /* gradient per reference voxel along the axes of the grid -> RAS */
 } filters;
-
-/* Write the length of a voxel along each axis in reference voxels, cubes of the same volume, to @p
- * steps. With it the smoothing is isotropic in millimetres. The lengths are limited, because along
- * a coarse axis the filter must still reach the next voxels, and along a fine one little of it may
- * lie outside the window. */
-static void steps_of(const sc_volume *v, double steps[3])
-{
-    double spacing[3], reference;
-
-    for (int i = 0; i < 3; i++)
-        spacing[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
-    reference = cbrt(spacing[0] * spacing[1] * spacing[2]);
-    for (int i = 0; i < 3; i++)
-        steps[i] = fmin(fmax(spacing[i] / reference, 1 / 1.2), 1 / 0.7);
-}
-
-/* @return the filter for weights at a squared distance in reference voxels, not normalised; 0
- * beyond its reach. @param smooth the strength, above 0, by which all its lengths are multiplied.
- * The orders of the series are powers of the Laplacian, and those of a Gaussian are Laguerre
- * polynomials of u. */
-static double weight_filter(double square, double smooth)
-{
-    const double s = WEIGHT_WIDTH * smooth, u = square / (s * s), k = WEIGHT_EXCESS / 2;
-
-    if (square >= WEIGHT_REACH * WEIGHT_REACH * smooth * smooth)
-        return 0;
-    return exp(-u / 2) * (1 - k * (u - 3) + k * k / 2 * (u * u - 10 * u + 15) -
-                          WEIGHT_THIRD * k * k * k / 6 * (u * u * u - 21 * u * u + 105 * u - 105));
-}
 
 static double squared(double x)
 {
@@ -139,16 +95,16 @@ static void fill_table(quad *table, size_t stride, const float taps[TAPS])
  * steps_of. Returns SC_ERR_MEMORY. */
 static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
 {
-    const double smooth = f->p->settings.smooth;
+    const sc_weight_filter w = sc_weight_filter_of(steps, f->p->kinds[0]);
     double squares[TAPS * TAPS], total = 0;
     void *block;
     sc_status status;
 
     for (int dz = -RADIUS; dz <= RADIUS; dz++) {
         for (int dy = -RADIUS; dy <= RADIUS; dy++) {
-            const double square = squared(dy * steps[1]) + squared(dz * steps[2]);
+            const double square = squared(dy * w.steps[1]) + squared(dz * w.steps[2]);
 
-            if (weight_filter(square, smooth) != 0)
+            if (sc_weight_filter_at(&w, square) != 0)
                 f->rows[f->row_count++] =
                     (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
                                  table_of(squares, &f->table_count, square), NULL};
@@ -161,56 +117,33 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
     for (int i = 0; i < f->row_count; i++) {
         f->rows[i].sums = f->weight_tables + (size_t)f->rows[i].table * PATTERNS;
         for (int x = -RADIUS; x <= RADIUS; x++)
-            total += weight_filter(squares[f->rows[i].table] + squared(x * steps[0]), smooth);
+            total += sc_weight_filter_at(&w, squares[f->rows[i].table] + squared(x * w.steps[0]));
     }
     for (int t = 0; t < f->table_count; t++) {
         float taps[TAPS];
 
         for (int x = -RADIUS; x <= RADIUS; x++)
             taps[x + RADIUS] =
-                (float)(weight_filter(squares[t] + squared(x * steps[0]), smooth) / total);
+                (float)(sc_weight_filter_at(&w, squares[t] + squared(x * w.steps[0])) / total);
         fill_table(f->weight_tables + (size_t)t * PATTERNS, 1, taps);
     }
     return SC_OK;
 }
 
-/* Fill @p b with the filter for normals of a given width: a Gaussian, lowered so that it ends at
- * zero, and its derivative, scaled so that a flat interface across any axis has a gradient of 1.
- * @param steps of steps_of. @param width standard deviation in reference
- * voxels. Returns SC_ERR_MEMORY. */
+/* Fill @p b with the filter for normals of a given width: a Gaussian and its derivative.
+ * @param steps of sc_filter_steps. @param width standard deviation in reference voxels. Returns
+ * SC_ERR_MEMORY. */
 static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const double steps[3],
                                     double width)
 {
-    const double rim = exp(-squared((RADIUS + 1) / width) / 2);
-    double value[3][TAPS];
     void *block;
     sc_status status = sc_alloc(ctx, PATTERNS, sizeof *b->table, &block);
 
     if (status != SC_OK)
         return status;
     b->table = block;
-    for (int axis = 0; axis < 3; axis++) {
-        double sum = 0;
-
-        for (int i = 0; i < TAPS; i++) {
-            value[axis][i] = fmax(exp(-squared((i - RADIUS) * steps[axis] / width) / 2) - rim, 0);
-            sum += value[axis][i];
-        }
-        for (int i = 0; i < TAPS; i++)
-            b->value[axis][i] = (float)(value[axis][i] / sum);
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        double slope[TAPS], flat = 0; /* at an interface across the axis */
-
-        for (int i = 0; i < TAPS; i++) {
-            const double x = (i - RADIUS) * steps[axis];
-
-            slope[i] = steps[axis] * x * exp(-squared(x / width) / 2);
-            flat += i > RADIUS ? slope[i] : 0;
-        }
-        for (int i = 0; i < TAPS; i++)
-            b->slope[axis][i] = (float)(slope[i] / flat);
-    }
+    for (int axis = 0; axis < 3; axis++)
+        sc_normal_taps(RADIUS, steps[axis], width, b->value[axis], b->slope[axis]);
     fill_table(&b->table[0][0], 2, b->value[0]);
     fill_table(&b->table[0][1], 2, b->slope[0]);
     return SC_OK;
@@ -222,23 +155,14 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
 {
     const sc_volume *v = f->p->volume;
     double steps[3];
-    sc_affine inverse = {0};
     sc_status status;
 
-    steps_of(v, steps);
-    if (f->p->settings.smooth > 0)
+    sc_filter_steps(v, steps);
+    if (sc_is_smoothed(f->p))
         SC_TRY(fill_weights(ctx, f, steps));
-    SC_TRY(fill_normal_filter(ctx, &f->wide, steps, NORMAL_WIDTH));
-    SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, NARROW_WIDTH));
-    /* Times the length of a voxel in reference voxels they are gradients per voxel, which map by
-     * the transposed inverse. It exists: the reader of the volume has checked. The map is scaled so
-     * that a gradient of 1 along x keeps its length. */
-    (void)sc_affine_invert(&v->to_ras_mm, &inverse);
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++)
-            f->to_mm[i][j] = inverse.m[j][i] * sc_vec3_length(sc_affine_column(&v->to_ras_mm, 0)) *
-                             (steps[j] / steps[0]);
-    }
+    SC_TRY(fill_normal_filter(ctx, &f->wide, steps, SC_NORMAL_WIDTH));
+    SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, SC_NARROW_WIDTH));
+    sc_gradient_to_mm(v, steps, f->to_mm);
 out:
     return status;
 }
@@ -419,12 +343,6 @@ static void update_memberships(const filters *f, brick_work *w, uint64_t mask, u
     }
 }
 
-/* @return the Euclidean length. */
-static float length_of(const float v[3])
-{
-    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 /* Set w->outward of the vertices of @p mask against the rise of the current label: by the wide
  * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradient. */
 static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
@@ -437,7 +355,7 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
 
         for (int i = 0; i < 3; i++)
             w->outward[bit][i] = -w->gradient[bit][i]; /* against the rise of the label */
-        if (length_of(w->outward[bit]) < THIN_FROM)
+        if (sc_gradient_length(w->outward[bit]) < SC_THIN_FROM)
             thin |= 1ull << bit;
     }
     if (!thin)
@@ -445,9 +363,8 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
     find_gradients(&f->narrow, w);
     for (; thin; thin &= thin - 1) {
         const int bit = __builtin_ctzll(thin);
-        float share = (THIN_FROM - length_of(w->outward[bit])) / (THIN_FROM - THIN_ALL);
+        const float share = sc_thin_share(sc_gradient_length(w->outward[bit]));
 
-        share = share < 1 ? share : 1;
         for (int i = 0; i < 3; i++)
             w->outward[bit][i] += share * (-w->gradient[bit][i] - w->outward[bit][i]);
     }
@@ -524,25 +441,17 @@ static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
 }
 
 /* @return the vertex record of the vertex of a bit, from own, other and outward of @p w. The weight
- * is kept within WEIGHT_LEAST and SC_WEIGHT_MAX, and is the latter where surfaces are crisp. A
- * gradient of no length gets the direction z and the least strength. */
+ * is kept within SC_WEIGHT_LEAST and SC_WEIGHT_MAX, and is the latter where surfaces are crisp. */
 static uint32_t record_of(const filters *f, const brick_work *w, int bit)
 {
-    const float *g = w->outward[bit];
     const float margin = (w->own[bit] - w->other[bit]) * SC_WEIGHT_MAX + 0.5f;
     int weight = SC_WEIGHT_MAX;
-    double n[3], length;
 
-    if (f->weight_tables && !(margin > WEIGHT_LEAST))
-        weight = WEIGHT_LEAST;
+    if (f->weight_tables && !(margin > SC_WEIGHT_LEAST))
+        weight = SC_WEIGHT_LEAST;
     else if (f->weight_tables && margin < SC_WEIGHT_MAX)
         weight = (int)margin;
-    for (int i = 0; i < 3; i++)
-        n[i] = f->to_mm[i][0] * g[0] + f->to_mm[i][1] * g[1] + f->to_mm[i][2] * g[2];
-    length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    if (!(length > 1e-6))
-        return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
-    return sc_record_pack(weight, (sc_vec3){n[0], n[1], n[2]}, length);
+    return sc_field_record(f->to_mm, weight, w->outward[bit]);
 }
 
 /* Write the records of a brick's vertices near an interface to the preparation. */

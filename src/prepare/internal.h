@@ -10,7 +10,13 @@
 /* The arrays are owned, NULL until their stage has run, and have the shapes of sc_prepared. */
 struct sc_preparation {
     const sc_volume *volume;      /* borrowed */
-    sc_prepare_settings settings; /* its hidden is NULL */
+    sc_prepare_settings settings; /* its hidden and tissue_smooth are NULL */
+    sc_vec3 *smooth;              /* [label_count] strength of each label; 0 for the background */
+    sc_vec3 kinds[SC_SMOOTH_KINDS_MAX]; /* [kind_count], 1 at least: the different strengths, the
+                                           weakest first */
+    int kind_count;
+    uint8_t *kind_of; /* [label_count] index into kinds; the background and hidden labels have the
+                         last one */
     int bricks[3];
     size_t brick_count; /* product of bricks */
     uint64_t *near;
@@ -52,6 +58,28 @@ static inline uint32_t sc_id_or_nearest(const sc_volume *v, int x, int y, int z)
                                sc_nearest_voxel(z, v->size[2]));
 }
 
+/* How strongly surfaces are smoothed along the axis of the least strength. */
+static inline double sc_least_strength(sc_vec3 strength)
+{
+    return fmin(fmin(strength.x, strength.y), strength.z);
+}
+
+/* How strongly surfaces are smoothed along the axis of the largest strength. */
+static inline double sc_most_strength(sc_vec3 strength)
+{
+    return fmax(fmax(strength.x, strength.y), strength.z);
+}
+
+/* Is any surface smoothed at all, and not crisp? */
+static inline bool sc_is_smoothed(const sc_preparation *p)
+{
+    for (int k = 0; k < p->kind_count; k++) {
+        if (sc_most_strength(p->kinds[k]) > 0)
+            return true;
+    }
+    return false;
+}
+
 /* A boundary voxel that is not background, as sc_each_boundary passes it on. */
 typedef struct sc_boundary_voxel {
     int x, y, z;   /* voxel, not grid vertex */
@@ -89,8 +117,16 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
 /* Number the vertex records: near_start, near_count and boundary_count. SC_ERR_MEMORY also if there
  * are more than 32 bits can count. */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);
-/* Make the vertex records: records. */
+/* Find the strengths of smoothing: smooth, kinds, kind_count and kind_of. SC_ERR_DATA, logged, for
+ * more than SC_SMOOTH_KINDS_MAX different ones. */
+sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
+/* Can sc_find_fields make the vertex records: is there one strength for all labels, and is it at
+ * most 1.25 along each axis? */
+bool sc_has_plain_fields(const sc_preparation *p);
+/* Make the vertex records: records. Needs sc_has_plain_fields. */
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Make the vertex records for any strengths: records. */
+sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p);
 /* Raise the weights of sheets of tissue one voxel thick, in place, so that nothing shows through
  * them; nothing is done where surfaces are crisp. */
 sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 6, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 7, BYTE_ORDER_MARK = 0x01020304 };
 
 /* The arrays of sc_prepared, in their order in the block. */
 enum {
@@ -20,6 +20,7 @@ enum {
     RECORDS,
     THICKNESS,
     HIDDEN,
+    SMOOTH,
     SECTIONS /* how many there are */
 };
 
@@ -33,6 +34,7 @@ _Static_assert(sizeof(sc_label) == 152 && offsetof(sc_label, name) == 8 &&
 _Static_assert(sizeof(sc_label_stats) == 72 && offsetof(sc_label_stats, thickness_mm) == 16 &&
                    offsetof(sc_label_stats, low) == 32 && offsetof(sc_label_stats, shown) == 56,
                "sc_label_stats has changed: raise VERSION");
+_Static_assert(sizeof(sc_vec3) == 24, "sc_vec3 has changed: raise VERSION");
 _Static_assert(SC_RECORD_BYTES == 3 && SC_BRICK_VERTICES == 64,
                "the layout of records or bricks has changed: raise VERSION");
 
@@ -44,7 +46,6 @@ typedef struct block_header {
     int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
         resampled;
     sc_affine to_ras_mm;
-    double smooth;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
     uint64_t checksum;         /* of files: of the header with 0 here, then of each section */
@@ -75,6 +76,7 @@ static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
     bytes[RECORDS] = h->near_count * SC_RECORD_BYTES;
     bytes[THICKNESS] = h->local_thickness ? h->near_count : 0;
     bytes[HIDDEN] = (uint64_t)h->label_count;
+    bytes[SMOOTH] = (uint64_t)h->label_count * sizeof(sc_vec3);
     h->total_bytes = aligned(sizeof *h);
     for (int i = 0; i < SECTIONS; i++) {
         h->offset[i] = h->total_bytes;
@@ -104,7 +106,6 @@ static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.has_surface = p->settings.surface;
     h.resampled = p->settings.resampled;
     h.to_ras_mm = v->to_ras_mm;
-    h.smooth = p->settings.smooth;
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
     h.near_count = p->near_count;
@@ -125,7 +126,7 @@ static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
     const void *const sources[SECTIONS] = {
         [IDS] = p->volume->ids,     [LABELS] = p->volume->labels, [STATS] = p->stats,
         [NEAR] = p->near,           [NEAR_START] = p->near_start, [RECORDS] = p->records,
-        [THICKNESS] = p->thickness, [HIDDEN] = p->hidden,
+        [THICKNESS] = p->thickness, [HIDDEN] = p->hidden,         [SMOOTH] = p->smooth,
     };
 
     memcpy(out, sources, sizeof sources);
@@ -331,11 +332,11 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .near = (const uint64_t *)(base + h->offset[NEAR]),
         .near_start = (const uint32_t *)(base + h->offset[NEAR_START]),
         .records = (const uint8_t *)(base + h->offset[RECORDS]),
-        .smooth = h->smooth,
         .has_thickness = h->has_thickness != 0,
         .has_surface = h->has_surface != 0,
         .resampled = h->resampled != 0,
         .hidden = (const uint8_t *)(base + h->offset[HIDDEN]),
+        .smooth = (const sc_vec3 *)(base + h->offset[SMOOTH]),
     };
     if (h->local_thickness)
         view.thickness = (const uint8_t *)(base + h->offset[THICKNESS]);

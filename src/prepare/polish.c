@@ -237,13 +237,27 @@ static float mean_direction(const polish *w, int bit, const quad sums[27], float
     return agree * agree * (3 - 2 * agree);
 }
 
-/* Smooth the direction in record @p index, of the vertex of bit @p bit: turn it towards the mean of
- * its label around it, by the share of mean_direction times the strength of the smoothing (1 at
- * most). Weight and length in the record stay. @param sums of gather_label, for the vertex's label.
- */
-static void polish_vertex(const polish *w, int bit, size_t index, const quad sums[27])
+/* @return how strongly the directions of a label are smoothed, 0 to 1: as much as its surface along
+ * the axis of the least strength. Those of the background are smoothed as much as those of any
+ * label. */
+static double strength_of(const sc_preparation *p, uint32_t label)
 {
-    const double smooth = w->p->settings.smooth < 1 ? w->p->settings.smooth : 1;
+    double strength = 0;
+
+    for (int k = 0; k < p->kind_count; k++) {
+        if (label == 0 || k == p->kind_of[label])
+            strength = fmax(strength, sc_least_strength(p->kinds[k]));
+    }
+    return strength < 1 ? strength : 1;
+}
+
+/* Smooth the direction in record @p index, of the vertex of bit @p bit: turn it towards the mean of
+ * its label around it, by the share of mean_direction times the strength of the smoothing. Weight
+ * and length in the record stay. @param smooth of strength_of, and @param sums of gather_label, for
+ * the vertex's label. */
+static void polish_vertex(const polish *w, int bit, size_t index, double smooth,
+                          const quad sums[27])
+{
     const uint32_t old = sc_record_read(w->p->records, index);
     float own[3], mean[3] = {0, 0, 0};
     const double share = smooth * (double)mean_direction(w, bit, sums, mean);
@@ -272,6 +286,7 @@ static void polish_brick(const polish *w, size_t brick)
     labels_of(w->p, brick, labels);
     while (left) {
         const uint32_t label = labels[__builtin_ctzll(left)];
+        const double smooth = strength_of(w->p, label);
         quad sums[27];
 
         gather_label(around, label, sums);
@@ -282,7 +297,7 @@ static void polish_brick(const polish *w, size_t brick)
                 continue;
             left &= ~(1ull << bit);
             polish_vertex(w, bit, w->p->near_start[brick] + sc_brick_rank(w->p->near[brick], bit),
-                          sums);
+                          smooth, sums);
         }
     }
 }
@@ -347,7 +362,7 @@ sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
     const uint64_t each = SC_WORTH_POLISH / (SPREADS + 2); /* there are so many loops */
     sc_status status;
 
-    if (!(p->settings.smooth > 0))
+    if (!sc_is_smoothed(p))
         return SC_OK;
     SC_TRY(allocate(ctx, &w));
     fill_weights(&w);

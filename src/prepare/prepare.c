@@ -2,11 +2,13 @@
 /* The stages of preprocessing, in their order. */
 #include "internal.h"
 
-/* @return the sum of what the stages are worth that these settings ask for. */
-static uint64_t worth_of(const sc_prepare_settings *s)
+/* @return the sum of what the stages are worth that a preparation's settings ask for. */
+static uint64_t worth_of(const sc_preparation *p)
 {
+    const sc_prepare_settings *s = &p->settings;
+
     return SC_WORTH_BOUNDARY + SC_WORTH_FIELDS +
-           (s->smooth > 0 ? SC_WORTH_SHEETS + SC_WORTH_POLISH : 0) +
+           (sc_is_smoothed(p) ? SC_WORTH_SHEETS + SC_WORTH_POLISH : 0) +
            (s->surface ? SC_WORTH_SURFACE : 0) +
            (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
 }
@@ -18,7 +20,6 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     void *block = NULL;
     sc_status status;
 
-    sc_stage_begin(ctx, "preparing", 0, worth_of(settings));
     SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
     p = block;
     p->volume = volume;
@@ -31,10 +32,13 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     p->hidden = block;
     for (int id = 0; settings->hidden && id < volume->label_count; id++)
         p->hidden[id] = settings->hidden[id];
-    p->settings.hidden = NULL; /* was only borrowed for this call */
+    SC_TRY(sc_find_strengths(ctx, p));
+    p->settings.hidden = NULL; /* were only borrowed for this call */
+    p->settings.tissue_smooth = NULL;
+    sc_stage_begin(ctx, "preparing", 0, worth_of(p));
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
-    SC_TRY(sc_find_fields(ctx, p));
+    SC_TRY(sc_has_plain_fields(p) ? sc_find_fields(ctx, p) : sc_find_wide_fields(ctx, p));
     SC_TRY(sc_close_sheets(ctx, p));
     SC_TRY(sc_polish_fields(ctx, p));
     SC_TRY(sc_measure_covers(ctx, p));
@@ -59,5 +63,7 @@ void sc_preparation_free(sc_preparation *p)
     sc_free(p->thickness);
     sc_free(p->stats);
     sc_free(p->hidden);
+    sc_free(p->smooth);
+    sc_free(p->kind_of);
     sc_free(p);
 }

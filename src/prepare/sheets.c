@@ -332,7 +332,7 @@ sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p)
     void *block;
     sc_status status;
 
-    if (!(p->settings.smooth > 0))
+    if (!sc_is_smoothed(p))
         return SC_OK;
     SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
     s.marks = block;

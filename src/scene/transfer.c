@@ -72,6 +72,30 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     tissue->interior_given = tissue->interior_given || rule->has_interior_opacity;
 }
 
+/* Call @p apply for each rule and each label that it means, in the order of the rules. */
+static void each_match(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                       size_t rule_count, void (*apply)(void *user, const sc_tissue_rule *, int id),
+                       void *user)
+{
+    for (size_t r = 0; r < rule_count; r++) {
+        const sc_pattern pattern = sc_pattern_of(rules[r].pattern);
+        const sc_match best = sc_pattern_match(labels, label_count, &pattern);
+
+        for (int id = 1; id < label_count && best != SC_MATCH_NONE; id++) {
+            if (sc_label_match(&labels[id], &pattern) == best)
+                apply(user, &rules[r], id);
+        }
+    }
+}
+
+/* Give a label the look that a rule gives; @p user [label_count] sc_tissue. */
+static void apply_look(void *user, const sc_tissue_rule *rule, int id)
+{
+    sc_tissue *looks = user;
+
+    apply_rule(rule, &looks[id]);
+}
+
 /* Find the looks of all labels by table and rules, of which later ones win. Where an opacity is
  * automatic, the value is still to be filled in: that takes the measured thickness of all tissues.
  * @param out [label_count]; that of the background is zero. */
@@ -81,15 +105,24 @@ static void find_looks(const sc_label *labels, int label_count, const sc_tissue_
     out[0] = (sc_tissue){0}; /* background is never shown */
     for (int id = 1; id < label_count; id++)
         out[id] = tissue_of_table(&labels[id]);
-    for (size_t r = 0; r < rule_count; r++) {
-        const sc_pattern pattern = sc_pattern_of(rules[r].pattern);
-        const sc_match best = sc_pattern_match(labels, label_count, &pattern);
+    each_match(labels, label_count, rules, rule_count, apply_look, out);
+}
 
-        for (int id = 1; id < label_count && best != SC_MATCH_NONE; id++) {
-            if (sc_label_match(&labels[id], &pattern) == best)
-                apply_rule(&rules[r], &out[id]);
-        }
-    }
+/* Give a label the strength of smoothing that a rule gives; @p user [label_count] sc_vec3. */
+static void apply_strength(void *user, const sc_tissue_rule *rule, int id)
+{
+    sc_vec3 *strengths = user;
+
+    if (rule->has_smooth)
+        strengths[id] = rule->smooth;
+}
+
+void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
+                         size_t rule_count, sc_vec3 smooth, sc_vec3 *out)
+{
+    for (int id = 0; id < label_count; id++)
+        out[id] = smooth;
+    each_match(labels, label_count, rules, rule_count, apply_strength, out);
 }
 
 sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels, int label_count,

@@ -137,7 +137,8 @@ out:
 sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *how, double reach,
                      double step_mm, stage *st)
 {
-    const sc_prepare_settings settings = {.smooth = how->smooth, .threads = how->threads};
+    const sc_prepare_settings settings = {.smooth = {how->smooth, how->smooth, how->smooth},
+                                          .threads = how->threads};
     const size_t labels = (size_t)volume->label_count;
     sc_volume resampled = {0};
     sc_preparation *preparation = NULL;

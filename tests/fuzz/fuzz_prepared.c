@@ -17,8 +17,11 @@ static size_t file_bytes[2];
 
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
-    const sc_prepare_settings settings = {
-        .smooth = 1, .thickness = true, .local_thickness = true, .surface = true, .threads = 1};
+    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
+                                          .thickness = true,
+                                          .local_thickness = true,
+                                          .surface = true,
+                                          .threads = 1};
 
     (void)argc;
     (void)argv;

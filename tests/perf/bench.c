@@ -125,7 +125,7 @@ static void set_tissues(prepared_set *p, bool peers, bool voxel)
  * frees out->block. */
 static void prepare(const char *path, bool peers, bool opaque, prepared_set *out)
 {
-    sc_prepare_settings settings = {.smooth = 1, .threads = atoi(lists[THREADS].values[0])};
+    sc_prepare_settings settings = {.smooth = {1, 1, 1}, .threads = atoi(lists[THREADS].values[0])};
     sc_preparation *preparation;
     sc_volume volume;
     bool hidden[SC_LABELS_MAX] = {false};

@@ -19,8 +19,11 @@ typedef struct forged {
 static forged prepared_file(bool wide)
 {
     const int size[3] = {wide ? 11 : 23, 17, 19};
-    const sc_prepare_settings settings = {
-        .smooth = 1, .thickness = true, .local_thickness = true, .surface = true, .threads = 1};
+    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
+                                          .thickness = true,
+                                          .local_thickness = true,
+                                          .surface = true,
+                                          .threads = 1};
     sc_phantom *phantom;
     sc_volume volume;
     sc_preparation *preparation;
@@ -237,8 +240,9 @@ static void contents_out_of_range_are_refused(void **state)
         }
         assert_false(accepts(&file, stats, &ones, 8));
     }
-    for (size_t n = 0; n < SC_COUNT_OF(bad_numbers); n++)
-        assert_false(accepts(&file, offsetof(block_header, smooth), &bad_numbers[n], 8));
+    for (size_t n = 0; n < 3 * SC_COUNT_OF(bad_numbers); n++) /* strengths along three axes */
+        assert_false(
+            accepts(&file, h.offset[SMOOTH] + sizeof(sc_vec3) + n % 3 * 8, &bad_numbers[n / 3], 8));
     for (size_t n = 0; n < 12; n++)
         assert_false(
             accepts(&file, offsetof(block_header, to_ras_mm) + n * 8, &bad_numbers[n & 1], 8));

@@ -133,8 +133,8 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
                                             "line 1)");
     refuses("volume: &a phantom\nlabels: *a\n", "job.yaml:2: aliases");
     refuses("output: {fps: 25}\n", "the key \"volume\" is missing");
-    refuses("volume: phantom\nrender: {smooth: 2}\n",
-            "smooth is \"2\", expected a number from 0 to");
+    refuses("volume: phantom\nrender: {smooth: 3}\n",
+            "smooth is \"3\", expected auto, a number from 0 to 2.5, or three such in a list");
     refuses("volume: phantom\nrender: {mode: papre}\n", "did you mean \"paper\"?");
     refuses("volume: phantom\nlight: {ambiant: 1}\n", "did you mean \"ambient\"?");
     refuses("volume: phantom\nanimation: {clip: [{plane: {normal: [0, 0, 0]}}]}\n", "normal");

@@ -353,7 +353,8 @@ static void every_voxel_keeps_its_label_at_any_strength_of_smoothing(void **stat
     for (int n = 0; n < 8; n++) {
         sc_volume volume =
             shape_volume(size, spacing, 1, n & 1 ? 6 : 2, n & 1 ? speckles : thread_of_voxels);
-        const sc_prepare_settings settings = {.smooth = strengths[n / 2], .threads = 2};
+        const sc_prepare_settings settings = {
+            .smooth = {strengths[n / 2], strengths[n / 2], strengths[n / 2]}, .threads = 2};
         sc_preparation *p;
         sc_prepared view;
         void *block;

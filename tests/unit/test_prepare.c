@@ -257,7 +257,7 @@ static void the_result_does_not_depend_on_threads(void **state)
     (void)state;
     for (int i = 0; i < 2; i++) {
         const sc_prepare_settings settings = {
-            .smooth = 1, .thickness = true, .surface = true, .threads = 1 + 2 * i};
+            .smooth = {1, 1, 1}, .thickness = true, .surface = true, .threads = 1 + 2 * i};
 
         assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
         bytes = sc_preparation_bytes(p);
@@ -392,7 +392,7 @@ static void ripples_of_a_flat_surface_leave_its_normals(void **state)
 
     (void)state;
     for (int smooth = 0; smooth < 2; smooth++) {
-        const sc_prepare_settings settings = {.smooth = smooth, .threads = 1};
+        const sc_prepare_settings settings = {.smooth = {smooth, smooth, smooth}, .threads = 1};
         sc_preparation *p;
         sc_prepared v;
         void *block;

@@ -113,7 +113,7 @@ static void map_file(sc_comm *comm, void *user)
     const int rank = sc_comm_rank(comm);
     sc_ctx ctx = listening(&m->said[rank]);
     sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
-    sc_session session = {.job.render.smooth = 1};
+    sc_session session = {.job.render.smooth = {1, 1, 1}};
     bool usable = false;
 
     snprintf(session.job.volume, sizeof session.job.volume, "%s", m->files[rank]);
@@ -126,7 +126,7 @@ static void map_file(sc_comm *comm, void *user)
 static void prepare_file(const char *path, int side)
 {
     const int size[3] = {side, side, side};
-    const sc_prepare_settings settings = {.smooth = 1, .thickness = true, .threads = 1};
+    const sc_prepare_settings settings = {.smooth = {1, 1, 1}, .thickness = true, .threads = 1};
     sc_phantom *phantom;
     sc_volume volume;
     sc_preparation *preparation;

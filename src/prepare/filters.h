@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to prepare: the filters of memberships, from which tables are made, and the records that
+ * follow from what they give. All functions are pure, and may be called by any thread. */
+#ifndef SC_PREPARE_FILTERS_H
+#define SC_PREPARE_FILTERS_H
+
+#include "internal.h"
+
+/* One value for each of the four vertices of a brick along x. */
+typedef float sc_quad __attribute__((vector_size(16)));
+
+enum { SC_WEIGHT_LEAST = 3 }; /* of SC_WEIGHT_MAX: a label owns all its voxels' centres */
+
+/* Tissue counts as thin where the gradient, as a share of that at a flat interface, is weaker than
+ * THIN_FROM. A narrower filter is blended in from there, and replaces the wide one at THIN_ALL. */
+#define SC_THIN_FROM 0.45f
+#define SC_THIN_ALL 0.30f
+/* Standard deviations of the filter for normals, and of that where tissue is thin, in reference
+ * voxels. */
+#define SC_NORMAL_WIDTH 2.35
+#define SC_NARROW_WIDTH 1.5
+
+/* Write the length of a voxel along each axis in reference voxels, cubes of the same volume, to @p
+ * steps. With it the smoothing is isotropic in millimetres. The lengths are limited, because along
+ * a coarse axis the filter must still reach the next voxels, and along a fine one little of it may
+ * lie outside the window. */
+void sc_filter_steps(const sc_volume *v, double steps[3]);
+
+/* The filter for weights of one strength. */
+typedef struct sc_weight_filter {
+    double steps[3]; /* lengths of a voxel, stretched along axes that are smoothed less */
+    double strength; /* by which all lengths of the filter are multiplied: that of the axis which is
+                        smoothed most */
+    int dimensions;  /* axes along which anything is smoothed at all, 1 to 3 */
+} sc_weight_filter;
+/* @return the filter. @param steps of sc_filter_steps. @param strength along each axis, one of them
+ * above 0. */
+sc_weight_filter sc_weight_filter_of(const double steps[3], sc_vec3 strength);
+/* @return the value of the filter, not normalised, at the sum of the squares of the three distances
+ * along the axes, each in voxels times steps of @p f; 0 beyond its reach. */
+double sc_weight_filter_at(const sc_weight_filter *f, double square);
+
+/* Write the taps of a Gaussian along one axis, of sum 1, and those of its derivative, with which an
+ * interface across the axis has a gradient of 1. The Gaussian is lowered so that it ends at zero.
+ * @param radius in vertices. @param step of sc_filter_steps for the axis. @param width standard
+ * deviation in reference voxels. @param value, slope [2 * radius + 1]. */
+void sc_normal_taps(int radius, double step, double width, float *value, float *slope);
+
+/* Write the map from gradients per reference voxel along the axes of the grid to RAS, for
+ * sc_field_record, to @p to_mm. @param steps of sc_filter_steps. */
+void sc_gradient_to_mm(const sc_volume *v, const double steps[3], double to_mm[3][3]);
+/* @return the vertex record of a weight and an outward gradient. A gradient of no length gets the
+ * direction z and the least strength. */
+uint32_t sc_field_record(const double to_mm[3][3], int weight, const float outward[3]);
+
+/* @return the Euclidean length. */
+static inline float sc_gradient_length(const float v[3])
+{
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* @return in which share a narrower filter replaces one that gives a gradient of this length. */
+static inline float sc_thin_share(float length)
+{
+    const float share = (SC_THIN_FROM - length) / (SC_THIN_FROM - SC_THIN_ALL);
+
+    return share < 0 ? 0 : share < 1 ? share : 1;
+}
+
+#endif

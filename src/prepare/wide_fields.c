@@ -1,0 +1,760 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The fields of fields.c for stronger smoothing, and for tissues that are smoothed differently.
+ *
+ * The border between two labels is smoothed by one filter, seen from either side: the weaker of
+ * their two strengths, and next to the background that of the tissue. So what is smoothed little is
+ * not rounded off by a neighbour, and no border moves because one side's filter is wider. The
+ * weight of a vertex is the least of its margins over the other labels, each by the filter of that
+ * border. Weights of different filters must be comparable, because they vote against each other
+ * where three labels meet, and five bits must do for wide filters, whose margins are small. So each
+ * filter is scaled: beside a flat border it gives the weight that strength 1 gives. Between crisp
+ * tissues all weights are that one.
+ *
+ * Tissue that is thinner than a strong filter would be torn. Where the gradient says that it is
+ * thin, the filter of strength 1 is blended in, and where it is very thin replaces the wide one.
+ *
+ * Normals of strong smoothing come from a wider Gaussian, too, so that light does not show what
+ * outlines do not. Where tissue is thin for it, a narrower one is blended in, by stages.
+ *
+ * The window around a brick has 32 vertices along each axis. A row of it are four bytes, and tables
+ * hold the sums for every pattern of one byte. */
+#include "filters.h"
+
+#include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+enum {
+    RADIUS = 14,                    /* the largest, in vertices */
+    WINDOW = SC_BRICK + 2 * RADIUS, /* 32 */
+    ROWS = WINDOW * WINDOW,
+    TAPS = 2 * RADIUS + 1,
+    CHUNK_BITS = 8, /* of a row that index a table together */
+    CHUNKS = WINDOW / CHUNK_BITS,
+    PATTERNS = 1 << CHUNK_BITS,
+    /* weight filters: one for each kind of strength, and one that replaces it where tissue is thin
+     */
+    FILTERS_MAX = 2 * SC_SMOOTH_KINDS_MAX,
+    /* normal filters: narrow, standard, and one for each kind of strength */
+    NARROW = 0,
+    STANDARD = 1,
+    NORMALS_MAX = 2 + SC_SMOOTH_KINDS_MAX,
+    PLAIN_RADIUS = 6, /* of the standard and the narrow filter for normals */
+    ANY_KIND = -1
+};
+
+/* Strengths up to this one have the standard filter for normals, and do not tear tissue. */
+#define PLAIN_MAX 1.25
+
+/* Less than any membership: those of filters with negative values may be a little below 0. */
+#define NO_RIVAL (-1.0f)
+
+typedef sc_quad quad;
+
+/* A row of the window in which a filter for weights is not 0. */
+typedef struct weight_row {
+    int offset; /* rows of the window before it, for the brick's vertices at y = z = 0 */
+    int table;  /* which table applies to it: rows at the same distance share one */
+} weight_row;
+
+/* A filter for weights. */
+typedef struct weights {
+    bool crisp;                  /* no filter: all weights are equal */
+    int thin;                    /* the filter that replaces it where tissue is thin; -1: none */
+    float gain;                  /* what margins are multiplied by */
+    int first_chunk, last_chunk; /* those in which any tap is not 0 */
+    int row_count, table_count;
+    weight_row rows[TAPS * TAPS];     /* [row_count] of them */
+    quad (*tables)[CHUNKS][PATTERNS]; /* [table_count], owned: sums of taps of four vertices */
+} weights;
+
+/* A filter for normals. */
+typedef struct normals {
+    int radius;
+    quad (*table)[PATTERNS][2]; /* [CHUNKS], owned: smoothed value and derivative along x */
+    float value[3][TAPS];       /* [2 * radius + 1] taps of the Gaussian along each axis */
+    float slope[3][TAPS];       /* those of its derivative */
+} normals;
+
+/* What the threads share. */
+typedef struct filters {
+    const sc_preparation *p; /* borrowed */
+    weights
+        weights[FILTERS_MAX]; /* [filter_count]: those of the kinds, then those of thin tissue */
+    int filter_count;
+    normals normals[NORMALS_MAX]; /* narrow, standard, then by kind; without table: not used */
+    int reach;                    /* the largest radius of any filter */
+    float flat; /* margin beside a flat border by strength 1, and of crisp tissue */
+    double to_mm[3][3];
+} filters;
+
+static double squared(double x)
+{
+    return x * x;
+}
+
+/* ---- tables ---- */
+
+/* Fill a table: for every pattern of a chunk and each of the four vertices x along the row, the sum
+ * of the taps whose bits are set; the taps of vertex x begin at bit x of the row.
+ * @param stride quads from the sums of a pattern to those of the next. */
+static void fill_table(quad *table, size_t stride, int chunk, const float taps[TAPS])
+{
+    table[0] = (quad){0, 0, 0, 0};
+    for (int bits = 1; bits < PATTERNS; bits++) {
+        const int column = chunk * CHUNK_BITS + __builtin_ctz((unsigned)bits);
+        quad sum = table[(size_t)(bits & (bits - 1)) * stride];
+
+        for (int x = 0; x < SC_BRICK; x++)
+            sum[x] += column >= x && column - x < TAPS ? taps[column - x] : 0;
+        table[(size_t)bits * stride] = sum;
+    }
+}
+
+/* @return the index of the table of the rows at a squared distance, which is appended to @p squares
+ * [*count] if it is new. */
+static int table_of(double *squares, int *count, double square)
+{
+    for (int i = 0; i < *count; i++) {
+        if (fabs(squares[i] - square) < 1e-9)
+            return i;
+    }
+    squares[*count] = square;
+    return (*count)++;
+}
+
+/* @return the largest share that a layer of vertices across one of the axes has in a filter for
+ * weights, which is its margin beside a flat border. @param total the sum of all its values. */
+static double flat_margin(const sc_weight_filter *w, double *total)
+{
+    double layers[3] = {0, 0, 0}, sum = 0;
+
+    for (int i = 0; i < TAPS * TAPS * TAPS; i++) {
+        const int at[3] = {i % TAPS - RADIUS, i / TAPS % TAPS - RADIUS, i / TAPS / TAPS - RADIUS};
+        const double value =
+            sc_weight_filter_at(w, squared(at[0] * w->steps[0]) + squared(at[1] * w->steps[1]) +
+                                       squared(at[2] * w->steps[2]));
+
+        sum += value;
+        for (int axis = 0; axis < 3; axis++)
+            layers[axis] += at[axis] == 0 ? value : 0;
+    }
+    *total = sum;
+    return fmax(fmax(layers[0], layers[1]), layers[2]) / sum;
+}
+
+/* Fill the rows of a filter for weights, and @p squares, the squared distance of each table. */
+static void fill_rows(const sc_weight_filter *w, weights *out, double squares[TAPS * TAPS])
+{
+    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
+        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
+            const double square = squared(dy * w->steps[1]) + squared(dz * w->steps[2]);
+
+            if (sc_weight_filter_at(w, square) != 0)
+                out->rows[out->row_count++] =
+                    (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
+                                 table_of(squares, &out->table_count, square)};
+        }
+    }
+}
+
+/* @return whether the filter for weights reaches @p distance vertices along an axis. */
+static bool reaches(const sc_weight_filter *w, int axis, int distance)
+{
+    return sc_weight_filter_at(w, squared(distance * w->steps[axis])) != 0;
+}
+
+/* Fill a filter for weights, which is zero, but for thin. @param steps of sc_filter_steps. Returns
+ * SC_ERR_MEMORY. */
+static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3],
+                              sc_vec3 strength, weights *out)
+{
+    const bool crisp = !(sc_most_strength(strength) > 0);
+    const sc_weight_filter w = sc_weight_filter_of(steps, crisp ? (sc_vec3){1, 1, 1} : strength);
+    double squares[TAPS * TAPS], total;
+    int reach = 0;
+    void *block;
+    sc_status status;
+
+    out->crisp = crisp;
+    if (crisp)
+        return SC_OK;
+    out->gain = (float)(f->flat / fmin(flat_margin(&w, &total), 1)); /* weak ones overshoot */
+    fill_rows(&w, out, squares);
+    status = sc_alloc(ctx, (size_t)out->table_count, sizeof *out->tables, &block);
+    if (status != SC_OK)
+        return status;
+    out->tables = block;
+    for (int t = 0; t < out->table_count; t++) {
+        float taps[TAPS];
+
+        for (int x = -RADIUS; x <= RADIUS; x++)
+            taps[x + RADIUS] =
+                (float)(sc_weight_filter_at(&w, squares[t] + squared(x * w.steps[0])) / total);
+        for (int chunk = 0; chunk < CHUNKS; chunk++)
+            fill_table(out->tables[t][chunk], 1, chunk, taps);
+    }
+    while (reach < RADIUS && reaches(&w, 0, reach + 1))
+        reach++;
+    out->first_chunk = (RADIUS - reach) / CHUNK_BITS;
+    out->last_chunk = (RADIUS + SC_BRICK - 1 + reach) / CHUNK_BITS;
+    for (int axis = 1; axis < 3; axis++) {
+        while (reach < RADIUS && reaches(&w, axis, reach + 1))
+            reach++;
+    }
+    f->reach = reach > f->reach ? reach : f->reach;
+    return SC_OK;
+}
+
+/* Fill a filter for normals, which is zero. @param widths standard deviation along each axis, in
+ * reference voxels. Returns SC_ERR_MEMORY. */
+static sc_status fill_normals(const sc_ctx *ctx, filters *f, const double steps[3], int radius,
+                              const double widths[3], normals *out)
+{
+    float along_x[2][TAPS] = {{0}};
+    void *block;
+    sc_status status = sc_alloc(ctx, CHUNKS, sizeof *out->table, &block);
+
+    if (status != SC_OK)
+        return status;
+    out->table = block;
+    out->radius = radius;
+    f->reach = radius > f->reach ? radius : f->reach;
+    for (int axis = 0; axis < 3; axis++)
+        sc_normal_taps(radius, steps[axis], widths[axis], out->value[axis], out->slope[axis]);
+    memcpy(along_x[0] + RADIUS - radius, out->value[0],
+           (size_t)(2 * radius + 1) * sizeof out->value[0][0]);
+    memcpy(along_x[1] + RADIUS - radius, out->slope[0],
+           (size_t)(2 * radius + 1) * sizeof out->slope[0][0]);
+    for (int chunk = 0; chunk < CHUNKS; chunk++) {
+        fill_table(&out->table[chunk][0][0], 2, chunk, along_x[0]);
+        fill_table(&out->table[chunk][0][1], 2, chunk, along_x[1]);
+    }
+    return SC_OK;
+}
+
+/* @return how many times as wide as the standard filter for normals that of a strength is. */
+static double widening(double strength)
+{
+    return fmax(strength / PLAIN_MAX, 1);
+}
+
+/* Fill the filters of kind @p k: for weights, for those where tissue is thin, and for normals.
+ * Returns SC_ERR_MEMORY. */
+static sc_status fill_kind(const sc_ctx *ctx, filters *f, const double steps[3], int k)
+{
+    const sc_vec3 s = f->p->kinds[k];
+    const double wider[3] = {widening(s.x), widening(s.y), widening(s.z)};
+    const double most = fmax(fmax(wider[0], wider[1]), wider[2]);
+    const int radius = (int)fmin(ceil(PLAIN_RADIUS * most), RADIUS);
+    double widths[3];
+    sc_status status;
+
+    f->weights[k].thin = -1;
+    SC_TRY(fill_weights(ctx, f, steps, s, &f->weights[k]));
+    if (!(most > 1))
+        return SC_OK;
+    f->weights[k].thin = f->filter_count++;
+    f->weights[f->weights[k].thin].thin = -1;
+    SC_TRY(fill_weights(ctx, f, steps, (sc_vec3){fmin(s.x, 1), fmin(s.y, 1), fmin(s.z, 1)},
+                        &f->weights[f->weights[k].thin]));
+    for (int i = 0; i < 3; i++)
+        widths[i] = SC_NORMAL_WIDTH * wider[i];
+    status = fill_normals(ctx, f, steps, radius, widths, &f->normals[STANDARD + 1 + k]);
+out:
+    return status;
+}
+
+/* Fill all of @p f but p, which must be set, the rest being zero. Returns SC_ERR_MEMORY; the caller
+ * frees the tables in any case. */
+static sc_status fill_filters(const sc_ctx *ctx, filters *f)
+{
+    static const double standard[3] = {SC_NORMAL_WIDTH, SC_NORMAL_WIDTH, SC_NORMAL_WIDTH};
+    static const double narrow[3] = {SC_NARROW_WIDTH, SC_NARROW_WIDTH, SC_NARROW_WIDTH};
+    double steps[3], total;
+    sc_weight_filter one;
+    sc_status status;
+
+    sc_filter_steps(f->p->volume, steps);
+    one = sc_weight_filter_of(steps, (sc_vec3){1, 1, 1});
+    f->flat = (float)flat_margin(&one, &total);
+    f->filter_count = f->p->kind_count;
+    for (int k = 0; k < f->p->kind_count; k++)
+        SC_TRY(fill_kind(ctx, f, steps, k));
+    SC_TRY(fill_normals(ctx, f, steps, PLAIN_RADIUS, standard, &f->normals[STANDARD]));
+    SC_TRY(fill_normals(ctx, f, steps, PLAIN_RADIUS, narrow, &f->normals[NARROW]));
+    sc_gradient_to_mm(f->p->volume, steps, f->to_mm);
+out:
+    return status;
+}
+
+/* ---- one brick ---- */
+
+/* The work on one brick. "The current label" is the one that is being filtered. */
+typedef struct brick_work {
+    uint16_t ids[ROWS][WINDOW];           /* labels of the window, [z and y][x] */
+    uint8_t bits[ROWS][CHUNKS];           /* which vertices of a row carry the current label */
+    quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
+    quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
+    quad along_xy[WINDOW][SC_BRICK][2];   /* the derivatives along x and y */
+    float gradient[SC_BRICK_VERTICES][3]; /* of the current label */
+    uint16_t labels[ROWS * WINDOW];       /* [count] the distinct labels of the window: */
+    int count, carried;                   /* first those that wanted vertices carry */
+    uint64_t own_bits[SC_BRICK_VERTICES]; /* [carried]: which wanted vertices carry a label */
+    float sum[SC_BRICK_VERTICES];         /* of the memberships of a vertex's rivals */
+    float other[SC_BRICK_VERTICES];       /* the largest one of its rivals; NO_RIVAL: none */
+    /* results */
+    float margin[SC_BRICK_VERTICES];
+    uint8_t kind[SC_BRICK_VERTICES];     /* by which strength a vertex is smoothed */
+    float length[SC_BRICK_VERTICES];     /* of the gradient by the widest filter of that kind */
+    float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated */
+} brick_work;
+
+/* @return the strength by which the border between two labels is smoothed, an index into kinds:
+ * the weaker one; that of the tissue next to the background. */
+static int kind_between(const sc_preparation *p, uint16_t a, uint16_t b)
+{
+    const int of_a = p->kind_of[a], of_b = p->kind_of[b];
+
+    /* kinds are in their order, and the background has the last one */
+    return of_a < of_b ? of_a : of_b;
+}
+
+/* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids, as far
+ * as the filters reach; vertices outside of the volume get the label of the nearest voxel. */
+static void fetch_window(const filters *f, const int low[3], brick_work *w)
+{
+    const sc_volume *v = f->p->volume;
+    const int x0 = low[0] - 1 - RADIUS, first = RADIUS - f->reach,
+              end = RADIUS + SC_BRICK + f->reach;
+
+    for (int row = first * WINDOW; row < end * WINDOW; row++) {
+        const int y = low[1] - 1 - RADIUS + row % WINDOW, z = low[2] - 1 - RADIUS + row / WINDOW;
+
+        if (row % WINDOW < first || row % WINDOW >= end)
+            continue;
+        if (x0 >= 0 && x0 + WINDOW <= v->size[0] && y >= 0 && z >= 0 && y < v->size[1] &&
+            z < v->size[2]) {
+            const size_t at =
+                ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0;
+
+            if (v->label_bytes == 2)
+                memcpy(w->ids[row], (const uint16_t *)v->ids + at, sizeof w->ids[row]);
+            for (int x = 0; x < WINDOW && v->label_bytes == 1; x++)
+                w->ids[row][x] = ((const uint8_t *)v->ids)[at + (size_t)x];
+            continue;
+        }
+        for (int x = 0; x < WINDOW; x++)
+            w->ids[row][x] = (uint16_t)sc_id_or_nearest(v, x0 + x, y, z);
+    }
+}
+
+/* @return the vertices of a row of the window that carry @p id, as bits. @param ids [WINDOW]. */
+#ifdef __SSE2__
+static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
+{
+    const __m128i wanted = _mm_set1_epi16((int16_t)id);
+    uint32_t bits = 0;
+
+    for (int half = 0; half < 2; half++) {
+        const __m128i *at = (const __m128i *)(const void *)(ids + half * WINDOW / 2);
+        const __m128i low = _mm_cmpeq_epi16(_mm_loadu_si128(at), wanted);
+        const __m128i high = _mm_cmpeq_epi16(_mm_loadu_si128(at + 1), wanted);
+
+        bits |= (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(low, high)) << half * WINDOW / 2;
+    }
+    return bits;
+}
+#else
+static inline uint32_t row_bits(const uint16_t *ids, uint16_t id)
+{
+    uint32_t bits = 0;
+
+    for (int x = 0; x < WINDOW; x++)
+        bits |= (uint32_t)(ids[x] == id) << x;
+    return bits;
+}
+#endif
+
+/* Make @p id the current label: fill w->bits. Needs w->ids. */
+static void fill_bits(const filters *f, brick_work *w, uint16_t id)
+{
+    const int first = RADIUS - f->reach, end = RADIUS + SC_BRICK + f->reach;
+
+    for (int z = first; z < end; z++) {
+        for (int y = first; y < end; y++) {
+            const int row = z * WINDOW + y;
+            const uint32_t bits = row_bits(w->ids[row], id);
+
+            for (int chunk = 0; chunk < CHUNKS; chunk++)
+                w->bits[row][chunk] = (uint8_t)(bits >> chunk * CHUNK_BITS);
+        }
+    }
+}
+
+/* @return the label of the vertex of a bit of the brick. */
+static uint16_t id_of_bit(const brick_work *w, int bit)
+{
+    return w
+        ->ids[(sc_bit_z(bit) + RADIUS) * WINDOW + sc_bit_y(bit) + RADIUS][sc_bit_x(bit) + RADIUS];
+}
+
+/* Add the labels of a row that are not known yet to w->labels. */
+static void add_labels(brick_work *w, int row)
+{
+    uint32_t known = 0;
+
+    for (int i = 0; i < w->carried; i++)
+        known |= row_bits(w->ids[row], w->labels[i]);
+    while (~known) {
+        const uint16_t id = w->ids[row][__builtin_ctz(~known)];
+        int i = w->carried;
+
+        while (i < w->count && w->labels[i] != id)
+            i++;
+        if (i == w->count)
+            w->labels[w->count++] = id;
+        known |= row_bits(w->ids[row], id);
+    }
+}
+
+/* Find the distinct labels of the window: fills labels, count, carried and own_bits. @param mask
+ * the wanted vertices, not empty. */
+static void find_labels(const filters *f, brick_work *w, uint64_t mask)
+{
+    const int first = RADIUS - f->reach, end = RADIUS + SC_BRICK + f->reach;
+
+    w->carried = 0;
+    for (uint64_t left = mask; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+        const uint16_t id = id_of_bit(w, bit);
+        int i = 0;
+
+        while (i < w->carried && w->labels[i] != id)
+            i++;
+        if (i == w->carried) {
+            w->labels[w->carried++] = id;
+            w->own_bits[i] = 0;
+        }
+        w->own_bits[i] |= 1ull << bit;
+    }
+    w->count = w->carried;
+    for (int z = first; z < end; z++) {
+        for (int y = first; y < end; y++)
+            add_labels(w, z * WINDOW + y);
+    }
+}
+
+/* ---- weights ---- */
+
+/* Write the memberships of the current label, smoothed by @p s, at the sixteen vertices of layer @p
+ * z of the brick to @p out, [y][x]. */
+static void memberships_of(const weights *s, const brick_work *w, int z, quad out[SC_BRICK])
+{
+    const uint8_t(*bits)[CHUNKS] = w->bits + z * WINDOW;
+    quad sum[SC_BRICK] = {{0}};
+
+    for (int chunk = s->first_chunk; chunk <= s->last_chunk; chunk++) {
+        for (int i = 0; i < s->row_count; i++) {
+            const quad *sums = s->tables[s->rows[i].table][chunk];
+            const uint8_t(*row)[CHUNKS] = bits + s->rows[i].offset;
+
+            for (int y = 0; y < SC_BRICK; y++)
+                sum[y] += sums[row[y][chunk]];
+        }
+    }
+    memcpy(out, sum, sizeof sum);
+}
+
+/* Smooth the current label by @p s, and note its membership as a rival at the vertices of @p
+ * rivals; at those of @p own, which carry it, note what is left to the only other label. */
+static void update_memberships(const weights *s, brick_work *w, uint64_t own, uint64_t rivals)
+{
+    for (int first = 0; first < SC_BRICK_VERTICES; first += SC_BRICK_LAYER) {
+        quad memberships[SC_BRICK];
+
+        if (!((own | rivals) >> first & SC_BRICK_LAYER_BITS))
+            continue;
+        memberships_of(s, w, sc_bit_z(first), memberships);
+        for (int bit = first; bit < first + SC_BRICK_LAYER; bit++) {
+            float membership = memberships[sc_bit_y(bit)][sc_bit_x(bit)];
+
+            if (!((own | rivals) >> bit & 1))
+                continue;
+            membership = own >> bit & 1 ? 1 - membership : membership;
+            w->sum[bit] += membership;
+            w->other[bit] = membership > w->other[bit] ? membership : w->other[bit];
+        }
+    }
+}
+
+/* Do labels number @p i and @p j of the window compete by a strength: is the border between them
+ * smoothed by @p kind, or is that ANY_KIND? */
+static bool compete(const filters *f, const brick_work *w, int i, int j, int kind)
+{
+    return i != j && (kind == ANY_KIND || kind_between(f->p, w->labels[i], w->labels[j]) == kind);
+}
+
+/* Set sum and other of the vertices of @p mask, smoothed by @p s, from those labels that compete by
+ * @p kind. Other stays NO_RIVAL where there are none. If the window holds two labels, one tells
+ * about both, as their memberships add up to 1. */
+static void find_memberships(const filters *f, brick_work *w, const weights *s, int kind,
+                             uint64_t mask)
+{
+    const bool two = w->count == 2;
+
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        w->sum[bit] = 0;
+        w->other[bit] = NO_RIVAL;
+    }
+    for (int i = 0; i < (two ? 1 : w->count); i++) {
+        uint64_t rivals = 0, own = 0;
+
+        for (int j = 0; j < w->count; j++) {
+            if (!compete(f, w, i, j, kind))
+                continue;
+            rivals |= j < w->carried ? w->own_bits[j] & mask : 0;
+            own = two ? w->own_bits[i] & mask : 0;
+        }
+        if (!(own | rivals))
+            continue;
+        fill_bits(f, w, w->labels[i]);
+        update_memberships(s, w, own, rivals);
+    }
+}
+
+/* @return the margin of the vertex of a bit by a filter: by how much the membership of its own
+ * label is above the largest one of its rivals. Labels that are no rivals by this filter count as
+ * its own: of their borders other filters tell. */
+static float margin_of(const weights *s, const brick_work *w, int bit)
+{
+    return fminf(1 - w->sum[bit] - w->other[bit], 1) * s->gain;
+}
+
+/* Set the margin and the kind of the vertices of @p mask. */
+static void find_margins(const filters *f, brick_work *w, uint64_t mask)
+{
+    for (uint64_t left = mask; left; left &= left - 1) {
+        const int bit = __builtin_ctzll(left);
+
+        w->margin[bit] = 1; /* nothing else is near */
+        w->kind[bit] = f->p->kind_of[id_of_bit(w, bit)];
+    }
+    for (int k = 0; k < f->p->kind_count && w->count > 1; k++) {
+        const weights *s = &f->weights[k];
+
+        if (s->crisp) {
+            for (int i = 0; i < w->carried; i++) {
+                bool found = false;
+
+                for (int j = 0; j < w->count && !found; j++)
+                    found = compete(f, w, i, j, k);
+                for (uint64_t left = found ? w->own_bits[i] : 0; left; left &= left - 1) {
+                    w->margin[__builtin_ctzll(left)] = f->flat;
+                    w->kind[__builtin_ctzll(left)] = (uint8_t)k;
+                }
+            }
+            continue;
+        }
+        find_memberships(f, w, s, k, mask);
+        for (uint64_t left = mask; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            const float margin = margin_of(s, w, bit);
+
+            if (w->other[bit] <= NO_RIVAL || margin >= w->margin[bit])
+                continue;
+            w->margin[bit] = margin;
+            w->kind[bit] = (uint8_t)k;
+        }
+    }
+}
+
+/* Blend the margins of the vertices of @p mask with those of a narrower filter where tissue is thin
+ * for their own. Needs length. */
+static void mend_thin_margins(const filters *f, brick_work *w, uint64_t mask)
+{
+    for (int k = 0; k < f->p->kind_count && w->count > 1; k++) {
+        const weights *narrow = f->weights[k].thin < 0 ? NULL : &f->weights[f->weights[k].thin];
+        uint64_t thin = 0;
+
+        for (uint64_t left = narrow ? mask : 0; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+
+            if (w->kind[bit] == k && w->length[bit] < SC_THIN_FROM)
+                thin |= 1ull << bit;
+        }
+        if (!thin)
+            continue;
+        find_memberships(f, w, narrow, ANY_KIND, thin);
+        for (; thin; thin &= thin - 1) {
+            const int bit = __builtin_ctzll(thin);
+            const float margin = margin_of(narrow, w, bit);
+
+            w->margin[bit] += sc_thin_share(w->length[bit]) * (margin - w->margin[bit]);
+        }
+    }
+}
+
+/* ---- normals ---- */
+
+/* Write the gradients of the current label at all vertices of the brick to w->gradient: filtered
+ * along x by the tables, then along y and z tap by tap. */
+static void find_gradients(const normals *n, brick_work *w)
+{
+    const int taps = 2 * n->radius + 1, skip = RADIUS - n->radius;
+    const int end = RADIUS + SC_BRICK + n->radius;
+
+    for (int z = skip; z < end; z++) {
+        for (int row = z * WINDOW + skip; row < z * WINDOW + end; row++) {
+            quad value = {0}, slope = {0};
+
+            for (int chunk = 0; chunk < CHUNKS; chunk++) {
+                value += n->table[chunk][w->bits[row][chunk]][0];
+                slope += n->table[chunk][w->bits[row][chunk]][1];
+            }
+            w->value[row] = value;
+            w->along_x[row] = slope;
+        }
+        for (int y = 0; y < SC_BRICK; y++) {
+            const int row = z * WINDOW + y + skip;
+            quad flat = {0}, along_x = {0}, along_y = {0};
+
+            for (int i = 0; i < taps; i++) {
+                flat += w->value[row + i] * n->value[1][i];
+                along_y += w->value[row + i] * n->slope[1][i];
+                along_x += w->along_x[row + i] * n->value[1][i];
+            }
+            w->flat[z][y] = flat;
+            w->along_xy[z][y][0] = along_x;
+            w->along_xy[z][y][1] = along_y;
+        }
+    }
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit += SC_BRICK) {
+        const int y = sc_bit_y(bit), z = sc_bit_z(bit) + skip;
+        quad along[3] = {{0}, {0}, {0}};
+
+        for (int i = 0; i < taps; i++) {
+            along[0] += w->along_xy[z + i][y][0] * n->value[2][i];
+            along[1] += w->along_xy[z + i][y][1] * n->value[2][i];
+            along[2] += w->flat[z + i][y] * n->slope[2][i];
+        }
+        for (int x = 0; x < SC_BRICK; x++) {
+            for (int axis = 0; axis < 3; axis++)
+                w->gradient[bit + x][axis] = along[axis][x];
+        }
+    }
+}
+
+/* Set outward and length of the vertices of @p mask against the rise of the current label: by the
+ * widest filter of kind @p k, and where tissue is thin for it by the next narrower one, and so on.
+ * Overwrites w->gradient. */
+static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mask)
+{
+    const int widest = f->normals[STANDARD + 1 + k].table ? STANDARD + 1 + k : STANDARD;
+    float left_over[SC_BRICK_VERTICES]; /* share of the filters that follow */
+    int level = widest;
+
+    for (uint64_t left = mask; left; left &= left - 1)
+        left_over[__builtin_ctzll(left)] = 1;
+    while (mask) {
+        uint64_t thin = 0;
+
+        find_gradients(&f->normals[level], w);
+        for (uint64_t left = mask; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            const float length = sc_gradient_length(w->gradient[bit]);
+            const float next = level == NARROW ? 0 : sc_thin_share(length);
+
+            for (int i = 0; i < 3; i++) /* against the rise of the label */
+                w->outward[bit][i] = (level == widest ? 0 : w->outward[bit][i]) -
+                                     left_over[bit] * (1 - next) * w->gradient[bit][i];
+            if (level == widest)
+                w->length[bit] = length;
+            left_over[bit] *= next;
+            thin |= next > 0 ? 1ull << bit : 0;
+        }
+        mask = thin;
+        level = level > STANDARD ? STANDARD : NARROW;
+    }
+}
+
+/* Set outward and length of the vertices of @p mask. Of two labels, one tells about both, as their
+ * gradients are opposite. Needs kind. */
+static void find_outward(const filters *f, brick_work *w, uint64_t mask)
+{
+    for (int k = 0; k < f->p->kind_count; k++) {
+        uint64_t of_kind = 0;
+
+        for (uint64_t left = mask; left; left &= left - 1)
+            of_kind |= (uint64_t)(w->kind[__builtin_ctzll(left)] == k) << __builtin_ctzll(left);
+        for (int i = 0; i < (w->count == 2 ? 1 : w->carried); i++) {
+            const uint64_t own = of_kind & w->own_bits[i];
+
+            if (!(w->count == 2 ? of_kind : own))
+                continue;
+            fill_bits(f, w, w->labels[i]);
+            store_gradients(f, w, k, w->count == 2 ? of_kind : own);
+            for (uint64_t left = w->count == 2 ? of_kind & ~own : 0; left; left &= left - 1) {
+                for (int axis = 0; axis < 3; axis++)
+                    w->outward[__builtin_ctzll(left)][axis] *= -1;
+            }
+        }
+    }
+}
+
+/* Fill the records of bricks [begin, end); an sc_range_fn on filters. */
+static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const filters *f = user;
+    brick_work w;
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++) {
+        const uint64_t mask = f->p->near[brick];
+        size_t index = f->p->near_start[brick];
+        int low[3];
+
+        if (!mask)
+            continue;
+        sc_brick_low(f->p->bricks, brick, low);
+        fetch_window(f, low, &w);
+        find_labels(f, &w, mask);
+        find_margins(f, &w, mask);
+        find_outward(f, &w, mask);
+        mend_thin_margins(f, &w, mask);
+        for (uint64_t left = mask; left; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            const float scaled = w.margin[bit] * SC_WEIGHT_MAX + 0.5f;
+            const int weight = !(scaled > SC_WEIGHT_LEAST) ? SC_WEIGHT_LEAST
+                               : scaled < SC_WEIGHT_MAX    ? (int)scaled
+                                                           : SC_WEIGHT_MAX;
+
+            sc_record_write(f->p->records, index++,
+                            sc_field_record(f->to_mm, weight, w.outward[bit]));
+        }
+    }
+}
+
+sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
+{
+    filters *f = NULL;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
+    p->records = block;
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *f, &block));
+    f = block;
+    f->p = p;
+    SC_TRY(fill_filters(ctx, f));
+    sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 64, fields_of_bricks,
+                 f);
+out:
+    for (int i = 0; f && i < FILTERS_MAX; i++)
+        sc_free(f->weights[i].tables);
+    for (int i = 0; f && i < NORMALS_MAX; i++)
+        sc_free(f->normals[i].table);
+    sc_free(f);
+    return status;
+}
