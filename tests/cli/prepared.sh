@@ -44,11 +44,25 @@ refused 64 'is a prepared file already' prepare mapped.yaml -o again.segc
 refused 64 'has no option --frame; these commands have: still' prepare heart.nrrd --frame 3
 
 # With other settings than the file was prepared with, it is prepared again.
-for setting in render.smooth=0.5 render.thickness=local render.surface=voxel; do
-    "$SEGCAST" still plain.yaml --set $setting -o a.png --overwrite -q >/dev/null
-    "$SEGCAST" still mapped.yaml --set $setting -o b.png --overwrite -q >/dev/null 2>&1
+for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.thickness=local \
+    render.surface=voxel; do
+    "$SEGCAST" still plain.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
+    "$SEGCAST" still mapped.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1
     same a.png b.png "$setting"
 done
+# A file holds the strength of each tissue, and fits a job that has the same.
+mixed='{"*myocardium*": {smooth: 0.5}, aorta: {smooth: [1, 1, 2]}}'
+job heart.nrrd "$mixed" >plain-mixed.yaml
+"$SEGCAST" prepare plain-mixed.yaml -o mixed.segc -q >/dev/null
+"$SEGCAST" still plain-mixed.yaml --frame 1 -o plain-mixed.png -q >/dev/null
+job mixed.segc "$mixed" >fits.yaml
+"$SEGCAST" still fits.yaml --frame 1 -o fits.png --overwrite >/dev/null 2>log.txt
+same plain-mixed.png fits.png 'strengths of tissues'
+! grep -q warning log.txt || fail "an unexpected warning: $(cat log.txt)"
+"$IMAGE_DIFFERENCE" plain.png fits.png 0 0 2>/dev/null >&2 && fail 'strengths of tissues do not change the picture'
+job mixed.segc >lacks.yaml
+"$SEGCAST" check lacks.yaml >/dev/null 2>log.txt
+grep -q 'was prepared with another strength of smoothing' log.txt || fail "strengths that differ are not told: $(cat log.txt)"
 "$SEGCAST" info heart.nrrd --json | grep -v '"file"' >a.json
 "$SEGCAST" info heart.segc --json | grep -v '"file"' >b.json
 cmp a.json b.json || fail "info of the prepared file differs: $(diff a.json b.json)"

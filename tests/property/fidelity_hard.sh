@@ -30,6 +30,16 @@ measure --smooth 1 --rays 100000 ellipsoid-tall
 check '.position_rms_voxels < 0.13 and .normal_rms_deg < 1.3 and .volume_kept > 0.99 and .volume_kept < 1.01' \
     'voxels higher than wide'
 
+# Strong smoothing makes large bodies smoother, and leaves thin ones as they are.
+measure --smooth 2.5 --rays 100000 ellipsoid
+check '.position_rms_voxels < 0.045 and .normal_rms_deg < 0.6 and .volume_kept > 0.995 and .volume_kept < 1.005' \
+    'an ellipsoid, smoothed strongly'
+for shape in torus-6 torus-3 torus-1.5; do
+    measure --smooth 2.5 --rays 100000 $shape
+    check '.position_rms_voxels < 0.11 and .normal_rms_deg < 4 and .volume_kept > 0.98 and .volume_kept < 1.06
+        and .gaps == 0' "$shape, smoothed strongly"
+done
+
 # Errors are given in voxels within a slice, or in voxels before they were copied up: an error of about
 # 0.28 voxels is that of the voxels themselves.
 measure --surface voxel torus-12-copied
@@ -38,7 +48,7 @@ check '.position_rms_voxels > 0.25 and .position_rms_voxels < 0.31' 'copied up: 
 # Whatever the strength of the smoothing, no ray gets through a skin one voxel thick, and nearly all that
 # meet the body have to pass it.
 for skin in skin-ellipsoid skin-balls skin-planes skin-rough; do
-    for strength in 0 0.5 1 1.25 auto; do
+    for strength in 0 0.5 1 1.25 1.5 2.5 auto; do
         for name in "$skin" "$skin-slices"; do
             measure --smooth $strength --rays 20000 "$name"
             check '.leaks_per_million == 0 and .not_skin_share == 0 and .rays_through > 3000
