@@ -18,7 +18,8 @@
 
 enum {
     SC_LABELS_MAX = 65536, /**< distinct labels, background included */
-    SC_NAME_BYTES = 128    /**< longest name of a label, terminator included */
+    SC_NAME_BYTES = 256    /**< longest name of a label, terminator included: a term of SNOMED CT,
+                                which has at most 255 bytes, fits */
 };
 
 /** One distinct label of a volume, or one row of a label table. */

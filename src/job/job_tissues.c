@@ -93,7 +93,7 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
             "a tissue has no name (\"\"), expected a name, a glob such as \"*\", or "
             "the number of a label");
     if (strlen(item->key) >= SC_NAME_BYTES)
-        return sc_yaml_fail(ctx, item, "a tissue's name has %zu characters, expected less than %d",
+        return sc_yaml_fail(ctx, item, "a tissue's name has %zu bytes, expected less than %d",
                             strlen(item->key), SC_NAME_BYTES);
     strcpy(rule->pattern, item->key);
     sc_note_where(item, rule->where, sizeof rule->where);

@@ -28,8 +28,8 @@ static const char magic[8] = "segcprep";
 
 /* Readers of a block rely on these layouts. Who changes one must raise VERSION, so that files of
  * the old layout are refused. */
-_Static_assert(sizeof(sc_label) == 152 && offsetof(sc_label, name) == 8 &&
-                   offsetof(sc_label, rgb) == 136 && offsetof(sc_label, opacity) == 144,
+_Static_assert(sizeof(sc_label) == 280 && offsetof(sc_label, name) == 8 &&
+                   offsetof(sc_label, rgb) == 264 && offsetof(sc_label, opacity) == 272,
                "sc_label has changed: raise VERSION");
 _Static_assert(sizeof(sc_label_stats) == 72 && offsetof(sc_label_stats, thickness_mm) == 16 &&
                    offsetof(sc_label_stats, low) == 32 && offsetof(sc_label_stats, shown) == 56,

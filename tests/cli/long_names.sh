@@ -59,7 +59,12 @@ done
 
 # Names of a job.
 name=$(printf 'ü%.0s' $(seq 200))
-expect 64 'expected less than' "$SEGCAST" check job.yaml --set "tissues.\"${name:0:120}\".opacity=0.5"
+long=x${name:0:127} # 255 bytes
+printf '1 %s 10 20 30 255\n' "$long" >long.txt
+expect 0 '' "$SEGCAST" check job.yaml --set labels=long.txt --set "tissues.\"$long\".opacity=0.5"
+"$SEGCAST" info heart.nrrd --labels long.txt | grep -qF "$long" || fail "info cuts a name of 255 bytes"
+printf 'volume: heart.nrrd\ntissues:\n  %sx: {opacity: 0.5}\n' "$long" >long.yaml
+expect 65 'name has 256 bytes, expected less than 256' "$SEGCAST" check long.yaml
 expect 64 'expected less than' "$SEGCAST" check job.yaml --set "output.title=$name"
 expect 64 'each key has at most 255 characters' "$SEGCAST" check job.yaml --set "tissues.\"$name\".opacity=0.5"
 expect 0 'names no key' env "SEGCAST_$(printf 'X%.0s' $(seq 300))=1" "$SEGCAST" check job.yaml

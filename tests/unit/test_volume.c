@@ -401,8 +401,8 @@ static void tables_of_three_programs_are_read(void **state)
 /* Names that are no UTF-8 or too long are mended where they are read, told by one warning. */
 static void names_are_valid_utf8_whatever_the_file_holds(void **state)
 {
-    enum { NAME = 126 }; /* a character of two bytes behind so many has no room */
-    char text[512], letters[NAME + 1], data[VOXELS] = {0};
+    enum { NAME = SC_NAME_BYTES - 2 }; /* a character of two bytes behind so many has no room */
+    char text[1024], letters[NAME + 1], data[VOXELS] = {0};
     heard said;
     sc_ctx ctx = listening(&said);
     sc_label_table table = {0};
@@ -434,6 +434,7 @@ static void names_are_valid_utf8_whatever_the_file_holds(void **state)
              letters);
     write_file("t.seg.nrrd", text, data, sizeof data, false);
     assert_ok(sc_volume_read(&ctx, "t.seg.nrrd", &v));
+    assert_int_equal(strlen(v.labels[1].name), 254);
     assert_string_equal(v.labels[1].name, letters);
     assert_non_null(strstr(said.text, "1 name is not UTF-8 or longer"));
     sc_volume_clear(&v);
