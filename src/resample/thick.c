@@ -1,202 +1,144 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Layers between thick slices. Their voxels get the label whose membership, smoothed as far in
- * every direction as the slices are apart, is the largest; so a tilted plane comes back as one, and
- * not as stairs. Within a slice nothing is changed: where the smoothed memberships would give a
- * voxel another label than its own, that of its own is raised by twice what it lacks, and in the
- * layers around by less and less down to nothing at the next slice. So tissue that is too thin for
- * the filter lives on, up to half of the way to the next slices, as it would if voxels were copied.
- * Sheets one voxel thick would still be torn where one slice passes on to the next, so beside them
- * layers are copied from their slice. */
+/* Layers between thick slices, by shape-based interpolation (Raya and Udupa, Shape-Based
+ * Interpolation of Multidimensional Objects, 1990): of each label the signed distances from its
+ * border within the slices are interpolated, and a voxel gets the label in which it lies deepest.
+ * So a tilted plane comes back as one, and not as stairs. The slices themselves stay as they are.
+ * Distances are interpolated by cubic Hermite splines over four slices, as borders are curved.
+ * Where a part of a label ends between two slices, the other slice tells nothing of it: it may hold
+ * another part of the label, far away, or none. So the distance there is limited to what the slices
+ * before let expect, and a slice more. Sheets one voxel thick are closed afterwards. */
+#include "distances.h"
 #include "internal.h"
-#include "memberships.h"
 
 #include <string.h>
 
-/* Standard deviation of the Gaussian, in distances of slices. */
-#define WIDTH 0.8
-/* A voxel's code is how much its own label lacks, in steps of 1 / CODES_PER_UNIT; 0: nothing. */
-#define CODES_PER_UNIT 160.0f
+enum {
+    GAPS = 8,   /* between slices, which are filled at a time */
+    AROUND = 4, /* slices from which a layer follows: two on either side */
+};
+/* The limits of a distance in the next slice, in distances of slices: at least LEAST_LIMIT from the
+ * border, and as far as CHANGE_LIMIT from the distance in this slice. */
+#define LEAST_LIMIT 0.75f
+#define CHANGE_LIMIT 1.0f
+/* The slope of an interpolated distance in a slice, per slice, is at most the difference of the two
+ * slices and this. */
+#define SLOPE_LIMIT 0.5f
 
 /* The work on a stack. */
 typedef struct thick_work {
     const stack *s;
-    const memberships *labels; /* [count] */
-    int count;
-    uint8_t *lack;  /* [z][y][x] codes */
+    distances d;
+    int gap, gaps;  /* which are being filled: gap z lies between slices z and z + 1 */
     uint8_t *sheet; /* [z][y][x] 1 for voxels of sheets one voxel thick */
     int split;      /* layers of a slice */
     void *out;      /* ids of out_bytes each */
     int out_bytes;
     size_t stride[3]; /* in out, in voxels, of x, y and a layer */
-    float *scratch;   /* [threads][room] */
-    size_t room, pixels;
+    float *least;     /* [threads][y][x] scratch: the least distance of all labels */
+    uint32_t *winner; /* [threads][y][x] scratch: the label to which it belongs */
+    size_t pixels;    /* of a slice */
 } thick_work;
 
-/* A plane of the stack, and what a thread knows of it. */
-typedef struct plane {
-    plane_taps taps;
-    int z;                  /* the slice that it belongs to */
-    const uint16_t *ids[2]; /* of the slices below and above it, [y][x] */
-    const uint8_t *lack[2];
-    float share[2];    /* how much of their lack is made up for here */
-    float *nodes;      /* memberships of one label */
-    float *line;       /* [nodes x] */
-    float *best, *sum; /* [y][x]: the largest membership; that of all but background */
-    float *own;        /* [y][x]: that of the label in ids[0] */
-    uint16_t *winner;  /* [y][x] */
-} plane;
+/* Where a layer lies between two slices, as weights of a cubic Hermite spline. */
+typedef struct blend {
+    float value[2], slope[2]; /* of the slice below and of that above */
+} blend;
 
-/* @return how much the label @p id is raised at pixel @p at of a plane. */
-static inline float raise_of(const plane *p, size_t at, int id)
+/* @return the blend of a layer @p t slices above the slice below it. */
+static blend blend_at(float t)
 {
-    float raise = 0;
+    const float t2 = t * t, t3 = t2 * t;
 
-    for (int i = 0; i < 2; i++) {
-        if (p->lack[i] && p->lack[i][at] && p->ids[i][at] == id)
-            raise += p->share[i] * 2 * (float)p->lack[i][at] / CODES_PER_UNIT;
+    return (blend){{2 * t3 - 3 * t2 + 1, 3 * t2 - 2 * t3}, {t3 - 2 * t2 + t, t3 - t2}};
+}
+
+static inline float smaller(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+/* @return the distance @p next in the slice behind one of distance @p here and a slice of distance
+ * @p before, limited to what these let expect. */
+static inline float limited(float next, float here, float before)
+{
+    const float expected = 2 * here - before;
+    const float high = larger(larger(LEAST_LIMIT, here + CHANGE_LIMIT), expected);
+    const float low = smaller(smaller(-LEAST_LIMIT, here - CHANGE_LIMIT), expected);
+
+    return larger(low, smaller(high, next));
+}
+
+/* @return a slope of a spline, limited by the difference of its two values. */
+static inline float limited_slope(float slope, float difference)
+{
+    const float limit = larger(difference, -difference) + SLOPE_LIMIT;
+
+    return larger(-limit, smaller(limit, slope));
+}
+
+/* @return the distance in a layer, of those in the four slices @p a to @p d around it: two below
+ * and two above. */
+static inline float interpolate(float a, float b, float c, float d, const blend *layer)
+{
+    const bool below = larger(b, -b) < larger(c, -c);
+    const float upper = below ? limited(c, b, a) : c, lower = below ? b : limited(b, c, d);
+    const float first = limited(a, lower, upper), last = limited(d, upper, lower);
+    const float slope = limited_slope(0.5f * (upper - first), upper - lower);
+    const float next_slope = limited_slope(0.5f * (last - lower), upper - lower);
+
+    return layer->value[0] * lower + layer->value[1] * upper + layer->slope[0] * slope +
+           layer->slope[1] * next_slope;
+}
+
+/* Let a label contend for the pixels of row @p y of a layer behind slice @p z. @param least, winner
+ * of the first pixel of the label's box. */
+static void contend_in_row(const thick_work *w, const label_box *box, const blend *layer, int z,
+                           int y, float *least, uint32_t *winner)
+{
+    const uint32_t id = (uint32_t)box->id;
+    const int nx = box->high[0] - box->low[0] + 1;
+    const float *rows[AROUND];
+
+    for (int i = 0; i < AROUND; i++) {
+        const int slice = z - 1 + i, last = w->s->size[2] - 1;
+
+        rows[i] = sc_distances_row(&w->d, box, slice < 0 ? 0 : slice > last ? last : slice, y);
     }
-    return raise;
-}
+    for (int x = 0; x < nx; x++) {
+        const float distance = interpolate(rows[0][x], rows[1][x], rows[2][x], rows[3][x], layer);
+        const bool wins = distance < least[x];
 
-/* @return where the middle of pixel @p n lies among the nodes of a line, within the first and the
- * last. */
-static double node_of(const stack *s, int axis, int n)
-{
-    return fmin(fmax((n + 0.5) / s->block[axis] - 0.5, 0), s->nodes[axis] - 1);
-}
-
-/* Interpolate the memberships of the box of @p m between the two rows of nodes around pixel row @p
- * y.
- * @return false if the row is beyond the box. */
-static bool interpolate_rows(const thick_work *w, const memberships *m, plane *p, int y)
-{
-    const double at = node_of(w->s, 1, y);
-    const int row = (int)at, width = m->high[0] - m->low[0] + 1;
-    const float part = (float)(at - row);
-    const bool has_first = row >= m->low[1] && row <= m->high[1];
-    const bool has_second = row + 1 >= m->low[1] && row + 1 <= m->high[1] && part > 0;
-    const float *first = p->nodes + (ptrdiff_t)(row - m->low[1]) * width, *second = first + width;
-
-    if (!has_first && !has_second)
-        return false;
-    for (int i = 0; i < width; i++)
-        p->line[i] = (has_first ? (1 - part) * first[i] : 0) + (has_second ? part * second[i] : 0);
-    return true;
-}
-
-/* Let a label, whose memberships are in p->nodes, contend for the pixels of row @p y. */
-static void contend_in_row(const thick_work *w, const memberships *m, plane *p, int y)
-{
-    const stack *s = w->s;
-    const int block = s->block[0], width = m->high[0] - m->low[0] + 1;
-    const int begin = m->low[0] * block - block, end = (m->high[0] + 2) * block;
-    const size_t row = (size_t)y * (size_t)s->size[0];
-
-    for (int x = begin < 0 ? 0 : begin; x < end && x < s->size[0]; x++) {
-        const double at = node_of(s, 0, x);
-        const int node = (int)at - m->low[0];
-        const float part = (float)(at - (int)at), a = node >= 0 && node < width ? p->line[node] : 0;
-        const float b = node + 1 >= 0 && node + 1 < width ? p->line[node + 1] : 0;
-        float value = a + part * (b - a);
-
-        p->sum[row + (size_t)x] += value;
-        if (p->ids[0][row + (size_t)x] == m->id)
-            p->own[row + (size_t)x] = value;
-        value += raise_of(p, row + (size_t)x, m->id);
-        if (value > p->best[row + (size_t)x]) {
-            p->best[row + (size_t)x] = value;
-            p->winner[row + (size_t)x] = (uint16_t)m->id;
-        }
+        least[x] = wins ? distance : least[x];
+        winner[x] = wins ? id : winner[x];
     }
 }
 
-/* Find the label with the largest membership for each pixel of a plane: p->winner and p->best. */
-static void find_winners(const thick_work *w, plane *p)
+/* Find the label in which each pixel of a layer behind slice @p z lies deepest. */
+static void find_winners(const thick_work *w, const blend *layer, int z, float *least,
+                         uint32_t *winner)
 {
-    const stack *s = w->s;
+    for (size_t at = 0; at < w->pixels; at++)
+        least[at] = HUGE_VALF;
+    for (int n = 0; n < w->d.count; n++) {
+        const label_box *box = &w->d.boxes[n];
 
-    for (size_t at = 0; at < w->pixels; at++) {
-        p->best[at] = -1e9f;
-        p->sum[at] = p->own[at] = 0;
-        p->winner[at] = 0;
-    }
-    for (int n = 0; n < w->count; n++) {
-        const memberships *m = &w->labels[n];
-
-        if (p->z < m->low[2] - SLICE_REACH || p->z > m->high[2] + SLICE_REACH)
+        if (z + 1 < box->low[2] || z > box->high[2])
             continue;
-        sc_memberships_in_plane(m, s, &p->taps, p->z, p->nodes);
-        for (int y = 0; y < s->size[1]; y++) {
-            if (interpolate_rows(w, m, p, y))
-                contend_in_row(w, m, p, y);
-        }
-    }
-    for (size_t at = 0; at < w->pixels; at++) {
-        const float background = 1 - p->sum[at] + raise_of(p, at, 0);
+        for (int y = box->low[1]; y <= box->high[1]; y++) {
+            const size_t row = (size_t)y * (size_t)w->s->size[0] + (size_t)box->low[0];
 
-        if (p->ids[0][at] == 0)
-            p->own[at] = background;
-        if (background > p->best[at]) {
-            p->best[at] = background;
-            p->winner[at] = 0;
+            contend_in_row(w, box, layer, z, y, least + row, winner + row);
         }
     }
 }
 
-/* @return a plane with the scratch memory of a thread. */
-static plane plane_of_thread(const thick_work *w, int thread)
-{
-    float *scratch = w->scratch + (size_t)thread * w->room;
-    plane p = {.nodes = scratch};
-
-    p.line = p.nodes + (size_t)w->s->nodes[0] * (size_t)w->s->nodes[1];
-    p.best = p.line + w->s->nodes[0];
-    p.sum = p.best + w->pixels;
-    p.own = p.sum + w->pixels;
-    p.winner = (uint16_t *)(void *)(p.own + w->pixels);
-    return p;
-}
-
-/* Note in w->lack what the voxels of the slices [begin, end) lack; an sc_range_fn on thick_work. */
-static void find_lack(void *user, size_t begin, size_t end, int thread)
-{
-    const thick_work *w = user;
-    plane p = plane_of_thread(w, thread);
-
-    p.taps = sc_plane_taps_of(w->s, 0);
-    for (size_t z = begin; z < end; z++) {
-        uint8_t *lack = w->lack + z * w->pixels;
-
-        p.z = (int)z;
-        p.ids[0] = w->s->ids + z * w->pixels;
-        find_winners(w, &p);
-        for (size_t at = 0; at < w->pixels; at++) {
-            const float code = CODES_PER_UNIT * (p.best[at] - p.own[at]);
-
-            lack[at] = p.winner[at] == p.ids[0][at] ? 0 : code < 254 ? (uint8_t)(code + 1) : 255;
-        }
-    }
-}
-
-/* Set what a plane of the slice @p z, @p offset slices behind it, has of that slice and of the next
- * one on the side of the offset. */
-static void set_plane(const thick_work *w, plane *p, int z, double offset)
-{
-    const int next = z + (offset < 0 ? -1 : 1);
-    const bool has_next = next >= 0 && next < w->s->size[2];
-
-    p->taps = sc_plane_taps_of(w->s, offset);
-    p->z = z;
-    p->ids[0] = w->s->ids + (size_t)z * w->pixels;
-    p->lack[0] = w->lack + (size_t)z * w->pixels;
-    p->share[0] = 1 - (float)fabs(offset);
-    p->ids[1] = has_next ? w->s->ids + (size_t)next * w->pixels : NULL;
-    p->lack[1] = has_next ? w->lack + (size_t)next * w->pixels : NULL;
-    p->share[1] = (float)fabs(offset);
-}
-
-/* Write the winners of a plane to layer @p layer of the result. */
-static void store_layer(const thick_work *w, const plane *p, size_t layer)
+/* Write the ids of a layer to layer @p layer of the result. */
+static void store_layer(const thick_work *w, const uint32_t *ids, size_t layer)
 {
     const size_t nx = (size_t)w->s->size[0];
 
@@ -204,9 +146,9 @@ static void store_layer(const thick_work *w, const plane *p, size_t layer)
         const size_t to = at % nx * w->stride[0] + at / nx * w->stride[1] + layer * w->stride[2];
 
         if (w->out_bytes == 1)
-            ((uint8_t *)w->out)[to] = (uint8_t)p->winner[at];
+            ((uint8_t *)w->out)[to] = (uint8_t)ids[at];
         else
-            ((uint16_t *)w->out)[to] = p->winner[at];
+            ((uint16_t *)w->out)[to] = (uint16_t)ids[at];
     }
 }
 
@@ -259,13 +201,12 @@ static void find_sheets(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* @return whether a voxel at most one pixel and one slice away from (x, y, z) belongs to a sheet.
- */
+/* @return whether a voxel of a sheet lies in slice @p z or the next one, at most one pixel away. */
 static bool is_beside_sheet(const thick_work *w, int x, int y, int z)
 {
     const int *size = w->s->size;
 
-    for (int k = z > 0 ? z - 1 : 0; k <= z + 1 && k < size[2]; k++) {
+    for (int k = z; k <= z + 1; k++) {
         for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < size[1]; j++) {
             for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < size[0]; i++) {
                 if (w->sheet[(size_t)k * w->pixels + (size_t)j * (size_t)size[0] + (size_t)i])
@@ -276,42 +217,143 @@ static bool is_beside_sheet(const thick_work *w, int x, int y, int z)
     return false;
 }
 
-/* Give the pixels of a plane that lie beside a sheet, or in it, the labels of its slice. */
-static void copy_sheets(const thick_work *w, plane *p)
-{
-    const int nx = w->s->size[0];
+/* A pixel of a layer, in the slices below and above it. */
+typedef struct column {
+    uint32_t id[2];
+    bool sheet[2]; /* the voxel belongs to a sheet */
+} column;
 
-    for (size_t at = 0; at < w->pixels; at++) {
-        if (p->winner[at] != p->ids[0][at] &&
-            is_beside_sheet(w, (int)(at % (size_t)nx), (int)(at / (size_t)nx), p->z))
-            p->winner[at] = p->ids[0][at];
-    }
+static inline column column_at(const thick_work *w, int z, size_t at)
+{
+    const size_t below = (size_t)z * w->pixels + at, above = below + w->pixels;
+
+    return (column){{w->s->ids[below], w->s->ids[above]}, {w->sheet[below], w->sheet[above]}};
 }
 
-/* Fill the layers of the slices [begin, end); an sc_range_fn on thick_work. */
-static void fill_layers(void *user, size_t begin, size_t end, int thread)
+/* The ids of a layer while its sheets are being closed: the low half of each word is the one that
+ * was interpolated, the high half the one that takes its place. */
+#define INTERPOLATED 0xffffu
+#define REPLACED_SHIFT 16
+
+/* @return whether a pixel that carries @p own in a layer, but the sheet @p sheet in one of the
+ * slices, leaves a gap in the sheet beside its neighbour. @param side in which of the slices. */
+static bool leaves_gap(const thick_work *w, int z, uint32_t own, uint32_t sheet, int side,
+                       size_t neighbour, uint32_t id)
 {
-    const thick_work *w = user;
-    plane p = plane_of_thread(w, thread);
+    if (id == sheet)
+        return false;
+    return id != own || column_at(w, z, neighbour).id[1 - side] == sheet;
+}
 
-    for (size_t z = begin; z < end; z++) {
-        for (int layer = 0; layer < w->split; layer++) {
-            const int from_middle = layer - w->split / 2;
+/* @return the label that closes the sheets round pixel (@p x, @p y) of a layer behind slice @p z,
+ * or its own. */
+static uint32_t closing_label(const thick_work *w, int x, int y, int z, const uint32_t *ids)
+{
+    const int nx = w->s->size[0], ny = w->s->size[1];
+    const size_t at = (size_t)y * (size_t)nx + (size_t)x;
+    const column c = column_at(w, z, at);
+    const uint32_t own = ids[at] & INTERPOLATED;
+    const bool inside[4] = {x > 0, x + 1 < nx, y > 0, y + 1 < ny};
+    const ptrdiff_t steps[4] = {-1, 1, -nx, nx};
 
-            set_plane(w, &p, (int)z, (double)from_middle / w->split);
-            find_winners(w, &p);
-            copy_sheets(w, &p);
-            store_layer(w, &p, z * (size_t)w->split + (size_t)layer);
+    for (int side = 0; side < 2; side++) {
+        if (!c.sheet[side] || own == c.id[side] || c.sheet[1 - side])
+            continue;
+        for (int i = 0; i < 4; i++) {
+            const size_t neighbour = (size_t)((ptrdiff_t)at + steps[i]);
+
+            if (inside[i] &&
+                leaves_gap(w, z, own, c.id[side], side, neighbour, ids[neighbour] & INTERPOLATED))
+                return c.id[side];
         }
     }
+    return own;
 }
 
-/* Fill size, steps and ids of a stack: the volume with @p axis last. @param stride receives the
- * distance of neighbours along the stack's axes in the volume, in voxels. @return SC_ERR_MEMORY. */
+/* Keep sheets one voxel thick closed in a layer @p t slices behind slice @p z. Beside them a pixel
+ * keeps one of the labels that it has in the slices, so that a way up or down leads through none
+ * but those of the file. Where two pixels side by side have different labels, and one of them
+ * carries the sheet in a slice, it carries it here too. */
+static void keep_sheets(const thick_work *w, int z, double t, uint32_t *ids)
+{
+    const int nx = w->s->size[0], ny = w->s->size[1];
+
+    for (size_t at = 0; at < w->pixels; at++) {
+        const column c = column_at(w, z, at);
+
+        if (ids[at] != c.id[0] && ids[at] != c.id[1] &&
+            is_beside_sheet(w, (int)(at % (size_t)nx), (int)(at / (size_t)nx), z))
+            ids[at] = c.id[t > 0.5];
+    }
+    for (int y = 0; y < ny; y++) {
+        for (int x = 0; x < nx; x++)
+            ids[(size_t)y * (size_t)nx + (size_t)x] |= closing_label(w, x, y, z, ids)
+                                                       << REPLACED_SHIFT;
+    }
+    for (size_t at = 0; at < w->pixels; at++)
+        ids[at] >>= REPLACED_SHIFT;
+}
+
+/* Fill the layers numbered [begin, end) of those in the current gaps; an sc_range_fn on thick_work.
+ */
+static void fill_gaps(void *user, size_t begin, size_t end, int thread)
+{
+    const thick_work *w = user;
+    const size_t layers = (size_t)w->split - 1;
+    float *least = w->least + (size_t)thread * w->pixels;
+    uint32_t *winner = w->winner + (size_t)thread * w->pixels;
+
+    for (size_t n = begin; n < end; n++) {
+        const int z = w->gap + (int)(n / layers), step = (int)(n % layers) + 1;
+        const blend layer = blend_at((float)step / (float)w->split);
+
+        find_winners(w, &layer, z, least, winner);
+        keep_sheets(w, z, (double)step / w->split, winner);
+        store_layer(w, winner, (size_t)(z * w->split + w->split / 2 + step));
+    }
+}
+
+/* Copy the slices [begin, end) to their layers, the first one and the last one also to those
+ * outside of all slices; an sc_range_fn on thick_work. */
+static void copy_slices(void *user, size_t begin, size_t end, int thread)
+{
+    const thick_work *w = user;
+    const size_t split = (size_t)w->split, slices = (size_t)w->s->size[2];
+    uint32_t *ids = w->winner + (size_t)thread * w->pixels;
+
+    for (size_t z = begin; z < end; z++) {
+        const size_t first = z * split + (z > 0 ? split / 2 : 0);
+        const size_t last = z * split + (z + 1 < slices ? split / 2 : split - 1);
+
+        for (size_t at = 0; at < w->pixels; at++)
+            ids[at] = w->s->ids[z * w->pixels + at];
+        for (size_t layer = first; layer <= last; layer++)
+            store_layer(w, ids, layer);
+    }
+}
+
+/* Fill all layers, a few gaps at a time. */
+static void fill_layers(thick_work *w, int threads)
+{
+    const int slices = w->s->size[2];
+
+    sc_parallel_for(threads, (size_t)slices, 1, find_sheets, w);
+    sc_parallel_for(threads, (size_t)slices, 1, copy_slices, w);
+    for (w->gap = 0; w->gap < slices - 1; w->gap += w->gaps) {
+        const int end = w->gap + GAPS < slices - 1 ? w->gap + GAPS : slices - 1;
+
+        w->gaps = end - w->gap;
+        sc_distances_measure(&w->d, end + 2 < slices ? end + 2 : slices);
+        sc_parallel_for(threads, (size_t)w->gaps * (size_t)(w->split - 1), 1, fill_gaps, w);
+    }
+}
+
+/* Fill size, steps and ids of a stack: the volume with @p axis last. @return SC_ERR_MEMORY. */
 static sc_status make_stack(const sc_ctx *ctx, const sc_volume *v, int axis, stack *s)
 {
     const size_t strides[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
     const int order[3] = {axis == 0, axis == 2 ? 1 : 2, axis};
+    const double distance_mm = sc_vec3_length(sc_affine_column(&v->to_ras_mm, axis));
     void *block;
     sc_status status = sc_alloc(ctx, sc_volume_voxels(v), sizeof *s->ids, &block);
     uint16_t *to = block;
@@ -319,10 +361,11 @@ static sc_status make_stack(const sc_ctx *ctx, const sc_volume *v, int axis, sta
     if (status != SC_OK)
         return status;
     s->ids = block;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; i++)
         s->size[i] = v->size[order[i]];
-        s->step_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, order[i]));
-    }
+    for (int i = 0; i < 2; i++)
+        s->step[i] =
+            (float)(sc_vec3_length(sc_affine_column(&v->to_ras_mm, order[i])) / distance_mm);
     for (size_t z = 0; z < (size_t)s->size[2]; z++) {
         for (size_t y = 0; y < (size_t)s->size[1]; y++) {
             for (size_t x = 0; x < (size_t)s->size[0]; x++)
@@ -349,34 +392,28 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
                                    int threads)
 {
     stack s = {0};
-    memberships *labels = NULL;
     thick_work w = {.s = &s, .split = split, .out_bytes = v->label_bytes};
     void *block;
     sc_status status;
 
     SC_TRY(make_stack(ctx, v, axis, &s));
-    SC_TRY(sc_stack_set_filter(ctx, &s, WIDTH));
     w.pixels = (size_t)s.size[0] * (size_t)s.size[1];
-    w.room = (size_t)s.nodes[0] * (size_t)s.nodes[1] + (size_t)s.nodes[0] + 4 * w.pixels;
-    SC_TRY(sc_memberships_find(ctx, &s, v->label_count, threads, &labels, &w.count));
-    w.labels = labels;
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &block));
-    w.lack = block;
+    SC_TRY(sc_distances_open(ctx, &s, v->label_count, GAPS + AROUND - 1, threads, &w.d));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &block));
     w.sheet = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * w.room, sizeof(float), &block));
-    w.scratch = block;
+    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.least, &block));
+    w.least = block;
+    SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.winner, &block));
+    w.winner = block;
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), (size_t)split * (size_t)v->label_bytes, &w.out));
     set_strides(v, axis, split, &w);
-    sc_parallel_for(threads, (size_t)s.size[2], 1, find_lack, &w);
-    sc_parallel_for(threads, (size_t)s.size[2], 1, find_sheets, &w);
-    sc_parallel_for(threads, (size_t)s.size[2], 1, fill_layers, &w);
+    fill_layers(&w, threads);
     sc_resample_set_planes(v, w.out, axis, v->size[axis] * split, 0.5 / split - 0.5, 1.0 / split);
 out:
-    sc_memberships_free(labels, w.count);
-    sc_stack_clear(&s);
-    sc_free(w.lack);
+    sc_distances_clear(&w.d);
+    sc_free(s.ids);
     sc_free(w.sheet);
-    sc_free(w.scratch);
+    sc_free(w.least);
+    sc_free(w.winner);
     return status;
 }
