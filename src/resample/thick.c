@@ -236,13 +236,16 @@ static inline column column_at(const thick_work *w, int z, size_t at)
 #define REPLACED_SHIFT 16
 
 /* @return whether a pixel that carries @p own in a layer, but the sheet @p sheet in one of the
- * slices, leaves a gap in the sheet beside its neighbour. @param side in which of the slices. */
+ * slices, leaves a gap in the sheet beside its neighbour, of label @p id. There is none if they
+ * touch in the other slice too: there the sheet has ended. @param side in which of the slices. */
 static bool leaves_gap(const thick_work *w, int z, uint32_t own, uint32_t sheet, int side,
                        size_t neighbour, uint32_t id)
 {
+    const uint32_t other = column_at(w, z, neighbour).id[1 - side];
+
     if (id == sheet)
         return false;
-    return id != own || column_at(w, z, neighbour).id[1 - side] == sheet;
+    return id == own ? other == sheet : other != id;
 }
 
 /* @return the label that closes the sheets round pixel (@p x, @p y) of a layer behind slice @p z,

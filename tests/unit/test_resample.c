@@ -263,6 +263,32 @@ static void closed_skins_stay_closed(void **state)
         check_skin();
 }
 
+/* A block that is covered by a sheet in one slice alone. */
+static int patch_id(double x, double y, double z)
+{
+    return x < 20 ? 1 : x == 20 && y > 5 && y < 25 && z == 4 ? 2 : 0;
+}
+
+static void sheets_end_between_slices(void **state)
+{
+    const int size[3] = {30, 30, 9};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 3, patch_id);
+    sc_drawn_grid grid;
+    int at[3] = {0, 0, 0}, patch = 0;
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    assert_ok(sc_resample(&quiet, &v, &grid, 2));
+    do {
+        if (id_at(&v, at) != 2)
+            continue;
+        patch++;
+        assert_true(abs(at[2] - 4 * 5 - 2) < 4); /* layers from the slice: the next one is at 5 */
+    } while (next_voxel(&v, at));
+    assert_true(patch >= 19);
+    sc_volume_clear(&v);
+}
+
 /* A tube that moves across its slices by nearly its radius from one to the next, a ball, and a
  * column that ends between two slices while another one of its label, far away, goes on. */
 static int oblique_id(double x, double y, double z)
@@ -337,6 +363,7 @@ int main(void)
         cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
         cmocka_unit_test(layers_between_slices_keep_the_slices),
         cmocka_unit_test(closed_skins_stay_closed),
+        cmocka_unit_test(sheets_end_between_slices),
         cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
         cmocka_unit_test(lack_of_memory_is_told),
     };
