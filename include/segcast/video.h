@@ -104,7 +104,7 @@ SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const c
  *  another encoder or other settings than the first one, SC_ERR_WRITE, SC_ERR_MEMORY. After an
  *  error the muxer can only be closed. */
 SC_MUST_USE sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *muxer, const sc_segment *segment);
-/** Complete the file, flush it to disk, and rename it to @p path, which lies in the folder given
+/** Complete the file, flush it to disk, and rename it to @p path, which lies in the directory given
  *  to sc_muxer_open. At least one segment was added. @param replace as of sc_outfile_open. @return
  *  SC_ERR_WRITE, SC_ERR_CREATE if the name is taken; the muxer can only be closed then. */
 SC_MUST_USE sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *muxer, const char *path,

@@ -6,11 +6,11 @@
 
 const sc_command sc_commands[] = {
     {"render", "JOB.yaml", "make the video and the frames of a job",
-     "Runs alone or under mpirun or srun. The output folder holds the video, manifest.jsonl "
+     "Runs alone or under mpirun or srun. The output directory holds the video, manifest.jsonl "
      "(hashes of "
      "job, volume and frames), status.json (progress), stats.json and frames.csv (times), "
      "trace.json and "
-     "job.yaml (the job as resolved). A folder that holds a run is refused without --resume or "
+     "job.yaml (the job as resolved). A directory that holds a run is refused without --resume or "
      "--overwrite.",
      sc_cmd_render, true},
     {"check", "JOB.yaml", "say whether a job can run",

@@ -77,10 +77,11 @@ sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
                        "for it",
                        name, is, name, name, name);
     if (what == KIND_DIRECTORY)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "\"%s\" is a folder, not a command: `segcast status %s` and `segcast verify "
-                       "%s` tell of the job in it",
-                       name, name, name);
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "\"%s\" is a directory, not a command: `segcast status %s` and `segcast verify "
+            "%s` tell of the job in it",
+            name, name, name);
     return SC_OK;
 }
 
@@ -120,7 +121,7 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
     if (takes_directory && !takes_job && exists && what != KIND_DIRECTORY && what != KIND_UNKNOWN)
         return sc_fail(
             ctx, SC_ERR_USAGE,
-            "segcast %s takes the folder that a job has made (its output.directory), but "
+            "segcast %s takes the directory that a job has made (its output.directory), but "
             "\"%s\" is a file",
             command->name, input);
     return SC_OK;

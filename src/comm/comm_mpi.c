@@ -228,7 +228,7 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const
                                         "there is no room for %zu bytes that the ranks of a node "
                                         "share, neither in " SHARED_MEMORY " nor in %s nor in the "
                                         "memory of every rank; use fewer ranks per node",
-                                        bytes, folder ? folder : "a folder");
+                                        bytes, folder ? folder : "a directory");
     }
     *out = shared;
     return SC_OK;

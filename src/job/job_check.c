@@ -51,7 +51,7 @@ static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
         return SC_OK;
     return sc_yaml_fail(ctx, sc_key_node(root, "output.video"),
                         "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
-                        "without a folder or control characters, or none",
+                        "without a directory or control characters, or none",
                         video);
 }
 

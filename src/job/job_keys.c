@@ -23,7 +23,7 @@ static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "fas
 
 static const sc_key output_keys[] = {
     {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
-     .help = "folder for everything that the job makes; relative to the job file",
+     .help = "directory for everything that the job makes; relative to the job file",
      .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "

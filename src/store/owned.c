@@ -52,7 +52,7 @@ static void add_obstacle(search *s, const char *name, const char *owner, const c
 static const char *kind_of(const struct stat *info)
 {
     return S_ISLNK(info->st_mode)   ? "a symbolic link"
-           : S_ISDIR(info->st_mode) ? "a folder"
+           : S_ISDIR(info->st_mode) ? "a directory"
            : S_ISREG(info->st_mode) ? "a file"
                                     : "a special file";
 }
@@ -99,7 +99,7 @@ static DIR *open_folder(search *s, const char *name, bool *exists)
     if (!stream && fd >= 0)
         close(fd);
     if (!stream)
-        add_obstacle(s, name, "", "a folder that cannot be listed");
+        add_obstacle(s, name, "", "a directory that cannot be listed");
     return stream;
 }
 
@@ -237,7 +237,7 @@ static sc_status check_names(const sc_ctx *ctx, const sc_store_place *place)
     if (strcmp(place->video, "none") != 0 && !sc_own_name(place->video))
         return sc_fail(
             ctx, SC_ERR_CREATE,
-            "%s: a video cannot have this name; expected a name without folder or control "
+            "%s: a video cannot have this name; expected a name without a directory or control "
             "character that ends in .mp4, .mkv or .webm",
             place->video);
     return SC_OK;

@@ -21,7 +21,7 @@ static const char *bad_name(const char *name)
     for (const char *part = name; part; part = strchr(part, '/')) {
         part += *part == '/';
         if (!strncmp(part, "..", 2) && (!part[2] || part[2] == '/'))
-            return "outside the header's folder";
+            return "outside the header's directory";
     }
     for (const char *c = name; *c; c++) {
         if ((unsigned char)*c < ' ' || *c == 127)
@@ -54,9 +54,9 @@ static bool is_below(const char *file, const char *folder)
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes)
 {
-    static const char advice[] =
-        "expected the name of a file in the folder of the header: put both into one folder, or "
-        "save the volume as one file (.nrrd, .mha, .nii.gz)";
+    static const char advice[] = "expected the name of a file in the directory of the header: put "
+                                 "both into one directory, or "
+                                 "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = bad_name(name);
     char *target = NULL, *folders[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
     struct stat info;
@@ -78,8 +78,9 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
         status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
                          joined ? joined : name, strerror(errno));
     else if (!is_below(real, folders[0]) && !is_below(real, folders[1]))
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the folder to %s; %s",
-                         header, field, name, real, advice);
+        status =
+            sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
+                    header, field, name, real, advice);
     else if (!S_ISREG(info.st_mode))
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", which is no regular file; %s", header,
                          field, name, advice);

@@ -80,7 +80,7 @@ for name in frames segments film.mp4 stats.json; do
 done
 rm -rf d
 mkdir -p d/film.mp4
-each_way folder 'd/film.mp4: is a folder' d
+each_way folder 'd/film.mp4: is a directory' d
 
 # The user's own job.yaml stays, whatever is tried.
 mkdir here

@@ -11,6 +11,10 @@ for command in $("$SEGCAST" --help | awk '/^  segcast [a-z]+ /{print $2}' | grep
     done
     "$SEGCAST" "$command" --version | grep -q '^segcast 0' || fail "$command --version"
 done
+# One word for one thing: no message, help or document says folder, but for the glossary.
+! LC_ALL=C grep -aoiE '[^"]{0,40} folders?[ ,:.;]' "$SEGCAST" || fail "the program says folder"
+! grep -rniwE --include='*.md' 'folders?' "$SOURCE/docs" "$SOURCE/README.md" "$SOURCE/CONTRIBUTING.md" |
+    grep -v 'never say folder' || fail "a document says folder"
 expect 64 'did you mean "render"' "$SEGCAST" help rendr; one_error
 expect 64 'no command' "$SEGCAST"; one_error
 expect 64 'did you mean "render"' "$SEGCAST" rendr; one_error

@@ -205,6 +205,6 @@ done
 rm -rf out
 expect 75 '' "$SEGCAST" render job.yaml -o out --time-limit 0.001
 expect 75 'has no end line' "$SEGCAST" verify out; one_error
-expect 64 'takes the folder that a job has made' "$SEGCAST" verify job.yaml; one_error
+expect 64 'takes the directory that a job has made' "$SEGCAST" verify job.yaml; one_error
 sed -i '/"frame":3,/d' ref/manifest.jsonl
 expect 65 'line 5 is damaged' "$SEGCAST" verify ref; one_error

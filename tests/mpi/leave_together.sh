@@ -26,6 +26,6 @@ refuse 73 'file' render good.yaml -o file/out
 # A folder that is not segcast's has the name of a frame's file. (Writing that fails during the run, on one rank of
 # several, is the subject of tests/faults.)
 mkdir -p full/frames/000003.png/taken
-refuse 73 '000003.png: is a folder that was not made by segcast' render good.yaml -o full --set output.frames=png
+refuse 73 '000003.png: is a directory that was not made by segcast' render good.yaml -o full --set output.frames=png
 [ "$(find full | wc -l)" = 4 ] || fail "something was written beside what is in the way: $(find full)"
 timeout 60 mpirun -n 2 "$SEGCAST" check good.yaml >/dev/null 2>&1 || fail "check under mpirun"
