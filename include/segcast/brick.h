@@ -163,7 +163,12 @@ static inline unsigned sc_brick_rank(uint64_t mask, int bit)
  *  - Bits 0 to 4: the weight of the vote of its own label, 1 to 31. It stands for half of the
  *    difference between the label's smoothed membership and the largest one of any other label; 31
  *    stands for one half.
- *  - Bits 5 to 7: the length of the gradient, as m: it is 2^-m of that at a flat interface.
+ *  - Bits 5 to 7: a code for the length of the gradient, as m: it is 2^-m of that at a flat
+ *    interface. Codes 0 to 3 are m, and SC_RECORD_SHORTEST is an m of 8. Of the codes above it,
+ *    which have an m of 6, 4 and 2, the lowest says that here all SC_RECORD_FADES parts of a
+ *    surface of the label are missing, and the highest that one is, because a layer tapers
+ *    below a voxel. The more is missing, the shorter is the gradient, so that what lies under the
+ *    layer is lit by its own.
  *  - Bits 8 to 23: the direction of the gradient, outward, in RAS: octahedral coordinates x and y
  *    as signed bytes in 127ths (Cigolle et al. 2014, "A survey of efficient representations for
  *    independent unit vectors"). */
@@ -172,6 +177,8 @@ enum {
     SC_RECORD_WEIGHT_MASK = 31,
     SC_RECORD_LENGTH_SHIFT = 5,
     SC_RECORD_LENGTH_MASK = 7, /**< after the shift */
+    SC_RECORD_SHORTEST = 4,    /**< the code for the largest m without anything missing */
+    SC_RECORD_FADES = SC_RECORD_LENGTH_MASK - SC_RECORD_SHORTEST,
     SC_RECORD_X_SHIFT = 8,
     SC_RECORD_Y_SHIFT = 16,
     SC_RECORD_OCTANT_BITS = 8, /**< of x and of y */
@@ -186,7 +193,7 @@ enum {
 /** @return a packed record. @param weight 0 to SC_WEIGHT_MAX; stored records have 1 at least.
  *  @param outward direction of the gradient, RAS, of any length but zero.
  *  @param strength length of the gradient as a share of that at a flat interface; stored as the
- *  nearest power of two from 1 down to 2^-7, which also stands for everything smaller. */
+ *  nearest power of two from 1 down to 2^-3, or as 2^-8 if it is smaller. */
 static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double strength)
 {
     const double share = 1 / (fabs(outward.x) + fabs(outward.y) + fabs(outward.z));
@@ -200,7 +207,7 @@ static inline uint32_t sc_record_pack(int weight, sc_vec3 outward, double streng
         octant[0] = x;
         octant[1] = y;
     }
-    while (m < SC_RECORD_LENGTH_MASK && strength < 0.7071) /* the nearest power of two */
+    while (m < SC_RECORD_SHORTEST && strength < 0.7071) /* the nearest power of two */
         strength *= 2, m++;
     /* Adding ONE + 1/2 makes the number positive, so that the conversion rounds down. */
     for (int i = 0; i < 2; i++)
@@ -233,10 +240,36 @@ static inline int sc_record_weight(uint32_t record)
     return (int)(record & SC_RECORD_WEIGHT_MASK);
 }
 
-/** @return 2^m, 1 to 128: the length of the gradient is 2^-m of that at a flat interface. */
+/** @return the bits of a record that hold the length of the gradient or a fade: 0 to 7. */
+static inline int sc_record_length_code(uint32_t record)
+{
+    return (int)(record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
+}
+
+/** @return 2^m, 1 to 256: the length of the gradient is 2^-m of that at a flat interface. */
 static inline int sc_record_inverse_length(uint32_t record)
 {
-    return 1 << (record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK);
+    const int code = sc_record_length_code(record);
+
+    return 1 << (code < SC_RECORD_SHORTEST ? code : 2 * (SC_RECORD_LENGTH_MASK + 1 - code));
+}
+
+/** @return how many parts of SC_RECORD_FADES of a surface are missing at a vertex: 0 to
+ * SC_RECORD_FADES. */
+static inline int sc_record_missing(uint32_t record)
+{
+    const int code = sc_record_length_code(record);
+
+    return code > SC_RECORD_SHORTEST ? SC_RECORD_LENGTH_MASK + 1 - code : 0;
+}
+
+/** @return the record with so many parts missing, 0 to SC_RECORD_FADES; for 0 as it is. */
+static inline uint32_t sc_record_fade(uint32_t record, uint32_t missing)
+{
+    if (!missing)
+        return record;
+    return (record & ~((uint32_t)SC_RECORD_LENGTH_MASK << SC_RECORD_LENGTH_SHIFT)) |
+           (SC_RECORD_LENGTH_MASK + 1 - missing) << SC_RECORD_LENGTH_SHIFT;
 }
 
 /** Write the direction of the gradient, RAS, to @p out. It is not of unit length: its absolute

@@ -215,10 +215,14 @@ static inline void v_record_octant(vi record, vf out[3])
 static inline void v_record_normal(vi record, vf out[3])
 {
     vf inverse;
+    vi code;
 
     v_record_octant(record, out);
-    inverse = 1 / (f_of(i_set(1) << (record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK)) *
-                   f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
+    code = record >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK;
+    code = i_pick(i_below(code, i_set(SC_RECORD_SHORTEST)), code,
+                  2 * (SC_RECORD_LENGTH_MASK + 1 - code));
+    inverse =
+        1 / (f_of(i_set(1) << code) * f_sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]));
     for (int i = 0; i < 3; i++)
         out[i] *= inverse;
 }

@@ -366,6 +366,36 @@ static vf v_alpha_by_thickness(const packet *p, vi label, const vf at[3], vm on)
     return f_pick(m_and(measured, f_below(f_set(0), weights)), sum / weights, plain);
 }
 
+/* The share of the surfaces of @p label that is left at the points @p at of their cells; see
+ * share_left() of march_smooth_tmpl.c. */
+static vf v_share_left(const packet *p, vi label, const vf at[3], vm on)
+{
+    vi missing[SC_CORNERS];
+    vf sum = {0}, weights = {0};
+    vm any = m_none();
+
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const vi code = p->cell.records[i] >> SC_RECORD_LENGTH_SHIFT & SC_RECORD_LENGTH_MASK;
+
+        missing[i] = i_pick(i_below(i_set(SC_RECORD_SHORTEST), code),
+                            SC_RECORD_LENGTH_MASK + 1 - code, i_set(0));
+        any = m_or(any, m_and(i_equal(p->cell.labels[i], label),
+                              i_below(i_set(SC_RECORD_SHORTEST), code)));
+    }
+    any = m_and(any, on);
+    if (!m_any(any))
+        return f_set(1);
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const vm own = i_equal(p->cell.labels[i], label);
+        const vf weight = v_corner_share(i, at);
+
+        weights = f_pick(own, weights + weight, weights);
+        sum = f_pick(own, sum + weight * f_of(missing[i]), sum);
+    }
+    return f_pick(m_and(any, f_below(f_set(0), weights)), 1 - sum / (weights * SC_RECORD_FADES),
+                  f_set(1));
+}
+
 /* Add one side of a crossing, the surface of @p label, to the light of the lanes of @p on. The
  * spot has been completed by v_light_spot. */
 static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spot, vm on)
@@ -374,8 +404,9 @@ static void v_add_surface(packet *p, vi label, const vf at[3], const v_spot *spo
 
     if (!m_any(on))
         return;
-    alpha = v_edge_alpha(&p->m->light, v_alpha_by_thickness(p, label, at, on),
-                         f_dot(spot->normal, spot->eye));
+    alpha = v_share_left(p, label, at, on) * v_edge_alpha(&p->m->light,
+                                                          v_alpha_by_thickness(p, label, at, on),
+                                                          f_dot(spot->normal, spot->eye));
     v_light(p->m, label, spot, on, rgb);
     v_remember_surface(&p->light, label, alpha, spot, on);
     v_blend(&p->light, rgb, alpha, on);

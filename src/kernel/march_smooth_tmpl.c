@@ -31,13 +31,38 @@ static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[
     return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
 }
 
+/* The share, 0 to 1, of the surface of @p label that is left at the point @p at of the present
+ * cell: less than 1 where its layer tapers below a voxel. Interpolated between the corners that
+ * carry the label. */
+static float share_left(const cursor *c, uint32_t label, const float at[3])
+{
+    float missing = 0, weights = 0;
+    int any = 0;
+
+    for (int i = 0; i < SC_CORNERS; i++)
+        any |= c->cell.labels[i] == label ? sc_record_missing(c->cell.records[i]) : 0;
+    if (!any)
+        return 1;
+    for (int i = 0; i < SC_CORNERS; i++) {
+        const float weight =
+            (i & 1 ? at[0] : 1 - at[0]) * (i & 2 ? at[1] : 1 - at[1]) * (i & 4 ? at[2] : 1 - at[2]);
+
+        if (c->cell.labels[i] != label)
+            continue;
+        weights += weight;
+        missing += weight * (float)sc_record_missing(c->cell.records[i]);
+    }
+    return weights > 0 ? 1 - missing / (weights * SC_RECORD_FADES) : 1;
+}
+
 /* Add one side of a crossing to c->light: the surface of @p label, which is the label left or
  * the label entered, at the point @p at of the present cell. */
 static void add_surface(cursor *c, uint32_t label, const float at[3], const sc_spot *spot)
 {
     const sc_march_tissue *tissue = &c->m->tissues[label];
-    const float alpha = sc_edge_alpha(&c->m->light, alpha_by_thickness(c, label, at),
-                                      sc_dot3(spot->normal, spot->eye));
+    const float alpha =
+        share_left(c, label, at) * sc_edge_alpha(&c->m->light, alpha_by_thickness(c, label, at),
+                                                 sc_dot3(spot->normal, spot->eye));
     float rgb[3];
 
     sc_light(c->m, tissue, spot, rgb);

@@ -104,6 +104,7 @@ enum {
     SC_WORTH_FIELDS = 30000,
     SC_WORTH_SHEETS = 6000,
     SC_WORTH_POLISH = 20000,
+    SC_WORTH_TAPERS = 4000,
     SC_WORTH_SURFACE = 10000,
     SC_WORTH_THICKNESS = 30000
 };
@@ -132,6 +133,9 @@ sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p);
 sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p);
 /* Smooth the directions in the records, in place; nothing is done where surfaces are crisp. */
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Note in the records, in place, where a layer of tissue tapers below a voxel; nothing is done
+ * where surfaces are crisp. */
+sc_status sc_fade_tapers(const sc_ctx *ctx, sc_preparation *p);
 /* Find the covers, and what is seen from outside: cover_layer and shown of stats. */
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p);
 /* Measure the surface of each label: surface_mm2 of stats. */

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 7, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 8, BYTE_ORDER_MARK = 0x01020304 };
 
 /* The arrays of sc_prepared, in their order in the block. */
 enum {

@@ -104,7 +104,7 @@ static uint64_t directed(const sc_preparation *p, size_t brick)
         const bool inside = x > 0 && y > 0 && z > 0 && x <= size[0] && y <= size[1] && z <= size[2];
         const uint32_t record = sc_record_read(p->records, index);
 
-        if (!inside || sc_record_inverse_length(record) > 64)
+        if (!inside || sc_record_length_code(record) == SC_RECORD_SHORTEST)
             mask &= ~(1ull << bit);
     }
     return mask;
