@@ -39,12 +39,15 @@
 #define SC_SHADOW_GAIN 2
 #define SC_SHADOW_STEP_MAX 0.6f
 
-/* The rim of a cut face: it begins where less than SC_RIM_FROM of the surroundings is filled, is
- * darkest where that is less by SC_RIM_RANGE or more (0.5 is a straight border), and takes this
- * share of the light there. */
-#define SC_RIM_FROM 0.85f
-#define SC_RIM_RANGE 0.35f
+/* The rim of a cut face, by how steeply the share of the surroundings that is filled falls along
+ * it, 1 at a straight border of thick tissue: it begins at SC_RIM_FROM, is darkest where the fall
+ * is steeper by SC_RIM_RANGE or more, and takes this share of the light there. */
+#define SC_RIM_FROM 0.6f
+#define SC_RIM_RANGE 0.38f
 #define SC_RIM_DARK 0.3f
+/* By how much that share differs across a straight border, from half a width of the blur on one
+ * side to half a width on the other. */
+#define SC_RIM_STRAIGHT 0.383f
 
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
@@ -305,15 +308,44 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
         sc_depth_cue(l, spot->depth_mm, out);
 }
 
-/* How dark the rim of a cut face is at a spot, 0 to SC_RIM_DARK: it grows where less around the
- * spot is filled than a solid of that tissue would fill. m->occlusion must not be NULL. */
+/* Two unit vectors, RAS, across the unit vector @p n and across each other, to @p out. */
+static inline void sc_tangents(const float n[3], float out[2][3])
+{
+    const int least = n[0] * n[0] < n[1] * n[1]   ? n[0] * n[0] < n[2] * n[2] ? 0 : 2
+                      : n[1] * n[1] < n[2] * n[2] ? 1
+                                                  : 2;
+    const int a = (least + 1) % 3, b = (least + 2) % 3;
+    const float length = sqrtf(n[a] * n[a] + n[b] * n[b]);
+
+    out[0][least] = 0;
+    out[0][a] = n[b] / length;
+    out[0][b] = -n[a] / length;
+    for (int i = 0; i < 3; i++)
+        out[1][i] = n[(i + 1) % 3] * out[0][(i + 2) % 3] - n[(i + 2) % 3] * out[0][(i + 1) % 3];
+}
+
+/* How dark the rim of a cut face is at a spot, 0 to SC_RIM_DARK: by how steeply what is filled
+ * falls along the face. In the middle of a thin wall it falls to neither side, and at the borders
+ * of one less steeply than at those of thick tissue; so thin walls keep their colour. m->occlusion
+ * must not be NULL. */
 static inline float sc_rim(const sc_march *m, const sc_march_tissue *tissue, const sc_spot *spot)
 {
     const float solid = tissue->boundary_alpha > 0.05f ? tissue->boundary_alpha : 0.05f;
-    const float share = sc_filled(m, spot->point, 0) / solid;
+    const float half_mm = 0.5f * (float)m->occlusion->narrow_mm;
+    float tangents[2][3], square = 0;
 
+    sc_tangents(spot->normal, tangents);
+    for (int i = 0; i < 2; i++) {
+        float ends[2][3], fall;
+
+        sc_move(m, spot->point, tangents[i], half_mm, ends[0]);
+        sc_move(m, spot->point, tangents[i], -half_mm, ends[1]);
+        fall = sc_filled(m, ends[0], 0) - sc_filled(m, ends[1], 0);
+        square += fall * fall;
+    }
     return SC_RIM_DARK * m->light.occlusion *
-           sc_clamp01((SC_RIM_FROM - share) * (1 / SC_RIM_RANGE));
+           sc_clamp01((sqrtf(square) / (SC_RIM_STRAIGHT * solid) - SC_RIM_FROM) *
+                      (1 / SC_RIM_RANGE));
 }
 
 /* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal

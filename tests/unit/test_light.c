@@ -279,6 +279,35 @@ static void cut_faces_are_lit_and_have_a_rim(void **state)
     free_scene(&s);
 }
 
+/* A thick block on the left, a wall four voxels thick on the right. */
+static int block_and_wall(double x, double y, double z)
+{
+    return y > 4 && y < 56 && z > 4 && z < 56 && ((x > 4 && x < 34.5) || (x > 45.5 && x < 49.5));
+}
+
+/* On a cut face a thin wall keeps its colour: it is as bright in its middle as thick tissue is far
+ * from its border, while that has a rim. */
+static void thin_walls_keep_their_colour_on_cut_faces(void **state)
+{
+    const int size[3] = {61, 61, 61};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, block_and_wall), 1);
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_image image;
+
+    (void)state;
+    s.settings.width_px = s.settings.height_px = 122; /* two pixels a voxel */
+    scene.camera = sc_camera_look((sc_vec3){30, 30, 200}, (sc_vec3){30, 30, 30}, (sc_vec3){0, 1, 0},
+                                  SC_ORTHOGRAPHIC, 30.5);
+    scene.planes[0] = (sc_plane){{0, 0, -1}, 30.25};
+    image = draw_view(&s, &scene, NULL);
+    for (int x = 94; x < 98; x++)
+        assert_true(brightness(&image, x, 60) > brightness(&image, 40, 60) - 6);
+    assert_true(brightness(&image, 69, 60) < brightness(&image, 40, 60) - 20);
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
 static int bar(double x, double y, double z)
 {
     (void)y;
@@ -370,6 +399,7 @@ int main(void)
         cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
         cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
+        cmocka_unit_test(thin_walls_keep_their_colour_on_cut_faces),
         cmocka_unit_test(tissue_at_the_border_of_the_volume_ends_in_a_flat_face),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
         cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
