@@ -139,7 +139,9 @@ SC_MUST_USE sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, siz
 /** The most covers that sc_find_covers looks for. */
 enum { SC_COVERS_MAX = 5 };
 /** Find the covers: the tissue that hides others on at least 55 % of those rays along the axes of
- *  the volume, in both directions, that meet others at all; then the next with that one removed.
+ *  the volume, in both directions, that meet others at all; then the next with that one removed,
+ *  for which 25 % are enough if it also encloses the others: lies before and behind them on 10 % of
+ *  the rays along every axis.
  *  @param volume of which size, ids and label_count are read.
  *  @param hidden [label_count] by dense id: as if they were not there; NULL: none.
  *  @param layers [label_count]: 1 for the outermost cover, 2 for the next; 0 for all that are none.
