@@ -75,6 +75,11 @@ sc_seen_color sc_see_color(const uint8_t rgb[3]);
 /** @return how far apart two colours look: their distance in OKLab. Black and white are 1 apart;
  *  0.02 is about the least that can be seen side by side. */
 double sc_color_distance(const sc_seen_color *a, const sc_seen_color *b, sc_vision vision);
+/** Two colours whose contrast is at least this look different beside each other, also in shade. */
+#define SC_CONTRAST 0.12
+/** @return how well two colours can be told apart by everybody: their distance as the eye sees
+ * them, and for the colour-blind, who have fewer colours to tell apart, 1.5 times that. */
+double sc_color_contrast(const sc_seen_color *a, const sc_seen_color *b);
 
 /** @return the linear light in [0, 1] of the sRGB value @p srgb in [0, 1] (IEC 61966-2-1). */
 double sc_srgb_to_linear(double srgb);

@@ -46,6 +46,7 @@ typedef struct sc_tissue {
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     bool interior_given;     /**< a rule has set the opacity of the interior */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
+    bool color_given;        /**< a label table or a rule has set the colour */
     sc_material material;
     uint8_t clip_set; /**< which planes cut it: index into sc_scene.clip_sets */
 } sc_tissue;
@@ -134,6 +135,10 @@ void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissu
  *  a tenth or more of what is seen from outside, so that they have an edge.
  *  @param tissues [label_count] by dense id. @param rgb sRGB. */
 void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, uint8_t rgb[3]);
+/** Make those colours darker or lighter that nobody has given and that can hardly be told from the
+ *  background (sc_color_contrast), just as much as is needed.
+ *  @param tissues [label_count] by dense id. @param background sRGB. */
+void sc_part_from_background(int label_count, const uint8_t background[3], sc_tissue *tissues);
 
 /* ---- light ---- */
 

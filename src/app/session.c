@@ -131,6 +131,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     if (job->render.background.is_auto)
         sc_choose_background(&session->volume, session->tissues,
                              session->job.render.background.rgb);
+    sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
+                            session->tissues);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,
                                &session->clip_set_count);

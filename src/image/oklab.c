@@ -71,3 +71,12 @@ double sc_color_distance(const sc_seen_color *a, const sc_seen_color *b, sc_visi
     }
     return sqrt(squares);
 }
+
+double sc_color_contrast(const sc_seen_color *a, const sc_seen_color *b)
+{
+    double least = sc_color_distance(a, b, SC_VISION_FULL);
+
+    for (int vision = SC_VISION_FULL + 1; vision < SC_VISION_COUNT; vision++)
+        least = fmin(least, 1.5 * sc_color_distance(a, b, (sc_vision)vision));
+    return least;
+}

@@ -46,6 +46,7 @@ static sc_tissue tissue_of_table(const sc_label *label)
                                      .specular = SC_MATERIAL_SPECULAR,
                                      .shininess = SC_MATERIAL_SHININESS}};
 
+    tissue.color_given = label->has_color;
     color_of(label->rgb, tissue.rgb_linear);
     return tissue;
 }
@@ -57,6 +58,7 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
         tissue->visible = rule->visible;
     if (rule->has_color)
         color_of(rule->rgb, tissue->rgb_linear);
+    tissue->color_given = tissue->color_given || rule->has_color;
     if (rule->has_opacity) {
         tissue->opacity = rule->opacity;
         tissue->opacity_auto = rule->opacity_auto;
@@ -222,6 +224,52 @@ static void fill_auto(const sc_prepared *volume, sc_opacity_rule rule, sc_tissue
             tissue->opacity = stats->cover_layer == 1 ? OUTER_COVER : INNER_COVER;
         else
             tissue->opacity = sc_auto_opacity(&scale, stats->thickness_mm);
+    }
+}
+
+/* @return the contrast of a colour in linear light to one that is seen. */
+static double contrast_of(const sc_srgb_table *table, const float rgb_linear[3],
+                          const sc_seen_color *other)
+{
+    uint8_t color[3];
+    sc_seen_color seen;
+
+    for (int i = 0; i < 3; i++)
+        color[i] = sc_srgb_level(table, rgb_linear[i]);
+    seen = sc_see_color(color);
+    return sc_color_contrast(&seen, other);
+}
+
+void sc_part_from_background(int label_count, const uint8_t background[3], sc_tissue *tissues)
+{
+    enum { STEPS = 24 };
+    const sc_seen_color behind = sc_see_color(background);
+    sc_srgb_table table;
+
+    sc_srgb_table_init(&table);
+    for (int id = 1; id < label_count; id++) {
+        const float *own = tissues[id].rgb_linear;
+        float left = 1, better[3]; /* left: of the colour, the rest being black or white */
+        double most = contrast_of(&table, own, &behind);
+
+        if (tissues[id].color_given)
+            continue;
+        memcpy(better, own, sizeof better);
+        for (int step = 0; step < STEPS && most < SC_CONTRAST; step++) {
+            left *= 0.9f;
+            for (int white = 0; white < 2; white++) {
+                const float tried[3] = {left * own[0] + (1 - left) * (float)white,
+                                        left * own[1] + (1 - left) * (float)white,
+                                        left * own[2] + (1 - left) * (float)white};
+                const double contrast = contrast_of(&table, tried, &behind);
+
+                if (contrast > most) {
+                    most = contrast;
+                    memcpy(better, tried, sizeof better);
+                }
+            }
+        }
+        memcpy(tissues[id].rgb_linear, better, sizeof better);
     }
 }
 

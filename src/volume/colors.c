@@ -43,26 +43,13 @@ sc_label sc_label_new(int64_t value)
     return label;
 }
 
-/* Two colours whose contrast is at least this look different beside each other, also in shade. */
-#define CONTRAST 0.12
 /* Two colours nearer than this, as the eye sees them, count as the same. */
 #define SAME 0.04
-
-/* @return how well two colours can be told apart by everybody: their distance as the eye sees them,
- * and for the colour-blind, who have fewer colours to tell apart, 1.5 times that. */
-static double contrast(const sc_seen_color *a, const sc_seen_color *b)
-{
-    double least = sc_color_distance(a, b, SC_VISION_FULL);
-
-    for (int vision = SC_VISION_FULL + 1; vision < SC_VISION_COUNT; vision++)
-        least = fmin(least, 1.5 * sc_color_distance(a, b, (sc_vision)vision));
-    return least;
-}
 
 /* @return how bad a contrast is: 0 if it is enough, 1 if there is none. */
 static double penalty(double contrast)
 {
-    const double lacking = contrast < CONTRAST ? 1 - contrast / CONTRAST : 0;
+    const double lacking = contrast < SC_CONTRAST ? 1 - contrast / SC_CONTRAST : 0;
 
     return lacking * lacking;
 }
@@ -84,7 +71,7 @@ static void settle(coloring *c, int id)
     const sc_seen_color seen = sc_see_color(c->volume->labels[id].rgb);
 
     for (int i = 0; i < PALETTE; i++) {
-        c->penalties[id][i] = penalty(contrast(&seen, &c->places[i]));
+        c->penalties[id][i] = penalty(sc_color_contrast(&seen, &c->places[i]));
         c->uses[i] += sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) < SAME;
     }
     c->colored[id] = true;

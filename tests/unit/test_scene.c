@@ -364,6 +364,42 @@ static void covers_step_back(void **state)
     sc_volume_clear(&v);
 }
 
+/* A veil round a skull in two layers, each with openings, round two halves; or ribs, bands round an
+ * axis, instead of the skull. */
+static int head(double x, double y, double z)
+{
+    const double r = sqrt((x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20));
+    const int part = (int)(x / 5) + (int)(y / 5) + (int)(z / 5);
+
+    return r > 19 ? 0 : r > 17 ? 1 : r > 13 ? 2 + part % 2 : x < 20 ? 4 : 5;
+}
+
+static int chest(double x, double y, double z)
+{
+    const double r = hypot(x - 20, y - 20);
+
+    return r > 19 ? 0 : r > 17 ? 1 : r > 14 && (int)(z / 4) % 2 ? 2 : r > 14 ? 0 : x < 20 ? 4 : 5;
+}
+
+static void a_skull_in_parts_steps_back_and_ribs_do_not(void **state)
+{
+    const int size[3] = {40, 40, 40};
+    sc_volume v = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, head);
+    sc_volume w = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, chest);
+    int layers[6];
+
+    (void)state;
+    assert_ok(sc_find_covers(&quiet, &v, NULL, layers, NULL));
+    assert_int_equal(layers[1], 1);
+    assert_true(layers[2] > 1 && layers[3] > 1);
+    assert_int_equal(layers[4] + layers[5], 0);
+    assert_ok(sc_find_covers(&quiet, &w, NULL, layers, NULL));
+    assert_int_equal(layers[1], 1);
+    assert_int_equal(layers[2] + layers[4] + layers[5], 0);
+    sc_volume_clear(&v);
+    sc_volume_clear(&w);
+}
+
 /* Only where tissues as light as white are much of what is seen, white gives way to slate, from
  * which all colours of the palette keep away. */
 static void white_tissues_get_a_dark_background(void **state)
@@ -396,6 +432,48 @@ static void white_tissues_get_a_dark_background(void **state)
         for (int vision = 0; vision < SC_VISION_COUNT; vision++)
             assert_true(sc_color_distance(&slate, &seen, (sc_vision)vision) > 0.15);
     }
+}
+
+/* Colours that nobody has given keep away from any background; those that were given stay. */
+static void automatic_colours_can_be_told_from_any_background(void **state)
+{
+    enum { COLORS = 24 };
+    sc_tissue own[COLORS + 1] = {{0}}, tissues[COLORS + 1];
+    sc_srgb_table table;
+    int changed = 0;
+
+    (void)state;
+    sc_srgb_table_init(&table);
+    for (int i = 1; i <= COLORS; i++) {
+        uint8_t rgb[3];
+
+        sc_label_base_color(i, rgb);
+        for (int c = 0; c < 3; c++)
+            own[i].rgb_linear[c] = (float)sc_srgb_to_linear(rgb[c] / 255.0);
+    }
+    for (int n = 0; n < 216; n++) { /* backgrounds */
+        const uint8_t background[3] = {(uint8_t)(n % 6 * 51), (uint8_t)(n / 6 % 6 * 51),
+                                       (uint8_t)(n / 36 * 51)};
+        const sc_seen_color behind = sc_see_color(background);
+
+        memcpy(tissues, own, sizeof own);
+        tissues[n % COLORS + 1].color_given = true;
+        sc_part_from_background(COLORS + 1, background, tissues);
+        for (int i = 1; i <= COLORS; i++) {
+            sc_seen_color seen;
+            uint8_t rgb[3];
+
+            for (int c = 0; c < 3; c++)
+                rgb[c] = sc_srgb_level(&table, tissues[i].rgb_linear[c]);
+            seen = sc_see_color(rgb);
+            if (tissues[i].color_given)
+                assert_memory_equal(tissues[i].rgb_linear, own[i].rgb_linear, sizeof(float[3]));
+            else
+                assert_true(sc_color_contrast(&seen, &behind) >= SC_CONTRAST);
+            changed += memcmp(tissues[i].rgb_linear, own[i].rgb_linear, sizeof(float[3])) != 0;
+        }
+    }
+    assert_true(changed > 216 && changed < 216 * COLORS / 3); /* and only where it is needed */
 }
 
 static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
@@ -457,6 +535,8 @@ int main(void)
         cmocka_unit_test(thicker_tissues_are_more_opaque),
         cmocka_unit_test(automatic_opacity_is_absolute),
         cmocka_unit_test(covers_step_back),
+        cmocka_unit_test(automatic_colours_can_be_told_from_any_background),
+        cmocka_unit_test(a_skull_in_parts_steps_back_and_ribs_do_not),
         cmocka_unit_test(white_tissues_get_a_dark_background),
         cmocka_unit_test(tissues_with_the_same_exceptions_share_a_clip_set),
     };
