@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#define _DEFAULT_SOURCE /* madvise */
 #include "segcast/base.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 #ifdef __GLIBC__
 #include <malloc.h>
 #if __GLIBC_PREREQ(2, 33)
@@ -37,12 +41,31 @@ sc_status sc_alloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
     return SC_OK;
 }
 
+/* Set a new block to zero. Linux takes the whole pages of a large one back and gives zeros when
+ * they are accessed: those that never are take no memory. */
+static void clear(char *block, size_t bytes)
+{
+#if defined(__linux__) && defined(MADV_DONTNEED)
+    enum { LARGE_BYTES = 1 << 24 };
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const size_t before = (page - (uintptr_t)block % page) % page;
+    const size_t whole = bytes > before ? (bytes - before) / page * page : 0;
+
+    if (whole >= LARGE_BYTES && !madvise(block + before, whole, MADV_DONTNEED)) {
+        memset(block, 0, before);
+        memset(block + before + whole, 0, bytes - before - whole);
+        return;
+    }
+#endif
+    memset(block, 0, bytes);
+}
+
 sc_status sc_zalloc(const sc_ctx *ctx, size_t count, size_t size, void **out)
 {
     sc_status status = sc_alloc(ctx, count, size, out);
 
     if (status == SC_OK)
-        memset(*out, 0, count * size);
+        clear(*out, count * size);
     return status;
 }
 

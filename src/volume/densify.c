@@ -33,7 +33,7 @@ typedef struct label_pass {
     uint64_t *runs;          /* [SC_LABELS_MAX], by first id: runs of equal voxels along x */
     bool keep_ids;
     int id_bytes; /* 1 or 2 */
-    void *ids;    /* [voxels] of id_bytes each, first ids; NULL unless keep_ids */
+    void *ids;    /* [voxels] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
 } label_pass;
 
 /* The slot that holds @p value, or else the free one where it belongs: Fibonacci hashing
@@ -52,13 +52,15 @@ static size_t slot_of(const value_set *set, int64_t value)
 static sc_status widen_ids(label_pass *pass, size_t done)
 {
     void *block;
-    sc_status status = sc_alloc(pass->ctx, pass->voxels, sizeof(uint16_t), &block);
+    sc_status status = sc_zalloc(pass->ctx, pass->voxels, sizeof(uint16_t), &block);
     uint16_t *wide = block;
 
     if (status != SC_OK)
         return status;
-    for (size_t i = 0; i < done; i++)
-        wide[i] = ((const uint8_t *)pass->ids)[i];
+    for (size_t i = 0; i < done; i++) {
+        if (((const uint8_t *)pass->ids)[i])
+            wide[i] = ((const uint8_t *)pass->ids)[i];
+    }
     sc_free(pass->ids);
     pass->ids = wide;
     pass->id_bytes = sizeof(uint16_t);
@@ -148,7 +150,7 @@ static sc_status visit_block(label_pass *pass, const int64_t *values, size_t beg
         }
         count_run(&pass->tallies[id], at, end - i);
         pass->runs[id]++;
-        if (pass->keep_ids)
+        if (pass->keep_ids && id != 0) /* pages of background alone are never touched */
             fill_ids(pass, begin + (size_t)i, end - i, id);
         at[0] += end - i;
         if (at[0] == size[0]) {
@@ -244,13 +246,17 @@ static void renumber(label_pass *pass, const uint16_t *final)
     if (pass->id_bytes == 1) {
         uint8_t *ids = pass->ids;
 
-        for (size_t i = 0; i < pass->voxels; i++)
-            ids[i] = (uint8_t) final[ids[i]];
+        for (size_t i = 0; i < pass->voxels; i++) {
+            if (ids[i]) /* background keeps its id */
+                ids[i] = (uint8_t) final[ids[i]];
+        }
     } else {
         uint16_t *ids = pass->ids;
 
-        for (size_t i = 0; i < pass->voxels; i++)
-            ids[i] = final[ids[i]];
+        for (size_t i = 0; i < pass->voxels; i++) {
+            if (ids[i])
+                ids[i] = final[ids[i]];
+        }
     }
 }
 
@@ -324,7 +330,7 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
     pass.tallies = first_tallies;
     pass.runs = runs;
     if (keep_ids)
-        SC_TRY(sc_alloc(ctx, pass.voxels, 1, &pass.ids));
+        SC_TRY(sc_zalloc(ctx, pass.voxels, 1, &pass.ids));
     SC_TRY(visit_voxels(&pass));
     SC_TRY(order_labels(&pass, &found, &final_tallies, final));
     warn_of_grey_values(&pass, &found);

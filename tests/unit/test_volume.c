@@ -660,6 +660,47 @@ static void a_scan_needs_little_memory(void **state)
     unlink("t.nrrd");
 }
 
+/* Where a volume holds background alone, its ids take no memory (on Linux). Labels in falling order
+ * are numbered anew, and more than 256 take wider ids, which must not touch it either. */
+static void background_takes_little_memory(void **state)
+{
+    enum { SIDE = 512, MOST_BYTES = 24 << 20, LABELS = 300 };
+
+    (void)state;
+    for (int labels = 1; labels <= LABELS; labels += LABELS - 1) {
+        const size_t voxels = (size_t)SIDE * SIDE * SIDE / 4;
+        uint64_t before;
+        size_t colored = 0;
+        sc_volume v;
+        FILE *file = fopen("t.nrrd", "wb");
+
+        assert_non_null(file);
+        fprintf(file,
+                "NRRD0004\ntype: uint16\nendian: little\ndimension: 3\nsizes: %d %d %d\n"
+                "encoding: raw\n\n",
+                SIDE, SIDE, SIDE / 4);
+        for (int i = 0; i < labels; i++) {
+            fputc((labels - i) & 255, file);
+            fputc((labels - i) >> 8, file);
+        }
+        fflush(file);
+        assert_int_equal(ftruncate(fileno(file), ftell(file) + (off_t)(voxels - labels) * 2), 0);
+        fclose(file);
+        before = sc_peak_rss();
+        assert_ok(sc_volume_read(&quiet, "t.nrrd", &v));
+#ifdef __linux__
+        assert_true(sc_peak_rss() - before < MOST_BYTES);
+#endif
+        for (int i = 0; i < labels; i++)
+            assert_int_equal(v.labels[id_at(&v, i)].value, labels - i);
+        for (size_t i = 0; i < voxels; i++)
+            colored += (v.label_bytes == 1 ? ((uint8_t *)v.ids)[i] : ((uint16_t *)v.ids)[i]) != 0;
+        assert_int_equal(colored, labels);
+        sc_volume_clear(&v);
+    }
+    unlink("t.nrrd");
+}
+
 /* For sc_ctx.write: keep the last warning in @p user. */
 static void warned(void *user, sc_log_level level, const char *text)
 {
@@ -834,6 +875,7 @@ int main(void)
         cmocka_unit_test(whether_a_volume_reads_a_file_is_never_guessed),
         cmocka_unit_test(a_scan_finds_the_labels_of_every_encoding),
         cmocka_unit_test(a_scan_needs_little_memory),
+        cmocka_unit_test(background_takes_little_memory),
         cmocka_unit_test(nrrd_lines_and_bytes_before_the_voxels_are_skipped),
         cmocka_unit_test(a_header_and_a_table_name_labels_together),
         cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),
