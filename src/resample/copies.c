@@ -9,9 +9,11 @@
 #include <string.h>
 
 enum {
-    FEWEST_EDGES = 8,   /* fewer say nothing: a few boxes have edges on many a regular grid */
-    TRIALS_PER_LINE = 8 /* steps that are tried differ by a plane over so many regular planes times
-                           their number: the last one is then moved by an eighth of a plane */
+    FEWEST_EDGES = 8,    /* fewer say nothing: a few boxes have edges on many a regular grid */
+    TRIALS_PER_LINE = 8, /* steps that are tried differ by a plane over so many regular planes times
+                            their number: the last one is then moved by an eighth of a plane */
+    REFINEMENTS = 16     /* steps that are tried on either side of one that nearly fits: where all
+                            planes are edges only steps within a ten-thousandth fit */
 };
 /* The share of the regular planes between the first and the last edge that must be edges. */
 #define LEAST_FILLED 0.5
@@ -107,22 +109,44 @@ static double arc_of(double *residues, int count, double step, double *begin)
     return step - widest;
 }
 
-/* Do the edges lie on planes @p step apart, each rounded to a whole plane, and are most of these
- * planes edges? @param at [count] rising. @param residues scratch, [count]. @param phase receives
- * where such a plane lies. @return how far the edges lie off such planes, together; HUGE_VAL if
- * they do not lie on them. */
-static double spread_on_planes(const int *at, int count, double step, double *residues,
-                               double *phase)
+/* Planes @p step apart, one of which lies at @p phase, and how far edges lie off them, together. */
+typedef struct planes {
+    double step, phase, spread;
+} planes;
+
+/* @return the planes @p step apart that are nearest to the edges. The spread is HUGE_VAL if too few
+ * of them are edges. @param at [count] rising. @param residues scratch, [count]. */
+static planes planes_of(const int *at, int count, double step, double *residues)
 {
     double begin, arc;
 
-    if (count < LEAST_FILLED * ((at[count - 1] - at[0]) / step + 1))
-        return HUGE_VAL;
+    if (step < FEWEST_COPIES || count < LEAST_FILLED * ((at[count - 1] - at[0]) / step + 1))
+        return (planes){.step = step, .spread = HUGE_VAL};
     for (int i = 0; i < count; i++)
         residues[i] = fmod(at[i], step);
     arc = arc_of(residues, count, step, &begin);
-    *phase = begin + arc / 2;
-    return arc < (step > floor(step) ? ROUNDING : 1e-6) ? arc : HUGE_VAL;
+    return (planes){step, begin + arc / 2, arc};
+}
+
+/* @return the best of the planes whose step differs from that of @p p by at most @p range / 2. */
+static planes refine(const int *at, int count, planes p, double range, double *residues)
+{
+    planes best = p;
+
+    for (int n = -REFINEMENTS; n <= REFINEMENTS; n++) {
+        const double step = p.step + n * range / (2 * REFINEMENTS);
+        const planes tried = planes_of(at, count, step, residues);
+
+        if (tried.spread < best.spread)
+            best = tried;
+    }
+    return best;
+}
+
+/* @return whether all edges lie on the planes, each rounded to a whole one. */
+static bool fits(const planes *p)
+{
+    return p->spread < (p->step > floor(p->step) ? ROUNDING : 1e-6);
 }
 
 /* Find the planes on which all edges along an axis lie. The least distance of two edges is that of
@@ -131,7 +155,7 @@ static double spread_on_planes(const int *at, int count, double step, double *re
  * phase of the axis, which are left alone if there are none. */
 static void find_planes(const int *at, int count, int axis, double *residues, sc_drawn_grid *grid)
 {
-    double best = HUGE_VAL, phase = 0;
+    planes best = {.spread = HUGE_VAL};
     int least, trials;
 
     if (count < FEWEST_EDGES)
@@ -140,19 +164,21 @@ static void find_planes(const int *at, int count, int axis, double *residues, sc
     for (int i = 2; i < count; i++)
         least = at[i] - at[i - 1] < least ? at[i] - at[i - 1] : least;
     trials = TRIALS_PER_LINE * ((at[count - 1] - at[0]) / least + 1);
-    for (int n = 0; n <= trials && best > 0; n++) { /* the whole number first */
-        const double step = n == 0 ? least : least + 1 - (double)n / (trials + 1);
-        const double spread =
-            step < FEWEST_COPIES ? HUGE_VAL : spread_on_planes(at, count, step, residues, &phase);
+    for (int n = 0; n <= trials && best.spread > 0; n++) { /* the whole number first */
+        const double range = 1.0 / (trials + 1);
+        planes tried = planes_of(at, count, n == 0 ? least : least + 1 - n * range, residues);
 
-        if (spread >= best)
-            continue;
-        best = spread;
-        grid->copies[axis] = step;
-        grid->phase[axis] = fmod(phase, step);
-        if (grid->phase[axis] > 1e-9)
-            grid->phase[axis] -= step;
+        if (n > 0 && tried.spread < ROUNDING + 1.0 / TRIALS_PER_LINE)
+            tried = refine(at, count, tried, range, residues);
+        if (fits(&tried) && tried.spread < best.spread)
+            best = tried;
     }
+    if (best.spread == HUGE_VAL)
+        return;
+    grid->copies[axis] = best.step;
+    grid->phase[axis] = fmod(best.phase, best.step);
+    if (grid->phase[axis] > 1e-9)
+        grid->phase[axis] -= best.step;
 }
 
 sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int threads,

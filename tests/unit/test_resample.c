@@ -102,6 +102,27 @@ static void copied_voxels_are_found_and_removed(void **state)
     }
 }
 
+/* Voxels drawn at random, each copied 3.0781 times along x. */
+static int random_id(double x, double y, double z)
+{
+    const uint64_t n = (uint64_t)(floor((x + 1.06) / 3.0781) + 1000 * y + 100000 * z);
+
+    return n * 0x9e3779b97f4a7c15u >> 63;
+}
+
+static void copies_are_found_among_many_planes(void **state)
+{
+    const int size[3] = {480, 9, 9};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 2, random_id);
+    sc_drawn_grid grid;
+
+    (void)state;
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    assert_true(fabs(grid.copies[0] - 3.0781) < 0.001);
+    assert_true(grid.copies[1] == 1 && grid.copies[2] == 1);
+    sc_volume_clear(&v);
+}
+
 static void volumes_that_were_not_copied_stay_as_they_are(void **state)
 {
     const double spacing[3] = {1, 1.2, 1.6};
@@ -263,10 +284,12 @@ static void closed_skins_stay_closed(void **state)
         check_skin();
 }
 
-/* A block that is covered by a sheet in one slice alone. */
+/* A block and a step on it, between which a sheet lies that covers the block in one slice. */
 static int patch_id(double x, double y, double z)
 {
-    return x < 20 ? 1 : x == 20 && y > 5 && y < 25 && z == 4 ? 2 : 0;
+    if (z == 4 && x > 8 && x < 22 && y > 5 && y < 25)
+        return 2;
+    return x < 26 && (z < 4 || x < 16);
 }
 
 static void sheets_end_between_slices(void **state)
@@ -360,6 +383,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(copied_voxels_are_found_and_removed),
+        cmocka_unit_test(copies_are_found_among_many_planes),
         cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
         cmocka_unit_test(layers_between_slices_keep_the_slices),
         cmocka_unit_test(closed_skins_stay_closed),
