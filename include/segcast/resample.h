@@ -42,8 +42,11 @@ bool sc_is_resampled(const sc_drawn_grid *grid);
 void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes);
 /** Write the voxels along each axis that sc_resample makes of @p volume to @p size. */
 void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3]);
-/** @return about how many bytes sc_resample takes beside the result. */
-double sc_resample_bytes(const sc_volume *volume, const sc_drawn_grid *grid);
+/** Write about how many bytes sc_resample takes beside the volume and the result to @p out: what is
+ * at work of each label, within the box of its voxels, of a few slices at a time. @param threads as
+ * of sc_parallel_for. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume,
+                                        const sc_drawn_grid *grid, int threads, double *out);
 
 /** Bring a volume to the grid that sc_find_drawn_grid has found, in place: copied voxels are
  * replaced by one each, and layers are put between thick slices (thick.c tells how). Ids and labels

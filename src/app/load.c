@@ -409,13 +409,15 @@ static sc_status resample_volume(const sc_app *app, const char *path, sc_volume 
 {
     const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
     sc_drawn_grid grid;
+    double bytes;
     int size[3];
     sc_status status;
 
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+    SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
     sc_resampled_size(volume, &grid, size);
-    if (sc_volume_memory_check(&silent, path, size, sc_resample_bytes(volume, &grid)) != SC_OK) {
+    if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
         sc_warn(app->ctx,
                 "%s: --max-memory leaves no room for layers between its slices, so slices will "
                 "show as steps",

@@ -10,66 +10,6 @@
  * Farther away another label is always nearer. */
 #define MARGIN 2.5
 
-/* ---- boxes ---- */
-
-/* What the threads that look for the boxes of labels share: [threads][label_count] boxes in voxels.
- */
-typedef struct box_work {
-    const stack *s;
-    int label_count;
-    sc_label_tally *boxes;
-} box_work;
-
-/* Grow the boxes of the labels in the slices [begin, end); an sc_range_fn on box_work. */
-static void box_slices(void *user, size_t begin, size_t end, int thread)
-{
-    const box_work *w = user;
-    sc_label_tally *boxes = w->boxes + (size_t)thread * (size_t)w->label_count;
-    const int nx = w->s->size[0], ny = w->s->size[1];
-
-    for (int z = (int)begin; z < (int)end; z++) {
-        for (int y = 0; y < ny; y++) {
-            const uint16_t *row = w->s->ids + ((size_t)z * (size_t)ny + (size_t)y) * (size_t)nx;
-
-            for (int x = 0, last; x < nx; x = last + 1) {
-                sc_label_tally *box = &boxes[row[x]];
-
-                for (last = x; last + 1 < nx && row[last + 1] == row[x];)
-                    last++;
-                if (!box->voxels)
-                    *box = (sc_label_tally){0, {x, y, z}, {last, y, z}};
-                box->voxels += (uint64_t)(last - x + 1);
-                box->low[0] = x < box->low[0] ? x : box->low[0];
-                box->low[1] = y < box->low[1] ? y : box->low[1];
-                box->low[2] = z < box->low[2] ? z : box->low[2];
-                box->high[0] = last > box->high[0] ? last : box->high[0];
-                box->high[1] = y > box->high[1] ? y : box->high[1];
-                box->high[2] = z > box->high[2] ? z : box->high[2];
-            }
-        }
-    }
-}
-
-/* Join the boxes of a label that the threads have found in boxes[id]. */
-static void join_boxes(const box_work *w, int threads, int id)
-{
-    sc_label_tally *all = &w->boxes[id];
-
-    for (int t = 1; t < threads; t++) {
-        const sc_label_tally *box = &w->boxes[(size_t)t * (size_t)w->label_count + (size_t)id];
-
-        if (!box->voxels)
-            continue;
-        if (!all->voxels)
-            *all = *box;
-        all->voxels += box->voxels;
-        for (int i = 0; i < 3; i++) {
-            all->low[i] = box->low[i] < all->low[i] ? box->low[i] : all->low[i];
-            all->high[i] = box->high[i] > all->high[i] ? box->high[i] : all->high[i];
-        }
-    }
-}
-
 /* @return how many pixels a box is wide, or high. */
 static size_t length_of(const label_box *box, int axis)
 {
@@ -91,26 +31,21 @@ static label_box with_margin(const stack *s, const sc_label_tally *voxels, int i
     return box;
 }
 
-sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, int label_count, int slots,
-                            int threads, distances *d)
+sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, const sc_label_tally *voxels,
+                            int label_count, int slots, int threads, distances *d)
 {
-    box_work w = {s, label_count, NULL};
     void *block;
     sc_status status;
 
     *d = (distances){.s = s, .slots = slots, .threads = threads};
-    SC_TRY(sc_zalloc(ctx, (size_t)threads * (size_t)label_count, sizeof *w.boxes, &block));
-    w.boxes = block;
     SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *d->boxes, &block));
     d->boxes = block;
-    sc_parallel_for(threads, (size_t)s->size[2], 1, box_slices, &w);
     for (int id = 0; id < label_count; id++) {
         label_box *box = &d->boxes[d->count];
 
-        join_boxes(&w, threads, id);
-        if (!w.boxes[id].voxels)
+        if (!voxels[id].voxels)
             continue;
-        *box = with_margin(s, &w.boxes[id], id, d->room);
+        *box = with_margin(s, &voxels[id], id, d->room);
         d->room += length_of(box, 0) * length_of(box, 1);
         d->count++;
     }
@@ -119,8 +54,21 @@ sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, int label_count, 
     SC_TRY(sc_alloc(ctx, (size_t)threads * 3 * (size_t)s->size[0], sizeof *d->scratch, &block));
     d->scratch = block;
 out:
-    sc_free(w.boxes);
     return status;
+}
+
+double sc_distances_bytes(const stack *s, const sc_label_tally *voxels, int label_count, int slots,
+                          int threads)
+{
+    double room = 0;
+
+    for (int id = 0; id < label_count; id++) {
+        const label_box box = with_margin(s, &voxels[id], id, 0);
+
+        if (voxels[id].voxels)
+            room += (double)length_of(&box, 0) * (double)length_of(&box, 1);
+    }
+    return (slots * room + 3.0 * threads * s->size[0]) * sizeof(float);
 }
 
 void sc_distances_clear(distances *d)
@@ -152,7 +100,7 @@ static const uint16_t *ids_of(const distances *d, const label_box *box, int z, i
 static void measure_columns(const distances *d, const label_box *box, int z, float *out)
 {
     const size_t nx = length_of(box, 0);
-    const uint16_t *ids = ids_of(d, box, z, box->low[1]);
+    const uint16_t *ids;
 
     for (size_t x = 0; x < nx; x++)
         out[x] = NO_BORDER;

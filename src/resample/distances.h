@@ -39,10 +39,14 @@ typedef struct distances {
 #define NO_BORDER 1e9f
 
 /* Set up distances, none of them measured yet, of all labels of a stack. @param s is borrowed until
- * the end. @param slots how many slices are to be held. @return SC_ERR_MEMORY; call
- * sc_distances_clear even then. */
-SC_MUST_USE sc_status sc_distances_open(const sc_ctx *ctx, const stack *s, int label_count,
-                                        int slots, int threads, distances *d);
+ * the end. @param voxels [label_count] the boxes of the labels in the stack. @param slots how many
+ * slices are to be held. @return SC_ERR_MEMORY; call sc_distances_clear even then. */
+SC_MUST_USE sc_status sc_distances_open(const sc_ctx *ctx, const stack *s,
+                                        const sc_label_tally *voxels, int label_count, int slots,
+                                        int threads, distances *d);
+/* @return how many bytes distances take. Of the stack only size and steps are needed. */
+double sc_distances_bytes(const stack *s, const sc_label_tally *voxels, int label_count, int slots,
+                          int threads);
 /* Free what distances own, and set them to zero. */
 void sc_distances_clear(distances *d);
 

@@ -25,6 +25,16 @@ int sc_resample_drawn_within(int size, double copies, double phase);
 SC_MUST_USE sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis,
                                                 double copies, double phase);
 
+/* Find the boxes of all labels, in voxels. @param out receives [label_count], the caller owns it.
+ * @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_resample_find_boxes(const sc_ctx *ctx, const sc_volume *v, int threads,
+                                             sc_label_tally **out);
+
+/* @return how many bytes sc_resample_split_slices takes beside the result, of a volume of which
+ * only size, geometry and the number of labels are needed, and the boxes of its labels. */
+double sc_resample_split_bytes(const sc_volume *v, const sc_label_tally *boxes, int axis,
+                               int threads);
+
 /* Split each slice across @p axis into @p split layers, an odd number, in place. @return
  * SC_ERR_MEMORY, the volume unchanged. */
 SC_MUST_USE sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, int split,

@@ -4,10 +4,7 @@
 
 #include <stdio.h>
 
-enum {
-    MOST_LAYERS = 15,    /* into which a drawn voxel is split */
-    BYTES_PER_VOXEL = 12 /* of a stack of slices at work: ids, marks, memberships */
-};
+enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Drawn voxels are split until they are at most so many times as long as the shortest. */
 #define LONGEST_LAYER 1.5
 
@@ -60,16 +57,46 @@ void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int s
                   grid->split[i];
 }
 
-double sc_resample_bytes(const sc_volume *volume, const sc_drawn_grid *grid)
+/* Scale size, spacing and the boxes of labels along an axis: @p factor old voxels become one. */
+static void scale_axis(sc_volume *v, sc_label_tally *boxes, int axis, double factor, int size)
 {
-    double voxels = 1;
-    bool split = false;
-
-    for (int i = 0; i < 3; i++) {
-        voxels *= volume->size[i] / grid->copies[i];
-        split = split || grid->split[i] > 1;
+    v->size[axis] = size;
+    for (int i = 0; i < 3; i++)
+        v->to_ras_mm.m[i][axis] *= factor;
+    for (int id = 0; id < v->label_count; id++) {
+        boxes[id].low[axis] = (int)fmin(boxes[id].low[axis] / factor, size - 1);
+        boxes[id].high[axis] = (int)fmin((boxes[id].high[axis] + 1) / factor, size - 1);
     }
-    return split ? voxels * BYTES_PER_VOXEL : 0;
+}
+
+sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc_drawn_grid *grid,
+                            int threads, double *out)
+{
+    sc_volume v = *volume; /* of which only size and geometry are used */
+    const sc_drawn_grid whole = {.copies = {grid->copies[0], grid->copies[1], grid->copies[2]},
+                                 .phase = {grid->phase[0], grid->phase[1], grid->phase[2]},
+                                 .split = {1, 1, 1}};
+    sc_label_tally *boxes = NULL;
+    double most = 0;
+    int size[3];
+    sc_status status = SC_OK;
+
+    if (grid->split[0] > 1 || grid->split[1] > 1 || grid->split[2] > 1) {
+        SC_TRY(sc_resample_find_boxes(ctx, volume, threads, &boxes));
+        sc_resampled_size(volume, &whole, size);
+        for (int i = 0; i < 3; i++)
+            scale_axis(&v, boxes, i, grid->copies[i], size[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        if (grid->split[i] == 1)
+            continue;
+        most = fmax(most, sc_resample_split_bytes(&v, boxes, i, threads));
+        scale_axis(&v, boxes, i, 1.0 / grid->split[i], v.size[i] * grid->split[i]);
+    }
+    *out = most;
+out:
+    sc_free(boxes);
+    return status;
 }
 
 sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid, int threads)

@@ -13,8 +13,9 @@
 #include <string.h>
 
 enum {
-    GAPS = 8,   /* between slices, which are filled at a time */
-    AROUND = 4, /* slices from which a layer follows: two on either side */
+    GAPS = 8,                 /* between slices, which are filled at a time */
+    AROUND = 4,               /* slices from which a layer follows: two on either side */
+    SLOTS = GAPS + AROUND - 1 /* slices whose distances are held at a time */
 };
 /* The limits of a distance in the next slice, in distances of slices: at least LEAST_LIMIT from the
  * border, and as far as CHANGE_LIMIT from the distance in this slice. */
@@ -312,7 +313,7 @@ static void fill_gaps(void *user, size_t begin, size_t end, int thread)
 
         find_winners(w, &layer, z, least, winner);
         keep_sheets(w, z, (double)step / w->split, winner);
-        store_layer(w, winner, (size_t)(z * w->split + w->split / 2 + step));
+        store_layer(w, winner, (size_t)z * (size_t)w->split + (size_t)(w->split / 2 + step));
     }
 }
 
@@ -351,12 +352,51 @@ static void fill_layers(thick_work *w, int threads)
     }
 }
 
-/* Fill size, steps and ids of a stack: the volume with @p axis last. @return SC_ERR_MEMORY. */
-static sc_status make_stack(const sc_ctx *ctx, const sc_volume *v, int axis, stack *s)
+/* The axes of a volume in the order of those of its stack of slices across one of them. */
+typedef struct axes {
+    int of[3];
+} axes;
+
+static axes axes_across(int axis)
+{
+    return (axes){{axis == 0, axis == 2 ? 1 : 2, axis}};
+}
+
+/* @return a stack without ids, the volume with @p axis last. */
+static stack stack_of(const sc_volume *v, int axis)
+{
+    const axes order = axes_across(axis);
+    const double distance_mm = sc_vec3_length(sc_affine_column(&v->to_ras_mm, axis));
+    stack s = {.ids = NULL};
+
+    for (int i = 0; i < 3; i++)
+        s.size[i] = v->size[order.of[i]];
+    for (int i = 0; i < 2; i++) {
+        const sc_vec3 width = sc_affine_column(&v->to_ras_mm, order.of[i]);
+
+        s.step[i] = (float)(sc_vec3_length(width) / distance_mm);
+    }
+    return s;
+}
+
+/* @return a box of a volume along the axes of its stack. */
+static sc_label_tally turned_box(const sc_label_tally *box, int axis)
+{
+    const axes order = axes_across(axis);
+    sc_label_tally turned = {.voxels = box->voxels};
+
+    for (int i = 0; i < 3; i++) {
+        turned.low[i] = box->low[order.of[i]];
+        turned.high[i] = box->high[order.of[i]];
+    }
+    return turned;
+}
+
+/* Fill the ids of a stack. @return SC_ERR_MEMORY. */
+static sc_status fill_stack(const sc_ctx *ctx, const sc_volume *v, int axis, stack *s)
 {
     const size_t strides[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
-    const int order[3] = {axis == 0, axis == 2 ? 1 : 2, axis};
-    const double distance_mm = sc_vec3_length(sc_affine_column(&v->to_ras_mm, axis));
+    const axes order = axes_across(axis);
     void *block;
     sc_status status = sc_alloc(ctx, sc_volume_voxels(v), sizeof *s->ids, &block);
     uint16_t *to = block;
@@ -364,16 +404,12 @@ static sc_status make_stack(const sc_ctx *ctx, const sc_volume *v, int axis, sta
     if (status != SC_OK)
         return status;
     s->ids = block;
-    for (int i = 0; i < 3; i++)
-        s->size[i] = v->size[order[i]];
-    for (int i = 0; i < 2; i++)
-        s->step[i] =
-            (float)(sc_vec3_length(sc_affine_column(&v->to_ras_mm, order[i])) / distance_mm);
     for (size_t z = 0; z < (size_t)s->size[2]; z++) {
         for (size_t y = 0; y < (size_t)s->size[1]; y++) {
             for (size_t x = 0; x < (size_t)s->size[0]; x++)
-                *to++ = (uint16_t)id_of_voxel(v, x * strides[order[0]] + y * strides[order[1]] +
-                                                     z * strides[order[2]]);
+                *to++ =
+                    (uint16_t)id_of_voxel(v, x * strides[order.of[0]] + y * strides[order.of[1]] +
+                                                 z * strides[order.of[2]]);
         }
     }
     return SC_OK;
@@ -382,26 +418,30 @@ static sc_status make_stack(const sc_ctx *ctx, const sc_volume *v, int axis, sta
 /* Set where the result is written: a volume like @p v with more planes along @p axis. */
 static void set_strides(const sc_volume *v, int axis, int split, thick_work *w)
 {
-    const int order[3] = {axis == 0, axis == 2 ? 1 : 2, axis};
+    const axes order = axes_across(axis);
     size_t strides[3] = {1, 1, 1};
 
     for (int i = 1; i < 3; i++)
         strides[i] = strides[i - 1] * (size_t)v->size[i - 1] * (size_t)(i - 1 == axis ? split : 1);
     for (int i = 0; i < 3; i++)
-        w->stride[i] = strides[order[i]];
+        w->stride[i] = strides[order.of[i]];
 }
 
 sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, int split,
                                    int threads)
 {
-    stack s = {0};
+    stack s = stack_of(v, axis);
+    sc_label_tally *boxes = NULL;
     thick_work w = {.s = &s, .split = split, .out_bytes = v->label_bytes};
     void *block;
     sc_status status;
 
-    SC_TRY(make_stack(ctx, v, axis, &s));
     w.pixels = (size_t)s.size[0] * (size_t)s.size[1];
-    SC_TRY(sc_distances_open(ctx, &s, v->label_count, GAPS + AROUND - 1, threads, &w.d));
+    SC_TRY(fill_stack(ctx, v, axis, &s));
+    SC_TRY(sc_resample_find_boxes(ctx, v, threads, &boxes));
+    for (int id = 0; id < v->label_count; id++)
+        boxes[id] = turned_box(&boxes[id], axis);
+    SC_TRY(sc_distances_open(ctx, &s, boxes, v->label_count, SLOTS, threads, &w.d));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &block));
     w.sheet = block;
     SC_TRY(sc_alloc(ctx, (size_t)threads * w.pixels, sizeof *w.least, &block));
@@ -414,9 +454,26 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
     sc_resample_set_planes(v, w.out, axis, v->size[axis] * split, 0.5 / split - 0.5, 1.0 / split);
 out:
     sc_distances_clear(&w.d);
+    sc_free(boxes);
     sc_free(s.ids);
     sc_free(w.sheet);
     sc_free(w.least);
     sc_free(w.winner);
     return status;
+}
+
+double sc_resample_split_bytes(const sc_volume *v, const sc_label_tally *boxes, int axis,
+                               int threads)
+{
+    const stack s = stack_of(v, axis);
+    const double pixels = (double)s.size[0] * s.size[1];
+    double bytes = pixels * s.size[2] * (sizeof *s.ids + 1); /* and the marks of sheets */
+
+    for (int id = 0; id < v->label_count; id++) {
+        const sc_label_tally box = turned_box(&boxes[id], axis);
+
+        bytes += sc_distances_bytes(&s, &box, 1, SLOTS, 0);
+    }
+    return bytes + threads * (pixels * (sizeof(float) + sizeof(uint32_t)) +
+                              3.0 * s.size[0] * sizeof(float));
 }

@@ -354,6 +354,42 @@ static void oblique_and_round_tissue_keeps_its_volume(void **state)
     sc_volume_clear(&v);
 }
 
+/* A label in one voxel, or one at two ends. */
+static int small_id(double x, double y, double z)
+{
+    return x == 30 && y == 30 && z == 4;
+}
+static int wide_id(double x, double y, double z)
+{
+    return (x == 1 && y == 1 && z == 4) || (x == 58 && y == 58 && z == 4);
+}
+
+/* @return how many bytes resampling a volume of 60 x 60 x @p slices voxels takes. */
+static double bytes_of(int slices, double slice_mm, int threads, int (*id)(double, double, double))
+{
+    const int size[3] = {60, 60, slices};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, slice_mm}, 1, 2, id);
+    sc_drawn_grid grid;
+    double bytes = -1;
+
+    assert_ok(sc_find_drawn_grid(&quiet, &v, 2, &grid));
+    assert_ok(sc_resample_bytes(&quiet, &v, &grid, threads, &bytes));
+    sc_volume_clear(&v);
+    return bytes;
+}
+
+static void bytes_grow_with_boxes_slices_and_threads(void **state)
+{
+    const double least = bytes_of(12, 5, 1, small_id), box = 60 * 60 * sizeof(float);
+
+    (void)state;
+    assert_true(bytes_of(12, 1, 1, small_id) == 0);
+    assert_true(least > 20 * box && least < 27 * box); /* eleven of them of background alone */
+    assert_true(bytes_of(12, 5, 1, wide_id) - least > 8 * box);
+    assert_true(bytes_of(12, 5, 3, small_id) - least > 3 * box);
+    assert_true(bytes_of(40, 5, 1, small_id) - least == 28 * 60 * 60 * 3);
+}
+
 static void lack_of_memory_is_told(void **state)
 {
     const int size[3] = {20, 20, 8};
@@ -389,6 +425,7 @@ int main(void)
         cmocka_unit_test(closed_skins_stay_closed),
         cmocka_unit_test(sheets_end_between_slices),
         cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
+        cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
         cmocka_unit_test(lack_of_memory_is_told),
     };
 
