@@ -532,7 +532,24 @@ static float margin_of(const weights *s, const brick_work *w, int bit)
     return fminf(1 - w->sum[bit] - w->other[bit], 1) * s->gain;
 }
 
-/* Set the margin and the kind of the vertices of @p mask. */
+/* Set the margin and the kind of the wanted vertices at borders between crisp tissues, which is
+ * kind
+ * @p k. */
+static void find_crisp_margins(const filters *f, brick_work *w, int k)
+{
+    for (int i = 0; i < w->carried; i++) {
+        bool found = false;
+
+        for (int j = 0; j < w->count && !found; j++)
+            found = compete(f, w, i, j, k);
+        for (uint64_t left = found ? w->own_bits[i] : 0; left; left &= left - 1) {
+            w->margin[__builtin_ctzll(left)] = f->flat;
+            w->kind[__builtin_ctzll(left)] = (uint8_t)k;
+        }
+    }
+}
+
+/* Set the margin and the kind of the vertices of @p mask, which are the wanted ones. */
 static void find_margins(const filters *f, brick_work *w, uint64_t mask)
 {
     for (uint64_t left = mask; left; left &= left - 1) {
@@ -545,16 +562,7 @@ static void find_margins(const filters *f, brick_work *w, uint64_t mask)
         const weights *s = &f->weights[k];
 
         if (s->crisp) {
-            for (int i = 0; i < w->carried; i++) {
-                bool found = false;
-
-                for (int j = 0; j < w->count && !found; j++)
-                    found = compete(f, w, i, j, k);
-                for (uint64_t left = found ? w->own_bits[i] : 0; left; left &= left - 1) {
-                    w->margin[__builtin_ctzll(left)] = f->flat;
-                    w->kind[__builtin_ctzll(left)] = (uint8_t)k;
-                }
-            }
+            find_crisp_margins(f, w, k);
             continue;
         }
         find_memberships(f, w, s, k, mask);

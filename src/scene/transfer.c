@@ -240,36 +240,40 @@ static double contrast_of(const sc_srgb_table *table, const float rgb_linear[3],
     return sc_color_contrast(&seen, other);
 }
 
-void sc_part_from_background(int label_count, const uint8_t background[3], sc_tissue *tissues)
+/* Make a colour in linear light darker or lighter until its contrast to the background is enough.
+ */
+static void part_color(const sc_srgb_table *table, const sc_seen_color *behind, float rgb_linear[3])
 {
     enum { STEPS = 24 };
+    const float own[3] = {rgb_linear[0], rgb_linear[1], rgb_linear[2]};
+    double most = contrast_of(table, own, behind);
+    float left = 1; /* of the colour, the rest being black or white */
+
+    for (int step = 0; step < STEPS && most < SC_CONTRAST; step++) {
+        left *= 0.9f;
+        for (int white = 0; white < 2; white++) {
+            const float tried[3] = {left * own[0] + (1 - left) * (float)white,
+                                    left * own[1] + (1 - left) * (float)white,
+                                    left * own[2] + (1 - left) * (float)white};
+            const double contrast = contrast_of(table, tried, behind);
+
+            if (contrast > most) {
+                most = contrast;
+                memcpy(rgb_linear, tried, sizeof tried);
+            }
+        }
+    }
+}
+
+void sc_part_from_background(int label_count, const uint8_t background[3], sc_tissue *tissues)
+{
     const sc_seen_color behind = sc_see_color(background);
     sc_srgb_table table;
 
     sc_srgb_table_init(&table);
     for (int id = 1; id < label_count; id++) {
-        const float *own = tissues[id].rgb_linear;
-        float left = 1, better[3]; /* left: of the colour, the rest being black or white */
-        double most = contrast_of(&table, own, &behind);
-
-        if (tissues[id].color_given)
-            continue;
-        memcpy(better, own, sizeof better);
-        for (int step = 0; step < STEPS && most < SC_CONTRAST; step++) {
-            left *= 0.9f;
-            for (int white = 0; white < 2; white++) {
-                const float tried[3] = {left * own[0] + (1 - left) * (float)white,
-                                        left * own[1] + (1 - left) * (float)white,
-                                        left * own[2] + (1 - left) * (float)white};
-                const double contrast = contrast_of(&table, tried, &behind);
-
-                if (contrast > most) {
-                    most = contrast;
-                    memcpy(better, tried, sizeof better);
-                }
-            }
-        }
-        memcpy(tissues[id].rgb_linear, better, sizeof better);
+        if (!tissues[id].color_given)
+            part_color(&table, &behind, tissues[id].rgb_linear);
     }
 }
 
