@@ -232,6 +232,13 @@ int sc_resample_drawn_within(int size, double copies, double phase)
     return (int)ceil((size - 0.5 - phase) / copies) - first_drawn(copies, phase);
 }
 
+int sc_resample_plane_of(int size, double copies, double phase, int n)
+{
+    const double middle = phase + (n + first_drawn(copies, phase) + 0.5) * copies;
+
+    return copies <= 1 ? n : (int)fmin(fmax(floor(middle), 0), size - 1);
+}
+
 sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis, double copies,
                                     double phase)
 {
@@ -251,8 +258,7 @@ sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis, d
     group = stride * (size_t)size[axis];
     for (size_t begin = 0; begin < sc_volume_voxels(v) * (size_t)v->label_bytes; begin += group) {
         for (int n = 0; n < count; n++, to += stride) {
-            const double middle = phase + (n + first + 0.5) * copies;
-            const int plane = (int)fmin(fmax(floor(middle), 0), size[axis] - 1);
+            const int plane = sc_resample_plane_of(size[axis], copies, phase, n);
 
             memcpy(to, (const uint8_t *)v->ids + begin + (size_t)plane * stride, stride);
         }
