@@ -22,23 +22,29 @@ typedef struct sc_drawn_grid {
     double drawn_mm[3]; /**< spacing of the voxels as they were drawn */
     int split[3]; /**< into how many layers each drawn voxel is split along x, y, z: odd, 1 for none
                    */
+    int moved[3]; /**< how many slices across each axis were moved against those around them */
+    double noise; /**< share of the voxels at borders that another label would have if borders were
+                     smooth, from a sample; 0 where slices were moved, which makes borders rough */
 } sc_drawn_grid;
 
-/** Measure how a volume was drawn. Along an axis voxels count as copied if all label borders lie on
- * a regular grid of planes at least two voxels apart, most of which hold some. Nothing is lost then
- * by keeping one of each. The drawn voxels are split along axes where they are over SC_THICK_RATIO
- * times as long as along their shortest one. @param threads as of sc_parallel_for. @return
- * SC_ERR_MEMORY. */
+/** Measure how a volume was drawn. Slices count as moved if they jump to and fro, all borders in
+ * them together, by most of a pixel or more. Along an axis voxels count as copied if all label
+ * borders lie on a regular grid of planes at least two voxels apart, most of which hold some.
+ * Nothing is lost then by keeping one of each. The drawn voxels are split along axes where they are
+ * over SC_THICK_RATIO times as long as along their shortest one. @param threads as of
+ * sc_parallel_for. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
                                          sc_drawn_grid *out);
 /** Slices are thick if they are more than this many times as far apart as their pixels are wide. */
 #define SC_THICK_RATIO 1.7
 
+/** @return whether borders are so noisy that sc_resample smooths them. */
+bool sc_is_noisy(const sc_drawn_grid *grid);
 /** @return whether sc_resample has anything to do. */
 bool sc_is_resampled(const sc_drawn_grid *grid);
 
-/** Write how a volume was drawn and is stored, in words, to @p text, of @p bytes bytes: "drawn
- * at 1.5 x 1.5 x 1.5 mm, stored at 0.3 x 0.3 x 0.3 mm". */
+/** Write what sc_resample changes, in words, to @p text, of @p bytes bytes, 320 of which suffice:
+ * "drawn at 1.5 x 1.5 x 1.5 mm, stored at 0.3 x 0.3 x 0.3 mm". */
 void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes);
 /** Write the voxels along each axis that sc_resample makes of @p volume to @p size. */
 void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3]);
@@ -49,9 +55,10 @@ SC_MUST_USE sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volu
                                         const sc_drawn_grid *grid, int threads, double *out);
 
 /** Bring a volume to the grid that sc_find_drawn_grid has found, in place: copied voxels are
- * replaced by one each, and layers are put between thick slices (thick.c tells how). Ids and labels
- * keep their meaning, the geometry its place. @return SC_ERR_MEMORY; the volume may then be
- * resampled in part, and is to be cleared. */
+ * replaced by one each, slices that were moved against each other are moved back (align.c tells
+ * how), noisy borders are smoothed (noise.c), and layers are put between thick slices (thick.c).
+ * Ids and labels keep their meaning, the geometry its place. @return SC_ERR_MEMORY; the volume may
+ * then be resampled in part, and is to be cleared. */
 SC_MUST_USE sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid,
                                   int threads);
 

@@ -76,12 +76,14 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     }
     for (int id = 0; id < v->label_count; id++)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
-    json = json_pack("{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:s, s:b, s:o, s:I, s:o}", "schema",
-                     "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
-                     in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "drawn_mm",
-                     in->drawn.drawn_mm[0], in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "axes",
-                     in->axes, "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
-                     (json_int_t)v->boundary_count, "labels", labels);
+    json = json_pack(
+        "{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, s:o}", "schema",
+        "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
+        in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
+        in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "moved_slices", in->drawn.moved[0],
+        in->drawn.moved[1], in->drawn.moved[2], "border_noise", in->drawn.noise, "axes", in->axes,
+        "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
+        (json_int_t)v->boundary_count, "labels", labels);
     text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
@@ -124,7 +126,7 @@ static void print_text(const info *in)
 
     print_geometry(in);
     if (sc_is_resampled(&in->drawn)) {
-        char text[160];
+        char text[320];
 
         sc_drawn_grid_text(&in->drawn, text, sizeof text);
         printf("drawing   %s\n", text);

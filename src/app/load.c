@@ -394,7 +394,7 @@ out:
 static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
                       const sc_drawn_grid *grid)
 {
-    char text[160];
+    char text[320];
 
     sc_drawn_grid_text(grid, text, sizeof text);
     sc_info(app->ctx, "%s: %s; surfaces are found on %d x %d x %d voxels", path, text, v->size[0],

@@ -2,21 +2,40 @@
 /* The grid on which a volume is drawn, and the steps that lead there. */
 #include "internal.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 
 enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Drawn voxels are split until they are at most so many times as long as the shortest. */
 #define LONGEST_LAYER 1.5
+/* Borders are noisy from this share of sc_drawn_grid.noise on. */
+#define LEAST_NOISE 0.008
+
+/* Write how many slices across each axis of a view jump to @p moved. @return SC_ERR_MEMORY. */
+static sc_status count_moved(const sc_ctx *ctx, const drawn_view *view, int threads, int moved[3])
+{
+    sc_status status = SC_OK;
+
+    for (int axis = 0; axis < 3 && status == SC_OK; axis++) {
+        void *places = NULL;
+
+        status = sc_alloc(ctx, (size_t)view->size[axis], 2 * sizeof(int), &places);
+        if (status == SC_OK)
+            status = sc_resample_find_moved(ctx, view, axis, threads, places, &moved[axis]);
+        sc_free(places);
+    }
+    return status;
+}
 
 sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
                              sc_drawn_grid *out)
 {
     sc_drawn_grid grid = {.copies = {1, 1, 1}, .split = {1, 1, 1}};
+    drawn_view view = {0};
     double shortest = HUGE_VAL;
-    sc_status status = sc_resample_find_copies(ctx, volume, threads, &grid);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_resample_find_copies(ctx, volume, threads, &grid));
     for (int i = 0; i < 3; i++) {
         grid.drawn_mm[i] = grid.copies[i] * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
         if (volume->size[i] > 1)
@@ -29,11 +48,23 @@ sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int thr
                ratio / grid.split[i] > LONGEST_LAYER && grid.split[i] < MOST_LAYERS)
             grid.split[i] += 2;
     }
+    SC_TRY(sc_drawn_view_make(ctx, volume, &grid, &view));
+    SC_TRY(count_moved(ctx, &view, threads, grid.moved));
+    if (!grid.moved[0] && !grid.moved[1] && !grid.moved[2])
+        SC_TRY(sc_resample_measure_noise(ctx, &view, grid.drawn_mm, threads, &grid.noise));
     *out = grid;
-    return SC_OK;
+out:
+    sc_drawn_view_clear(&view);
+    return status;
 }
 
-bool sc_is_resampled(const sc_drawn_grid *grid)
+bool sc_is_noisy(const sc_drawn_grid *grid)
+{
+    return grid->noise >= LEAST_NOISE;
+}
+
+/* Does sc_resample change the grid itself, not only labels on it? */
+static bool is_other_grid(const sc_drawn_grid *grid)
 {
     for (int i = 0; i < 3; i++) {
         if (grid->copies[i] > 1 || grid->split[i] > 1)
@@ -42,12 +73,44 @@ bool sc_is_resampled(const sc_drawn_grid *grid)
     return false;
 }
 
+bool sc_is_resampled(const sc_drawn_grid *grid)
+{
+    return is_other_grid(grid) || grid->moved[0] || grid->moved[1] || grid->moved[2] ||
+           sc_is_noisy(grid);
+}
+
+/* Append words to @p text, which holds @p length bytes, behind a comma if there is anything. */
+SC_PRINTF(4, 5)
+static void append(char *text, size_t bytes, size_t *length, const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    if (*length > 0 && *length < bytes)
+        *length += (size_t)snprintf(text + *length, bytes - *length, "; ");
+    if (*length < bytes)
+        *length += (size_t)vsnprintf(text + *length, bytes - *length, format, arguments);
+    va_end(arguments);
+}
+
 void sc_drawn_grid_text(const sc_drawn_grid *grid, char *text, size_t bytes)
 {
     const double *mm = grid->drawn_mm, *copies = grid->copies;
+    size_t length = 0;
 
-    snprintf(text, bytes, "drawn at %.3g x %.3g x %.3g mm, stored at %.3g x %.3g x %.3g mm", mm[0],
-             mm[1], mm[2], mm[0] / copies[0], mm[1] / copies[1], mm[2] / copies[2]);
+    text[0] = '\0';
+    if (is_other_grid(grid))
+        append(text, bytes, &length,
+               "drawn at %.3g x %.3g x %.3g mm, stored at %.3g x %.3g x %.3g mm", mm[0], mm[1],
+               mm[2], mm[0] / copies[0], mm[1] / copies[1], mm[2] / copies[2]);
+    for (int i = 0; i < 3; i++) {
+        if (grid->moved[i])
+            append(text, bytes, &length, "%d slices along %c jump and are moved back",
+                   grid->moved[i], "xyz"[i]);
+    }
+    if (sc_is_noisy(grid))
+        append(text, bytes, &length, "borders are noisy (%.2g %% of their voxels) and are smoothed",
+               100 * grid->noise);
 }
 
 void sc_resampled_size(const sc_volume *volume, const sc_drawn_grid *grid, int size[3])
@@ -77,13 +140,15 @@ sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc
                                  .phase = {grid->phase[0], grid->phase[1], grid->phase[2]},
                                  .split = {1, 1, 1}};
     sc_label_tally *boxes = NULL;
-    double most = 0;
+    double most = 0; /* of the steps, one after the other */
     int size[3];
     sc_status status = SC_OK;
 
+    sc_resampled_size(volume, &whole, size);
+    if (sc_is_noisy(grid))
+        most = (double)size[0] * size[1] * size[2] * volume->label_bytes;
     if (grid->split[0] > 1 || grid->split[1] > 1 || grid->split[2] > 1) {
         SC_TRY(sc_resample_find_boxes(ctx, volume, threads, &boxes));
-        sc_resampled_size(volume, &whole, size);
         for (int i = 0; i < 3; i++)
             scale_axis(&v, boxes, i, grid->copies[i], size[i]);
     }
@@ -108,6 +173,12 @@ sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid 
             SC_TRY(sc_resample_remove_copies(ctx, volume, axis, grid->copies[axis],
                                              grid->phase[axis]));
     }
+    for (int axis = 0; axis < 3; axis++) {
+        if (grid->moved[axis])
+            SC_TRY(sc_resample_move_slices(ctx, volume, axis, threads));
+    }
+    if (sc_is_noisy(grid))
+        SC_TRY(sc_resample_remove_noise(ctx, volume, grid->drawn_mm, threads));
     for (int axis = 0; axis < 3; axis++) {
         if (grid->split[axis] > 1)
             SC_TRY(sc_resample_split_slices(ctx, volume, axis, grid->split[axis], threads));

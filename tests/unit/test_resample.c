@@ -3,6 +3,8 @@
  * slices get layers between them that keep the slices as they are. */
 #include "check.h"
 
+#include <limits.h>
+
 #include "segcast/resample.h"
 #include "shapes.h"
 
@@ -390,15 +392,165 @@ static void bytes_grow_with_boxes_slices_and_threads(void **state)
     assert_true(bytes_of(40, 5, 1, small_id) - least == 28 * 60 * 60 * 3);
 }
 
-static void lack_of_memory_is_told(void **state)
+enum { NOISY = 56 };
+
+/* @return the next of a series of random numbers from 0 to 1. */
+static double random_of(uint32_t *seed)
 {
-    const int size[3] = {20, 20, 8};
+    *seed = *seed * 1664525u + 1013904223u;
+    return (*seed >> 8) / 16777216.0;
+}
+
+/* A ball, and beside it a plate one voxel thin and a thin rod, which are no noise. */
+static int ball_id(double x, double y, double z)
+{
+    if (x == 50)
+        return 2;
+    if (hypot(x - 6, y - 6) < 1.6)
+        return 3;
+    return hypot(hypot(x - 27.3, y - 28.1), z - 27.7) < 17.3;
+}
+
+/* Give a share of the ball's border voxels the other label. */
+static void flip_voxels(sc_volume *v, double share)
+{
+    uint32_t seed = 7;
+    int at[3] = {0, 0, 0};
+
+    do {
+        const double r = hypot(hypot(at[0] - 27.3, at[1] - 28.1), at[2] - 27.7);
+
+        if (fabs(r - 17.3) < 0.6 && random_of(&seed) < share)
+            ((uint8_t *)v->ids)[(at[2] * NOISY + at[1]) * NOISY + at[0]] ^= 1;
+    } while (next_voxel(v, at));
+}
+
+/* @return how many voxels of a volume do not carry the label of @p id. @param tissue one label
+ * only; -1: all. */
+static int count_wrong(const sc_volume *v, int (*id)(double x, double y, double z), int tissue)
+{
+    int at[3] = {0, 0, 0}, wrong = 0;
+
+    do {
+        const int right = id(at[0], at[1], at[2]), is = id_at(v, at);
+
+        wrong += right != is && (tissue < 0 || right == tissue || is == tissue);
+    } while (next_voxel(v, at));
+    return wrong;
+}
+
+static void noise_at_borders_is_found_and_smoothed(void **state)
+{
+    const int size[3] = {NOISY, NOISY, NOISY};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume one = shape_volume(size, spacing, 1, 4, ball_id),
+              three = shape_volume(size, spacing, 1, 4, ball_id);
     sc_drawn_grid grid;
-    int n;
+    int flipped;
 
     (void)state;
-    for (n = 0; n < 100; n++) {
-        sc_volume v = shape_volume(size, (double[3]){1, 1, 5}, 1, 4, thick_id);
+    assert_ok(sc_find_drawn_grid(&quiet, &one, 1, &grid));
+    assert_false(sc_is_noisy(&grid));
+    flip_voxels(&one, 0.1);
+    flip_voxels(&three, 0.1);
+    flipped = count_wrong(&one, ball_id, -1);
+    assert_true(flipped > 300);
+    assert_ok(sc_find_drawn_grid(&quiet, &one, 2, &grid));
+    assert_true(sc_is_noisy(&grid));
+    assert_true(grid.noise > 0.02 && grid.noise < 0.12);
+    assert_ok(sc_resample(&quiet, &one, &grid, 1));
+    assert_ok(sc_resample(&quiet, &three, &grid, 3));
+    assert_memory_equal(one.ids, three.ids, sc_volume_voxels(&one));
+    assert_true(count_wrong(&one, ball_id, -1) * 2 < flipped);
+    assert_int_equal(count_wrong(&one, ball_id, 2), 0);
+    assert_int_equal(count_wrong(&one, ball_id, 3), 0);
+    sc_volume_clear(&one);
+    sc_volume_clear(&three);
+}
+
+/* By how much the slices of jumping_id were moved, from -2 to 2. */
+static int jumps[NOISY][2];
+
+/* A ball and an oblique rod. */
+static int leaning_id(double x, double y, double z)
+{
+    return hypot(x - 18 - 0.3 * z, y - 30) < 12 ? 2 : ball_id(x, y, z) == 1;
+}
+
+static int jumping_id(double x, double y, double z)
+{
+    return leaning_id(x - jumps[(int)z][0], y - jumps[(int)z][1], z);
+}
+
+/* By how much moved_id moves all slices. */
+static int offset[2];
+
+static int moved_id(double x, double y, double z)
+{
+    return leaning_id(x - offset[0], y - offset[1], z);
+}
+
+/* @return how many voxels differ from leaning_id, wherever that fits best: nothing tells where
+ * all slices together were. */
+static int count_wrong_anywhere(const sc_volume *v)
+{
+    int least = INT_MAX;
+
+    for (offset[0] = -2; offset[0] <= 2; offset[0]++) {
+        for (offset[1] = -2; offset[1] <= 2; offset[1]++) {
+            const int wrong = count_wrong(v, moved_id, -1);
+
+            least = wrong < least ? wrong : least;
+        }
+    }
+    return least;
+}
+
+static void slices_that_jump_are_moved_back(void **state)
+{
+    const int size[3] = {NOISY, NOISY, NOISY};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume still = shape_volume(size, spacing, 2, 4, leaning_id), one, three;
+    uint32_t seed = 3;
+    sc_drawn_grid grid;
+    char text[320];
+    int wrong;
+
+    (void)state;
+    for (int z = 0; z < NOISY; z++) {
+        for (int i = 0; i < 2; i++)
+            jumps[z][i] = (int)(5 * random_of(&seed)) - 2;
+    }
+    one = shape_volume(size, spacing, 2, 4, jumping_id);
+    three = shape_volume(size, spacing, 2, 4, jumping_id);
+    wrong = count_wrong_anywhere(&one);
+    assert_ok(sc_find_drawn_grid(&quiet, &still, 1, &grid));
+    assert_false(sc_is_resampled(&grid));
+    assert_ok(sc_find_drawn_grid(&quiet, &one, 2, &grid));
+    assert_int_equal(grid.moved[0], 0);
+    assert_int_equal(grid.moved[1], 0);
+    assert_true(grid.moved[2] > 20);
+    sc_drawn_grid_text(&grid, text, sizeof text);
+    assert_non_null(strstr(text, "slices along z jump"));
+    assert_ok(sc_resample(&quiet, &one, &grid, 1));
+    assert_ok(sc_resample(&quiet, &three, &grid, 3));
+    assert_memory_equal(one.ids, three.ids, 2 * sc_volume_voxels(&one));
+    assert_true(count_wrong_anywhere(&one) * 3 < wrong);
+    sc_volume_clear(&still);
+    sc_volume_clear(&one);
+    sc_volume_clear(&three);
+}
+
+/* Check that want of memory is told wherever it strikes. @param least how often memory is taken at
+ * least. */
+static void check_lack_of_memory(const int size[3], double slice_mm,
+                                 int (*id)(double x, double y, double z), int least)
+{
+    int n;
+
+    for (n = 0; n < 200; n++) {
+        sc_volume v = shape_volume(size, (double[3]){1, 1, slice_mm}, 1, 4, id);
+        sc_drawn_grid grid;
         long left = n;
         sc_ctx ctx = quiet;
         sc_status status;
@@ -412,7 +564,26 @@ static void lack_of_memory_is_told(void **state)
             break;
         assert_int_equal(status, SC_ERR_MEMORY);
     }
-    assert_true(n > 8 && n < 100);
+    assert_true(n > least && n < 200);
+}
+
+/* ball_id with a rough border. */
+static int rough_id(double x, double y, double z)
+{
+    const double r = hypot(hypot(x - 27.3, y - 28.1), z - 27.7) - 17.3;
+    uint32_t seed = (uint32_t)(x + 64 * y + 4096 * z) * 2654435761u;
+
+    return fabs(r) < 0.6 && random_of(&seed) < 0.1 ? r > 0 : r < 0;
+}
+
+static void lack_of_memory_is_told(void **state)
+{
+    const int thick[3] = {20, 20, 8}, cube[3] = {NOISY, NOISY, NOISY};
+
+    (void)state;
+    check_lack_of_memory(thick, 5, thick_id, 8);
+    check_lack_of_memory(cube, 1, jumping_id, 24);
+    check_lack_of_memory(cube, 1, rough_id, 24);
 }
 
 int main(void)
@@ -426,6 +597,8 @@ int main(void)
         cmocka_unit_test(sheets_end_between_slices),
         cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
         cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
+        cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
+        cmocka_unit_test(slices_that_jump_are_moved_back),
         cmocka_unit_test(lack_of_memory_is_told),
     };
 

@@ -1,0 +1,334 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Slices that were moved against each other, as by breath between them, or because each was drawn
+ * by itself. The shift from each slice to the next is the one by which most voxels near borders
+ * meet their own label. The shifts added up are the path of the slices, which follows oblique
+ * anatomy, too; the place of a slice is how far it lies off the straight line that fits the path
+ * around it. Slices that jump to and fro give jumps of alternating sign, anatomy does not: that
+ * tells one from the other. */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    MOST_SHIFT = 6, /* pixels from one slice to the next that are looked for */
+    SHIFTS = 2 * MOST_SHIFT + 1,
+    FEWEST_PIXELS = 64, /* near borders; slices with fewer say nothing */
+    FEWEST_SLICES = 12,
+    FEW_PAIRS = 24, /* of slices that tell whether the others are looked at */
+    AROUND = 12     /* slices on either side that tell what is usual around one */
+};
+/* The least share of the pixels beside another label that must match by a shift and not without. */
+#define LEAST_GAIN 0.1
+/* A shift counts as a jump from this many pixels on, and slices jump if at least this share of them
+ * do, and if neighbouring shifts are correlated at most so much (independent jumps: -0.5). */
+#define LEAST_JUMP 0.75
+#define LEAST_JUMPING 0.2
+#define MOST_CORRELATED (-0.3)
+
+/* The stack of slices across an axis. */
+typedef struct slices {
+    const drawn_view *view;
+    int axes[3];        /* of the view: along x and y of the slices, across them */
+    uint16_t *scratch;  /* [threads][2][y][x] */
+    uint32_t *borders;  /* [threads][pixels] */
+    size_t pixels;      /* of a slice */
+    size_t step;        /* every so manyeth slice is looked at */
+    double (*shift)[2]; /* [slices]: from the slice before, in pixels; NAN: unknown */
+} slices;
+
+/* Copy the labels of a slice to @p to, [y][x]. */
+static void fetch_slice(const slices *s, size_t z, uint16_t *to)
+{
+    const drawn_view *view = s->view;
+    const size_t *along_x = view->offset[s->axes[0]], *along_y = view->offset[s->axes[1]];
+    const int nx = view->size[s->axes[0]], ny = view->size[s->axes[1]];
+
+    for (int y = 0; y < ny; y++) {
+        const size_t row = view->offset[s->axes[2]][z] + along_y[y];
+
+        for (int x = 0; x < nx; x++)
+            *to++ = (uint16_t)id_of_voxel(view->v, row + along_x[x]);
+    }
+}
+
+/* Write the indices of the pixels of a slice beside another label to @p at. Those at most
+ * MOST_SHIFT from an edge are left out. @return how many there are. */
+static int find_borders(const slices *s, const uint16_t *slice, uint32_t *at)
+{
+    const int nx = s->view->size[s->axes[0]], ny = s->view->size[s->axes[1]];
+    int count = 0;
+
+    for (int y = MOST_SHIFT + 1; y < ny - MOST_SHIFT - 1; y++) {
+        const uint16_t *row = slice + (ptrdiff_t)y * nx;
+
+        for (int x = MOST_SHIFT + 1; x < nx - MOST_SHIFT - 1; x++) {
+            const uint16_t id = row[x];
+
+            if (id != row[x - 1] || id != row[x + 1] || id != row[x - nx] || id != row[x + nx])
+                at[count++] = (uint32_t)(y * nx + x);
+        }
+    }
+    return count;
+}
+
+/* @return how many of the pixels @p at have the same label in @p before, @p step pixels further. */
+static int matches(const uint16_t *slice, const uint16_t *before, const uint32_t *at, int count,
+                   ptrdiff_t step)
+{
+    int same = 0;
+
+    for (int i = 0; i < count; i++)
+        same += before[(ptrdiff_t)at[i] + step] == slice[at[i]];
+    return same;
+}
+
+/* @return where between -0.5 and 0.5 the parabola through three values has its top, the middle one
+ * being the largest. */
+static double top_of(int before, int middle, int after)
+{
+    const int bend = 2 * middle - before - after;
+
+    return bend > 0 ? 0.5 * (after - before) / bend : 0;
+}
+
+/* Find the shift from the slice @p before at which most pixels beside another label match.
+ * @param at room for the indices of a slice's pixels. */
+static void find_shift(const slices *s, const uint16_t *slice, const uint16_t *before, uint32_t *at,
+                       double shift[2])
+{
+    const int nx = s->view->size[s->axes[0]], count = find_borders(s, slice, at);
+    int found[SHIFTS][SHIFTS], best[2] = {MOST_SHIFT, MOST_SHIFT};
+
+    shift[0] = shift[1] = NAN;
+    if (count < FEWEST_PIXELS)
+        return;
+    for (int y = 0; y < SHIFTS; y++) {
+        for (int x = 0; x < SHIFTS; x++) {
+            const int dx = x - MOST_SHIFT, dy = y - MOST_SHIFT;
+
+            found[y][x] = matches(slice, before, at, count, (ptrdiff_t)dy * nx + dx);
+        }
+    }
+    for (int y = 1; y < SHIFTS - 1; y++) {
+        for (int x = 1; x < SHIFTS - 1; x++) {
+            if (found[y][x] > found[best[1]][best[0]]) {
+                best[0] = x;
+                best[1] = y;
+            }
+        }
+    }
+    shift[0] =
+        best[0] - MOST_SHIFT +
+        top_of(found[best[1]][best[0] - 1], found[best[1]][best[0]], found[best[1]][best[0] + 1]);
+    shift[1] =
+        best[1] - MOST_SHIFT +
+        top_of(found[best[1] - 1][best[0]], found[best[1]][best[0]], found[best[1] + 1][best[0]]);
+}
+
+/* Find the shifts of the slices [begin, end), or of two in each step, from those before them; an
+ * sc_range_fn on slices. */
+static void find_shifts(void *user, size_t begin, size_t end, int thread)
+{
+    const slices *s = user;
+    uint16_t *slice = s->scratch + (size_t)thread * 2 * s->pixels, *before = slice + s->pixels;
+
+    for (size_t n = begin; n < end; n++) {
+        const size_t z = s->step > 1 ? n / 2 * s->step + n % 2 : n;
+
+        s->shift[z][0] = s->shift[z][1] = NAN;
+        if (z == 0)
+            continue;
+        fetch_slice(s, z - 1, before);
+        fetch_slice(s, z, slice);
+        find_shift(s, slice, before, s->borders + (size_t)thread * s->pixels, s->shift[z]);
+    }
+}
+
+/* Write the places of the slices along @p i, from what is usual around each, to @p places, [count].
+ * What is usual is a straight line through the places around. @param path scratch, [count]. */
+static void find_places(const slices *s, int count, int i, double *path, double *places)
+{
+    for (int z = 0; z < count; z++) {
+        const double shift = isnan(s->shift[z][i]) ? 0 : s->shift[z][i];
+
+        path[z] = z > 0 ? path[z - 1] - shift : 0;
+    }
+    for (int z = 0; z < count; z++) {
+        const int begin = z < AROUND ? 0 : z - AROUND,
+                  end = z + AROUND < count ? z + AROUND : count - 1, n = end - begin + 1;
+        const double middle = (begin + end) / 2.0;
+        double sum = 0, slope = 0;
+
+        for (int at = begin; at <= end; at++) {
+            sum += path[at];
+            slope += (at - middle) * path[at];
+        }
+        slope *= 12 / ((double)n * ((double)n * n - 1));
+        places[z] = path[z] - sum / n - slope * (z - middle);
+    }
+}
+
+/* Do slices jump to and fro? @param places [2][count] along both axes. */
+static bool do_jump(const slices *s, int count, const double *places)
+{
+    double products = 0, squares = 0;
+    int known = 0, jumping = 0;
+
+    for (int z = 1; z < count; z++) {
+        double jump[2], next[2];
+
+        for (int i = 0; i < 2; i++) {
+            const double *place = places + i * count + z;
+
+            jump[i] = place[0] - place[-1];
+            next[i] = z + 1 < count ? place[1] - place[0] : 0;
+            products += jump[i] * next[i];
+            squares += jump[i] * jump[i];
+        }
+        known += !isnan(s->shift[z][0]);
+        jumping += fabs(jump[0]) >= LEAST_JUMP || fabs(jump[1]) >= LEAST_JUMP;
+    }
+    return known >= FEWEST_SLICES && jumping >= LEAST_JUMPING * known &&
+           products <= MOST_CORRELATED * squares;
+}
+
+/* Look at pairs of slices here and there. @return whether they are moved to and fro so much that
+ * all are worth a look. */
+static bool may_jump(slices *s, int count, int threads)
+{
+    double products = 0;
+    int known = 0, moved = 0, pairs;
+
+    s->step = (size_t)count / FEW_PAIRS;
+    if (s->step < 4) {
+        s->step = 1;
+        return true;
+    }
+    pairs = (count - 2) / (int)s->step + 1;
+    sc_parallel_for(threads, 2 * (size_t)pairs, 2, find_shifts, s);
+    for (int n = 1; n < pairs; n++) {
+        const double *a = s->shift[(size_t)n * s->step], *b = a + 2;
+
+        if (isnan(a[0]) || isnan(b[0]))
+            continue;
+        known++;
+        moved += fmax(fabs(a[0]), fabs(a[1])) >= LEAST_JUMP;
+        products += a[0] * b[0] + a[1] * b[1];
+    }
+    s->step = 1;
+    return products < 0 && moved >= LEAST_JUMPING / 2 * known;
+}
+
+sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int axis, int threads,
+                                 int *places, int *moved)
+{
+    const int count = view->size[axis];
+    slices s = {.view = view, .axes = {axis == 0, axis == 2 ? 1 : 2, axis}};
+    double *exact = NULL;
+    void *block;
+    sc_status status;
+
+    *moved = 0;
+    memset(places, 0, (size_t)count * 2 * sizeof *places);
+    if (count < FEWEST_SLICES)
+        return SC_OK;
+    s.step = 1;
+    s.pixels = (size_t)view->size[s.axes[0]] * (size_t)view->size[s.axes[1]];
+    SC_TRY(sc_alloc(ctx, (size_t)threads * 2 * s.pixels, sizeof *s.scratch, &block));
+    s.scratch = block;
+    SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.borders, &block));
+    s.borders = block;
+    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *s.shift, &block));
+    s.shift = block;
+    SC_TRY(sc_alloc(ctx, (size_t)count * 3, sizeof *exact, &block));
+    exact = block;
+    if (!may_jump(&s, count, threads))
+        goto out;
+    sc_parallel_for(threads, (size_t)count, 4, find_shifts, &s);
+    for (int i = 0; i < 2; i++)
+        find_places(&s, count, i, exact + 2 * count, exact + i * count);
+    if (do_jump(&s, count, exact)) {
+        for (int z = 0; z < count; z++) {
+            places[2 * z] = (int)lround(exact[z]);
+            places[2 * z + 1] = (int)lround(exact[count + z]);
+            *moved += places[2 * z] || places[2 * z + 1];
+        }
+    }
+out:
+    sc_free(s.scratch);
+    sc_free(s.borders);
+    sc_free(s.shift);
+    sc_free(exact);
+    return status;
+}
+
+/* What moving slices back needs. */
+typedef struct moving {
+    const slices *s;
+    const int *places;
+    const size_t *strides; /* of the volume, by axis, in voxels */
+    sc_volume *v;
+} moving;
+
+/* @return @p at, or the nearest of [0, size). */
+static inline int within(int at, int size)
+{
+    return at < 0 ? 0 : at >= size ? size - 1 : at;
+}
+
+/* Move the slices [begin, end) back; an sc_range_fn on moving. */
+static void move_slices(void *user, size_t begin, size_t end, int thread)
+{
+    const moving *m = user;
+    const slices *s = m->s;
+    const int nx = s->view->size[s->axes[0]], ny = s->view->size[s->axes[1]];
+    uint16_t *slice = s->scratch + (size_t)thread * s->pixels;
+
+    for (size_t z = begin; z < end; z++) {
+        const int dx = m->places[2 * z], dy = m->places[2 * z + 1];
+
+        if (!dx && !dy)
+            continue;
+        fetch_slice(s, z, slice);
+        for (int y = 0; y < ny; y++) {
+            const uint16_t *row = slice + (ptrdiff_t)within(y + dy, ny) * nx;
+            const size_t to = z * m->strides[s->axes[2]] + (size_t)y * m->strides[s->axes[1]];
+
+            for (int x = 0; x < nx; x++) {
+                const size_t at = to + (size_t)x * m->strides[s->axes[0]];
+
+                if (m->v->label_bytes == 1)
+                    ((uint8_t *)m->v->ids)[at] = (uint8_t)row[within(x + dx, nx)];
+                else
+                    ((uint16_t *)m->v->ids)[at] = row[within(x + dx, nx)];
+            }
+        }
+    }
+}
+
+sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis, int threads)
+{
+    const sc_drawn_grid whole = {.copies = {1, 1, 1}};
+    const size_t strides[3] = {1, (size_t)v->size[0], (size_t)v->size[0] * (size_t)v->size[1]};
+    drawn_view view = {0};
+    slices s = {.view = &view, .axes = {axis == 0, axis == 2 ? 1 : 2, axis}};
+    moving m = {&s, NULL, strides, v};
+    int moved;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_drawn_view_make(ctx, v, &whole, &view));
+    SC_TRY(sc_alloc(ctx, (size_t)v->size[axis], 2 * sizeof *m.places, &block));
+    m.places = block;
+    SC_TRY(sc_resample_find_moved(ctx, &view, axis, threads, block, &moved));
+    s.pixels = (size_t)view.size[s.axes[0]] * (size_t)view.size[s.axes[1]];
+    SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.scratch, &block));
+    s.scratch = block;
+    sc_parallel_for(threads, (size_t)v->size[axis], 1, move_slices, &m);
+out:
+    sc_free((void *)(uintptr_t)m.places);
+    sc_free(s.scratch);
+    sc_drawn_view_clear(&view);
+    return status;
+}
