@@ -24,6 +24,8 @@ better torus-12-slices 0.37 4.3 0.98
 better torus-6-slices 0.45 5.7 0.95
 better ellipsoid-copied 0.105 1.2 0.99
 better torus-12-copied 0.105 4.5 0.98
+better ellipsoid-noisy 0.13 1.5 0.99
+better torus-18-noisy 0.135 3.4 0.98
 
 # Normals are those of the body where voxels are higher than wide (6.3 degrees if gradients per reference voxel were
 # taken for gradients per voxel).
