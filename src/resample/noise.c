@@ -235,19 +235,16 @@ static bool add_candidate(block *b, int x, int y, int z)
  * their labels. There are none where too many labels meet. */
 static void find_candidates(const noise_work *w, block *b)
 {
-    int count[3];
-
     b->candidate_count = b->label_count = 0;
-    for (int i = 0; i < 3; i++)
-        count[i] = (int)fmin(ROW_BLOCK, w->view->size[i] - (double)b->low[i]);
-    for (int z = 0; z < count[2]; z++) {
-        for (int y = 0; y < count[1]; y++) {
-            for (int x = 0; x < count[0]; x++) {
-                if (!add_candidate(b, x, y, z)) {
-                    b->candidate_count = 0;
-                    return;
-                }
-            }
+    for (int n = 0; n < BLOCK_VOXELS; n++) {
+        const int at[3] = {n % ROW_BLOCK, n / ROW_BLOCK % ROW_BLOCK, n / ROW_BLOCK / ROW_BLOCK};
+        bool inside = true;
+
+        for (int i = 0; i < 3; i++)
+            inside = inside && b->low[i] + (size_t)at[i] < (size_t)w->view->size[i];
+        if (inside && !add_candidate(b, at[0], at[1], at[2])) {
+            b->candidate_count = 0;
+            return;
         }
     }
 }
