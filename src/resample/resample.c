@@ -8,6 +8,8 @@
 enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 /* Drawn voxels are split until they are at most so many times as long as the shortest. */
 #define LONGEST_LAYER 1.5
+/* Beyond this ratio of lengths a spacing is in a wrong unit, and layers would tell nothing. */
+#define MOST_RATIO 100.0
 /* Borders are noisy from this share of sc_drawn_grid.noise on. */
 #define LEAST_NOISE 0.008
 
@@ -44,7 +46,7 @@ sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int thr
     for (int i = 0; i < 3; i++) {
         const double ratio = grid.drawn_mm[i] / shortest;
 
-        while (volume->size[i] > 1 && ratio > SC_THICK_RATIO &&
+        while (volume->size[i] > 1 && ratio > SC_THICK_RATIO && ratio <= MOST_RATIO &&
                ratio / grid.split[i] > LONGEST_LAYER && grid.split[i] < MOST_LAYERS)
             grid.split[i] += 2;
     }

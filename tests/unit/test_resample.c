@@ -541,6 +541,22 @@ static void slices_that_jump_are_moved_back(void **state)
     sc_volume_clear(&three);
 }
 
+static void a_spacing_in_a_wrong_unit_gets_no_layers(void **state)
+{
+    const int size[3] = {SIDE, SIDE, SIDE};
+    const double spacings[][3] = {{1, 1, 1000}, {1, 1, 0.001}, {1000, 1, 1}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(spacings); i++) {
+        sc_volume v = shape_volume(size, spacings[i], 1, 4, drawn_id);
+        sc_drawn_grid grid;
+
+        assert_ok(sc_find_drawn_grid(&quiet, &v, 1, &grid));
+        assert_false(sc_is_resampled(&grid));
+        sc_volume_clear(&v);
+    }
+}
+
 /* Check that want of memory is told wherever it strikes. @param least how often memory is taken at
  * least. */
 static void check_lack_of_memory(const int size[3], double slice_mm,
@@ -597,6 +613,7 @@ int main(void)
         cmocka_unit_test(sheets_end_between_slices),
         cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
         cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
+        cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
         cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
         cmocka_unit_test(slices_that_jump_are_moved_back),
         cmocka_unit_test(lack_of_memory_is_told),
