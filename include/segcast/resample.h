@@ -22,14 +22,15 @@ typedef struct sc_drawn_grid {
     double drawn_mm[3]; /**< spacing of the voxels as they were drawn */
     int split[3]; /**< into how many layers each drawn voxel is split along x, y, z: odd, 1 for none
                    */
-    int moved[3]; /**< how many slices across each axis were moved against those around them */
+    int moved[3]; /**< how many slices across each axis were moved against those around them, as
+                     found before anything is changed */
     double noise; /**< share of the voxels at borders that another label would have if borders were
                      smooth, from a sample; 0 where slices were moved, which makes borders rough */
 } sc_drawn_grid;
 
 /** Measure how a volume was drawn. Slices count as moved if they jump to and fro, all borders in
  * them together, by most of a pixel or more. Along an axis voxels count as copied if all label
- * borders lie on a regular grid of planes at least two voxels apart, most of which hold some.
+ * borders lie on a regular grid of planes at least 1.5 voxels apart, most of which hold some.
  * Nothing is lost then by keeping one of each. The drawn voxels are split along axes where they are
  * over SC_THICK_RATIO times as long as along their shortest one. @param threads as of
  * sc_parallel_for. @return SC_ERR_MEMORY. */

@@ -132,7 +132,7 @@ SC_MUST_USE sc_status sc_hidden_labels(const sc_ctx *ctx, const sc_label *labels
 void sc_tissue_strengths(const sc_label *labels, int label_count, const sc_tissue_rule *rules,
                          size_t rule_count, sc_vec3 smooth, sc_vec3 *out);
 /** Choose the colour behind the tissues: white, or dark slate if tissues of nearly that colour are
- *  a tenth or more of what is seen from outside, so that they have an edge.
+ *  a quarter or more of what is seen from outside, so that they have an edge.
  *  @param tissues [label_count] by dense id. @param rgb sRGB. */
 void sc_choose_background(const sc_prepared *volume, const sc_tissue *tissues, uint8_t rgb[3]);
 /** Make those colours darker or lighter that nobody has given and that can hardly be told from the

@@ -166,6 +166,7 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_session_tissues(app, &session));
     in = gather(&session.volume, session.tissues);
     view = sc_volume_of_prepared(&session.volume);
+    sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));
     sc_display_end_stage(app);
     if (app->options.json)

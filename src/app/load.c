@@ -401,8 +401,8 @@ static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
             v->size[1], v->size[2]);
 }
 
-/* Bring the volume to the grid on which it was drawn. Slices stay as they are, with a warning,
- * where layers between them would take more memory than is allowed. @param changed receives whether
+/* Bring the volume to the grid on which it was drawn. Only copied voxels are removed, with a
+ * warning, where the rest would take more memory than is allowed. @param changed receives whether
  * the volume is another one now. */
 static sc_status resample_volume(const sc_app *app, const char *path, sc_volume *volume,
                                  bool *changed)
@@ -419,16 +419,19 @@ static sc_status resample_volume(const sc_app *app, const char *path, sc_volume 
     sc_resampled_size(volume, &grid, size);
     if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
         sc_warn(app->ctx,
-                "%s: --max-memory leaves no room for layers between its slices, so slices will "
-                "show as steps",
+                "%s: --max-memory leaves no room for layers between its slices, nor to smooth its "
+                "borders, so slices and noise will show as steps",
                 path);
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             grid.split[i] = 1;
+            grid.moved[i] = 0;
+        }
+        grid.noise = 0;
     }
     *changed = sc_is_resampled(&grid);
     if (!*changed)
         return SC_OK;
-    sc_stage_begin(app->ctx, "putting layers between slices", 0, 0);
+    sc_stage_begin(app->ctx, "resampling", 0, 0);
     SC_TRY(sc_resample(app->ctx, volume, &grid, app->threads));
     tell_grid(app, path, volume, &grid);
 out:

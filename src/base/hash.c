@@ -15,7 +15,7 @@ uint64_t sc_hash_seed(void)
     static const char somewhere;
     uint64_t seed;
 
-    /* Without random numbers the address of a variable, which the system chooses, has to do. */
+    /* Without random numbers an address has to do; the system chooses it in most programs. */
     return getrandom(&seed, sizeof seed, GRND_NONBLOCK) == (ssize_t)sizeof seed
                ? seed
                : (uint64_t)(uintptr_t)&somewhere;

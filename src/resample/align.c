@@ -7,6 +7,7 @@
  * tells one from the other. */
 #include "internal.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +19,6 @@ enum {
     FEW_PAIRS = 24, /* of slices that tell whether the others are looked at */
     AROUND = 12     /* slices on either side that tell what is usual around one */
 };
-/* The least share of the pixels beside another label that must match by a shift and not without. */
-#define LEAST_GAIN 0.1
 /* A shift counts as a jump from this many pixels on, and slices jump if at least this share of them
  * do, and if neighbouring shifts are correlated at most so much (independent jumps: -0.5). */
 #define LEAST_JUMP 0.75
@@ -83,16 +82,16 @@ static int matches(const uint16_t *slice, const uint16_t *before, const uint32_t
     return same;
 }
 
-/* @return where between -0.5 and 0.5 the parabola through three values has its top, the middle one
- * being the largest. */
+/* @return where the parabola through three values has its top, from -0.5 to 0.5. */
 static double top_of(int before, int middle, int after)
 {
     const int bend = 2 * middle - before - after;
 
-    return bend > 0 ? 0.5 * (after - before) / bend : 0;
+    return bend > 0 ? fmin(fmax(0.5 * (after - before) / bend, -0.5), 0.5) : 0;
 }
 
-/* Find the shift from the slice @p before at which most pixels beside another label match.
+/* Find the shift from the slice @p before at which most pixels beside another label match; NAN if
+ * it is not less than MOST_SHIFT - 1 along both axes.
  * @param at room for the indices of a slice's pixels. */
 static void find_shift(const slices *s, const uint16_t *slice, const uint16_t *before, uint32_t *at,
                        double shift[2])
@@ -117,6 +116,10 @@ static void find_shift(const slices *s, const uint16_t *slice, const uint16_t *b
                 best[1] = y;
             }
         }
+    }
+    for (int i = 0; i < 2; i++) {
+        if (best[i] == 1 || best[i] == SHIFTS - 2)
+            return; /* the best one may lie farther off */
     }
     shift[0] =
         best[0] - MOST_SHIFT +
@@ -220,6 +223,22 @@ static bool may_jump(slices *s, int count, int threads)
     return products < 0 && moved >= LEAST_JUMPING / 2 * known;
 }
 
+/* @return a place in whole pixels. */
+static int place_of(double exact)
+{
+    return (int)lround(fmin(fmax(exact, -MOST_SHIFT), MOST_SHIFT));
+}
+
+/* @return how many of @p threads to use, so that what they need for their slices is not more than
+ * what the volume takes; at least one. */
+static int least_threads(const drawn_view *view, size_t pixels, int threads)
+{
+    const double bytes = (double)sc_volume_voxels(view->v) * view->v->label_bytes,
+                 each = (double)pixels * (2 * sizeof(uint16_t) + sizeof(uint32_t));
+
+    return (int)fmax(1, fmin(threads, bytes / each));
+}
+
 sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int axis, int threads,
                                  int *places, int *moved)
 {
@@ -231,10 +250,11 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int 
 
     *moved = 0;
     memset(places, 0, (size_t)count * 2 * sizeof *places);
-    if (count < FEWEST_SLICES)
-        return SC_OK;
     s.step = 1;
     s.pixels = (size_t)view->size[s.axes[0]] * (size_t)view->size[s.axes[1]];
+    if (count < FEWEST_SLICES || s.pixels > INT_MAX)
+        return SC_OK;
+    threads = least_threads(view, s.pixels, threads);
     SC_TRY(sc_alloc(ctx, (size_t)threads * 2 * s.pixels, sizeof *s.scratch, &block));
     s.scratch = block;
     SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.borders, &block));
@@ -250,8 +270,8 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int 
         find_places(&s, count, i, exact + 2 * count, exact + i * count);
     if (do_jump(&s, count, exact)) {
         for (int z = 0; z < count; z++) {
-            places[2 * z] = (int)lround(exact[z]);
-            places[2 * z + 1] = (int)lround(exact[count + z]);
+            places[2 * z] = place_of(exact[z]);
+            places[2 * z + 1] = place_of(exact[count + z]);
             *moved += places[2 * z] || places[2 * z + 1];
         }
     }
@@ -323,6 +343,7 @@ sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis, int
     m.places = block;
     SC_TRY(sc_resample_find_moved(ctx, &view, axis, threads, block, &moved));
     s.pixels = (size_t)view.size[s.axes[0]] * (size_t)view.size[s.axes[1]];
+    threads = least_threads(&view, s.pixels, threads);
     SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.scratch, &block));
     s.scratch = block;
     sc_parallel_for(threads, (size_t)v->size[axis], 1, move_slices, &m);

@@ -147,7 +147,7 @@ sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volume, const sc
     sc_status status = SC_OK;
 
     sc_resampled_size(volume, &whole, size);
-    if (sc_is_noisy(grid))
+    if (sc_is_noisy(grid) || grid->moved[0] || grid->moved[1] || grid->moved[2])
         most = (double)size[0] * size[1] * size[2] * volume->label_bytes;
     if (grid->split[0] > 1 || grid->split[1] > 1 || grid->split[2] > 1) {
         SC_TRY(sc_resample_find_boxes(ctx, volume, threads, &boxes));
