@@ -34,9 +34,13 @@ sc_weight_filter sc_weight_filter_of(const double steps[3], sc_vec3 strength)
     sc_weight_filter f = {.strength = fmax(fmax(along[0], along[1]), along[2])};
 
     for (int i = 0; i < 3; i++) {
-        f.dimensions += along[i] > 0;
-        f.steps[i] = steps[i] * (along[i] > 0 ? f.strength / along[i] : FAR);
+        const bool smoothed = WEIGHT_REACH * along[i] > steps[i];
+
+        f.dimensions += smoothed;
+        f.steps[i] = steps[i] * (smoothed ? f.strength / along[i] : FAR);
     }
+    if (f.dimensions == 0) /* one voxel alone, with lengths whose squares are no longer 0 */
+        f.strength = 1;
     return f;
 }
 

@@ -31,10 +31,10 @@ typedef struct sc_weight_filter {
     double steps[3]; /* lengths of a voxel, stretched along axes that are smoothed less */
     double strength; /* by which all lengths of the filter are multiplied: that of the axis which is
                         smoothed most */
-    int dimensions;  /* axes along which anything is smoothed at all, 1 to 3 */
+    int dimensions;  /* axes along which anything is smoothed at all, 0 to 3 */
 } sc_weight_filter;
-/* @return the filter. @param steps of sc_filter_steps. @param strength along each axis, one of them
- * above 0. */
+/* @return the filter. @param steps of sc_filter_steps. @param strength along each axis; along one
+ * that is too weak to reach the next voxel, nothing is smoothed. */
 sc_weight_filter sc_weight_filter_of(const double steps[3], sc_vec3 strength);
 /* @return the value of the filter, not normalised, at the sum of the squares of the three distances
  * along the axes, each in voxels times steps of @p f; 0 beyond its reach. */

@@ -191,6 +191,39 @@ static void more_strengths_than_tables_are_refused(void **state)
     sc_volume_clear(&volume);
 }
 
+/* A strength too small to reach the next voxel is as good as 0, by either of the two ways, and one
+ * whose square is 0 does no harm. */
+static void strengths_that_reach_no_voxel_count_as_0(void **state)
+{
+    static const double weak[] = {0.1, 1e-310};
+    const int size[3] = {33, 33, 33};
+    sc_volume volume = shape_volume(size, cube, 1, 2, wider);
+
+    (void)state;
+    for (int i = 0; i < 2 * 2 * 2; i++) {
+        const double strong = i & 1 ? 2.5 : 1, s = weak[i >> 1 & 1];
+        const bool one_axis = i & 4;
+        prepared_copy a =
+            prepare_with(&volume, one_axis ? (sc_vec3){strong, strong, 0} : same(0), NULL);
+        prepared_copy b =
+            prepare_with(&volume, one_axis ? (sc_vec3){strong, strong, s} : same(s), NULL);
+        int near = 0;
+
+        for (int n = 0; n < 33 * 33 * 33; n++) {
+            const int x = n % 33, y = n / 33 % 33, z = n / 33 / 33;
+
+            if (!sc_is_near(&a.view, x + 1, y + 1, z + 1))
+                continue;
+            near++;
+            assert_int_equal(weight_at(&a.view, x, y, z), weight_at(&b.view, x, y, z));
+        }
+        assert_true(near > 1000);
+        sc_free(a.block);
+        sc_free(b.block);
+    }
+    sc_volume_clear(&volume);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -198,6 +231,7 @@ int main(void)
         cmocka_unit_test(each_tissue_has_its_own_strength),
         cmocka_unit_test(nothing_is_smoothed_along_an_axis_of_strength_0),
         cmocka_unit_test(more_strengths_than_tables_are_refused),
+        cmocka_unit_test(strengths_that_reach_no_voxel_count_as_0),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
