@@ -51,6 +51,9 @@ typedef struct normal_filter {
 /* The filters of a volume, which the threads share. The tables are owned. */
 typedef struct filters {
     const sc_preparation *p;
+    sc_vec3 strength;             /* of all labels */
+    float gain;                   /* what weights are multiplied by */
+    const uint8_t *marked;        /* [brick_count], borrowed: which bricks to do; NULL: all */
     weight_row rows[TAPS * TAPS]; /* [row_count] of them */
     int row_count, table_count;
     quad *weight_tables; /* [table_count][PATTERNS]; NULL where surfaces are crisp (smooth 0) */
@@ -95,7 +98,7 @@ static void fill_table(quad *table, size_t stride, const float taps[TAPS])
  * steps_of. Returns SC_ERR_MEMORY. */
 static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3])
 {
-    const sc_weight_filter w = sc_weight_filter_of(steps, f->p->kinds[0]);
+    const sc_weight_filter w = sc_weight_filter_of(steps, f->strength);
     double squares[TAPS * TAPS], total = 0;
     void *block;
     sc_status status;
@@ -149,8 +152,8 @@ static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const d
     return SC_OK;
 }
 
-/* Fill all of @p f but p, which must be set, the rest being zero. Returns SC_ERR_MEMORY; the caller
- * frees the tables in any case. */
+/* Fill the tables and to_mm of @p f, which must be zero. Returns SC_ERR_MEMORY; the caller frees
+ * the tables in any case. */
 static sc_status fill_filters(const sc_ctx *ctx, filters *f)
 {
     const sc_volume *v = f->p->volume;
@@ -158,7 +161,7 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
     sc_status status;
 
     sc_filter_steps(v, steps);
-    if (sc_is_smoothed(f->p))
+    if (sc_most_strength(f->strength) > 0)
         SC_TRY(fill_weights(ctx, f, steps));
     SC_TRY(fill_normal_filter(ctx, &f->wide, steps, SC_NORMAL_WIDTH));
     SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, SC_NARROW_WIDTH));
@@ -441,16 +444,15 @@ static void filter_brick(const filters *f, brick_work *w, uint64_t mask)
 }
 
 /* @return the vertex record of the vertex of a bit, from own, other and outward of @p w. The weight
- * is kept within SC_WEIGHT_LEAST and SC_WEIGHT_MAX, and is the latter where surfaces are crisp. */
+ * is kept within SC_WEIGHT_LEAST and SC_WEIGHT_MAX; where surfaces are crisp, it is the gain. */
 static uint32_t record_of(const filters *f, const brick_work *w, int bit)
 {
-    const float margin = (w->own[bit] - w->other[bit]) * SC_WEIGHT_MAX + 0.5f;
-    int weight = SC_WEIGHT_MAX;
+    const float margin = f->weight_tables ? w->own[bit] - w->other[bit] : 1;
+    const float scaled = margin * f->gain * SC_WEIGHT_MAX + 0.5f;
+    const int weight = !(scaled > SC_WEIGHT_LEAST) ? SC_WEIGHT_LEAST
+                       : scaled < SC_WEIGHT_MAX    ? (int)scaled
+                                                   : SC_WEIGHT_MAX;
 
-    if (f->weight_tables && !(margin > SC_WEIGHT_LEAST))
-        weight = SC_WEIGHT_LEAST;
-    else if (f->weight_tables && margin < SC_WEIGHT_MAX)
-        weight = (int)margin;
     return sc_field_record(f->to_mm, weight, w->outward[bit]);
 }
 
@@ -473,7 +475,7 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
     for (size_t brick = begin; brick < end; brick++) {
         int low[3];
 
-        if (!f->p->near[brick])
+        if (!f->p->near[brick] || (f->marked && !f->marked[brick]))
             continue;
         sc_brick_low(f->p->bricks, brick, low);
         fetch_window(f->p->volume, low, &w);
@@ -482,20 +484,38 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Fill the records of the bricks by filters of which p, strength, gain and marked are set, the rest
+ * being zero. @param worth as of sc_stage_for. Returns SC_ERR_MEMORY. */
+static sc_status fill_records(const sc_ctx *ctx, filters *f, uint64_t worth)
+{
+    sc_status status = fill_filters(ctx, f);
+
+    if (status == SC_OK)
+        sc_stage_for(ctx, worth, f->p->settings.threads, f->p->brick_count, 1024, fields_of_bricks,
+                     f);
+    sc_free(f->weight_tables);
+    sc_free(f->wide.table);
+    sc_free(f->narrow.table);
+    return status;
+}
+
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)
 {
-    filters f = {.p = p};
+    filters f = {.p = p, .strength = p->kinds[0], .gain = 1};
     void *block;
     sc_status status;
 
     SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
     p->records = block;
-    SC_TRY(fill_filters(ctx, &f));
-    sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 1024, fields_of_bricks,
-                 &f);
+    SC_TRY(fill_records(ctx, &f, SC_WORTH_FIELDS));
 out:
-    sc_free(f.weight_tables);
-    sc_free(f.wide.table);
-    sc_free(f.narrow.table);
     return status;
+}
+
+sc_status sc_find_fields_of_bricks(const sc_ctx *ctx, const sc_preparation *p, sc_vec3 strength,
+                                   float gain, const uint8_t *marked)
+{
+    filters f = {.p = p, .strength = strength, .gain = gain, .marked = marked};
+
+    return fill_records(ctx, &f, 0);
 }

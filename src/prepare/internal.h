@@ -126,6 +126,12 @@ sc_status sc_find_strengths(const sc_ctx *ctx, sc_preparation *p);
 bool sc_has_plain_fields(const sc_preparation *p);
 /* Make the vertex records: records. Needs sc_has_plain_fields. */
 sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p);
+/* Fill the vertex records of some bricks, for sc_find_wide_fields, in records, which is there: all
+ * labels are smoothed alike. @param strength at most 1.25 along each axis. @param gain what weights
+ * are multiplied by; the weight itself, as a share of the largest, if the strength is 0.
+ * @param marked [brick_count] 1 for the bricks to do. Returns SC_ERR_MEMORY. */
+sc_status sc_find_fields_of_bricks(const sc_ctx *ctx, const sc_preparation *p, sc_vec3 strength,
+                                   float gain, const uint8_t *marked);
 /* Make the vertex records for any strengths: records. */
 sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p);
 /* Raise the weights of sheets of tissue one voxel thick, in place, so that nothing shows through

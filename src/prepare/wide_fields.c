@@ -16,6 +16,11 @@
  * Normals of strong smoothing come from a wider Gaussian, too, so that light does not show what
  * outlines do not. Where tissue is thin for it, a narrower one is blended in, by stages.
  *
+ * A window can hold thousands of labels, each of which would be filtered over all of it, and
+ * compared with all others. No strong smoothing can be seen among labels as small as that. So
+ * bricks whose window holds more than LABELS_MAX of them are left to fields.c: all of their labels
+ * are smoothed by strength 1, or by the weakest one if that is less. The labels alone decide.
+ *
  * The window around a brick has 32 vertices along each axis. A row of it are four bytes, and tables
  * hold the sums for every pattern of one byte. */
 #include "filters.h"
@@ -41,7 +46,8 @@ enum {
     STANDARD = 1,
     NORMALS_MAX = 2 + SC_SMOOTH_KINDS_MAX,
     PLAIN_RADIUS = 6, /* of the standard and the narrow filter for normals */
-    ANY_KIND = -1
+    ANY_KIND = -1,
+    LABELS_MAX = 128 /* in a window that is smoothed here */
 };
 
 /* Strengths up to this one have the standard filter for normals, and do not tear tissue. */
@@ -87,6 +93,7 @@ typedef struct filters {
     int reach;                    /* the largest radius of any filter */
     float flat; /* margin beside a flat border by strength 1, and of crisp tissue */
     double to_mm[3][3];
+    uint8_t *crowded; /* [brick_count], borrowed; set to 1 for bricks left to fields.c */
 } filters;
 
 static double squared(double x)
@@ -299,7 +306,7 @@ typedef struct brick_work {
     quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
     quad along_xy[WINDOW][SC_BRICK][2];   /* the derivatives along x and y */
     float gradient[SC_BRICK_VERTICES][3]; /* of the current label */
-    uint16_t labels[ROWS * WINDOW];       /* [count] the distinct labels of the window: */
+    uint16_t labels[LABELS_MAX];          /* [count] the distinct labels of the window: */
     int count, carried;                   /* first those that wanted vertices carry */
     uint64_t own_bits[SC_BRICK_VERTICES]; /* [carried]: which wanted vertices carry a label */
     float sum[SC_BRICK_VERTICES];         /* of the memberships of a vertex's rivals */
@@ -400,8 +407,9 @@ static uint16_t id_of_bit(const brick_work *w, int bit)
         ->ids[(sc_bit_z(bit) + RADIUS) * WINDOW + sc_bit_y(bit) + RADIUS][sc_bit_x(bit) + RADIUS];
 }
 
-/* Add the labels of a row that are not known yet to w->labels. */
-static void add_labels(brick_work *w, int row)
+/* Add the labels of a row that are not known yet to w->labels. @return false if there are too many.
+ */
+static bool add_labels(brick_work *w, int row)
 {
     uint32_t known = 0;
 
@@ -413,15 +421,18 @@ static void add_labels(brick_work *w, int row)
 
         while (i < w->count && w->labels[i] != id)
             i++;
+        if (i == LABELS_MAX)
+            return false;
         if (i == w->count)
             w->labels[w->count++] = id;
         known |= row_bits(w->ids[row], id);
     }
+    return true;
 }
 
 /* Find the distinct labels of the window: fills labels, count, carried and own_bits. @param mask
- * the wanted vertices, not empty. */
-static void find_labels(const filters *f, brick_work *w, uint64_t mask)
+ * the wanted vertices, not empty. @return false if there are more than LABELS_MAX. */
+static bool find_labels(const filters *f, brick_work *w, uint64_t mask)
 {
     const int first = RADIUS - f->reach, end = RADIUS + SC_BRICK + f->reach;
 
@@ -441,9 +452,12 @@ static void find_labels(const filters *f, brick_work *w, uint64_t mask)
     }
     w->count = w->carried;
     for (int z = first; z < end; z++) {
-        for (int y = first; y < end; y++)
-            add_labels(w, z * WINDOW + y);
+        for (int y = first; y < end; y++) {
+            if (!add_labels(w, z * WINDOW + y))
+                return false;
+        }
     }
+    return true;
 }
 
 /* ---- weights ---- */
@@ -711,7 +725,9 @@ static void find_outward(const filters *f, brick_work *w, uint64_t mask)
     }
 }
 
-/* Fill the records of bricks [begin, end); an sc_range_fn on filters. */
+/* Fill the records of bricks [begin, end), but mark crowded ones instead; an sc_range_fn on
+ * filters.
+ */
 static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const filters *f = user;
@@ -727,7 +743,10 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
             continue;
         sc_brick_low(f->p->bricks, brick, low);
         fetch_window(f, low, &w);
-        find_labels(f, &w, mask);
+        if (!find_labels(f, &w, mask)) {
+            f->crowded[brick] = 1;
+            continue;
+        }
         find_margins(f, &w, mask);
         find_outward(f, &w, mask);
         mend_thin_margins(f, &w, mask);
@@ -744,8 +763,29 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Fill the records of the crowded bricks, if there are any. No label is smoothed more than its own
+ * strength says, and weights are scaled as those of the other bricks. Returns SC_ERR_MEMORY. */
+static sc_status fill_crowded(const sc_ctx *ctx, const filters *f)
+{
+    const sc_preparation *p = f->p;
+    sc_vec3 strength = {1, 1, 1};
+    sc_weight_filter w;
+    double steps[3], total;
+
+    if (!memchr(f->crowded, 1, p->brick_count))
+        return SC_OK;
+    for (int k = 0; k < p->kind_count; k++)
+        strength = (sc_vec3){fmin(strength.x, p->kinds[k].x), fmin(strength.y, p->kinds[k].y),
+                             fmin(strength.z, p->kinds[k].z)};
+    sc_filter_steps(p->volume, steps);
+    w = sc_weight_filter_of(steps, strength);
+    return sc_find_fields_of_bricks(
+        ctx, p, strength, (float)(f->flat / fmin(flat_margin(&w, &total), 1)), f->crowded);
+}
+
 sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
 {
+    uint8_t *crowded = NULL;
     filters *f = NULL;
     void *block;
     sc_status status;
@@ -755,10 +795,14 @@ sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
     SC_TRY(sc_zalloc(ctx, 1, sizeof *f, &block));
     f = block;
     f->p = p;
+    SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof *crowded, &block));
+    f->crowded = crowded = block;
     SC_TRY(fill_filters(ctx, f));
     sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 64, fields_of_bricks,
                  f);
+    SC_TRY(fill_crowded(ctx, f));
 out:
+    sc_free(crowded);
     for (int i = 0; f && i < FILTERS_MAX; i++)
         sc_free(f->weights[i].tables);
     for (int i = 0; f && i < NORMALS_MAX; i++)

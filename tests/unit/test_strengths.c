@@ -191,6 +191,71 @@ static void more_strengths_than_tables_are_refused(void **state)
     sc_volume_clear(&volume);
 }
 
+/* Every voxel has a label of its own, but for background far from them. */
+static int dust(double x, double y, double z)
+{
+    return x < 10 && y < 10 && z < 10 ? 1 + (int)(x + 10 * y + 100 * z) : 0;
+}
+
+/* The same, and a ball that no window shares with them. */
+static int dust_and_ball(double x, double y, double z)
+{
+    return balls(x, y, z) == 2 ? 1001 : dust(x, y, z);
+}
+
+/* Where a window holds more labels than strong smoothing is for, strength 1 replaces it; strong
+ * smoothing would take minutes. The rest of the volume is smoothed as without them. */
+static void crowds_of_labels_are_smoothed_by_strength_1(void **state)
+{
+    const int size[3] = {96, 33, 33};
+    sc_volume volume = shape_volume(size, cube, 2, 1002, dust_and_ball);
+    sc_volume ball = shape_volume(size, cube, 1, 3, balls);
+    prepared_copy strong = prepare_with(&volume, same(2.5), NULL);
+    prepared_copy plain = prepare_with(&volume, same(1), NULL);
+    prepared_copy alone = prepare_with(&ball, same(2.5), NULL);
+    int in_dust = 0, in_ball = 0, differ = 0;
+
+    (void)state;
+    for (int n = 0; n < 96 * 33 * 33; n++) {
+        const int x = n % 96, y = n / 96 % 33, z = n / 96 / 33;
+
+        if (dust(x, y, z) > 0) {
+            in_dust++;
+            assert_int_equal(weight_at(&strong.view, x, y, z), weight_at(&plain.view, x, y, z));
+        } else if (x > 60 && sc_is_near(&strong.view, x + 1, y + 1, z + 1)) {
+            in_ball++;
+            assert_int_equal(weight_at(&strong.view, x, y, z), weight_at(&alone.view, x, y, z));
+            differ += weight_at(&strong.view, x, y, z) != weight_at(&plain.view, x, y, z);
+        }
+    }
+    assert_int_equal(in_dust, 1000);
+    assert_true(in_ball > 1000 && differ > in_ball / 10);
+    sc_free(strong.block);
+    sc_free(plain.block);
+    sc_free(alone.block);
+    sc_volume_clear(&volume);
+    sc_volume_clear(&ball);
+}
+
+/* In a crowd of labels, too, nothing is smoothed more than its own strength says; and crisp tissue
+ * has the same weight everywhere. */
+static void crowds_of_labels_stay_crisp(void **state)
+{
+    const int size[3] = {16, 12, 12};
+    sc_volume volume = shape_volume(size, cube, 2, 1001, dust);
+    sc_vec3 each[1001];
+    prepared_copy p;
+
+    (void)state;
+    for (int id = 0; id < 1001; id++)
+        each[id] = same(id % 2 ? 2.5 : 0);
+    p = prepare_with(&volume, same(1), each);
+    for (int n = 0; n < 1000; n++)
+        assert_in_range(weight_at(&p.view, n % 10, n / 10 % 10, n / 100), 21, 23);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
 /* A strength too small to reach the next voxel is as good as 0, by either of the two ways, and one
  * whose square is 0 does no harm. */
 static void strengths_that_reach_no_voxel_count_as_0(void **state)
@@ -231,6 +296,8 @@ int main(void)
         cmocka_unit_test(each_tissue_has_its_own_strength),
         cmocka_unit_test(nothing_is_smoothed_along_an_axis_of_strength_0),
         cmocka_unit_test(more_strengths_than_tables_are_refused),
+        cmocka_unit_test(crowds_of_labels_are_smoothed_by_strength_1),
+        cmocka_unit_test(crowds_of_labels_stay_crisp),
         cmocka_unit_test(strengths_that_reach_no_voxel_count_as_0),
     };
 
