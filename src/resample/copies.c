@@ -5,15 +5,17 @@
  */
 #include "internal.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
     FEWEST_EDGES = 8,    /* fewer say nothing: a few boxes have edges on many a regular grid */
     TRIALS_PER_LINE = 8, /* steps that are tried differ by a plane over so many regular planes times
                             their number: the last one is then moved by an eighth of a plane */
-    REFINEMENTS = 16     /* steps that are tried on either side of one that nearly fits: where all
+    REFINEMENTS = 16,    /* steps that are tried on either side of one that nearly fits: where all
                             planes are edges only steps within a ten-thousandth fit */
+    FIRST_LOOK = 8,      /* edges after which it is first asked whether a step can still fit */
+    BUCKETS = 16 /* parts of a step among which residues are sorted: arcs that are looked for
+                    leave a gap of at least a quarter of FEWEST_COPIES, so of every step */
 };
 /* The share of the regular planes between the first and the last edge that must be edges. */
 #define LEAST_FILLED 0.5
@@ -81,32 +83,68 @@ static void mark_slices(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* The order of numbers, for qsort. */
-static int compare_numbers(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
+/* Where residues lie on the circle of circumference `step`: the least and the greatest of each of
+ * its parts. Empty parts have a negative greatest one. */
+typedef struct circle {
+    double step, least[BUCKETS], greatest[BUCKETS];
+} circle;
 
-    return (x > y) - (x < y);
+/* @return the length of the arc on which all residues lie: what the widest gap between them leaves.
+ * Right if that gap is wider than a part of the circle, else too long, and longer than all parts
+ * but one. @param begin receives where the arc begins. */
+static double arc_of(const circle *c, double *begin)
+{
+    double first = -1, last = 0, widest = 0, widest_end = 0;
+
+    for (int b = 0; b < BUCKETS; b++) {
+        if (c->greatest[b] < 0)
+            continue;
+        if (first < 0) {
+            first = c->least[b];
+        } else if (c->least[b] - last > widest) {
+            widest = c->least[b] - last;
+            widest_end = c->least[b];
+        }
+        last = c->greatest[b];
+    }
+    if (first + c->step - last >= widest) {
+        widest = first + c->step - last;
+        widest_end = first;
+    }
+    *begin = widest_end;
+    return c->step - widest;
 }
 
-/* All residues lie on an arc of the circle of circumference @p step: what the widest gap between
- * them leaves. @param residues [count], at least 1; sorted here. @param begin receives where the
- * arc begins.
- * @return its length. */
-static double arc_of(double *residues, int count, double step, double *begin)
+/* The arc on which the residues of all edges lie. More edges never make it shorter, so it is
+ * measured after 8 edges, 16, 32, and so on, until it is too long. Only about one in k of the steps
+ * that are tried still fits k edges, wherever these lie (the large sieve inequality), so that all
+ * trials together look at O(n log n) edges.
+ * @param at [count], at least 1. @param most arcs from this length on do not matter; at most 15 /
+ * 16 of the step. @param begin receives where the arc begins.
+ * @return its length, or HUGE_VAL if it is @p most or longer. */
+static double arc_of_edges(const int *at, int count, double step, double most, double *begin)
 {
-    double widest;
+    circle c = {.step = step};
+    double arc = 0;
 
-    qsort(residues, (size_t)count, sizeof *residues, compare_numbers);
-    widest = residues[0] + step - residues[count - 1];
-    *begin = residues[0];
-    for (int i = 1; i < count; i++) {
-        if (residues[i] - residues[i - 1] > widest) {
-            widest = residues[i] - residues[i - 1];
-            *begin = residues[i];
-        }
+    for (int b = 0; b < BUCKETS; b++) {
+        c.least[b] = step;
+        c.greatest[b] = -1;
     }
-    return step - widest;
+    for (int i = 0, next = FIRST_LOOK; i < count; i++) {
+        const double residue = fmod(at[i], step);
+        const int part = (int)(residue / step * BUCKETS), b = part < BUCKETS ? part : BUCKETS - 1;
+
+        c.least[b] = residue < c.least[b] ? residue : c.least[b];
+        c.greatest[b] = residue > c.greatest[b] ? residue : c.greatest[b];
+        if (i + 1 != next && i + 1 != count)
+            continue;
+        next *= 2;
+        arc = arc_of(&c, begin);
+        if (arc >= most)
+            return HUGE_VAL;
+    }
+    return arc;
 }
 
 /* Planes @p step apart, one of which lies at @p phase, and how far edges lie off them, together. */
@@ -114,28 +152,27 @@ typedef struct planes {
     double step, phase, spread;
 } planes;
 
-/* @return the planes @p step apart that are nearest to the edges. The spread is HUGE_VAL if too few
- * of them are edges. @param at [count] rising. @param residues scratch, [count]. */
-static planes planes_of(const int *at, int count, double step, double *residues)
+/* @return the planes @p step apart that are nearest to the edges. The spread is HUGE_VAL if it is
+ * @p most or more, or if too few of the planes are edges. @param at [count] rising. */
+static planes planes_of(const int *at, int count, double step, double most)
 {
     double begin, arc;
 
     if (step < FEWEST_COPIES || count < LEAST_FILLED * ((at[count - 1] - at[0]) / step + 1))
         return (planes){.step = step, .spread = HUGE_VAL};
-    for (int i = 0; i < count; i++)
-        residues[i] = fmod(at[i], step);
-    arc = arc_of(residues, count, step, &begin);
+    arc = arc_of_edges(at, count, step, most, &begin);
     return (planes){step, begin + arc / 2, arc};
 }
 
-/* @return the best of the planes whose step differs from that of @p p by at most @p range / 2. */
-static planes refine(const int *at, int count, planes p, double range, double *residues)
+/* @return the best of the planes whose step differs from that of @p p by at most @p range / 2; @p p
+ * itself if the spread of none is less than @p most. */
+static planes refine(const int *at, int count, planes p, double range, double most)
 {
     planes best = p;
 
     for (int n = -REFINEMENTS; n <= REFINEMENTS; n++) {
         const double step = p.step + n * range / (2 * REFINEMENTS);
-        const planes tried = planes_of(at, count, step, residues);
+        const planes tried = planes_of(at, count, step, fmin(best.spread, most));
 
         if (tried.spread < best.spread)
             best = tried;
@@ -151,10 +188,11 @@ static bool fits(const planes *p)
 
 /* Find the planes on which all edges along an axis lie. The least distance of two edges is that of
  * the planes, rounded. Of several steps that fit, the one with the least spread is taken.
- * @param at [count] edges, rising. @param residues scratch, [count]. @param grid gets copies and
- * phase of the axis, which are left alone if there are none. */
-static void find_planes(const int *at, int count, int axis, double *residues, sc_drawn_grid *grid)
+ * @param at [count] edges, rising. @param grid gets copies and phase of the axis, which are left
+ * alone if there are none. */
+static void find_planes(const int *at, int count, int axis, sc_drawn_grid *grid)
 {
+    const double nearly = ROUNDING + 1.0 / TRIALS_PER_LINE;
     planes best = {.spread = HUGE_VAL};
     int least, trials;
 
@@ -166,10 +204,10 @@ static void find_planes(const int *at, int count, int axis, double *residues, sc
     trials = TRIALS_PER_LINE * ((at[count - 1] - at[0]) / least + 1);
     for (int n = 0; n <= trials && best.spread > 0; n++) { /* the whole number first */
         const double range = 1.0 / (trials + 1);
-        planes tried = planes_of(at, count, n == 0 ? least : least + 1 - n * range, residues);
+        planes tried = planes_of(at, count, n == 0 ? least : least + 1 - n * range, nearly);
 
-        if (n > 0 && tried.spread < ROUNDING + 1.0 / TRIALS_PER_LINE)
-            tried = refine(at, count, tried, range, residues);
+        if (n > 0 && tried.spread < nearly)
+            tried = refine(at, count, tried, range, fmin(best.spread, ROUNDING));
         if (fits(&tried) && tried.spread < best.spread)
             best = tried;
     }
@@ -187,7 +225,6 @@ sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int thr
     const size_t flags = flags_at(v, 3);
     edge_work w = {v, NULL};
     int *at = NULL;
-    double *residues = NULL;
     void *block;
     sc_status status;
 
@@ -195,8 +232,6 @@ sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int thr
     w.of_threads = block;
     SC_TRY(sc_alloc(ctx, flags, sizeof *at, &block));
     at = block;
-    SC_TRY(sc_alloc(ctx, flags, sizeof *residues, &block));
-    residues = block;
     sc_parallel_for(threads, (size_t)v->size[2], 1, mark_slices, &w);
     for (int axis = 0; axis < 3; axis++) {
         int count = 0;
@@ -209,12 +244,11 @@ sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int thr
             if (edge)
                 at[count++] = n;
         }
-        find_planes(at, count, axis, residues, grid);
+        find_planes(at, count, axis, grid);
     }
 out:
     sc_free(w.of_threads);
     sc_free(at);
-    sc_free(residues);
     return status;
 }
 

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Every parser at n and at 2n: twice the input costs less than 2.5 times the operations. Operations
- * are counted, not timed: blocks of code that ran in base, volume, job, store, study and the
- * options, and bytes that functions of the C library looked at for them (tests/support/counted.h).
- * What libyaml, jansson and zlib do inside is not counted. */
+/* Every parser, and the search for copied voxels, at n and at 2n: twice the input costs less than
+ * 2.5 times the operations. Operations are counted, not timed: blocks of code that ran in base,
+ * volume, job, store, study, that search and the options, and bytes that functions of the C library
+ * looked at for them (tests/support/counted.h). What libyaml, jansson and zlib do inside is not
+ * counted. */
 #include "check.h"
 
 #include "internal.h"
 #include "options.h"
 #include "segcast/job.h"
+#include "segcast/resample.h"
 #include "segcast/study.h"
 #include "segcast/volume.h"
 
@@ -140,6 +142,38 @@ static void parse_nifti(const parser *p, int n)
     assert_int_equal(sc_volume_read(&ctx, "c.nii.gz", &v), p->wanted);
     sc_volume_clear(&v);
     unlink("c.nii.gz");
+}
+
+/* Labels of @p count voxels of a row: @p pattern again and again, or random ones if it is empty. */
+static void fill_row(uint8_t *ids, int count, const char *pattern, uint32_t *seed)
+{
+    const int length = (int)strlen(pattern);
+
+    for (int i = 0; i < count; i++) {
+        *seed = *seed * 1664525u + 1013904223u;
+        ids[i] = length ? (uint8_t)(pattern[i % length] - '0') : (uint8_t)(*seed >> 24) % 5;
+    }
+}
+
+/* Look for copied voxels along a row of n: the first half as head says, the rest as part does. */
+static void find_copies(const parser *p, int n)
+{
+    sc_volume v = {.size = {n, 1, 1},
+                   .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}},
+                   .label_bytes = 1,
+                   .label_count = 5,
+                   .ids = calloc((size_t)n, 1)};
+    const double wanted = p->tail[0] ? atof(p->tail) : 1;
+    sc_drawn_grid grid;
+    uint32_t seed = 1;
+
+    assert_non_null(v.ids);
+    fill_row(v.ids, n / 2, p->head, &seed);
+    fill_row((uint8_t *)v.ids + n / 2, n - n / 2, p->part, &seed);
+    sc_test_operations = 0;
+    assert_int_equal(sc_find_drawn_grid(&ctx, &v, 1, &grid), p->wanted);
+    assert_true(fabs(grid.copies[0] - wanted) < 0.001);
+    free(v.ids);
 }
 
 /* Load a job; what it says may be wrong, but it is parsed to its end. */
@@ -410,6 +444,12 @@ static const parser parsers[] = {
     {"names in the head of a forged manifest", parse_forged_manifest, "names", "", "", 0, SC_OK,
      3000},
     {"statistics of many runs", parse_statistics, "", "", "", 0, SC_OK, 3000},
+    {"voxels that all differ", find_copies, "12", "12", "1", 0, SC_OK, 3000},
+    {"voxels drawn at random", find_copies, "", "", "1", 0, SC_OK, 3000},
+    {"voxels copied twice", find_copies, "1122", "1122", "2", 0, SC_OK, 4000},
+    {"voxels copied 2.5 times", find_copies, "11222", "11222", "2.5", 0, SC_OK, 4000},
+    {"voxels copied 3.5 times, a half of them", find_copies, "1112222", "", "1", 0, SC_OK, 4200},
+    {"voxels copied in two ways", find_copies, "11222", "1112222", "1", 0, SC_OK, 4200},
     {"options", parse_options, "", "--set=tissues.t%d.opacity=0.5", "", 0, SC_OK, 100},
     {"options of one kind", parse_options, "", "--quiet", "", 0, SC_OK, 4000},
 };
