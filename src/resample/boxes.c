@@ -76,6 +76,10 @@ sc_status sc_resample_find_boxes(const sc_ctx *ctx, const sc_volume *v, int thre
         for (size_t id = 0; id < labels; id++)
             join_box(&w.boxes[id], &w.boxes[(size_t)t * labels + id]);
     }
+    for (size_t id = 0; id < labels; id++) {
+        if (!w.boxes[id].voxels)
+            w.boxes[id] = (sc_label_tally){0, {v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
+    }
     *out = w.boxes;
     return SC_OK;
 }

@@ -28,7 +28,8 @@ int sc_resample_plane_of(int size, double copies, double phase, int n);
 SC_MUST_USE sc_status sc_resample_remove_copies(const sc_ctx *ctx, sc_volume *v, int axis,
                                                 double copies, double phase);
 
-/* Find the boxes of all labels, in voxels. @param out receives [label_count], the caller owns it.
+/* Find the boxes of all labels, in voxels; that of a label without voxels has low > high. @param
+ * out receives [label_count], the caller owns it.
  * @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_resample_find_boxes(const sc_ctx *ctx, const sc_volume *v, int threads,
                                              sc_label_tally **out);

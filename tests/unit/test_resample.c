@@ -5,7 +5,7 @@
 
 #include <limits.h>
 
-#include "segcast/resample.h"
+#include "internal.h"
 #include "shapes.h"
 
 enum { SIDE = 24 };
@@ -392,6 +392,25 @@ static void bytes_grow_with_boxes_slices_and_threads(void **state)
     assert_true(bytes_of(40, 5, 1, small_id) - least == 28 * 60 * 60 * 3);
 }
 
+static void boxes_of_labels_without_voxels_are_empty(void **state)
+{
+    const int size[3] = {60, 60, 9};
+    sc_volume v = shape_volume(size, (double[3]){1, 1, 1}, 1, 3, small_id);
+    sc_label_tally *boxes = NULL;
+
+    (void)state;
+    assert_ok(sc_resample_find_boxes(&quiet, &v, 2, &boxes));
+    assert_int_equal(boxes[0].voxels, 60 * 60 * 9 - 1);
+    assert_int_equal(boxes[1].voxels, 1);
+    assert_memory_equal(boxes[1].low, ((int[3]){30, 30, 4}), sizeof boxes[1].low);
+    assert_memory_equal(boxes[1].high, boxes[1].low, sizeof boxes[1].high);
+    assert_int_equal(boxes[2].voxels, 0);
+    for (int i = 0; i < 3; i++)
+        assert_true(boxes[2].low[i] > boxes[2].high[i]);
+    sc_free(boxes);
+    sc_volume_clear(&v);
+}
+
 enum { NOISY = 56 };
 
 /* @return the next of a series of random numbers from 0 to 1. */
@@ -619,6 +638,7 @@ int main(void)
         cmocka_unit_test(closed_skins_stay_closed),
         cmocka_unit_test(sheets_end_between_slices),
         cmocka_unit_test(oblique_and_round_tissue_keeps_its_volume),
+        cmocka_unit_test(boxes_of_labels_without_voxels_are_empty),
         cmocka_unit_test(bytes_grow_with_boxes_slices_and_threads),
         cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
         cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
