@@ -58,7 +58,7 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
     const char *why = bad_name(name);
-    char *target = NULL, *folders[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
+    char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
     struct stat info;
     sc_status status = SC_OK;
 
@@ -66,18 +66,18 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
         return sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\": %s; %s", header, field, name, why,
                        advice);
     target = realpath(header, NULL); /* where the header lies if the user has named a link to it */
-    folders[0] = folder_of(header);
-    folders[1] = target ? folder_of(target) : NULL;
-    for (int i = 0; i < 2 && !real && folders[i]; i++) {
+    directories[0] = folder_of(header);
+    directories[1] = target ? folder_of(target) : NULL;
+    for (int i = 0; i < 2 && !real && directories[i]; i++) {
         sc_free(joined);
         joined = NULL;
-        SC_TRY(sc_path_join(ctx, strcmp(folders[i], ".") ? folders[i] : "", name, &joined));
+        SC_TRY(sc_path_join(ctx, strcmp(directories[i], ".") ? directories[i] : "", name, &joined));
         real = realpath(joined, NULL);
     }
     if (!real || stat(real, &info))
         status = sc_fail(ctx, SC_ERR_DATA, "%s: the file of its voxels, %s: %s", header,
                          joined ? joined : name, strerror(errno));
-    else if (!is_below(real, folders[0]) && !is_below(real, folders[1]))
+    else if (!is_below(real, directories[0]) && !is_below(real, directories[1]))
         status =
             sc_fail(ctx, SC_ERR_DATA, "%s: %s is \"%s\", a link out of the directory to %s; %s",
                     header, field, name, real, advice);
@@ -92,8 +92,8 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
 out:
     free(real);
     free(target);
-    free(folders[0]);
-    free(folders[1]);
+    free(directories[0]);
+    free(directories[1]);
     sc_free(joined);
     return status;
 }
