@@ -660,6 +660,22 @@ static void a_scan_needs_little_memory(void **state)
     unlink("t.nrrd");
 }
 
+/* @return whether the memory in use is known, and the program's own: the thread sanitizer notes
+ * every access, which takes several times as much. */
+static bool counts_memory(void)
+{
+#if defined __has_feature
+#if __has_feature(thread_sanitizer)
+    return false;
+#endif
+#endif
+#ifdef __linux__
+    return true;
+#else
+    return false;
+#endif
+}
+
 /* Where a volume holds background alone, its ids take no memory (on Linux). Labels in falling order
  * are numbered anew, and more than 256 take wider ids, which must not touch it either. */
 static void background_takes_little_memory(void **state)
@@ -688,9 +704,8 @@ static void background_takes_little_memory(void **state)
         fclose(file);
         before = sc_peak_rss();
         assert_ok(sc_volume_read(&quiet, "t.nrrd", &v));
-#ifdef __linux__
-        assert_true(sc_peak_rss() - before < MOST_BYTES);
-#endif
+        if (counts_memory())
+            assert_true(sc_peak_rss() - before < MOST_BYTES);
         for (int i = 0; i < labels; i++)
             assert_int_equal(v.labels[id_at(&v, i)].value, labels - i);
         for (size_t i = 0; i < voxels; i++)
