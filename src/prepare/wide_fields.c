@@ -19,11 +19,8 @@
  * A window can hold thousands of labels, each of which would be filtered over all of it, and
  * compared with all others. No strong smoothing can be seen among labels as small as that. So
  * bricks whose window holds more than LABELS_MAX of them are left to fields.c: all of their labels
- * are smoothed by strength 1, or by the weakest one if that is less. The labels alone decide.
- *
- * The window around a brick has 32 vertices along each axis. A row of it are four bytes, and tables
- * hold the sums for every pattern of one byte. */
-#include "filters.h"
+ * are smoothed by strength 1, or by the weakest one if that is less. The labels alone decide. */
+#include "wide_filters.h"
 
 #include <string.h>
 #ifdef __SSE2__
@@ -31,270 +28,12 @@
 #endif
 
 enum {
-    RADIUS = 14,                    /* the largest, in vertices */
-    WINDOW = SC_BRICK + 2 * RADIUS, /* 32 */
-    ROWS = WINDOW * WINDOW,
-    TAPS = 2 * RADIUS + 1,
-    CHUNK_BITS = 8, /* of a row that index a table together */
-    CHUNKS = WINDOW / CHUNK_BITS,
-    PATTERNS = 1 << CHUNK_BITS,
-    /* weight filters: one for each kind of strength, and one that replaces it where tissue is thin
-     */
-    FILTERS_MAX = 2 * SC_SMOOTH_KINDS_MAX,
-    /* normal filters: narrow, standard, and one for each kind of strength */
-    NARROW = 0,
-    STANDARD = 1,
-    NORMALS_MAX = 2 + SC_SMOOTH_KINDS_MAX,
-    PLAIN_RADIUS = 6, /* of the standard and the narrow filter for normals */
     ANY_KIND = -1,
     LABELS_MAX = 128 /* in a window that is smoothed here */
 };
 
-/* Strengths up to this one have the standard filter for normals, and do not tear tissue. */
-#define PLAIN_MAX 1.25
-
 /* Less than any membership: those of filters with negative values may be a little below 0. */
 #define NO_RIVAL (-1.0f)
-
-typedef sc_quad quad;
-
-/* A row of the window in which a filter for weights is not 0. */
-typedef struct weight_row {
-    int offset; /* rows of the window before it, for the brick's vertices at y = z = 0 */
-    int table;  /* which table applies to it: rows at the same distance share one */
-} weight_row;
-
-/* A filter for weights. */
-typedef struct weights {
-    bool crisp;                  /* no filter: all weights are equal */
-    int thin;                    /* the filter that replaces it where tissue is thin; -1: none */
-    float gain;                  /* what margins are multiplied by */
-    int first_chunk, last_chunk; /* those in which any tap is not 0 */
-    int row_count, table_count;
-    weight_row rows[TAPS * TAPS];     /* [row_count] of them */
-    quad (*tables)[CHUNKS][PATTERNS]; /* [table_count], owned: sums of taps of four vertices */
-} weights;
-
-/* A filter for normals. */
-typedef struct normals {
-    int radius;
-    quad (*table)[PATTERNS][2]; /* [CHUNKS], owned: smoothed value and derivative along x */
-    float value[3][TAPS];       /* [2 * radius + 1] taps of the Gaussian along each axis */
-    float slope[3][TAPS];       /* those of its derivative */
-} normals;
-
-/* What the threads share. */
-typedef struct filters {
-    const sc_preparation *p; /* borrowed */
-    weights
-        weights[FILTERS_MAX]; /* [filter_count]: those of the kinds, then those of thin tissue */
-    int filter_count;
-    normals normals[NORMALS_MAX]; /* narrow, standard, then by kind; without table: not used */
-    int reach;                    /* the largest radius of any filter */
-    float flat; /* margin beside a flat border by strength 1, and of crisp tissue */
-    double to_mm[3][3];
-    uint8_t *crowded; /* [brick_count], borrowed; set to 1 for bricks left to fields.c */
-} filters;
-
-static double squared(double x)
-{
-    return x * x;
-}
-
-/* ---- tables ---- */
-
-/* Fill a table: for every pattern of a chunk and each of the four vertices x along the row, the sum
- * of the taps whose bits are set; the taps of vertex x begin at bit x of the row.
- * @param stride quads from the sums of a pattern to those of the next. */
-static void fill_table(quad *table, size_t stride, int chunk, const float taps[TAPS])
-{
-    table[0] = (quad){0, 0, 0, 0};
-    for (int bits = 1; bits < PATTERNS; bits++) {
-        const int column = chunk * CHUNK_BITS + __builtin_ctz((unsigned)bits);
-        quad sum = table[(size_t)(bits & (bits - 1)) * stride];
-
-        for (int x = 0; x < SC_BRICK; x++)
-            sum[x] += column >= x && column - x < TAPS ? taps[column - x] : 0;
-        table[(size_t)bits * stride] = sum;
-    }
-}
-
-/* @return the index of the table of the rows at a squared distance, which is appended to @p squares
- * [*count] if it is new. */
-static int table_of(double *squares, int *count, double square)
-{
-    for (int i = 0; i < *count; i++) {
-        if (fabs(squares[i] - square) < 1e-9)
-            return i;
-    }
-    squares[*count] = square;
-    return (*count)++;
-}
-
-/* @return the largest share that a layer of vertices across one of the axes has in a filter for
- * weights, which is its margin beside a flat border. @param total the sum of all its values. */
-static double flat_margin(const sc_weight_filter *w, double *total)
-{
-    double layers[3] = {0, 0, 0}, sum = 0;
-
-    for (int i = 0; i < TAPS * TAPS * TAPS; i++) {
-        const int at[3] = {i % TAPS - RADIUS, i / TAPS % TAPS - RADIUS, i / TAPS / TAPS - RADIUS};
-        const double value =
-            sc_weight_filter_at(w, squared(at[0] * w->steps[0]) + squared(at[1] * w->steps[1]) +
-                                       squared(at[2] * w->steps[2]));
-
-        sum += value;
-        for (int axis = 0; axis < 3; axis++)
-            layers[axis] += at[axis] == 0 ? value : 0;
-    }
-    *total = sum;
-    return fmax(fmax(layers[0], layers[1]), layers[2]) / sum;
-}
-
-/* Fill the rows of a filter for weights, and @p squares, the squared distance of each table. */
-static void fill_rows(const sc_weight_filter *w, weights *out, double squares[TAPS * TAPS])
-{
-    for (int dz = -RADIUS; dz <= RADIUS; dz++) {
-        for (int dy = -RADIUS; dy <= RADIUS; dy++) {
-            const double square = squared(dy * w->steps[1]) + squared(dz * w->steps[2]);
-
-            if (sc_weight_filter_at(w, square) != 0)
-                out->rows[out->row_count++] =
-                    (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                 table_of(squares, &out->table_count, square)};
-        }
-    }
-}
-
-/* @return whether the filter for weights reaches @p distance vertices along an axis. */
-static bool reaches(const sc_weight_filter *w, int axis, int distance)
-{
-    return sc_weight_filter_at(w, squared(distance * w->steps[axis])) != 0;
-}
-
-/* Fill a filter for weights, which is zero, but for thin. @param steps of sc_filter_steps. Returns
- * SC_ERR_MEMORY. */
-static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[3],
-                              sc_vec3 strength, weights *out)
-{
-    const bool crisp = !(sc_most_strength(strength) > 0);
-    const sc_weight_filter w = sc_weight_filter_of(steps, crisp ? (sc_vec3){1, 1, 1} : strength);
-    double squares[TAPS * TAPS], total;
-    int reach = 0;
-    void *block;
-    sc_status status;
-
-    out->crisp = crisp;
-    if (crisp)
-        return SC_OK;
-    out->gain = (float)(f->flat / fmin(flat_margin(&w, &total), 1)); /* weak ones overshoot */
-    fill_rows(&w, out, squares);
-    status = sc_alloc(ctx, (size_t)out->table_count, sizeof *out->tables, &block);
-    if (status != SC_OK)
-        return status;
-    out->tables = block;
-    for (int t = 0; t < out->table_count; t++) {
-        float taps[TAPS];
-
-        for (int x = -RADIUS; x <= RADIUS; x++)
-            taps[x + RADIUS] =
-                (float)(sc_weight_filter_at(&w, squares[t] + squared(x * w.steps[0])) / total);
-        for (int chunk = 0; chunk < CHUNKS; chunk++)
-            fill_table(out->tables[t][chunk], 1, chunk, taps);
-    }
-    while (reach < RADIUS && reaches(&w, 0, reach + 1))
-        reach++;
-    out->first_chunk = (RADIUS - reach) / CHUNK_BITS;
-    out->last_chunk = (RADIUS + SC_BRICK - 1 + reach) / CHUNK_BITS;
-    for (int axis = 1; axis < 3; axis++) {
-        while (reach < RADIUS && reaches(&w, axis, reach + 1))
-            reach++;
-    }
-    f->reach = reach > f->reach ? reach : f->reach;
-    return SC_OK;
-}
-
-/* Fill a filter for normals, which is zero. @param widths standard deviation along each axis, in
- * reference voxels. Returns SC_ERR_MEMORY. */
-static sc_status fill_normals(const sc_ctx *ctx, filters *f, const double steps[3], int radius,
-                              const double widths[3], normals *out)
-{
-    float along_x[2][TAPS] = {{0}};
-    void *block;
-    sc_status status = sc_alloc(ctx, CHUNKS, sizeof *out->table, &block);
-
-    if (status != SC_OK)
-        return status;
-    out->table = block;
-    out->radius = radius;
-    f->reach = radius > f->reach ? radius : f->reach;
-    for (int axis = 0; axis < 3; axis++)
-        sc_normal_taps(radius, steps[axis], widths[axis], out->value[axis], out->slope[axis]);
-    memcpy(along_x[0] + RADIUS - radius, out->value[0],
-           (size_t)(2 * radius + 1) * sizeof out->value[0][0]);
-    memcpy(along_x[1] + RADIUS - radius, out->slope[0],
-           (size_t)(2 * radius + 1) * sizeof out->slope[0][0]);
-    for (int chunk = 0; chunk < CHUNKS; chunk++) {
-        fill_table(&out->table[chunk][0][0], 2, chunk, along_x[0]);
-        fill_table(&out->table[chunk][0][1], 2, chunk, along_x[1]);
-    }
-    return SC_OK;
-}
-
-/* @return how many times as wide as the standard filter for normals that of a strength is. */
-static double widening(double strength)
-{
-    return fmax(strength / PLAIN_MAX, 1);
-}
-
-/* Fill the filters of kind @p k: for weights, for those where tissue is thin, and for normals.
- * Returns SC_ERR_MEMORY. */
-static sc_status fill_kind(const sc_ctx *ctx, filters *f, const double steps[3], int k)
-{
-    const sc_vec3 s = f->p->kinds[k];
-    const double wider[3] = {widening(s.x), widening(s.y), widening(s.z)};
-    const double most = fmax(fmax(wider[0], wider[1]), wider[2]);
-    const int radius = (int)fmin(ceil(PLAIN_RADIUS * most), RADIUS);
-    double widths[3];
-    sc_status status;
-
-    f->weights[k].thin = -1;
-    SC_TRY(fill_weights(ctx, f, steps, s, &f->weights[k]));
-    if (!(most > 1))
-        return SC_OK;
-    f->weights[k].thin = f->filter_count++;
-    f->weights[f->weights[k].thin].thin = -1;
-    SC_TRY(fill_weights(ctx, f, steps, (sc_vec3){fmin(s.x, 1), fmin(s.y, 1), fmin(s.z, 1)},
-                        &f->weights[f->weights[k].thin]));
-    for (int i = 0; i < 3; i++)
-        widths[i] = SC_NORMAL_WIDTH * wider[i];
-    status = fill_normals(ctx, f, steps, radius, widths, &f->normals[STANDARD + 1 + k]);
-out:
-    return status;
-}
-
-/* Fill all of @p f but p, which must be set, the rest being zero. Returns SC_ERR_MEMORY; the caller
- * frees the tables in any case. */
-static sc_status fill_filters(const sc_ctx *ctx, filters *f)
-{
-    static const double standard[3] = {SC_NORMAL_WIDTH, SC_NORMAL_WIDTH, SC_NORMAL_WIDTH};
-    static const double narrow[3] = {SC_NARROW_WIDTH, SC_NARROW_WIDTH, SC_NARROW_WIDTH};
-    double steps[3], total;
-    sc_weight_filter one;
-    sc_status status;
-
-    sc_filter_steps(f->p->volume, steps);
-    one = sc_weight_filter_of(steps, (sc_vec3){1, 1, 1});
-    f->flat = (float)flat_margin(&one, &total);
-    f->filter_count = f->p->kind_count;
-    for (int k = 0; k < f->p->kind_count; k++)
-        SC_TRY(fill_kind(ctx, f, steps, k));
-    SC_TRY(fill_normals(ctx, f, steps, PLAIN_RADIUS, standard, &f->normals[STANDARD]));
-    SC_TRY(fill_normals(ctx, f, steps, PLAIN_RADIUS, narrow, &f->normals[NARROW]));
-    sc_gradient_to_mm(f->p->volume, steps, f->to_mm);
-out:
-    return status;
-}
 
 /* ---- one brick ---- */
 
@@ -780,7 +519,7 @@ static sc_status fill_crowded(const sc_ctx *ctx, const filters *f)
     sc_filter_steps(p->volume, steps);
     w = sc_weight_filter_of(steps, strength);
     return sc_find_fields_of_bricks(
-        ctx, p, strength, (float)(f->flat / fmin(flat_margin(&w, &total), 1)), f->crowded);
+        ctx, p, strength, (float)(f->flat / fmin(sc_flat_margin(&w, &total), 1)), f->crowded);
 }
 
 sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
@@ -797,16 +536,14 @@ sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
     f->p = p;
     SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof *crowded, &block));
     f->crowded = crowded = block;
-    SC_TRY(fill_filters(ctx, f));
+    SC_TRY(sc_wide_filters_fill(ctx, f));
     sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 64, fields_of_bricks,
                  f);
     SC_TRY(fill_crowded(ctx, f));
 out:
     sc_free(crowded);
-    for (int i = 0; f && i < FILTERS_MAX; i++)
-        sc_free(f->weights[i].tables);
-    for (int i = 0; f && i < NORMALS_MAX; i++)
-        sc_free(f->normals[i].table);
+    if (f)
+        sc_wide_filters_clear(f);
     sc_free(f);
     return status;
 }
