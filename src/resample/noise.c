@@ -454,7 +454,7 @@ static void look_for_borders(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Set up the work on a view. @return SC_ERR_MEMORY. */
+/* Make the filters and the scratch memory for a volume. @return SC_ERR_MEMORY. */
 static sc_status make_work(const sc_ctx *ctx, const drawn_view *view, const double drawn_mm[3],
                            int threads, noise_work *w)
 {
