@@ -83,9 +83,9 @@ void sc_gradient_to_mm(const sc_volume *v, const double steps[3], double to_mm[3
 {
     sc_affine inverse = {0};
 
-    /* Times the length of a voxel in reference voxels they are gradients per voxel, which map by
-     * the transposed inverse. It exists: the reader of the volume has checked. The map is scaled so
-     * that a gradient of 1 along x keeps its length. */
+    /* Gradients per reference voxel, times the length of a voxel, are gradients per voxel; those
+     * map to RAS by the transposed inverse. It exists: the reader of the volume has checked. The
+     * map is scaled so that a gradient of 1 along x keeps its length. */
     (void)sc_affine_invert(&v->to_ras_mm, &inverse);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)

@@ -12,7 +12,7 @@ enum {
     TRIALS_PER_LINE = 8, /* steps that are tried differ by a plane over so many regular planes times
                             their number: the last one is then moved by an eighth of a plane */
     REFINEMENTS = 16,    /* steps that are tried on either side of one that nearly fits: where all
-                            planes are edges only steps within a ten-thousandth fit */
+                            planes are edges, a step must be right to a ten-thousandth */
     FIRST_LOOK = 8,      /* edges after which it is first asked whether a step can still fit */
     BUCKETS = 16 /* parts of a step among which residues are sorted: arcs that are looked for
                     leave a gap of at least a quarter of FEWEST_COPIES, so of every step */
