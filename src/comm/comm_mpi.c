@@ -179,30 +179,35 @@ out:
     return status;
 }
 
-/* Find room for shared->bytes on this node, first in memory, then as a file in @p folder, then as
- * one copy per rank: the last two only if @p folder is not NULL. Sets data and place. Collective in
- * comm->node, where all get the same result. @return SC_ERR_MEMORY, not logged. */
-static sc_status find_place(mpi_comm *comm, const char *folder, sc_shared *shared)
+/* Find room for shared->bytes that the ranks of this node really share, first in memory, then as a
+ * file in @p folder if it is not NULL. Sets data and place. Collective in comm->node, where all get
+ * the same result. @return SC_ERR_MEMORY, not logged. */
+static sc_status find_common_place(mpi_comm *comm, const char *folder, sc_shared *shared)
 {
-    int ranks;
-    size_t spare_bytes;
-    sc_status status;
+    const size_t spare_bytes =
+        SPARE_BYTES + (size_t)comm->base.node_size * (size_t)SPARE_BYTES_PER_RANK;
 
-    if (shared->bytes == 0)
-        return SC_OK;
-    MPI_Comm_size(comm->node, &ranks);
-    spare_bytes = SPARE_BYTES + (size_t)ranks * SPARE_BYTES_PER_RANK;
     shared->place = SC_SHARED_IN_MEMORY;
     if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data) == SC_OK)
         return SC_OK;
+    shared->place = SC_SHARED_IN_FILE;
+    if (folder && map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+        return SC_OK;
+    return SC_ERR_MEMORY;
+}
+
+/* As find_common_place; where there is no such place and @p folder is not NULL, every rank gets a
+ * copy. */
+static sc_status find_place(mpi_comm *comm, const char *folder, sc_shared *shared)
+{
+    if (shared->bytes == 0)
+        return SC_OK;
+    if (find_common_place(comm, folder, shared) == SC_OK)
+        return SC_OK;
     if (!folder)
         return SC_ERR_MEMORY;
-    shared->place = SC_SHARED_IN_FILE;
-    if (map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
-        return SC_OK;
     shared->place = SC_SHARED_COPIED;
-    status = sc_alloc(&comm->silent, shared->bytes, 1, &shared->data);
-    return agree_in(comm->node, status);
+    return agree_in(comm->node, sc_alloc(&comm->silent, shared->bytes, 1, &shared->data));
 }
 
 /* All ranks agree on the return code twice, so that none waits for one that has failed; between
@@ -232,6 +237,36 @@ static sc_status mpi_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const
     }
     *out = shared;
     return SC_OK;
+}
+
+static sc_status mpi_node_agree(sc_comm *base, sc_status mine)
+{
+    sc_status status;
+
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    status = agree_in(((mpi_comm *)base)->node, mine);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    return status;
+}
+
+static sc_status mpi_node_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, const char *folder,
+                                sc_shared **out)
+{
+    mpi_comm *comm = (mpi_comm *)base;
+    void *block = NULL;
+    sc_shared *shared;
+    sc_status status = agree_in(comm->node, sc_zalloc(ctx, 1, sizeof *shared, &block));
+
+    if (status == SC_OK) {
+        shared = block;
+        *shared = (sc_shared){.bytes = bytes, .free = mpi_unshare};
+        status = find_common_place(comm, folder, shared);
+    }
+    if (status == SC_OK)
+        *out = shared;
+    else
+        sc_free(block);
+    return status;
 }
 
 /* Copy the block between the first ranks of the nodes, and where every rank has a copy, from the
@@ -358,6 +393,8 @@ static const sc_comm_ops mpi_ops = {
     .gather = mpi_gather,
     .share = mpi_share,
     .publish = mpi_publish,
+    .node_agree = mpi_node_agree,
+    .node_share = mpi_node_share,
     .post = mpi_post,
     .pending = mpi_pending,
     .flush = mpi_flush,
@@ -376,6 +413,7 @@ static void fill_ranks(mpi_comm *comm)
     MPI_Comm_split_type(comm->world, MPI_COMM_TYPE_SHARED, comm->base.rank, MPI_INFO_NULL,
                         &comm->node);
     MPI_Comm_rank(comm->node, &comm->base.node_rank);
+    MPI_Comm_size(comm->node, &comm->base.node_size);
     leader = comm->base.node_rank == 0;
     MPI_Comm_split(comm->world, leader ? 0 : MPI_UNDEFINED, comm->base.rank, &comm->leaders);
     MPI_Allreduce(&leader, &nodes, 1, MPI_INT, MPI_SUM, comm->world);

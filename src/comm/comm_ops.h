@@ -6,7 +6,8 @@
 
 #include "segcast/comm.h"
 
-/* One function for each of sc_comm_* and sc_shared_*, with the same contract; none is NULL. */
+/* One function for each of sc_comm_* and sc_shared_*, with the same contract, and two for teams
+ * (segcast/team.h); none is NULL. */
 typedef struct sc_comm_ops {
     void (*close)(sc_comm *comm);
     sc_status (*agree)(sc_comm *comm, sc_status mine);
@@ -15,6 +16,14 @@ typedef struct sc_comm_ops {
     sc_status (*share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
                        sc_shared **out);
     void (*publish)(sc_comm *comm, sc_shared *shared);
+    /* As agree, among the ranks of this node, whose writes to memory that they share before the
+     * call are seen by all after it. */
+    sc_status (*node_agree)(sc_comm *comm, sc_status mine);
+    /* As share, among the ranks of this node, for memory that is really shared, if need be by a
+     * file in @p folder (NULL: none), all bytes 0. @return the same on them: SC_ERR_MEMORY, not
+     * logged. */
+    sc_status (*node_share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
+                            sc_shared **out);
     void (*post)(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
     int (*pending)(sc_comm *comm);
     void (*flush)(sc_comm *comm);
@@ -27,6 +36,7 @@ struct sc_comm {
     const sc_comm_ops *ops;
     int rank, size; /* number of this rank, and number of ranks */
     int node_rank;  /* number of this rank among those of its node, from 0 */
+    int node_size;  /* number of ranks of this node */
     int node_count; /* number of nodes */
     bool near_root; /* on the node of rank 0 */
 };

@@ -108,6 +108,8 @@ static const sc_comm_ops self_ops = {
     .gather = self_gather,
     .share = self_share,
     .publish = self_publish,
+    .node_agree = self_agree,
+    .node_share = self_share,
     .post = self_post,
     .pending = self_pending,
     .flush = self_nothing,
@@ -123,7 +125,8 @@ sc_status sc_comm_self_open(const sc_ctx *ctx, sc_comm **out)
 
     if (status != SC_OK)
         return status;
-    *comm = (sc_comm){.ops = &self_ops, .size = 1, .node_count = 1, .near_root = true};
+    *comm =
+        (sc_comm){.ops = &self_ops, .size = 1, .node_size = 1, .node_count = 1, .near_root = true};
     *out = comm;
     return SC_OK;
 }

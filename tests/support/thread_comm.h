@@ -114,10 +114,11 @@ static sc_status thread_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, co
     if (!w->shares)
         return SC_ERR_MEMORY;
     if (comm->rank == 0)
-        w->block = malloc(bytes);
+        w->block = calloc(1, bytes);
     (void)thread_agree(comm, SC_OK);
     shared = malloc(sizeof *shared);
     *shared = (thread_shared){{.data = w->block, .bytes = bytes, .free = thread_unshare}, comm};
+    (void)thread_agree(comm, SC_OK); /* all have read the address before the next one is set */
     *out = &shared->base;
     return SC_OK;
 }
@@ -192,6 +193,8 @@ static const sc_comm_ops thread_ops = {.agree = thread_agree,
                                        .gather = thread_gather,
                                        .share = thread_share,
                                        .publish = thread_publish,
+                                       .node_agree = thread_agree,
+                                       .node_share = thread_share,
                                        .post = thread_send,
                                        .pending = thread_pending,
                                        .flush = thread_flush,
@@ -230,6 +233,7 @@ static void run_ranks(int ranks, bool shares, thread_rank_fn *body, void *user)
                                         .rank = rank,
                                         .size = ranks,
                                         .node_rank = rank,
+                                        .node_size = ranks,
                                         .node_count = 1,
                                         .near_root = true},
                                        &world},

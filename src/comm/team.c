@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Parallel loops over the threads of all ranks of a node, and the arrays that these see. */
+#include "segcast/team.h"
+
+#include "comm_ops.h"
+
+/* What the ranks claim chunks from: one counter for the present loop and one for the next, so that
+ * a counter is set back when nobody can be using it. */
+typedef struct team_counters {
+    _Atomic uint64_t next[2];
+} team_counters;
+#if ATOMIC_LLONG_LOCK_FREE != 2
+#error "processes can share counters only where these need no lock"
+#endif
+
+/* An array of the team, as this rank sees it. */
+typedef struct team_array {
+    void *data;
+    size_t bytes;
+    sc_shared *shared; /* NULL: this rank's own memory */
+    struct team_array *next;
+} team_array;
+
+struct sc_team {
+    sc_comm *comm; /* NULL: this rank is alone */
+    int threads;
+    const char *folder;
+    team_array *arrays;      /* owned */
+    team_counters *counters; /* one of the arrays; NULL if the rank is alone */
+    uint64_t loops;          /* how many have been done */
+};
+
+int sc_team_ranks(const sc_team *team)
+{
+    return team->comm ? team->comm->node_size : 1;
+}
+
+uint64_t sc_team_bytes(const sc_team *team)
+{
+    uint64_t bytes = 0;
+
+    for (const team_array *a = team->arrays; a; a = a->next)
+        bytes += a->bytes;
+    return bytes;
+}
+
+sc_status sc_team_agree(sc_team *team, sc_status mine)
+{
+    return team->comm ? team->comm->ops->node_agree(team->comm, mine) : mine;
+}
+
+/* Free an array that is in no list any more. */
+static void free_array(team_array *array)
+{
+    if (array->shared)
+        sc_shared_free(array->shared);
+    else
+        sc_free(array->data);
+    sc_free(array);
+}
+
+/* Have @p array hold array->bytes that all ranks see. Collective. */
+static sc_status share_array(const sc_ctx *ctx, sc_team *team, team_array *array)
+{
+    const sc_status status = team->comm->ops->node_share(
+        ctx, team->comm, array->bytes ? array->bytes : 1, team->folder, &array->shared);
+
+    if (status != SC_OK)
+        return sc_fail(ctx, status,
+                       "there is no room for %zu bytes that the ranks of a node share",
+                       array->bytes);
+    array->data = sc_shared_data(array->shared);
+    return SC_OK;
+}
+
+sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size, void **out)
+{
+    team_array *array = NULL;
+    size_t bytes = 0;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    if (!sc_mul_size(count, size, &bytes))
+        status = sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count,
+                         size);
+    if (status == SC_OK)
+        status = sc_zalloc(ctx, 1, sizeof *array, &block);
+    SC_TRY(sc_team_agree(team, status));
+    array = block;
+    array->bytes = bytes;
+    if (team->comm)
+        SC_TRY(share_array(ctx, team, array));
+    else
+        SC_TRY(sc_zalloc(ctx, count, size, &array->data));
+    array->next = team->arrays;
+    team->arrays = array;
+    *out = array->data;
+    block = NULL;
+out:
+    sc_free(block);
+    return status;
+}
+
+void sc_team_free(sc_team *team, void *data)
+{
+    for (team_array **at = &team->arrays; *at; at = &(*at)->next) {
+        team_array *array = *at;
+
+        if (array->data == data) {
+            *at = array->next;
+            free_array(array);
+            return;
+        }
+    }
+}
+
+sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads, const char *folder,
+                       sc_team **out)
+{
+    sc_comm *several = comm && comm->node_size > 1 ? comm : NULL;
+    sc_team *team = NULL;
+    void *block = NULL;
+    sc_status status = sc_zalloc(ctx, 1, sizeof *team, &block);
+
+    SC_TRY(several ? several->ops->node_agree(several, status) : status);
+    team = block;
+    *team = (sc_team){.comm = several, .threads = threads, .folder = folder};
+    if (several) {
+        void *counters;
+
+        SC_TRY(sc_team_alloc(ctx, team, 1, sizeof *team->counters, &counters));
+        team->counters = counters;
+    }
+    *out = team;
+    return SC_OK;
+out:
+    sc_free(block);
+    return status;
+}
+
+void sc_team_close(sc_team *team)
+{
+    if (!team)
+        return;
+    while (team->arrays) {
+        team_array *array = team->arrays;
+
+        team->arrays = array->next;
+        free_array(array);
+    }
+    sc_free(team);
+}
+
+/* A loop that is being done, as one rank sees it. */
+typedef struct team_loop {
+    _Atomic uint64_t *next; /* the chunk that nobody has claimed yet */
+    size_t count, chunk;
+    sc_range_fn *body;
+    void *user;
+} team_loop;
+
+/* Claim chunks until none is left; an sc_range_fn on a team_loop, called once per thread. */
+static void claim_chunks(void *user, size_t begin, size_t end, int thread)
+{
+    const team_loop *loop = user;
+    const size_t chunks = (loop->count + loop->chunk - 1) / loop->chunk;
+
+    (void)begin;
+    (void)end;
+    for (;;) {
+        const uint64_t mine = atomic_fetch_add(loop->next, 1);
+        const size_t first = (size_t)mine * loop->chunk;
+        const size_t rest = loop->count - first;
+
+        if (mine >= chunks)
+            return;
+        loop->body(loop->user, first, first + (rest < loop->chunk ? rest : loop->chunk), thread);
+    }
+}
+
+void sc_team_for(sc_team *team, size_t count, size_t chunk, sc_range_fn *body, void *user)
+{
+    team_loop loop = {.count = count, .chunk = chunk, .body = body, .user = user};
+
+    if (!team->comm) {
+        sc_parallel_for(team->threads, count, chunk, body, user);
+        return;
+    }
+    loop.next = &team->counters->next[team->loops++ % 2];
+    sc_parallel_for(team->threads, (size_t)team->threads, 1, claim_chunks, &loop);
+    /* The other counter was that of the loop before, which all ranks have left. */
+    if (team->comm->node_rank == 0)
+        atomic_store(&team->counters->next[team->loops % 2], 0);
+    team->comm->ops->node_agree(team->comm, SC_OK);
+}
