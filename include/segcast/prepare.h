@@ -5,12 +5,16 @@
  *  thickness and surface of each label. The result is one block of memory, which ranks share and
  *  which may be kept as a file; what a picture can show is derived from it when a job begins.
  *
- *  None of the functions is collective. Those that take a number of threads start them; all others
- *  may be called by any thread. */
+ *  Functions that take a team are collective in it: all its ranks call them, in the same order and
+ *  for the same volume, get the same return code and the same result, which does not depend on how
+ *  many they are; arrays that they give out are the team's (sc_team_free, sc_team_close). None of
+ *  the others is collective. Those that take a number of threads start them; all others may be
+ *  called by any thread. */
 #ifndef SEGCAST_PREPARE_H
 #define SEGCAST_PREPARE_H
 
 #include "segcast/brick.h"
+#include "segcast/team.h"
 #include "segcast/volume.h"
 
 /** Wide kernels gather four bytes at a time even where they need one. Arrays that they read are
@@ -197,60 +201,54 @@ enum { SC_SHOW_BOUNDARY = 1, SC_SHOW_INTERIOR = 2 };
  *  with SC_SHOW_BOUNDARY and interior voxels of labels with SC_SHOW_INTERIOR.
  *  @param show [label_count] bits by dense id; 0 for the background.
  *  Shape [bricks z + 2][bricks y + 2][bricks x + 2]: with a frame of empty bricks, so that kernels
- *  need not test whether a position is just outside. Blocks until @p threads threads are done.
- *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
-SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume,
-                                       const uint8_t *show, int threads, uint64_t **out);
+ *  need not test whether a position is just outside. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_visible_masks(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                       const uint8_t *show, uint64_t **out);
 /** Write masks of the cells (cubes between 2x2x2 neighbouring vertices, named by the lowest) that
  *  hold more than one label, one of them with SC_SHOW_BOUNDARY, to @p out. Parameters, shape,
- * errors and owner as of sc_visible_masks. */
-SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume,
-                                       const uint8_t *show, int threads, uint64_t **out);
+ *  errors and owner as of sc_visible_masks. */
+SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                       const uint8_t *show, uint64_t **out);
 /** Write the chessboard distance, in bricks, from every brick to the nearest one that is not empty
  *  to @p out: 0 for a brick that is not empty itself; 254 also stands for all larger distances, and
  *  for no such brick at all. SC_GATHER_BYTES more may be read.
  *  @param masks of sc_visible_masks or sc_visible_cells. @param out one byte for each brick of
- *  @p masks, the frame included.
- *  @return SC_ERR_MEMORY. Caller owns: sc_free. */
-SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, const sc_prepared *volume,
-                                         const uint64_t *masks, uint8_t **out);
-/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. Owns
- *  its arrays. */
+ *  @p masks, the frame included. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team,
+                                         const sc_prepared *volume, const uint64_t *masks,
+                                         uint8_t **out);
+/** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. The
+ *  arrays are those of a team. */
 typedef struct sc_cells {
     uint32_t *start; /**< [bricks z + 2][y + 2][x + 2]: index in cells of the brick's first one */
     uint64_t *cells; /**< [count] packed cells */
     size_t count;
 } sc_cells;
-/** Fill @p out with the packed cells of @p masks (of sc_visible_cells; only borrowed). Blocks until
- *  @p threads threads are done; the result does not depend on their number. Caller owns:
- *  sc_cells_clear. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume,
-                                     const uint64_t *masks, int threads, sc_cells *out);
-/** Free the arrays; @p cells is all zero then, which is allowed too. */
-void sc_cells_clear(sc_cells *cells);
+/** Fill @p out with the packed cells of @p masks (of sc_visible_cells; only borrowed).
+ *  @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                     const uint64_t *masks, sc_cells *out);
 /** How much of the surroundings of a brick is filled with visible tissue, from which the kernels
  *  estimate how much light reaches a point in a cavity, and shadows: the opacity of the voxels,
  *  blurred by two Gaussians; 255 stands for opaque tissue everywhere. */
 typedef struct sc_occlusion {
     int size[3];               /**< bricks along each axis, the frame of empty ones included */
-    uint8_t (*filled)[2];      /**< [z][y][x], owned: by the narrow [0] and by the wide [1] blur */
+    uint8_t (*filled)[2];      /**< [z][y][x], of a team: by the narrow [0] and the wide [1] blur */
     float brick_offset;        /**< a grid coordinate / SC_BRICK + brick_offset is the coordinate
                                     in this array, whole numbers being the middles of bricks */
     double narrow_mm, wide_mm; /**< standard deviations of the blurs */
     double mm_per_step;        /**< the shortest edge of a brick */
 } sc_occlusion;
-/** Fill @p out. Blocks until @p threads threads are done; the result does not depend on their
- *  number. @param opacity [label_count] by dense id, 0 to 1; 0 for tissues that are not visible and
- *  for the background. Caller owns: sc_occlusion_clear. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume,
-                                         const float *opacity, int threads, sc_occlusion *out);
-/** Free the array; @p occlusion is all zero then, which is allowed too. */
-void sc_occlusion_clear(sc_occlusion *occlusion);
-/** Write the centres, in RAS mm, of the first and the last voxel of each row along x that are
- *  set in @p masks (of sc_visible_masks) to @p out. All corners of the convex hull of the visible
- * voxels' centres are among them. @param count how many were found; 0 if nothing is visible.
- *  @param out [count]; caller owns, also if count is 0: sc_free. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume,
-                                     const uint64_t *masks, sc_vec3 **out, size_t *count);
+/** Fill @p out. @param opacity [label_count] by dense id, 0 to 1; 0 for tissues that are not
+ * visible and for the background. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team,
+                                         const sc_prepared *volume, const float *opacity,
+                                         sc_occlusion *out);
+/** Write centres of visible voxels (as of sc_visible_masks, from @p show), in RAS mm, to @p out: in
+ *  each layer of the volume the corners of their convex hull, so that all corners of the convex
+ *  hull of all are among them. @param out [count], in the order of layers. @param count how many
+ *  were found; 0 if nothing is visible. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_hull_points(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                     const uint8_t *show, sc_vec3 **out, size_t *count);
 
 #endif

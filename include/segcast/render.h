@@ -38,6 +38,10 @@ typedef struct sc_render_settings {
     /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and
      * what is drawn is of no use. Borrowed. */
     const atomic_int *give_up;
+    /** NULL, or the communicator whose ranks make a renderer each, with the same settings but for
+     * the threads: those of a node derive together what they draw from, and share it. Borrowed. */
+    sc_comm *comm;
+    const char *folder; /**< as of sc_team_open; not read without comm */
 } sc_render_settings;
 
 /** Draws frames of one volume with one set of tissues and settings. */
@@ -50,9 +54,11 @@ typedef struct sc_render_stats {
 } sc_render_stats;
 
 /** Make a renderer: finds what is visible, and derives from the volume all that does not change
- *  from frame to frame. Starts settings->threads threads during the call. @param settings
- *  copied. @param volume stays borrowed until sc_renderer_free. @param tissues [label_count of
- *  the volume], by dense id; copied. @param out caller owns: sc_renderer_free; written only on
+ *  from frame to frame. Starts settings->threads threads during the call. With settings->comm
+ *  collective among the ranks of a node, which all get the same return code; SC_ERR_MEMORY also
+ *  means that they can share no memory, and each may try again without settings->comm. @param
+ * settings copied. @param volume stays borrowed until sc_renderer_free. @param tissues [label_count
+ * of the volume], by dense id; copied. @param out caller owns: sc_renderer_free; written only on
  *  success. @return SC_ERR_MEMORY; SC_ERR_DATA if the geometry of the volume is singular;
  *  SC_ERR_USAGE if this processor cannot run the variant settings->cpu. A volume too large for
  *  the kernels of SC_SKIP_LEAP is no error: those of SC_SKIP_INTERIOR then draw it (see
@@ -60,7 +66,8 @@ typedef struct sc_render_stats {
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,
                                       sc_renderer **out);
-/** Free a renderer and everything it owns; NULL is allowed. The volume stays the caller's. */
+/** Free a renderer and everything it owns, on this rank alone; NULL is allowed. The volume stays
+ * the caller's. */
 void sc_renderer_free(sc_renderer *renderer);
 /** Points in RAS mm among which are all corners of the convex hull of what is visible, for
  *  framing: @p count of them, 0 if nothing is visible. They stay owned by the renderer. */
@@ -68,9 +75,11 @@ const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);
 /** The kernel that the renderer uses; an entry of the constant table of kernels. Its skip method
  *  may differ from that of the settings if the volume is too large. */
 const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer);
-/** Bytes of memory that the renderer holds beside the prepared volume: what every rank has for
- *  itself. */
-size_t sc_renderer_bytes(const sc_renderer *renderer);
+/** Bytes of memory that every rank has for itself to draw, beside the prepared volume. */
+uint64_t sc_renderer_bytes(const sc_renderer *renderer);
+/** Bytes of what was derived from the volume: the ranks of a node hold them once, if the renderer
+ *  was made with settings->comm. */
+uint64_t sc_renderer_derived_bytes(const sc_renderer *renderer);
 
 /** A rectangle of a picture: x_px and y_px are its upper left corner. */
 typedef struct sc_viewport {

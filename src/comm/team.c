@@ -66,8 +66,7 @@ static sc_status share_array(const sc_ctx *ctx, sc_team *team, team_array *array
         ctx, team->comm, array->bytes ? array->bytes : 1, team->folder, &array->shared);
 
     if (status != SC_OK)
-        return sc_fail(ctx, status,
-                       "there is no room for %zu bytes that the ranks of a node share",
+        return sc_fail(ctx, status, "there is no room for %zu bytes that the ranks of a node share",
                        array->bytes);
     array->data = sc_shared_data(array->shared);
     return SC_OK;
@@ -81,8 +80,8 @@ sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t s
     sc_status status = SC_OK;
 
     if (!sc_mul_size(count, size, &bytes))
-        status = sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count,
-                         size);
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY, "a size overflows: %zu elements of %zu bytes", count, size);
     if (status == SC_OK)
         status = sc_zalloc(ctx, 1, sizeof *array, &block);
     SC_TRY(sc_team_agree(team, status));

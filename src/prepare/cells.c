@@ -2,109 +2,103 @@
 /* Packing of the visible cells for the smooth surface: labels and weights of the eight corners of a
  * cell in eight bytes, cells side by side in memory. From these alone a kernel finds whether a ray
  * crosses an interface in a cell, which in most cells it does not. */
-#include "segcast/prepare.h"
+#include "corners.h"
 
 #include <string.h>
-
-enum { SIDE = SC_BRICK + 1, VERTICES = SIDE * SIDE * SIDE };
 
 /* What the packing threads share. The arrays are as of sc_cells and sc_visible_cells. */
 typedef struct cell_packer {
     const sc_prepared *volume;
     const uint64_t *masks; /* which cells to pack */
-    uint32_t *start;       /* filled before packing begins */
-    uint64_t *cells;       /* filled by pack_bricks */
+    uint64_t *counts;      /* of the team: cells of each chunk of bricks */
+    uint32_t *start;
+    uint64_t *cells;
 } cell_packer;
 
-/* Labels and weights of the vertices that are corners of a brick's cells: those of the brick, and
- * the first layer of those after it along each axis. Arrays are [z][y][x]. */
-typedef struct brick_corners {
-    uint16_t labels[VERTICES]; /* dense ids */
-    uint8_t weights[VERTICES]; /* 0 for vertices that are not near an interface */
-} brick_corners;
+enum { CHUNK = 4096 /* bricks that a thread claims at a time */ };
 
-/* @return the index, in the arrays of brick_corners, of the vertex of a bit. @param at x, y, z of
- * its brick's lowest vertex in them: 0 or SC_BRICK each. */
-static inline int box_index(const int at[3], int bit)
-{
-    return ((at[2] + sc_bit_z(bit)) * SIDE + at[1] + sc_bit_y(bit)) * SIDE + at[0] + sc_bit_x(bit);
-}
+/* Weights of the vertices that are corners of a brick's cells: [z][y][x], 0 for vertices that are
+ * not near an interface. Rows are as long as those of sc_corner_labels. */
+typedef struct corner_weights {
+    int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW];
+} corner_weights;
 
 /* Write the weights of those vertices of brick (x, y, z) that are corners of the cells to be packed
- * to out->weights, which must be zeroed before; see box_index for @p at. Of a brick whose at is
- * SC_BRICK along an axis, only the lowest layer is wanted. Bricks beyond the last have no vertices.
- */
+ * to out->weights, which must be zeroed before. Of a brick whose @p at, the place of its lowest
+ * vertex in the arrays, is SC_BRICK along an axis (else 0), only the lowest layer is wanted. Bricks
+ * beyond the last have no vertices. */
 static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
-                          brick_corners *out)
+                          corner_weights *out)
 {
     const size_t brick = sc_brick_index(v->bricks, x, y, z);
-    uint64_t wanted = ~0ull;
+    uint64_t near, wanted = ~0ull;
 
     if (x >= v->bricks[0] || y >= v->bricks[1] || z >= v->bricks[2])
         return;
+    near = v->near[brick];
     wanted &= at[0] ? SC_BRICK_LOW_X : ~0ull;
     wanted &= at[1] ? SC_BRICK_LOW_Y : ~0ull;
     wanted &= at[2] ? SC_BRICK_LOW_Z : ~0ull;
-    for (uint64_t left = v->near[brick] & wanted; left; left &= left - 1) {
+    for (uint64_t left = near & wanted; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
-        const size_t index = v->near_start[brick] + sc_brick_rank(v->near[brick], bit);
+        const size_t index = v->near_start[brick] + sc_brick_rank(near, bit);
 
-        out->weights[box_index(at, bit)] =
-            (uint8_t)sc_record_weight(sc_record_read(v->records, index));
+        out->at[at[2] + sc_bit_z(bit)][at[1] + sc_bit_y(bit)][at[0] + sc_bit_x(bit)] =
+            sc_record_weight(sc_record_read(v->records, index));
     }
 }
 
-/* Fill both arrays of @p out for brick @p brick (x, y, z; without a frame). */
-static void fetch_corners(const sc_prepared *v, const int brick[3], brick_corners *out)
+/* Fill @p out for the brick at @p brick (x, y, z; without a frame). */
+static void fetch_all_weights(const sc_prepared *v, const int brick[3], corner_weights *out)
 {
-    int n = 0;
-
-    memset(out->weights, 0, sizeof out->weights);
+    memset(out, 0, sizeof *out);
     for (int i = 0; i < 8; i++) {
         const int at[3] = {i & 1 ? SC_BRICK : 0, i & 2 ? SC_BRICK : 0, i & 4 ? SC_BRICK : 0};
 
         fetch_weights(v, brick[0] + (i & 1), brick[1] + (i >> 1 & 1), brick[2] + (i >> 2), at, out);
     }
-    for (int z = 0; z < SIDE; z++) {
-        for (int y = 0; y < SIDE; y++) {
-            for (int x = 0; x < SIDE; x++, n++)
-                out->labels[n] = (uint16_t)sc_id_at_vertex(
-                    v, brick[0] * SC_BRICK + x, brick[1] * SC_BRICK + y, brick[2] * SC_BRICK + z);
-        }
-    }
 }
 
-/* @return the packed cell (brick.h) whose lowest vertex has index @p first in the arrays. */
-static uint64_t pack_cell(const brick_corners *c, int first)
+/* Write the packed cells (brick.h) of row (y, z) of a brick to @p out, side by side: compilers
+ * compute with all of them at a time. */
+static void pack_row(const sc_corner_labels *labels, const corner_weights *weights, int y, int z,
+                     uint64_t out[SC_BRICK])
 {
-    static const int corner[8] = {0,
-                                  1,
-                                  SIDE,
-                                  SIDE + 1,
-                                  SIDE * SIDE,
-                                  SIDE * SIDE + 1,
-                                  SIDE * SIDE + SIDE,
-                                  SIDE * SIDE + SIDE + 1};
-    uint32_t low = UINT16_MAX, high = 0;
-    uint64_t out = 0;
+    const int32_t *l[4], *w[4];
+    int32_t low[SC_CORNER_ROW], high[SC_CORNER_ROW], many[SC_BRICK] = {0};
+    uint32_t words[2][SC_BRICK] = {{0}};
 
-    for (int i = 0; i < 8; i++) {
-        const uint32_t label = c->labels[first + corner[i]];
-
-        low = label < low ? label : low;
-        high = label > high ? label : high;
+    for (int i = 0; i < 4; i++) {
+        l[i] = labels->at[z + (i >> 1)][y + (i & 1)];
+        w[i] = weights->at[z + (i >> 1)][y + (i & 1)];
+    }
+    memcpy(low, l[0], sizeof low);
+    memcpy(high, l[0], sizeof high);
+    for (int i = 1; i < 4; i++) {
+        for (int x = 0; x < SC_CORNER_ROW; x++) {
+            low[x] = l[i][x] < low[x] ? l[i][x] : low[x];
+            high[x] = l[i][x] > high[x] ? l[i][x] : high[x];
+        }
+    }
+    for (int x = 0; x < SC_BRICK; x++) {
+        low[x] = low[x + 1] < low[x] ? low[x + 1] : low[x];
+        high[x] = high[x + 1] > high[x] ? high[x + 1] : high[x];
     }
     for (int i = 0; i < 8; i++) {
-        const uint32_t label = c->labels[first + corner[i]];
-        const int weight = c->weights[first + corner[i]];
-        const uint64_t field =
-            (uint64_t)(label == low ? weight : -weight) & ((1u << SC_CELL_FIELD_BITS) - 1);
+        uint32_t *word = words[sc_cell_field_word(i)];
 
-        out |= field << (SC_CELL_WORD_BITS * sc_cell_field_word(i) + sc_cell_field_shift(i));
-        if (label != low && label != high)
-            out |= SC_CELL_MANY;
+        for (int x = 0; x < SC_BRICK; x++) {
+            const int32_t label = l[i >> 1][x + (i & 1)], weight = w[i >> 1][x + (i & 1)];
+            const int32_t field = label == low[x] ? weight : -weight;
+
+            many[x] |= label != low[x] && label != high[x];
+            word[x] |= ((uint32_t)field & ((1u << SC_CELL_FIELD_BITS) - 1))
+                       << sc_cell_field_shift(i);
+        }
     }
-    return out;
+    for (int x = 0; x < SC_BRICK; x++)
+        out[x] =
+            words[0][x] | (uint64_t)words[1][x] << SC_CELL_WORD_BITS | (many[x] ? SC_CELL_MANY : 0);
 }
 
 /* Does the cell of a bit of brick @p brick (x, y, z) reach across the border of the volume? Kernels
@@ -121,66 +115,93 @@ static bool is_at_border(const sc_prepared *v, const int brick[3], int bit)
     return false;
 }
 
-/* Write the packed cells of bricks [begin, end) of the array with a frame to their place in cells;
- * an sc_range_fn on a cell_packer. */
+/* Write the packed cells of @p mask of brick @p brick (x, y, z) to @p out, one after the other. */
+static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, uint64_t *out)
+{
+    const int low[3] = {brick[0] * SC_BRICK, brick[1] * SC_BRICK, brick[2] * SC_BRICK};
+    sc_corner_labels labels;
+    corner_weights weights;
+
+    sc_corner_labels_fetch(v, low, &labels);
+    fetch_all_weights(v, brick, &weights);
+    for (int row = 0; row < SC_BRICK_LAYER; row++) {
+        unsigned left = (unsigned)(mask >> (row * SC_BRICK)) & SC_BRICK_ROW_BITS;
+        uint64_t cells[SC_BRICK];
+
+        if (!left)
+            continue;
+        pack_row(&labels, &weights, row % SC_BRICK, row / SC_BRICK, cells);
+        for (; left; left &= left - 1) {
+            const int x = __builtin_ctz(left);
+
+            *out++ = cells[x] | (is_at_border(v, brick, row * SC_BRICK + x) ? SC_CELL_MANY : 0);
+        }
+    }
+}
+
+/* Count the cells of bricks [begin, end), a chunk of the array with a frame; an sc_range_fn on a
+ * cell_packer. */
+static void count_cells(void *user, size_t begin, size_t end, int thread)
+{
+    const cell_packer *p = user;
+    uint64_t count = 0;
+
+    (void)thread;
+    for (size_t i = begin; i < end; i++)
+        count += sc_count_bits(p->masks[i]);
+    p->counts[begin / CHUNK] = count;
+}
+
+/* Write the packed cells of bricks [begin, end), a chunk, to their place; an sc_range_fn on a
+ * cell_packer. */
 static void pack_bricks(void *user, size_t begin, size_t end, int thread)
 {
     const cell_packer *p = user;
-    static const int first[3] = {0, 0, 0};
+    uint64_t at = 0;
     int framed[3];
 
     (void)thread;
     sc_framed_size(p->volume->bricks, framed);
+    for (size_t chunk = 0; chunk < begin / CHUNK; chunk++)
+        at += p->counts[chunk];
     for (size_t i = begin; i < end; i++) {
-        uint64_t *out = p->cells + p->start[i];
-        brick_corners corners;
         int brick[3];
 
+        p->start[i] = (uint32_t)at;
         if (!p->masks[i])
             continue;
         sc_brick_at(framed, i, brick);
         for (int axis = 0; axis < 3; axis++)
             brick[axis] -= SC_BRICK_FRAME;
-        fetch_corners(p->volume, brick, &corners);
-        for (uint64_t left = p->masks[i]; left; left &= left - 1) {
-            const int bit = __builtin_ctzll(left);
-
-            *out++ = pack_cell(&corners, box_index(first, bit)) |
-                     (is_at_border(p->volume, brick, bit) ? SC_CELL_MANY : 0);
-        }
+        pack_brick(p->volume, brick, p->masks[i], p->cells + at);
+        at += sc_count_bits(p->masks[i]);
     }
 }
 
-sc_status sc_cells_build(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
-                         int threads, sc_cells *out)
+sc_status sc_cells_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                         const uint64_t *masks, sc_cells *out)
 {
     cell_packer p = {.volume = volume, .masks = masks};
-    size_t count = 0, bricks;
+    size_t count = 0, bricks, chunks;
+    void *block, *counts = NULL;
     int framed[3];
-    void *block = NULL;
     sc_status status;
 
     sc_framed_size(volume->bricks, framed);
     bricks = sc_brick_count(framed);
-    SC_TRY(sc_alloc(ctx, bricks, sizeof *p.start, &block));
+    chunks = (bricks + CHUNK - 1) / CHUNK;
+    SC_TRY(sc_team_alloc(ctx, team, chunks, sizeof *p.counts, &counts));
+    p.counts = counts;
+    sc_team_for(team, bricks, CHUNK, count_cells, &p);
+    for (size_t i = 0; i < chunks; i++)
+        count += p.counts[i];
+    SC_TRY(sc_team_alloc(ctx, team, bricks, sizeof *p.start, &block));
     p.start = block;
-    for (size_t i = 0; i < bricks; i++) {
-        p.start[i] = (uint32_t)count;
-        count += sc_count_bits(masks[i]);
-    }
-    SC_TRY(sc_alloc(ctx, count + 1, sizeof *p.cells, &block));
+    SC_TRY(sc_team_alloc(ctx, team, count + 1, sizeof *p.cells, &block));
     p.cells = block;
-    sc_parallel_for(threads, bricks, 4096, pack_bricks, &p);
+    sc_team_for(team, bricks, CHUNK, pack_bricks, &p);
     *out = (sc_cells){.start = p.start, .cells = p.cells, .count = count};
-    p.start = NULL;
 out:
-    sc_free(p.start);
+    sc_team_free(team, counts);
     return status;
-}
-
-void sc_cells_clear(sc_cells *cells)
-{
-    sc_free(cells->start);
-    sc_free(cells->cells);
-    *cells = (sc_cells){0};
 }

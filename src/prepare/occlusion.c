@@ -138,7 +138,7 @@ static void fill_taps(blur *b, double width)
 /* Blur b->from by a Gaussian of this standard deviation along all axes and store the result in
  * b->filled at b->which. It stays in b->from too; b->to is overwritten. The two may be exchanged.
  * @param brick_mm edges of a brick. */
-static void run_blur(blur *b, const double brick_mm[3], double width_mm, int threads)
+static void run_blur(sc_team *team, blur *b, const double brick_mm[3], double width_mm)
 {
     const size_t rows = (size_t)b->size[1] * (size_t)b->size[2];
 
@@ -146,19 +146,19 @@ static void run_blur(blur *b, const double brick_mm[3], double width_mm, int thr
         float *swap = b->from;
 
         fill_taps(b, fmax(width_mm / brick_mm[b->axis], 0.2));
-        sc_parallel_for(threads, rows, 64, blur_rows, b);
+        sc_team_for(team, rows, 64, blur_rows, b);
         b->from = b->to;
         b->to = swap;
     }
-    sc_parallel_for(threads, rows, 64, store_rows, b);
+    sc_team_for(team, rows, 64, store_rows, b);
 }
 
-sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const float *opacity,
-                             int threads, sc_occlusion *out)
+sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                             const float *opacity, sc_occlusion *out)
 {
     blur b = {.volume = volume, .opacity = opacity};
     double brick_mm[3], mean_mm, least_mm = HUGE_VAL;
-    void *from = NULL, *to = NULL, *filled = NULL;
+    void *from = NULL, *to = NULL, *filled;
     size_t count;
     sc_status status;
 
@@ -169,33 +169,25 @@ sc_status sc_occlusion_build(const sc_ctx *ctx, const sc_prepared *volume, const
         least_mm = fmin(least_mm, brick_mm[i]);
     }
     mean_mm = cbrt(brick_mm[0] * brick_mm[1] * brick_mm[2]);
-    SC_TRY(sc_zalloc(ctx, count, sizeof(float), &from));
-    SC_TRY(sc_alloc(ctx, count, sizeof(float), &to));
-    SC_TRY(sc_alloc(ctx, count + SC_GATHER_BYTES, 2, &filled));
+    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &from));
+    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &to));
+    SC_TRY(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 2, &filled));
     b.from = from;
     b.to = to;
     b.filled = filled;
-    sc_parallel_for(threads, sc_brick_count(volume->bricks), 4096, fill_occupancy, &b);
-    run_blur(&b, brick_mm, NARROW_BRICKS * mean_mm, threads);
+    sc_team_for(team, sc_brick_count(volume->bricks), 4096, fill_occupancy, &b);
+    run_blur(team, &b, brick_mm, NARROW_BRICKS * mean_mm);
     b.which = 1; /* blurring the narrow result further: variances add up */
-    run_blur(&b, brick_mm,
-             sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm, threads);
+    run_blur(team, &b, brick_mm,
+             sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm);
     *out = (sc_occlusion){.filled = filled,
                           .brick_offset = 1 - (SC_BRICK - 1) / (2.0f * SC_BRICK),
                           .narrow_mm = NARROW_BRICKS * mean_mm,
                           .wide_mm = WIDE_BRICKS * mean_mm,
                           .mm_per_step = least_mm};
     memcpy(out->size, b.size, sizeof b.size);
-    filled = NULL;
 out:
-    sc_free(from);
-    sc_free(to);
-    sc_free(filled);
+    sc_team_free(team, from);
+    sc_team_free(team, to);
     return status;
-}
-
-void sc_occlusion_clear(sc_occlusion *occlusion)
-{
-    sc_free(occlusion->filled);
-    *occlusion = (sc_occlusion){0};
 }

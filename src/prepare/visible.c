@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which voxels and cells a picture can show, and the points that their convex hull is made of. */
-#include "segcast/prepare.h"
+/* Which voxels and cells a picture can show. */
+#include "corners.h"
 
 /* What the threads that build masks share. */
 typedef struct mask_builder {
     const sc_prepared *volume;
     const uint8_t *show; /* as of sc_visible_masks */
     bool interior;       /* some label shows its interior */
+    bool all_shown;      /* every label with voxels shows its boundary, so that every cell with more
+                            than one label has one that is shown */
     uint64_t *masks;     /* the result, with a frame; zero before */
 } mask_builder;
 
@@ -61,25 +63,44 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Does the cell whose lowest vertex is (x, y, z) hold more than one label, one of them shown? */
-static bool is_visible_cell(const mask_builder *b, int x, int y, int z)
+/* @return the cells of a brick whose corners do not all have the same value in @p at, as bits. */
+static uint64_t mixed_cells(const int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW])
 {
-    const uint32_t first = sc_id_at_vertex(b->volume, x, y, z);
-    bool mixed = false, shown = b->show[first] & SC_SHOW_BOUNDARY;
+    uint64_t bits = 0;
 
-    for (int corner = 1; corner < 8; corner++) {
-        const uint32_t id =
-            sc_id_at_vertex(b->volume, x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+    for (int row = 0; row < SC_BRICK_LAYER; row++) {
+        const int y = row % SC_BRICK, z = row / SC_BRICK;
+        const int32_t *a = at[z][y], *b = at[z][y + 1], *c = at[z + 1][y], *d = at[z + 1][y + 1];
+        int32_t other[SC_CORNER_ROW];
 
-        mixed = mixed || id != first;
-        shown = shown || b->show[id] & SC_SHOW_BOUNDARY;
+        for (int x = 0; x < SC_CORNER_ROW; x++)
+            other[x] = (a[x] ^ b[x]) | (a[x] ^ c[x]) | (a[x] ^ d[x]);
+        for (int x = 0; x < SC_BRICK; x++)
+            bits |= (uint64_t)((other[x] | other[x + 1] | (a[x] ^ a[x + 1])) != 0)
+                    << (row * SC_BRICK + x);
     }
-    return mixed && shown;
+    return bits;
+}
+
+/* @return the cells of a brick at least one corner of which has a label that is shown, as bits. */
+static uint64_t shown_cells(const mask_builder *b, const sc_corner_labels *labels)
+{
+    uint64_t bits = 0;
+
+    for (int bit = 0; bit < SC_BRICK_VERTICES; bit++) {
+        const int x = sc_bit_x(bit), y = sc_bit_y(bit), z = sc_bit_z(bit);
+        int shown = 0;
+
+        for (int i = 0; i < 8; i++)
+            shown |= b->show[labels->at[z + (i >> 2)][y + (i >> 1 & 1)][x + (i & 1)]];
+        bits |= (uint64_t)(shown & SC_SHOW_BOUNDARY) << bit;
+    }
+    return bits;
 }
 
 /* Store the masks of visible cells of bricks [begin, end) (without the frame); an sc_range_fn on a
  * mask_builder. All corners of a cell with more than one label are near an interface, so that only
- * cells whose lowest vertex is need to be examined. */
+ * bricks that hold such a vertex need to be examined. */
 static void build_cells(void *user, size_t begin, size_t end, int thread)
 {
     const mask_builder *b = user;
@@ -87,98 +108,54 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
+        sc_corner_labels labels;
+        uint64_t mask;
         int low[3];
-        uint64_t mask = 0;
 
+        if (!v->near[brick])
+            continue;
         sc_brick_low(v->bricks, brick, low);
-        for (uint64_t left = v->near[brick]; left; left &= left - 1) {
-            const int bit = __builtin_ctzll(left);
-
-            if (is_visible_cell(b, low[0] + sc_bit_x(bit), low[1] + sc_bit_y(bit),
-                                low[2] + sc_bit_z(bit)))
-                mask |= 1ull << bit;
-        }
+        sc_corner_labels_fetch(v, low, &labels);
+        mask = v->near[brick] & mixed_cells(labels.at);
+        if (mask && !b->all_shown)
+            mask &= shown_cells(b, &labels);
         b->masks[framed_index(v, low)] = mask;
     }
 }
 
 /* Allocate masks and have @p body, build_masks or build_cells, fill them. Parameters, return code
  * and owner are those of sc_visible_masks. */
-static sc_status build(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
-                       int threads, sc_range_fn *body, uint64_t **out)
+static sc_status build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                       const uint8_t *show, sc_range_fn *body, uint64_t **out)
 {
-    mask_builder builder = {.volume = volume, .show = show};
+    mask_builder builder = {.volume = volume, .show = show, .all_shown = true};
     int framed[3];
     void *block;
     sc_status status;
 
     sc_framed_size(volume->bricks, framed);
-    status = sc_zalloc(ctx, sc_brick_count(framed), sizeof(uint64_t), &block);
+    status = sc_team_alloc(ctx, team, sc_brick_count(framed), sizeof(uint64_t), &block);
     if (status != SC_OK)
         return status;
     builder.masks = block;
-    for (int id = 1; id < volume->label_count; id++)
+    for (int id = 1; id < volume->label_count; id++) {
         builder.interior = builder.interior || show[id] & SC_SHOW_INTERIOR;
-    sc_parallel_for(threads, sc_brick_count(volume->bricks), 4096, body, &builder);
+        if (volume->stats[id].voxels && !(show[id] & SC_SHOW_BOUNDARY))
+            builder.all_shown = false;
+    }
+    sc_team_for(team, sc_brick_count(volume->bricks), 4096, body, &builder);
     *out = builder.masks;
     return SC_OK;
 }
 
-sc_status sc_visible_masks(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
-                           int threads, uint64_t **out)
+sc_status sc_visible_masks(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                           const uint8_t *show, uint64_t **out)
 {
-    return build(ctx, volume, show, threads, build_masks, out);
+    return build(ctx, team, volume, show, build_masks, out);
 }
 
-sc_status sc_visible_cells(const sc_ctx *ctx, const sc_prepared *volume, const uint8_t *show,
-                           int threads, uint64_t **out)
+sc_status sc_visible_cells(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                           const uint8_t *show, uint64_t **out)
 {
-    return build(ctx, volume, show, threads, build_cells, out);
-}
-
-/* @return the x of the first (or the last) vertex of row (y, z) of the grid that is set in @p
- * masks, which have a frame; -1 if there is none. */
-static int row_end(const sc_prepared *v, const uint64_t *masks, int y, int z, bool last)
-{
-    const int shift = sc_brick_bit(0, y, z);
-    const uint64_t *row = masks + framed_index(v, (const int[3]){0, y, z});
-
-    for (int i = 0; i < v->bricks[0]; i++) {
-        const int brick = last ? v->bricks[0] - 1 - i : i;
-        const unsigned bits = (unsigned)(row[brick] >> shift) & SC_BRICK_ROW_BITS;
-
-        if (bits)
-            return brick * SC_BRICK + (last ? 31 - __builtin_clz(bits) : __builtin_ctz(bits));
-    }
-    return -1;
-}
-
-sc_status sc_hull_points(const sc_ctx *ctx, const sc_prepared *volume, const uint64_t *masks,
-                         sc_vec3 **out, size_t *count)
-{
-    const size_t rows = (size_t)(volume->size[1] + 2) * (size_t)(volume->size[2] + 2);
-    sc_vec3 *points;
-    size_t found = 0;
-    void *block;
-    sc_status status = sc_alloc(ctx, 2 * rows, sizeof(sc_vec3), &block);
-
-    if (status != SC_OK)
-        return status;
-    points = block;
-    for (int z = 0; z < volume->size[2] + 2; z++) {
-        for (int y = 0; y < volume->size[1] + 2; y++) {
-            const int first = row_end(volume, masks, y, z, false);
-            const int last = first < 0 ? -1 : row_end(volume, masks, y, z, true);
-
-            if (first >= 0)
-                points[found++] =
-                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){first - 1, y - 1, z - 1});
-            if (last > first)
-                points[found++] =
-                    sc_affine_point(&volume->to_ras_mm, (sc_vec3){last - 1, y - 1, z - 1});
-        }
-    }
-    *out = points;
-    *count = found;
-    return SC_OK;
+    return build(ctx, team, volume, show, build_cells, out);
 }

@@ -13,49 +13,77 @@ enum { BLOCK = 2 /* bricks along each edge */ };
 static bool is_occupied(const sc_renderer *r, int x, int y, int z)
 {
     const int nx = r->volume->bricks[0], ny = r->volume->bricks[1], nz = r->volume->bricks[2];
+    const int row = sc_framed_row(r->volume->bricks), layer = sc_framed_layer(r->volume->bricks);
     uint64_t any = 0;
 
     for (int dz = 0; dz < BLOCK && z + dz < nz; dz++) {
         for (int dy = 0; dy < BLOCK && y + dy < ny; dy++) {
             for (int dx = 0; dx < BLOCK && x + dx < nx; dx++)
-                any |= r->visible[sc_framed_index(r->march.visible_row, r->march.visible_layer,
-                                                  x + dx, y + dy, z + dz)];
+                any |= r->visible[sc_framed_index(row, layer, x + dx, y + dy, z + dz)];
         }
     }
     return any != 0;
 }
 
-/* Append the block whose lowest brick is (x, y, z) to r->blocks, which has room, if something is
- * visible in it. */
-static void add_block(sc_renderer *r, int x, int y, int z)
+/* A search for blocks, as its threads share it. */
+typedef struct block_finder {
+    const sc_renderer *renderer;
+    uint64_t *counts; /* [layers of blocks], of the team: how many each layer has */
+    sc_block *blocks; /* NULL as long as they are only counted */
+} block_finder;
+
+/* Count the occupied blocks of layers [begin, end), or store them at their places, in the order z,
+ * y, x; an sc_range_fn on a block_finder. */
+static void find_in_layers(void *user, size_t begin, size_t end, int thread)
 {
+    const block_finder *f = user;
+    const int *bricks = f->renderer->volume->bricks;
     const double half = BLOCK * 0.5;
 
-    if (!is_occupied(r, x, y, z))
-        return;
-    r->blocks[r->block_count++] =
-        (sc_block){(float)((x + half) * SC_BRICK - 1), /* vertex - 1 */
-                   (float)((y + half) * SC_BRICK - 1), (float)((z + half) * SC_BRICK - 1)};
+    (void)thread;
+    for (size_t layer = begin; layer < end; layer++) {
+        const int z = (int)layer * BLOCK;
+        uint64_t before = 0, found = 0;
+
+        for (size_t i = 0; f->blocks && i < layer; i++)
+            before += f->counts[i];
+        for (int y = 0; y < bricks[1]; y += BLOCK) {
+            for (int x = 0; x < bricks[0]; x += BLOCK) {
+                if (!is_occupied(f->renderer, x, y, z))
+                    continue;
+                if (f->blocks)
+                    f->blocks[before + found] = (sc_block){
+                        (float)((x + half) * SC_BRICK - 1), /* vertex - 1 */
+                        (float)((y + half) * SC_BRICK - 1), (float)((z + half) * SC_BRICK - 1)};
+                found++;
+            }
+        }
+        if (!f->blocks)
+            f->counts[layer] = found;
+    }
 }
 
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r)
 {
-    const int *bricks = r->volume->bricks;
-    const size_t most = (size_t)((bricks[0] + 1) / BLOCK) * (size_t)((bricks[1] + 1) / BLOCK) *
-                        (size_t)((bricks[2] + 1) / BLOCK);
-    void *block;
-    sc_status status = sc_alloc(ctx, most, sizeof *r->blocks, &block);
+    const size_t layers = (size_t)((r->volume->bricks[2] + BLOCK - 1) / BLOCK);
+    block_finder finder = {.renderer = r};
+    size_t found = 0;
+    void *block, *counts = NULL;
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
-    r->blocks = block;
-    for (int z = 0; z < bricks[2]; z += BLOCK) {
-        for (int y = 0; y < bricks[1]; y += BLOCK) {
-            for (int x = 0; x < bricks[0]; x += BLOCK)
-                add_block(r, x, y, z);
-        }
-    }
-    return SC_OK;
+    SC_TRY(sc_team_alloc(ctx, r->team, layers, sizeof *finder.counts, &counts));
+    finder.counts = counts;
+    sc_team_for(r->team, layers, 1, find_in_layers, &finder);
+    for (size_t i = 0; i < layers; i++)
+        found += finder.counts[i];
+    SC_TRY(sc_team_alloc(ctx, r->team, found, sizeof *r->blocks, &block));
+    finder.blocks = block;
+    sc_team_for(r->team, layers, 1, find_in_layers, &finder);
+    r->blocks = finder.blocks;
+    r->block_count = found;
+out:
+    sc_team_free(r->team, counts);
+    return status;
 }
 
 /* One axis of the camera as a function of the voxel: position in mm = dot(axis, voxel) + offset.

@@ -41,20 +41,21 @@ struct sc_renderer {
     sc_march march; /* points to the members below; light directions, depth cue and clip planes are
                        set for each view */
     sc_march_tissue *tissues; /* [label_count] */
+    sc_team *team;            /* holds what is derived from the volume, down to the hull */
     uint64_t *visible;        /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
     uint8_t *distances;       /* SC_SKIP_LEAP only, else NULL */
     sc_cells cells;           /* smooth and SC_SKIP_LEAP only, else empty */
     sc_occlusion occlusion;   /* empty if the light does without */
     sc_block *blocks;         /* [block_count] */
     size_t block_count;
-    bool covers_all; /* the map is of no use: any pixel may show something; see decide_cover() */
-    uint8_t *cover;  /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
+    sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
+    size_t hull_count;
+    sc_box3 hull_box; /* in mm */
+    bool covers_all;  /* the map is of no use: any pixel may show something; see decide_cover() */
+    uint8_t *cover;   /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     sc_cover last_cover; /* the map in that room, which the bands of one frame share ... */
     sc_scene last_scene; /* ... and what it is a map of */
     sc_viewport last_viewport;
-    sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
-    size_t hull_count;
-    sc_box3 hull_box;   /* in mm */
     sc_affine to_voxel; /* from RAS mm to voxel coordinates */
     sc_box3 box;        /* in voxels: the box that rays are marched within */
     sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
@@ -89,8 +90,8 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
 
-/* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks, which
- * the renderer owns, and r->block_count. @return SC_ERR_MEMORY. */
+/* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks and
+ * r->block_count. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
 /* Make the map of a view from r->blocks; all of it is set where r->covers_all. @param squares
  * room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed by the map. */

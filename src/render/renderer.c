@@ -171,26 +171,33 @@ static void measure_hull(sc_renderer *r)
     r->hull_box = (sc_box3){low, high};
 }
 
-/* Set the masks for the march (r->visible), what is derived from them (distances, cells), and
- * the hull with its box, which is that of the visible voxels for either surface. @param show
- * what of each label is shown. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
-static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
+/* Derive from the volume what the march needs and what does not change from frame to frame: masks
+ * (r->visible), what follows from them (distances, cells, blocks), the hull with its box, which is
+ * that of the visible voxels for either surface, and the occlusion. @param show what of each label
+ * is shown. @param opacity of each label, as of sc_occlusion_build. Collective in r->team.
+ * @return SC_ERR_MEMORY; what has been set stays with the renderer. */
+static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
+                        const float *opacity)
 {
-    const int threads = r->settings.threads;
+    const sc_lighting *light = &r->settings.light;
+    const sc_prepared *v = r->volume;
     sc_status status;
 
-    SC_TRY(sc_visible_masks(ctx, r->volume, show, threads, &r->visible));
-    SC_TRY(sc_hull_points(ctx, r->volume, r->visible, &r->hull, &r->hull_count));
+    SC_TRY(sc_hull_points(ctx, r->team, v, show, &r->hull, &r->hull_count));
     measure_hull(r);
-    if (r->settings.surface == SC_SURFACE_SMOOTH) {
-        sc_free(r->visible);
-        r->visible = NULL;
-        SC_TRY(sc_visible_cells(ctx, r->volume, show, threads, &r->visible));
-    }
+    if (r->settings.surface == SC_SURFACE_SMOOTH)
+        SC_TRY(sc_visible_cells(ctx, r->team, v, show, &r->visible));
+    else
+        SC_TRY(sc_visible_masks(ctx, r->team, v, show, &r->visible));
     if (r->kernel->skip == SC_SKIP_LEAP)
-        SC_TRY(sc_brick_distances(ctx, r->volume, r->visible, &r->distances));
+        SC_TRY(sc_brick_distances(ctx, r->team, v, r->visible, &r->distances));
     if (r->kernel->skip == SC_SKIP_LEAP && r->kernel->surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_cells_build(ctx, r->volume, r->visible, threads, &r->cells));
+        SC_TRY(sc_cells_build(ctx, r->team, v, r->visible, &r->cells));
+    if (!light->flat && (light->occlusion > 0 || light->shadows))
+        SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
+    decide_cover(r);
+    if (!r->covers_all)
+        SC_TRY(sc_find_blocks(ctx, r));
 out:
     return status;
 }
@@ -235,43 +242,61 @@ static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
     return SC_OK;
 }
 
-sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
-                          const sc_prepared *volume, const sc_tissue *tissues, sc_renderer **out)
+/* Make what a rank of the team has for itself: all but what is derived from the volume. @param
+ * show, opacity [label_count], filled: see derive(). @return as of sc_renderer_new; what has been
+ * set stays with the renderer. */
+static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues, uint8_t *show,
+                       float *opacity)
 {
-    const size_t labels = (size_t)volume->label_count;
-    const sc_lighting *light = &settings->light;
-    sc_renderer *r = NULL;
-    void *block = NULL, *show = NULL, *opacity = NULL;
+    const sc_render_settings *s = &r->settings;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
-    r = block;
-    r->settings = *settings;
-    r->volume = volume;
-    if (!sc_affine_invert(&volume->to_ras_mm, &r->to_voxel)) {
-        status = sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
-        goto out;
-    }
+    if (!sc_affine_invert(&r->volume->to_ras_mm, &r->to_voxel))
+        return sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
     SC_TRY(find_kernel(ctx, r));
     SC_TRY(allocate(ctx, r));
-    SC_TRY(sc_alloc(ctx, labels, 1, &show));
-    SC_TRY(sc_alloc(ctx, labels, sizeof(float), &opacity));
     fill_tissues(r, tissues, show, opacity);
-    SC_TRY(find_visible(ctx, r, show));
-    if (!light->flat && (light->occlusion > 0 || light->shadows))
-        SC_TRY(sc_occlusion_build(ctx, volume, opacity, settings->threads, &r->occlusion));
     fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
     for (int i = 0; i < 3; i++)
-        r->background[i] = (float)sc_srgb_to_linear(settings->background[i] / 255.0);
+        r->background[i] = (float)sc_srgb_to_linear(s->background[i] / 255.0);
     for (int i = 0; i < 3; i++)
         r->tone[i] = sqrtf(r->background[i]);
     for (int i = 0; i < 3; i++)
         r->empty[i] = sc_srgb_level(&r->srgb, r->background[i]);
+out:
+    return status;
+}
+
+sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
+                          const sc_prepared *volume, const sc_tissue *tissues, sc_renderer **out)
+{
+    const size_t labels = (size_t)volume->label_count;
+    sc_team *team = NULL;
+    sc_renderer *r = NULL;
+    void *block = NULL, *show = NULL, *opacity = NULL;
+    sc_status status;
+
+    SC_TRY(sc_team_open(ctx, settings->comm, settings->threads, settings->folder, &team));
+    status = sc_zalloc(ctx, 1, sizeof *r, &block);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, labels, 1, &show);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, labels, sizeof(float), &opacity);
+    if (status == SC_OK) {
+        r = block;
+        r->settings = *settings;
+        r->volume = volume;
+        status = begin(ctx, r, tissues, show, opacity);
+    } else {
+        sc_free(block);
+    }
+    /* No rank begins what all do together before all have come as far. */
+    SC_TRY(sc_team_agree(team, status));
+    r->team = team;
+    team = NULL;
+    SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
-    decide_cover(r);
-    if (!r->covers_all)
-        SC_TRY(sc_find_blocks(ctx, r));
     fill_thickness(r, tissues);
     *out = r;
     r = NULL;
@@ -279,6 +304,7 @@ out:
     sc_free(show);
     sc_free(opacity);
     sc_renderer_free(r);
+    sc_team_close(team);
     return status;
 }
 
@@ -286,14 +312,9 @@ void sc_renderer_free(sc_renderer *r)
 {
     if (!r)
         return;
+    sc_team_close(r->team);
     sc_free(r->tissues);
-    sc_free(r->visible);
-    sc_free(r->distances);
-    sc_cells_clear(&r->cells);
-    sc_free(r->blocks);
     sc_free(r->cover);
-    sc_occlusion_clear(&r->occlusion);
-    sc_free(r->hull);
     sc_free(r->stats);
     sc_free(r->spans);
     sc_free(r->pixels);
@@ -311,26 +332,17 @@ const sc_kernel *sc_renderer_kernel(const sc_renderer *renderer)
     return renderer->kernel;
 }
 
-size_t sc_renderer_bytes(const sc_renderer *r)
+uint64_t sc_renderer_bytes(const sc_renderer *r)
 {
-    const int *bricks = r->volume->bricks;
-    const size_t framed =
-        (size_t)(bricks[0] + 2) * (size_t)(bricks[1] + 2) * (size_t)(bricks[2] + 2);
     const size_t side = (size_t)r->settings.tile_px + 2;
     const size_t threads = (size_t)r->settings.threads;
-    const int *coarse = r->occlusion.size;
-    size_t bytes = sizeof *r + framed * sizeof *r->visible;
 
-    if (r->distances)
-        bytes += framed * sizeof *r->distances;
-    if (r->cells.start)
-        bytes += framed * sizeof *r->cells.start + r->cells.count * sizeof *r->cells.cells;
-    if (r->occlusion.filled)
-        bytes +=
-            (size_t)coarse[0] * (size_t)coarse[1] * (size_t)coarse[2] * sizeof *r->occlusion.filled;
-    bytes += (size_t)r->volume->label_count * sizeof *r->tissues;
-    bytes += r->block_count * sizeof *r->blocks + r->hull_count * sizeof *r->hull;
-    bytes += (size_t)SC_COVER_SIDE * SC_COVER_SIDE;
-    return bytes +
+    return sizeof *r + (size_t)r->volume->label_count * sizeof *r->tissues +
+           (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
            threads * (side * side * sizeof *r->pixels + sizeof *r->stats + sizeof *r->spans);
+}
+
+uint64_t sc_renderer_derived_bytes(const sc_renderer *r)
+{
+    return sc_team_bytes(r->team);
 }

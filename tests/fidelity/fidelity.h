@@ -82,6 +82,7 @@ typedef struct stage {
     const sc_volume *voxels; /* what is measured, borrowed: not resampled */
     sc_affine to_measured;   /* RAS mm -> its voxels */
     void *block;
+    sc_team *team; /* holds the cells */
     uint64_t *cells;
     sc_march_tissue *tissues;
 } stage;

@@ -163,10 +163,11 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
         show[id] = id ? SC_SHOW_BOUNDARY : 0;
         st->tissues[id] = (sc_march_tissue){.boundary_alpha = 1, .show = show[id], .shininess = 1};
     }
+    SC_TRY(sc_team_open(ctx, NULL, how->threads, NULL, &st->team));
     if (how->surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_visible_cells(ctx, &st->volume, show, how->threads, &st->cells));
+        SC_TRY(sc_visible_cells(ctx, st->team, &st->volume, show, &st->cells));
     else
-        SC_TRY(sc_visible_masks(ctx, &st->volume, show, how->threads, &st->cells));
+        SC_TRY(sc_visible_masks(ctx, st->team, &st->volume, show, &st->cells));
     set_stage(st, how->surface, reach, step_mm);
 out:
     sc_preparation_free(preparation);
@@ -178,7 +179,7 @@ out:
 void stage_close(stage *st)
 {
     sc_free(st->block);
-    sc_free(st->cells);
+    sc_team_close(st->team);
     sc_free(st->tissues);
     *st = (stage){0};
 }

@@ -23,6 +23,7 @@ static const int size[3] = {61, 45, 53};
 typedef struct stage {
     sc_volume volume;
     prepared_copy prepared;
+    sc_team *team; /* of the next three */
     uint64_t *masks;
     uint8_t *distances;
     sc_cells cells;
@@ -53,7 +54,7 @@ static int scenery(double x, double y, double z)
 
 /* Make and prepare the volume, with one tissue hidden and one in a second clip set, and
  * everything that kernels of the surface need, except s.march, which set_march sets once the
- * stage has its final address. The caller frees volume, block, masks, distances and cells. */
+ * stage has its final address. The caller frees volume and block, and closes the team. */
 static stage make_stage(sc_surface surface, int label_bytes)
 {
     const double spacing[3] = {1, 1.2, 0.9};
@@ -74,13 +75,14 @@ static stage make_stage(sc_surface surface, int label_bytes)
                                           .show = show[id],
                                           .clip_set = id == 5};
     }
+    assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &s.team));
     if (surface == SC_SURFACE_SMOOTH) {
-        assert_ok(sc_visible_cells(&quiet, v, show, 2, &s.masks));
-        assert_ok(sc_cells_build(&quiet, v, s.masks, 2, &s.cells));
+        assert_ok(sc_visible_cells(&quiet, s.team, v, show, &s.masks));
+        assert_ok(sc_cells_build(&quiet, s.team, v, s.masks, &s.cells));
     } else {
-        assert_ok(sc_visible_masks(&quiet, v, show, 2, &s.masks));
+        assert_ok(sc_visible_masks(&quiet, s.team, v, show, &s.masks));
     }
-    assert_ok(sc_brick_distances(&quiet, v, s.masks, &s.distances));
+    assert_ok(sc_brick_distances(&quiet, s.team, v, s.masks, &s.distances));
     return s;
 }
 
@@ -299,9 +301,7 @@ static void compare(sc_surface surface, int label_bytes, long rays)
                kernels[k]->name, kernels[k]->cpu, (unsigned long long)counters[k].rays,
                1e9 * cpu_s[k] / (double)counters[k].rays, cpu_s[k] / cpu_s[0]);
     }
-    sc_cells_clear(&s.cells);
-    sc_free(s.masks);
-    sc_free(s.distances);
+    sc_team_close(s.team);
     sc_free(s.prepared.block);
     sc_volume_clear(&s.volume);
 }

@@ -298,9 +298,11 @@ static void no_crossing_is_missed(void **state)
     (void)state;
     for (int which = 0; which < 2; which++) {
         small_scene s = make_scene(shape_volume(size, spacing, 1, which ? 6 : 2, shapes[which]), 1);
+        sc_team *team;
         uint64_t *cells;
 
-        assert_ok(sc_visible_cells(&quiet, &s.prepared.view, show, 1, &cells));
+        assert_ok(sc_team_open(&quiet, NULL, 1, NULL, &team));
+        assert_ok(sc_visible_cells(&quiet, team, &s.prepared.view, show, &cells));
         for (int n = 0; n < 1500; n++) {
             const sc_vec3 from = {random_real(&seed, 0, 30), random_real(&seed, 0, 26),
                                   random_real(&seed, 0, 28)};
@@ -330,7 +332,7 @@ static void no_crossing_is_missed(void **state)
             found += contributions;
             expected += sampled;
         }
-        sc_free(cells);
+        sc_team_close(team);
         free_scene(&s);
     }
     assert_true(expected > 10000 && within_a_cell > 300);

@@ -287,20 +287,21 @@ static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **s
     for (int i = 0; i < 3; i++) {
         const uint64_t wanted[] = {0, v->stats[1].boundary_voxels, v->stats[1].voxels};
         uint64_t *visible, count = 0;
+        sc_team *team;
         sc_vec3 *points;
         size_t point_count;
         double highest = -1;
 
-        assert_ok(sc_visible_masks(&quiet, v, shows[i], 2, &visible));
+        assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
+        assert_ok(sc_visible_masks(&quiet, team, v, shows[i], &visible));
         for (size_t m = 0; m < masks; m++)
             count += (uint64_t)__builtin_popcountll(visible[m]);
         assert_int_equal(count, wanted[i]);
-        assert_ok(sc_hull_points(&quiet, v, visible, &points, &point_count));
+        assert_ok(sc_hull_points(&quiet, team, v, shows[i], &points, &point_count));
         for (size_t n = 0; n < point_count; n++)
             highest = fmax(highest, points[n].x);
         assert_near(highest, i ? v->stats[1].high[0] : -1, 0);
-        sc_free(points);
-        sc_free(visible);
+        sc_team_close(team);
     }
     sc_free(p.block);
     sc_volume_clear(&volume);
