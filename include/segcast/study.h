@@ -125,9 +125,12 @@ typedef struct sc_run_record {
     const sc_frame_result *frames;      /**< [frame_count], in rising order of frames */
     int frame_count;
     uint64_t volume_bytes, prepared_bytes; /**< memory of the volume, read and prepared */
-    double farm_wall_s; /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
-    bool wrote_png;     /**< frames were written as PNG */
-    bool from_prepared; /**< the volume was mapped from a prepared file, as it was */
+    uint64_t derived_bytes;  /**< memory of what was derived from it for drawing, on the node of
+                                  rank 0, which holds it once if its ranks can share it */
+    uint64_t renderer_bytes; /**< memory that rank 0 had for itself to draw */
+    double farm_wall_s;      /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
+    bool wrote_png;          /**< frames were written as PNG */
+    bool from_prepared;      /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
 
 /** @return the largest of the ranks' render times (wall) over their mean, minus 1: 0 is perfect

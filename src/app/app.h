@@ -140,6 +140,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
 /* Prepare the volume of session->job, or map it if it is prepared already: fills session->volume.
  */
 sc_status sc_session_load(sc_app *app, sc_session *session);
+/* @return the folder for files that ranks share where /dev/shm has no room. */
+const char *sc_temporary_folder(void);
 /* Map the prepared file that session->job names on every rank, and make sure that it is the same
  * file on all: fills session->volume. @param usable whether the job can use it as it is; if not, a
  * warning says why, and it has to be prepared again. */

@@ -77,18 +77,19 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
     const sc_plan_disk *disk = &plan->disk;
     json_t *json = json_pack(
         "{s:s, s:i, s:[i,i], s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, "
-        "s:I}, s:{s:I, s:I, s:I, s:I, s:I}, s:o}",
+        "s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I}, s:o}",
         "schema", "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
         job->output.size_px[1], "samples", job->render.samples, "frames_measured", p->partly_drawn,
         "frames_encoded", p->encoded, "draw_cpu_s_per_frame", p->draw_cpu_s, "draw_cpu_s",
         plan->draw_cpu_s, "encode_cpu_s_per_frame", plan->encode_cpu_s / job->animation.frames,
         "encode_cpu_s", plan->encode_cpu_s, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s",
         p->prepare_wall_s, "core_hours", all_cpu_s(plan) / 3600, "memory", "prepared_bytes",
-        (json_int_t)p->prepared_bytes, "program_bytes", (json_int_t)p->program_bytes,
-        "renderer_bytes", (json_int_t)p->renderer_bytes, "encoder_bytes",
-        (json_int_t)p->encoder_bytes, "disk", "video_bytes", (json_int_t)disk->video, "png_bytes",
-        (json_int_t)disk->frames, "records_bytes", (json_int_t)disk->records, "end_bytes",
-        (json_int_t)disk->end, "peak_bytes", (json_int_t)disk->peak, "runs", runs_json(plan));
+        (json_int_t)p->prepared_bytes, "derived_bytes", (json_int_t)p->derived_bytes,
+        "program_bytes", (json_int_t)p->program_bytes, "renderer_bytes",
+        (json_int_t)p->renderer_bytes, "encoder_bytes", (json_int_t)p->encoder_bytes, "disk",
+        "video_bytes", (json_int_t)disk->video, "png_bytes", (json_int_t)disk->frames,
+        "records_bytes", (json_int_t)disk->records, "end_bytes", (json_int_t)disk->end,
+        "peak_bytes", (json_int_t)disk->peak, "runs", runs_json(plan));
     char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
 
     json_decref(json);

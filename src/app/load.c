@@ -470,8 +470,7 @@ out:
     return status;
 }
 
-/* @return the folder for the file that holds the prepared volume where /dev/shm has no room. */
-static const char *temporary_folder(void)
+const char *sc_temporary_folder(void)
 {
     const char *folder = getenv("TMPDIR");
 
@@ -501,13 +500,13 @@ static sc_status tell_place(const sc_app *app, const sc_session *session)
                 "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
                 "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
                 "`segcast prepare` needs none",
-                mb, in_file, ranks, temporary_folder());
+                mb, in_file, ranks, sc_temporary_folder());
     if (copied)
         sc_warn(app->ctx,
                 "neither /dev/shm nor %s has room for the prepared volume (%.0f MB): %d of %zu "
                 "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
                 "from `segcast prepare` saves that memory",
-                temporary_folder(), mb, copied, ranks);
+                sc_temporary_folder(), mb, copied, ranks);
 out:
     sc_free(all);
     return status;
@@ -534,7 +533,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     bytes = first ? sc_preparation_bytes(preparation) : 0;
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     session->shared_bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, temporary_folder(), &session->shared));
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &session->shared));
     SC_TRY(tell_place(app, session));
     sc_stage_begin(app->ctx, "sharing", 0, 0);
     if (first)

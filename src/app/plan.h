@@ -14,17 +14,18 @@ typedef struct sc_plan_cost {
 
 /* What was measured of a job. */
 typedef struct sc_plan_probe {
-    double prepare_cpu_s, prepare_wall_s; /* reading and preparing the volume */
-    double draw_cpu_s;                    /* of a frame, all threads together */
-    int partly_drawn;                     /* frames of which bands were drawn */
-    int encoded;                          /* frames that were drawn whole and encoded */
-    sc_plan_cost first, next;             /* of a GOP: its first frame, and each of the others */
-    sc_plan_cost png;                     /* of a frame as PNG file */
-    uint64_t encoder_bytes;               /* memory of an encoder; 0: there is none, or unknown */
-    uint64_t program_bytes;               /* memory of the process before it read the volume */
-    uint64_t prepare_bytes;               /* the most that it had until the volume was prepared */
-    uint64_t prepared_bytes, renderer_bytes;
-    uint64_t job_bytes; /* size of job.yaml */
+    double prepare_cpu_s, prepare_wall_s;   /* reading and preparing the volume */
+    double draw_cpu_s;                      /* of a frame, all threads together */
+    int partly_drawn;                       /* frames of which bands were drawn */
+    int encoded;                            /* frames that were drawn whole and encoded */
+    sc_plan_cost first, next;               /* of a GOP: its first frame, and each of the others */
+    sc_plan_cost png;                       /* of a frame as PNG file */
+    uint64_t encoder_bytes;                 /* memory of an encoder; 0: there is none, or unknown */
+    uint64_t program_bytes;                 /* memory of the process before it read the volume */
+    uint64_t prepare_bytes;                 /* the most that it had until the volume was prepared */
+    uint64_t prepared_bytes, derived_bytes; /* of the volume, once per node */
+    uint64_t renderer_bytes;                /* of each rank */
+    uint64_t job_bytes;                     /* size of job.yaml */
 } sc_plan_probe;
 
 /* Measure the job of @p session, of which job and volume are filled: parts of frames, some frames

@@ -290,6 +290,7 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .prepare_bytes = sc_peak_rss(),
                            .prepared_bytes = session->shared_bytes,
+                           .derived_bytes = sc_renderer_derived_bytes(session->renderer),
                            .renderer_bytes = sc_renderer_bytes(session->renderer)};
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;

@@ -85,6 +85,7 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
                           .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
     const sc_farm_memory memory = sc_farm_memory_of(&farm, run->nodes * run->ranks);
     const uint64_t ranks = (uint64_t)run->ranks;
+    const uint64_t node_bytes = p->prepared_bytes + p->derived_bytes;
     uint64_t rank_bytes = p->program_bytes + p->renderer_bytes;
     uint64_t root_bytes = memory.window + memory.root + p->encoder_bytes;
 
@@ -92,9 +93,9 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
     if (run->gops > 0)
         rank_bytes += (uint64_t)size_px[0] * (uint64_t)size_px[1] * 3 + p->encoder_bytes +
                       2 * (uint64_t)cost_of(job, p, gop_frames(job)).bytes;
-    run->other_node_bytes = p->prepared_bytes + ranks * (rank_bytes + memory.worker);
+    run->other_node_bytes = node_bytes + ranks * (rank_bytes + memory.worker);
     run->first_node_bytes =
-        p->prepared_bytes + ranks * rank_bytes + (ranks - 1) * memory.worker + root_bytes;
+        node_bytes + ranks * rank_bytes + (ranks - 1) * memory.worker + root_bytes;
     if (p->prepare_bytes + (ranks - 1) * p->program_bytes > run->first_node_bytes)
         run->first_node_bytes = p->prepare_bytes + (ranks - 1) * p->program_bytes;
 }

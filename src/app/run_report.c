@@ -352,6 +352,8 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
                         .prepared_bytes = run->session.shared_bytes,
+                        .derived_bytes = sc_renderer_derived_bytes(run->session.renderer),
+                        .renderer_bytes = sc_renderer_bytes(run->session.renderer),
                         .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
                         .from_prepared = run->session.mapped && !run->session.shared};
 }

@@ -145,8 +145,10 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     return sc_agree_aloud(app, resolve_tissues(app, session));
 }
 
-/* Make session->renderer from the job, the volume and the tissues. */
-static sc_status make_renderer(sc_app *app, sc_session *session)
+/* Make session->renderer from the job, the volume and the tissues. @param comm as of
+ * sc_render_settings. */
+static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *comm,
+                               sc_session *session)
 {
     const sc_job *job = &session->job;
     sc_render_settings settings = {
@@ -166,11 +168,61 @@ static sc_status make_renderer(sc_app *app, sc_session *session)
         .tile_px = job->farm.tile_px,
         .threads = app->threads,
         .give_up = sc_signals_give_up(),
+        .comm = comm,
+        .folder = sc_temporary_folder(),
     };
 
     memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
-    return sc_renderer_new(app->ctx, &settings, &session->volume, session->tissues,
-                           &session->renderer);
+    return sc_renderer_new(ctx, &settings, &session->volume, session->tissues, &session->renderer);
+}
+
+/* Tell on rank 0 how many ranks hold for themselves what is derived from the volume. @param alone
+ * whether this one does, for want of room. Collective. */
+static void tell_alone(const sc_app *app, const sc_session *session, bool alone)
+{
+    const int ranks = sc_comm_size(app->comm);
+    const sc_ctx silent = {.rank = 0};
+    uint8_t mine = alone;
+    int copies = 0;
+    void *all = NULL;
+    sc_status status = SC_OK;
+
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_alloc(&silent, (size_t)ranks, sizeof mine, &all);
+    if (sc_comm_agree(app->comm, status) != SC_OK)
+        return; /* too little memory to tell: the run goes on all the same */
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    for (int i = 0; all && i < ranks; i++)
+        copies += ((uint8_t *)all)[i];
+    if (copies)
+        sc_warn(app->ctx,
+                "neither /dev/shm nor %s has room for what is derived from the volume (%.0f MB): "
+                "%d of %d ranks hold a copy each; a larger /dev/shm (docker run --shm-size) saves "
+                "that memory",
+                sc_temporary_folder(), (double)sc_renderer_derived_bytes(session->renderer) / 1e6,
+                copies, ranks);
+    sc_free(all);
+}
+
+/* Make the renderer, together with the other ranks of the node. Should that fail, each rank tries
+ * to make its own, and says why if it cannot. Collective, the same result on all ranks. */
+static sc_status make_renderers(const sc_app *app, sc_session *session)
+{
+    const bool several = sc_comm_size(app->comm) > 1;
+    sc_ctx silent = *app->ctx;
+    bool alone;
+    sc_status status = SC_ERR_MEMORY;
+
+    silent.write = NULL;
+    if (several)
+        status = make_renderer(app, &silent, app->comm, session);
+    alone = status != SC_OK;
+    if (alone)
+        status = make_renderer(app, app->ctx, NULL, session);
+    status = sc_comm_agree(app->comm, status);
+    if (status == SC_OK && several)
+        tell_alone(app, session, alone);
+    return status;
 }
 
 /* ---- warnings of clip planes that cut nothing or everything ---- */
@@ -344,7 +396,7 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     cpu_s = sc_cpu_s();
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_session_tissues(app, session));
-    SC_TRY(sc_comm_agree(app->comm, make_renderer(app, session)));
+    SC_TRY(make_renderers(app, session));
     hull = sc_renderer_hull(session->renderer, &hull_count);
     sc_session_timeline(app, session, hull, hull_count);
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);

@@ -278,15 +278,17 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
     for (int i = 0; i < run->frame_count; i++)
         rays += (double)run->frames[i].rays;
     return json_pack(
-        "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:o}, "
+        "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
+        "s:o}, "
         "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:o}",
         "schema", "segcast-stats-1", "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
         total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run, entry), "frames",
         frames_json(run), "memory", "volume_bytes", (json_int_t)run->volume_bytes, "prepared_bytes",
-        (json_int_t)run->prepared_bytes, "peak_rss_bytes", peaks, "speed", "frames_per_s",
-        run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
+        (json_int_t)run->prepared_bytes, "derived_bytes", (json_int_t)run->derived_bytes,
+        "renderer_bytes", (json_int_t)run->renderer_bytes, "peak_rss_bytes", peaks, "speed",
+        "frames_per_s", run->wall_s > 0 ? run->frame_count / run->wall_s : 0, "mrays_per_cpu_s",
         render_cpu_s > 0 ? rays / render_cpu_s / 1e6 : 0, "imbalance", sc_run_imbalance(run),
         "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
         "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",

@@ -8,7 +8,7 @@ jq -e '.schema == "segcast-plan-1" and .frames == 24 and .size == [160, 120] and
     .frames_encoded >= 2 and .draw_cpu_s > 0 and .encode_cpu_s > 0 and .encode_cpu_s_per_frame > 0 and
     .prepare_cpu_s > 0 and .prepare_wall_s > 0 and
     ((.core_hours * 3600 - .draw_cpu_s - .encode_cpu_s - .prepare_cpu_s) | fabs) < 0.001 and
-    (.memory | .prepared_bytes > 0 and .program_bytes > 0 and .renderer_bytes > 0) and
+    (.memory | .prepared_bytes > 0 and .derived_bytes > 0 and .program_bytes > 0 and .renderer_bytes > 0) and
     ([.runs[].nodes] == [1, 4, 16]) and ([.runs[] | .ranks_per_node == 1 and .threads_per_rank >= 1 and
         .wall_s >= .prepare_s and .wall_s >= .root_encode_s and .wall_s >= .draw_s and
         (.limited_by | IN("drawing", "encoding", "preparing")) and .first_node_bytes > .other_node_bytes] | all)' \

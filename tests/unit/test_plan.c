@@ -27,7 +27,8 @@ static const sc_plan_probe probe = {.prepare_cpu_s = 8,
                                     .program_bytes = 30 << 20,
                                     .prepare_bytes = 500 << 20,
                                     .prepared_bytes = 100 << 20,
-                                    .renderer_bytes = 40 << 20,
+                                    .derived_bytes = 30 << 20,
+                                    .renderer_bytes = 10 << 20,
                                     .job_bytes = 1000};
 
 static void a_node_draws_and_encodes_with_all_cores(void **state)
@@ -104,6 +105,7 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     sc_job job = long_job();
     const size_t frame = (size_t)1920 * 1080 * 3;
     const uint64_t rank = probe.program_bytes + probe.renderer_bytes;
+    const uint64_t node = probe.prepared_bytes + probe.derived_bytes; /* once, whatever its ranks */
     sc_farm farm = {.width_px = 1920,
                     .height_px = 1080,
                     .frame_count = 600,
@@ -115,13 +117,13 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     (void)state;
     job.farm.encode = SC_ENCODE_ROOT;
     run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
-    assert_int_equal(run.first_node_bytes, probe.prepared_bytes + 2 * rank + memory.window +
-                                               memory.root + memory.worker + probe.encoder_bytes);
-    assert_int_equal(run.other_node_bytes, probe.prepared_bytes + 2 * (rank + memory.worker));
+    assert_int_equal(run.first_node_bytes, node + 2 * rank + memory.window + memory.root +
+                                               memory.worker + probe.encoder_bytes);
+    assert_int_equal(run.other_node_bytes, node + 2 * (rank + memory.worker));
     job.farm.encode = SC_ENCODE_SEGMENTS; /* every rank has an encoder, a frame and a GOP */
     run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
     assert_true(run.other_node_bytes >=
-                probe.prepared_bytes + 2 * (rank + memory.worker + frame + probe.encoder_bytes));
+                node + 2 * (rank + memory.worker + frame + probe.encoder_bytes));
 }
 
 static void segments_and_partial_gops_need_room_beside_the_video(void **state)
