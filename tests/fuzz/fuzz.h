@@ -53,14 +53,21 @@ static inline void fuzz_remove_folder(void)
         fprintf(stderr, "%s: cannot be removed\n", fuzz_folder);
 }
 
-/* @return "FOLDER/NAME" in static memory, for two names at a time. The folder is made in TMPDIR, or
- * /tmp, and removed when the process ends in order. */
-static inline const char *fuzz_path(const char *name)
+/* @return "PARENT/NAME" in static memory, for two names at a time. */
+static inline const char *fuzz_join(const char *parent, const char *name)
 {
     static char paths[2][600];
     static int next;
     char *path = paths[next++ % 2];
 
+    snprintf(path, sizeof paths[0], "%s/%s", parent, name);
+    return path;
+}
+
+/* @return "FOLDER/NAME", as fuzz_join. The folder is made in TMPDIR, or /tmp, and removed when the
+ * process ends in order. */
+static inline const char *fuzz_path(const char *name)
+{
     if (!fuzz_folder[0]) {
         const char *parent = getenv("TMPDIR");
 
@@ -69,8 +76,17 @@ static inline const char *fuzz_path(const char *name)
         FUZZ_CHECK(mkdtemp(fuzz_folder));
         atexit(fuzz_remove_folder);
     }
-    snprintf(path, sizeof paths[0], "%s/%s", fuzz_folder, name);
-    return path;
+    return fuzz_join(fuzz_folder, name);
+}
+
+/* @return the path, as fuzz_join, of a file that takes long to make, and that the processes of
+ * tools/fuzz leave to each other in FUZZ_KEPT: libFuzzer starts a new one for some hundred inputs.
+ * Without FUZZ_KEPT, fuzz_path. */
+static inline const char *fuzz_kept_path(const char *name)
+{
+    const char *folder = getenv("FUZZ_KEPT");
+
+    return folder && *folder ? fuzz_join(folder, name) : fuzz_path(name);
 }
 
 /* Write a file into that folder, without flushing it to disk. @return its path, as fuzz_path. */
