@@ -481,15 +481,35 @@ static const sc_option *find_option(const sc_option_list *list, int value)
     return NULL;
 }
 
-/* Append to @p out the names of the commands that have the option @p name; nothing if there are
- * none. Only options that are not keys of the job are known. */
-static void list_commands(const char *name, char *out, size_t size)
+/* The commands that have an option. */
+typedef struct owners {
+    const char *name; /* of the option */
+    char commands[256];
+} owners;
+
+static void add_owners(owners *o, const char *option, const char *commands)
 {
-    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
-        if (!strcmp(option_rows[i].name, name) && option_rows[i].commands)
-            snprintf(out + strlen(out), size - strlen(out), "%s%s", out[0] ? " " : "",
-                     option_rows[i].commands);
-    }
+    char *end = o->commands + strlen(o->commands);
+
+    if (option && commands && !strcmp(option, o->name))
+        snprintf(end, (size_t)(o->commands + sizeof o->commands - end), "%s%s",
+                 o->commands[0] ? " " : "", commands);
+}
+
+/* Add the commands that have the option of a key. For sc_job_each_key, with owners as user. */
+static sc_status add_owners_of_key(void *user, const sc_key_info *info)
+{
+    add_owners(user, info->option, info->commands);
+    return SC_OK;
+}
+
+/* Fill o->commands with the names of the commands that have the option; empty if there are none.
+ * @return SC_ERR_MEMORY. */
+static sc_status find_owners(const sc_ctx *ctx, owners *o)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++)
+        add_owners(o, option_rows[i].name, option_rows[i].commands);
+    return sc_job_each_key(ctx, add_owners_of_key, o);
 }
 
 /* Append to @p out "--size, --set": up to 4 options of the list that begin with @p word. */
@@ -511,7 +531,9 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
 {
     const char *names[SC_OPTIONS_MAX], *nearest;
     const char *begin = text + strspn(text, "-");
-    char word[64], beginnings[256] = "", commands[256] = "";
+    char word[64], beginnings[256] = "";
+    owners with = {.name = word};
+    sc_status status;
 
     for (size_t i = 0; i < list->count; i++)
         names[i] = list->rows[i].name;
@@ -519,19 +541,21 @@ static sc_status unknown_option(const sc_ctx *ctx, const sc_command *command,
     nearest = sc_nearest_word(word, names, list->count);
     if (!strncmp(text, "--", 2)) {
         list_beginnings(list, word, beginnings, sizeof beginnings);
-        list_commands(word, commands, sizeof commands);
+        SC_TRY(find_owners(ctx, &with));
     }
     if (beginnings[0])
         return sc_fail(ctx, SC_ERR_USAGE,
                        "unknown option %s; did you mean %s? Names of options are not abbreviated",
                        text, beginnings);
-    if (commands[0])
+    if (with.commands[0])
         return sc_fail(ctx, SC_ERR_USAGE, "segcast %s has no option --%s; these commands have: %s",
-                       command->name, word, commands);
+                       command->name, word, with.commands);
     if (nearest)
         return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; did you mean --%s?", text, nearest);
-    return sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text,
-                   command->name);
+    status =
+        sc_fail(ctx, SC_ERR_USAGE, "unknown option %s; try `segcast help %s`", text, command->name);
+out:
+    return status;
 }
 
 /* Is @p word, such as "--over" or "--over=x", not the whole name of an option? getopt_long takes

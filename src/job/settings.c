@@ -263,7 +263,8 @@ sc_status sc_setting_apply(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root,
     sc_yaml *node = NULL;
     sc_status status;
 
-    if (text[0] == '#') /* a colour; YAML would read a comment */
+    /* A colour, which YAML would read as a comment; or no value, which YAML would read as a map. */
+    if (text[0] == '#' || !text[strspn(text, " \t")])
         return sc_setting_apply_text(ctx, keys, root, origin, path, text);
     status = sc_yaml_parse(ctx, origin, text, strlen(text), &node);
     if (status != SC_OK) /* a setting is wrong, not a file */
