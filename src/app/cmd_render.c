@@ -460,6 +460,10 @@ static sc_status begin_run(sc_run *run, const char *job_path)
         sc_display_watch(app->display, sc_run_watch, run);
     SC_TRY(sc_session_volume(app, &run->session));
     sc_signals_stop_in_order(true);
+    /* While what an earlier run has made is removed, no new status.json may come: it would be taken
+     * for a file of somebody else. This also waits for one that is being written. */
+    if (app->options.overwrite)
+        sc_display_watch(app->display, NULL, NULL);
     SC_TRY(sc_comm_agree(app->comm, first ? open_outputs(run) : SC_OK));
     SC_TRY(sc_comm_agree(app->comm, first && !run->plan.complete ? make_plan(run) : SC_OK));
     status = share_plan(run);
