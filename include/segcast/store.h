@@ -19,6 +19,13 @@
 
 #include "segcast/video.h"
 
+/** The longest name of a video, in bytes, so that its temporary names fit (NAME_MAX is 255). */
+enum { SC_VIDEO_NAME_MAX = 140 };
+/** @return whether a video in the directory of a job can have this name: not too long, without a
+ *  directory and control characters, not beginning with a dot, as temporary files do, and with an
+ *  extension that sc_video_name_ok accepts. */
+bool sc_store_video_ok(const char *name);
+
 /** The directory of a job, open for one process. */
 typedef struct sc_store sc_store;
 

@@ -16,7 +16,7 @@
 typedef struct sc_video_settings {
     int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
     int fps;                 /**< frames per second, a whole number */
-    int crf;                 /**< constant rate factor of the encoder, 0 (lossless) to 51 */
+    int crf;                 /**< constant rate factor of the encoder, sc_video_crf_least to 51 */
     const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; VP9 ignores it */
     const char *title;       /**< of the film, in the metadata of the file; borrowed; NULL: none */
 } sc_video_settings;
@@ -143,6 +143,12 @@ SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path,
 /** @return true if the extension of @p path names a container that can be written: .mp4, .mkv or
  *  .webm, in any case. */
 bool sc_video_name_ok(const char *path);
+/** @return the least crf that the encoder of a video named @p path takes: 1 for H.264, 0 for VP9.
+ */
+int sc_video_crf_least(const char *path);
+/** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
+ *  cannot have that many. */
+bool sc_video_size_ok(int width_px, int height_px);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);

@@ -2,7 +2,7 @@
 /* Checks after all keys of a job have been read: what no single row can know, and paths. */
 #include "key.h"
 #include "segcast/job.h"
-#include "segcast/video.h"
+#include "segcast/store.h"
 
 #include <errno.h>
 #include <math.h>
@@ -30,29 +30,28 @@ bool sc_job_is_phantom(const char *volume)
 
 /* ---- values that depend on each other ---- */
 
-/* Does the text hold a control character, such as a newline? */
-static bool holds_control(const char *text)
-{
-    for (; *text; text++) {
-        if ((unsigned char)*text < 0x20 || *text == 0x7f)
-            return true;
-    }
-    return false;
-}
-
-/* The name of the video: an ending that is known, no folder, and nothing that a list of file names
- * could not hold in one line. */
+/* The video: a name that it can have, and what its encoder takes. */
 static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const char *video = job->output.video;
+    const int *size_px = job->output.size_px;
+    sc_status status = SC_OK;
 
-    if (!strcmp(video, "none") ||
-        (sc_video_name_ok(video) && !strchr(video, '/') && !holds_control(video)))
+    if (!strcmp(video, "none"))
         return SC_OK;
-    return sc_yaml_fail(ctx, sc_key_node(root, "output.video"),
-                        "video is \"%s\", expected a name ending in .mp4, .mkv or .webm, "
-                        "without a directory or control characters, or none",
-                        video);
+    if (!sc_store_video_ok(video))
+        return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
+                             "a name ending in .mp4, .mkv or .webm, of at most 140 bytes, without "
+                             "a directory, control characters or a dot at the beginning; or none");
+    if (job->output.crf < sc_video_crf_least(video))
+        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.crf"),
+                                                "a number from 1 to 51 for the H.264 of .mp4 and "
+                                                ".mkv; without losses there is frames: png"));
+    if (!sc_video_size_ok(size_px[0], size_px[1]))
+        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.size"),
+                                                "at most 264 million pixels for a video, or "
+                                                "video: none with frames: png"));
+    return status;
 }
 
 /* Not more different strengths of smoothing than tables are made for. */

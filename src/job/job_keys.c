@@ -44,8 +44,9 @@ static const sc_key output_keys[] = {
     {"layout", &sc_type_choice, OUTPUT(layout), "picture",
      .help = "picture, or views: the three regular slices beside it", .choices = layouts},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
-     .help = "quality of the encoder: constant rate factor, smaller is better and larger", .low = 0,
-     .high = 51},
+     .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 only "
+             "for .webm",
+     .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoder: slower makes smaller files", .words = presets},
     {0}};

@@ -75,6 +75,12 @@ static bool holds_control(const char *text)
     return false;
 }
 
+bool sc_store_video_ok(const char *name)
+{
+    return strlen(name) <= SC_VIDEO_NAME_MAX && !strchr(name, '/') && name[0] != '.' &&
+           !holds_control(name) && sc_video_name_ok(name);
+}
+
 bool sc_own_name(const char *name)
 {
     if (!strcmp(name, "frames/") || !strcmp(name, "segments/") || !strcmp(name, SC_OWN_PNG) ||

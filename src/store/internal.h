@@ -7,8 +7,8 @@
 #include "segcast/store.h"
 
 /* Longest path of the directory, so that the system takes the paths of all files in it (PATH_MAX is
- * 4096); longest name of the video, so that its temporary names fit (NAME_MAX is 255). */
-enum { SC_DIRECTORY_MAX = 3700, SC_VIDEO_NAME_MAX = 140 };
+ * 4096). */
+enum { SC_DIRECTORY_MAX = 3700 };
 /* Room for the path of the directory, and of a file in it. */
 enum { SC_DIRECTORY_BYTES = SC_DIRECTORY_MAX + 1, SC_FILE_BYTES = 4096 };
 /* The largest segment that is read back: a second of video. */

@@ -312,8 +312,7 @@ static bool read_end(const json_t *line, sc_manifest_end *out)
     long long bytes;
 
     if (name) {
-        if (!video || json_string_length(name) != strlen(video) ||
-            strlen(video) > SC_VIDEO_NAME_MAX || strchr(video, '/') || !sc_own_name(video) ||
+        if (!video || json_string_length(name) != strlen(video) || !sc_store_video_ok(video) ||
             !get_number(json_object_get(line, "video_bytes"), 1, INT64_MAX, &bytes) ||
             !get_hash(line, "video_hash", &end.video_hash))
             return false;

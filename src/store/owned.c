@@ -224,23 +224,16 @@ static sc_status own_what_is_made(const sc_ctx *ctx, search *s, const char *part
     return status == SC_OK ? sc_names_add(ctx, s->owned, partial) : status;
 }
 
-/* @return SC_ERR_CREATE, with a message, if the name of the video is too long, or cannot stand in a
- * manifest. */
-static sc_status check_names(const sc_ctx *ctx, const sc_store_place *place)
+/* @return SC_ERR_CREATE, with a message, if the name of the video cannot be used. */
+static sc_status check_video_name(const sc_ctx *ctx, const sc_store_place *place)
 {
-    const size_t name = strlen(place->video);
-
-    if (name > SC_VIDEO_NAME_MAX)
-        return sc_fail(ctx, SC_ERR_CREATE,
-                       "%.60s...: the name of the video has %zu bytes, expected at most %d",
-                       place->video, name, SC_VIDEO_NAME_MAX);
-    if (strcmp(place->video, "none") != 0 && !sc_own_name(place->video))
-        return sc_fail(
-            ctx, SC_ERR_CREATE,
-            "%s: a video cannot have this name; expected a name without a directory or control "
-            "character that ends in .mp4, .mkv or .webm",
-            place->video);
-    return SC_OK;
+    if (!strcmp(place->video, "none") || sc_store_video_ok(place->video))
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: a video cannot have this name; expected at most %d bytes, ending in "
+                   ".mp4, .mkv or .webm, without a directory or control characters, and without a "
+                   "dot at the beginning",
+                   place->video, SC_VIDEO_NAME_MAX);
 }
 
 sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,
@@ -252,7 +245,7 @@ sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, s
     int foreign = 0, named;
     sc_status status;
 
-    SC_TRY(check_names(ctx, place));
+    SC_TRY(check_video_name(ctx, place));
     SC_TRY(sc_text_add(ctx, &partial, "%s", ""));
     if (strcmp(place->video, "none") != 0)
         SC_TRY(sc_video_partial_name(ctx, place->video, &partial));

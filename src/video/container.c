@@ -5,13 +5,15 @@
 #include <errno.h>
 
 #include <libavformat/avformat.h>
+#include <libavutil/imgutils.h>
 #include <string.h>
 #include <strings.h>
 
 static const sc_container containers[] = {
-    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true},
-    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true},
-    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false},
+    /* With 0, x264 loses nothing, which the profile that all players know does not have. */
+    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1},
+    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1},
+    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0},
 };
 
 const sc_container *sc_container_find(const char *path)
@@ -28,6 +30,20 @@ const sc_container *sc_container_find(const char *path)
 bool sc_video_name_ok(const char *path)
 {
     return sc_container_find(path) != NULL;
+}
+
+int sc_video_crf_least(const char *path)
+{
+    const sc_container *container = sc_container_find(path);
+
+    return container ? container->crf_least : 0;
+}
+
+bool sc_video_size_ok(int width_px, int height_px)
+{
+    av_log_set_level(AV_LOG_FATAL); /* the caller says what is wrong */
+    return av_image_check_size((unsigned)(width_px + 1) & ~1u, (unsigned)(height_px + 1) & ~1u, 0,
+                               NULL) >= 0;
 }
 
 void sc_video_libraries(char *text, size_t size)

@@ -14,6 +14,7 @@ typedef struct sc_container {
     const char *muxer, *encoder; /* their names in libav */
     enum AVCodecID codec;
     bool global_header; /* parameter sets belong into the container's header, not into the stream */
+    int crf_least;      /* of its encoder */
 } sc_container;
 
 /* @return the container that the extension of @p path names, in any case, from a static table;
