@@ -21,6 +21,9 @@ typedef enum sc_phase {
     SC_PHASE_COUNT
 } sc_phase;
 
+/** @return the key of a phase in stats.json, such as "render". Static text. */
+const char *sc_phase_key(sc_phase phase);
+
 /** What one rank spent on a phase. */
 typedef struct sc_phase_time {
     double wall_s, cpu_s; /**< seconds; cpu_s: of all its threads together */
@@ -154,10 +157,37 @@ typedef enum sc_bottleneck {
 } sc_bottleneck;
 /** @return what limited @p run, judged by the shares of time in its records. */
 sc_bottleneck sc_run_bottleneck(const sc_run_record *run);
+/** @return the bottleneck and what can be done about it, as words that follow "limited by";
+ * commands stand between backquotes. Static text. */
+const char *sc_bottleneck_advice(sc_bottleneck bottleneck);
+/** @return for which share of the farm's time, 0 to 1, worker threads had no task, averaged over
+ *  ranks; 0 if the farm took no time. */
+double sc_run_waiting(const sc_run_record *run);
 /** Log a summary with sc_info: speed, time per phase, waiting, the slowest frames and ranks, and
  * the bottleneck with what can be done about it. Of a run that drew no frame, only speed and times.
  *  @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run);
+
+/* ---- stats.json, read back ---- */
+
+/** What a stats.json holds. Zero-initialise; owns what its members point to: sc_run_stats_clear. */
+typedef struct sc_run_stats {
+    sc_history history;    /**< all runs, at least one, the last of which wrote the file; and the
+                              frames    of all of them */
+    sc_rank_record *ranks; /**< [run.ranks], of the last run */
+    char version[SC_RUN_TEXT_BYTES];
+    sc_run_record run;   /**< the last run, for sc_run_bottleneck and the like: job, ranks, nodes,
+                              wall_s, farm_wall_s, ended, rank_records (which is `ranks`),
+                              volume_bytes, prepared_bytes, wrote_png, from_prepared, frame_count,
+                              without `frames`; texts and all else are empty, see `history` */
+    double frames_per_s; /**< of the last run */
+    double mrays_per_cpu_s; /**< of the last run, while it drew */
+} sc_run_stats;
+/** Read the stats.json under @p path. @return SC_ERR_MISSING; SC_ERR_DATA if it is damaged, too
+ *  large, or not of this version; both are logged. SC_ERR_MEMORY. Caller owns *out. */
+SC_MUST_USE sc_status sc_run_stats_read(const sc_ctx *ctx, const char *path, sc_run_stats *out);
+/** Free what @p stats owns; it is empty then. An empty one is allowed. */
+void sc_run_stats_clear(sc_run_stats *stats);
 
 /* ---- the trace: what each thread did when ---- */
 
@@ -168,7 +198,8 @@ typedef enum sc_trace_kind {
     SC_TRACE_SHARE,
     SC_TRACE_DRAW,
     SC_TRACE_ENCODE,
-    SC_TRACE_FINISH
+    SC_TRACE_FINISH,
+    SC_TRACE_KIND_COUNT
 } sc_trace_kind;
 
 /** What a thread did from when to when. A plain value, sent as bytes. */
@@ -206,6 +237,16 @@ const sc_trace_event *sc_trace_events(const sc_trace *trace);
 SC_MUST_USE sc_status sc_trace_write(const sc_ctx *ctx, const char *path, int ranks,
                                      const sc_rank_record *records, const sc_trace_event *events,
                                      const size_t *counts, size_t stride);
+
+/** Receives an event of rank @p rank, borrowed for the call. */
+typedef void sc_trace_fn(void *user, int rank, const sc_trace_event *event);
+/** Read a trace.json that sc_trace_write wrote, line by line, and call @p each for every event, in
+ *  the order of the file. @return SC_ERR_MISSING; SC_ERR_DATA if a line is not what sc_trace_write
+ *  writes; both are logged, and what came before was passed on. */
+SC_MUST_USE sc_status sc_trace_read(const sc_ctx *ctx, const char *path, sc_trace_fn *each,
+                                    void *user);
+/** @return the name of a kind of event, such as "draw". Static text. */
+const char *sc_trace_kind_name(sc_trace_kind kind);
 
 /* ---- progress: how far a run is ---- */
 

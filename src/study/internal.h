@@ -5,6 +5,9 @@
 
 #include "segcast/study.h"
 
+/* The name of the format of stats.json. */
+#define SC_STATS_SCHEMA "segcast-stats-1"
+
 /* Allocate both arrays of @p out, the runs zeroed, for so many runs and frames; the counts are left
  * as they are. After an error, too, sc_history_clear frees them. @return SC_ERR_MEMORY. */
 sc_status sc_history_allocate(const sc_ctx *ctx, size_t runs, size_t frames, sc_history *out);

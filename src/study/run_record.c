@@ -2,15 +2,12 @@
 /* Writes stats.json and frames.csv from the timing record of a run. All functions *_json return a
  * new reference that the caller owns, or NULL if there is no memory. */
 #include "internal.h"
+#include "rank_json.h"
 
 #include <errno.h>
-#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-static const char *const phase_names[SC_PHASE_COUNT] = {"read",   "prepare", "share", "render",
-                                                        "gather", "encode",  "write", "idle"};
 
 double sc_run_imbalance(const sc_run_record *run)
 {
@@ -52,7 +49,7 @@ static json_t *phases_json(const sc_run_record *run)
             wall_s = time->wall_s > wall_s ? time->wall_s : wall_s;
             cpu_s += time->cpu_s;
         }
-        if (json_object_set_new(phases, phase_names[phase],
+        if (json_object_set_new(phases, sc_phase_key(phase),
                                 json_pack("{s:f, s:f}", "wall_s", wall_s, "cpu_s", cpu_s))) {
             json_decref(phases);
             phases = NULL;
@@ -280,8 +277,8 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
         "s:o}, "
-        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:o}",
-        "schema", "segcast-stats-1", "version", run->version, "job_hash", job_hash, "volume_hash",
+        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o}",
+        "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
         total_cpu_s(run), "phases", phases_json(run), "runs", runs_json(run, entry), "frames",
@@ -293,7 +290,9 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
         "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",
         known(entry->batch_job), "hosts", hosts_json(entry), "farm_wall_s", run->farm_wall_s,
-        "settings", run->settings ? json_loads(run->settings, 0, NULL) : json_null());
+        "wrote_png", run->wrote_png, "from_prepared", run->from_prepared, "per_rank",
+        sc_ranks_to_json(run->rank_records, run->ranks), "settings",
+        run->settings ? json_loads(run->settings, 0, NULL) : json_null());
 }
 
 /* Write stats.json under @p path. */

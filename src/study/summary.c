@@ -47,9 +47,7 @@ static double phase_wall_s(const sc_run_record *run, sc_phase phase)
     return longest;
 }
 
-/* @return for which share of the farm's time, 0 to 1, worker threads had no task, averaged over
- * ranks; 0 if the farm took no time. */
-static double waiting_share(const sc_run_record *run)
+double sc_run_waiting(const sc_run_record *run)
 {
     double idle_s = 0;
 
@@ -61,7 +59,7 @@ static double waiting_share(const sc_run_record *run)
 sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
 {
     const sc_rank_record *root = &run->rank_records[0];
-    const double waiting = waiting_share(run);
+    const double waiting = sc_run_waiting(run);
     const double before_s =
         root->phases[SC_PHASE_READ].wall_s + root->phases[SC_PHASE_PREPARE].wall_s;
 
@@ -79,9 +77,7 @@ sc_bottleneck sc_run_bottleneck(const sc_run_record *run)
     return SC_BOTTLENECK_DRAW;
 }
 
-/* @return the bottleneck and what can be done about it, as words that follow "limited by"; static.
- */
-static const char *advice(sc_bottleneck bottleneck)
+const char *sc_bottleneck_advice(sc_bottleneck bottleneck)
 {
     static const char *const texts[] = {
         [SC_BOTTLENECK_DRAW] = "drawing: more ranks or threads make it faster",
@@ -190,7 +186,7 @@ sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
             phase_wall_s(run, SC_PHASE_READ), phase_wall_s(run, SC_PHASE_PREPARE),
             phase_wall_s(run, SC_PHASE_SHARE), phase_wall_s(run, SC_PHASE_RENDER),
             phase_wall_s(run, SC_PHASE_GATHER), phase_wall_s(run, SC_PHASE_ENCODE),
-            phase_wall_s(run, SC_PHASE_WRITE), 100 * waiting_share(run),
+            phase_wall_s(run, SC_PHASE_WRITE), 100 * sc_run_waiting(run),
             100 * sc_run_imbalance(run));
     if (run->frame_count == 0)
         return SC_OK;
@@ -200,7 +196,7 @@ sc_status sc_run_summarise(const sc_ctx *ctx, const sc_run_record *run)
         SC_TRY(slow_ranks(ctx, run, &ranks));
         sc_info(ctx, "slowest ranks: %s", ranks.data);
     }
-    sc_info(ctx, "limited by %s", advice(sc_run_bottleneck(run)));
+    sc_info(ctx, "limited by %s", sc_bottleneck_advice(sc_run_bottleneck(run)));
 out:
     sc_text_clear(&slow);
     sc_text_clear(&ranks);

@@ -16,10 +16,14 @@ struct sc_trace {
     atomic_size_t added; /* number of events added so far, those without room included */
 };
 
-/* Names of the kinds in the file. */
-static const char *const kinds[] = {
-    [SC_TRACE_READ] = "read", [SC_TRACE_PREPARE] = "prepare", [SC_TRACE_SHARE] = "share",
-    [SC_TRACE_DRAW] = "draw", [SC_TRACE_ENCODE] = "encode",   [SC_TRACE_FINISH] = "finish"};
+const char *sc_trace_kind_name(sc_trace_kind kind)
+{
+    static const char *const names[] = {
+        [SC_TRACE_READ] = "read", [SC_TRACE_PREPARE] = "prepare", [SC_TRACE_SHARE] = "share",
+        [SC_TRACE_DRAW] = "draw", [SC_TRACE_ENCODE] = "encode",   [SC_TRACE_FINISH] = "finish"};
+
+    return names[kind];
+}
 
 sc_status sc_trace_new(const sc_ctx *ctx, size_t capacity, sc_trace **out)
 {
@@ -113,7 +117,8 @@ static void write_rank(FILE *stream, int rank, const sc_rank_record *record,
 
         fprintf(stream,
                 ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.1f,\"dur\":%.1f,\"name\":\"%s",
-                rank + 1, e->thread + 1, 1e6 * e->begin_s, 1e6 * e->duration_s, kinds[e->kind]);
+                rank + 1, e->thread + 1, 1e6 * e->begin_s, 1e6 * e->duration_s,
+                sc_trace_kind_name(e->kind));
         if (e->frame >= 0)
             fprintf(stream, " %d\",\"args\":{\"frame\":%d}}", e->frame, e->frame);
         else

@@ -307,6 +307,134 @@ static void damaged_statistics_are_left_out(void **state)
     unlink("frames.csv");
 }
 
+/* ---- reading back ---- */
+
+static void statistics_are_read_back(void **state)
+{
+    sc_rank_record ranks[2] = {
+        {.threads = 3, .cpu_s = 5, .farm_idle_s = 1.5, .accept_wall_s = 2, .peak_rss_bytes = 7000},
+        {.threads = 2, .cpu_s = 4, .host = "n2", .peak_rss_bytes = 8000}};
+    const sc_frame_result frame = {.rank = 1, .render_cpu_s = 2, .rays = 4000000};
+    const sc_run_record run = {.version = "1.2",
+                               .host = "n1",
+                               .ended = true,
+                               .job = job,
+                               .ranks = 2,
+                               .nodes = 2,
+                               .wall_s = 4,
+                               .farm_wall_s = 3,
+                               .rank_records = ranks,
+                               .frames = &frame,
+                               .frame_count = 1,
+                               .volume_bytes = 100,
+                               .prepared_bytes = 200,
+                               .wrote_png = true};
+    sc_run_stats stats;
+
+    (void)state;
+    strcpy(ranks[0].host, "n1");
+    for (int p = 0; p < SC_PHASE_COUNT; p++)
+        ranks[1].phases[p] = (sc_phase_time){p + 1, 10 * p};
+    assert_ok(sc_run_write(&quiet, &run, "stats.json", "frames.csv"));
+    assert_ok(sc_run_stats_read(&quiet, "stats.json", &stats));
+    assert_string_equal(stats.version, "1.2");
+    assert_int_equal(stats.run.ranks, 2);
+    assert_true(stats.run.ended && stats.run.wrote_png && !stats.run.from_prepared);
+    assert_memory_equal(stats.ranks, ranks, sizeof ranks);
+    assert_int_equal(stats.run.prepared_bytes, 200);
+    assert_int_equal(stats.run.frame_count, 1);
+    assert_int_equal(stats.history.frame_count, 1);
+    assert_near(stats.frames_per_s, 0.25, 1e-9);
+    assert_int_equal(sc_run_bottleneck(&stats.run), sc_run_bottleneck(&run));
+    sc_run_stats_clear(&stats);
+}
+
+/* Whatever byte of the file is another one, or where it ends: it is read or refused. */
+static void damaged_statistics_are_refused(void **state)
+{
+    char *text;
+    size_t bytes;
+    int refused = 0;
+
+    (void)state;
+    write_run(10, 0, 2, NULL);
+    assert_ok(sc_file_read(&quiet, "stats.json", 1 << 20, &text, &bytes));
+    for (size_t at = 0; at < bytes; at += 3) {
+        const char was = text[at];
+        sc_run_stats stats = {0};
+        FILE *file = fopen("damaged.json", "wb");
+
+        text[at] = at % 2 ? '7' : '"';
+        fwrite(text, 1, at % 7 ? bytes : at, file);
+        fclose(file);
+        text[at] = was;
+        refused += sc_run_stats_read(&quiet, "damaged.json", &stats) == SC_ERR_DATA;
+        sc_run_stats_clear(&stats);
+    }
+    assert_true(refused > 100);
+    unlink("damaged.json");
+    sc_free(text);
+    {
+        sc_run_stats stats = {0};
+
+        assert_int_equal(sc_run_stats_read(&quiet, "nowhere.json", &stats), SC_ERR_MISSING);
+    }
+}
+
+/* Events that were read, for read_event. */
+typedef struct read_events {
+    sc_trace_event events[4];
+    int ranks[4], count;
+} read_events;
+
+static void read_event(void *user, int rank, const sc_trace_event *event)
+{
+    read_events *r = user;
+
+    assert_true(r->count < 4);
+    r->ranks[r->count] = rank;
+    r->events[r->count++] = *event;
+}
+
+static void a_trace_is_read_back(void **state)
+{
+    const sc_rank_record ranks[2] = {{.threads = 2, .host = "a \"b\" <c>"}, {.threads = 1}};
+    const sc_trace_event events[4] = {
+        {.begin_s = 0, .duration_s = 1, .frame = -1, .kind = SC_TRACE_READ},
+        {1, 0.5, 7, SC_TRACE_DRAW, 1},
+        {2, 0.25, 8, SC_TRACE_ENCODE, 1}};
+    const size_t counts[2] = {2, 1};
+    static const char *const damaged[] = {
+        "{\"traceEvents\":[\n{\"ph\":\"X\"}\n]}\n",
+        "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{\"ph\":\"X\",\"pid\":0,\"tid\":1,\"ts\":1,"
+        "\"dur\":1,\"name\":\"draw 1\"}\n]}\n",
+        "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{\"ph\":\"X\",\"pid\":1,\"tid\":1,\"ts\":1,"
+        "\"dur\":1,\"name\":\"drawn 1\"}\n]}\n",
+        "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n", ""};
+    read_events found = {.count = 0};
+
+    (void)state;
+    assert_ok(sc_trace_write(&quiet, "trace.json", 2, ranks, events, counts, 2));
+    assert_ok(sc_trace_read(&quiet, "trace.json", read_event, &found));
+    assert_int_equal(found.count, 3);
+    assert_int_equal(found.ranks[1], 0);
+    assert_int_equal(found.ranks[2], 1);
+    for (int i = 0; i < 3; i++) {
+        assert_near(found.events[i].begin_s, events[i].begin_s, 1e-6);
+        assert_near(found.events[i].duration_s, events[i].duration_s, 1e-6);
+        assert_int_equal(found.events[i].frame, events[i].frame);
+        assert_int_equal(found.events[i].kind, events[i].kind);
+        assert_int_equal(found.events[i].thread, events[i].thread);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(damaged); i++) {
+        assert_ok(sc_file_write(&quiet, "trace.json", damaged[i], strlen(damaged[i])));
+        assert_int_equal(sc_trace_read(&quiet, "trace.json", read_event, &found), SC_ERR_DATA);
+    }
+    assert_int_equal(sc_trace_read(&quiet, ".", read_event, &found), SC_ERR_MISSING);
+    unlink("trace.json");
+    assert_int_equal(sc_trace_read(&quiet, "trace.json", read_event, &found), SC_ERR_MISSING);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -316,6 +444,9 @@ int main(void)
         cmocka_unit_test(a_killed_run_is_listed_with_its_frames),
         cmocka_unit_test(forged_statistics_are_left_out),
         cmocka_unit_test(damaged_statistics_are_left_out),
+        cmocka_unit_test(statistics_are_read_back),
+        cmocka_unit_test(damaged_statistics_are_refused),
+        cmocka_unit_test(a_trace_is_read_back),
     };
 
     return RUN(tests);
