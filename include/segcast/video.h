@@ -165,5 +165,11 @@ typedef sc_status sc_video_frame_fn(void *user, int k, double time_s, const sc_i
  * the decoding. */
 SC_MUST_USE sc_status sc_video_decode(const sc_ctx *ctx, const char *path,
                                       sc_video_frame_fn *on_frame, void *user);
+/** Decode the frames @p frames [count], in rising order, of a video of @p fps frames per second,
+ * and call @p on_frame for each, with its number: between them the file is skipped as far as its
+ * GOPs allow it, so that a frame that begins a GOP costs one frame, and any other at most a GOP. A
+ * file that is shorter gives fewer of them. @return as sc_video_decode. */
+SC_MUST_USE sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int *frames,
+                                    int count, sc_video_frame_fn *on_frame, void *user);
 
 #endif

@@ -107,6 +107,17 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
     return status;
 }
 
+/* Free what sc_video_decode and sc_video_pick have opened. */
+static void close_decoder(decoder *d)
+{
+    sc_image_clear(&d->image);
+    sws_freeContext(d->scaler);
+    av_frame_free(&d->frame);
+    av_packet_free(&d->packet);
+    avcodec_free_context(&d->codec);
+    avformat_close_input(&d->format);
+}
+
 sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn *on_frame,
                           void *user)
 {
@@ -134,11 +145,73 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
     avcodec_send_packet(d.codec, NULL);
     status = receive_frames(&d, on_frame, user);
 out:
-    sc_image_clear(&d.image);
-    sws_freeContext(d.scaler);
-    av_frame_free(&d.frame);
-    av_packet_free(&d.packet);
-    avcodec_free_context(&d.codec);
-    avformat_close_input(&d.format);
+    close_decoder(&d);
+    return status;
+}
+
+/* ---- single frames ---- */
+
+/* Seek to the GOP in which a frame is. */
+static sc_status seek(decoder *d, int fps, int frame)
+{
+    const int64_t time = av_rescale_q(frame, (AVRational){1, fps}, d->stream->time_base);
+
+    if (av_seek_frame(d->format, d->stream->index, time, AVSEEK_FLAG_BACKWARD) < 0)
+        return fail_data(d, "cannot be read from a frame in the middle on");
+    avcodec_flush_buffers(d->codec);
+    return SC_OK;
+}
+
+/* Decode the next frame into d->frame. @param number its number, or -1 behind the last one.
+ * @return SC_ERR_DATA. */
+static sc_status next_frame(decoder *d, int fps, int *number)
+{
+    int error;
+
+    while ((error = avcodec_receive_frame(d->codec, d->frame)) == AVERROR(EAGAIN)) {
+        if (av_read_frame(d->format, d->packet) < 0) {
+            avcodec_send_packet(d->codec, NULL); /* so that it gives what it still holds */
+            continue;
+        }
+        error = d->packet->stream_index == d->stream->index
+                    ? avcodec_send_packet(d->codec, d->packet)
+                    : 0;
+        av_packet_unref(d->packet);
+        if (error < 0)
+            return fail_data(d, "a frame cannot be decoded");
+    }
+    *number = -1;
+    if (error == AVERROR_EOF)
+        return SC_OK;
+    if (error < 0)
+        return fail_data(d, "a frame cannot be decoded");
+    *number = (int)av_rescale_q(d->frame->best_effort_timestamp, d->stream->time_base,
+                                (AVRational){1, fps});
+    return SC_OK;
+}
+
+sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int *frames, int count,
+                        sc_video_frame_fn *on_frame, void *user)
+{
+    decoder d = {.ctx = ctx, .path = path};
+    int at = -1; /* number of the frame in d.frame; -1: none */
+    sc_status status;
+
+    SC_TRY(open_decoder(&d));
+    for (int i = 0; i < count; i++) {
+        if (at < 0 || frames[i] - at > fps) {
+            SC_TRY(seek(&d, fps, frames[i]));
+            at = -1;
+        }
+        do
+            SC_TRY(next_frame(&d, fps, &at));
+        while (at >= 0 && at < frames[i]);
+        if (at < 0)
+            continue; /* it is not there, nor are those that follow */
+        SC_TRY(to_rgb(&d));
+        SC_TRY(on_frame(user, at, (double)at / fps, &d.image));
+    }
+out:
+    close_decoder(&d);
     return status;
 }

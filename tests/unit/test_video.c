@@ -100,6 +100,47 @@ static void every_container_decodes_to_what_was_pushed(void **state)
     }
 }
 
+/* Keep the number of a frame of 64 x 64 pixels, and compare it with what was pushed. */
+typedef struct picked {
+    int numbers[8], count;
+} picked;
+
+static sc_status pick_frame(void *user, int k, double time_s, const sc_image *image)
+{
+    picked *p = user;
+    decoded d = {.count = k};
+
+    assert_ok(compare_frame(&d, k, time_s, image));
+    assert_true(d.largest_error <= 12);
+    p->numbers[p->count++] = k;
+    return SC_OK;
+}
+
+/* Frames that begin a GOP and others, near and far, the first and the last; those beyond are left
+ * out. */
+static void single_frames_are_found(void **state)
+{
+    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm"};
+    static const int wanted[] = {0, 5, 24, 71, 99, 100, 150};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        picked p = {.count = 0};
+
+        write_video(names[i], 192, 120, 100, true);
+        assert_ok(sc_video_pick(&quiet, names[i], 24, wanted, 7, pick_frame, &p));
+        assert_int_equal(p.count, 5);
+        assert_memory_equal(p.numbers, wanted, 5 * sizeof(int));
+        unlink(names[i]);
+    }
+    {
+        picked p = {.count = 0};
+
+        assert_int_equal(sc_video_pick(&quiet, "nowhere.mp4", 24, wanted, 7, pick_frame, &p),
+                         SC_ERR_MISSING);
+    }
+}
+
 static void odd_sizes_are_padded_not_scaled(void **state)
 {
     decoded d = {0};
@@ -303,6 +344,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_container_decodes_to_what_was_pushed),
+        cmocka_unit_test(single_frames_are_found),
         cmocka_unit_test(odd_sizes_are_padded_not_scaled),
         cmocka_unit_test(equal_frames_give_equal_bytes_and_the_index_comes_first),
         cmocka_unit_test(an_unfinished_video_never_bears_the_final_name),
