@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to report. Files call only functions of files that are named further down here:
+ * run_page.c, activity.c, frames.c, rows.c, svg.c, html.c, style.c. */
+#ifndef SC_REPORT_INTERNAL_H
+#define SC_REPORT_INTERNAL_H
+
+#include "segcast/report.h"
+
+/* ---- activity.c: what each thread did when ---- */
+
+/* Add the section with the activity of the threads to @p page, from the trace of a run, whose ranks
+ * are in @p stats; or why there is none. @param path that of trace.json. */
+void sc_report_activity(sc_page *page, const char *path, const sc_run_stats *stats);
+
+/* ---- frames.c: the cost of the frames along the film, with some of them ---- */
+
+/* Add the section with the cost along the film to @p page. */
+void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stats *stats);
+
+/* ---- style.c ---- */
+
+/* The style of all pages, without the colours of series. */
+extern const char sc_page_style[];
+
+/* @return what a phase is called in a report, such as "drawing"; static. */
+const char *sc_phase_word(sc_phase phase);
+/* @return the index of the colour of a phase. */
+int sc_phase_color(sc_phase phase);
+
+#endif
