@@ -165,9 +165,9 @@ sc_store_times sc_store_time(const sc_store *store);
  *  SC_ERR_MEMORY, or as sc_encoder_push and sc_muxer_add. */
 SC_MUST_USE sc_status sc_store_finish(const sc_ctx *ctx, sc_store *store, int *missing);
 
-/** After sc_store_finish, and after the records of the run (job.yaml, status, statistics, trace)
- * were written for the last time: if the job is complete, put their sizes and hashes into the
- * manifest and close it; then sc_store_verify can prove every file, and nothing more may be
+/** After sc_store_finish, and after the records of the run (job.yaml, status, statistics, trace,
+ * report) were written for the last time: if the job is complete, put their sizes and hashes into
+ * the manifest and close it; then sc_store_verify can prove every file, and nothing more may be
  * written. Does nothing otherwise. @return SC_ERR_WRITE, SC_ERR_CREATE, SC_ERR_MISSING,
  * SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_store_seal(const sc_ctx *ctx, sc_store *store);

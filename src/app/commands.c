@@ -9,7 +9,7 @@ const sc_command sc_commands[] = {
      "Runs alone or under mpirun or srun. The output directory holds the video, manifest.jsonl "
      "(hashes of "
      "job, volume and frames), status.json (progress), stats.json and frames.csv (times), "
-     "trace.json and "
+     "trace.json, report.html (the run as a page) and "
      "job.yaml (the job as resolved). A directory that holds a run is refused without --resume or "
      "--overwrite.",
      sc_cmd_render, true},

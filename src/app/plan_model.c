@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What follows for a whole job from what segcast plan has measured: disk, memory, wall time. */
 #include "plan.h"
+#include "segcast/report.h"
 
 /* Sizes in bytes of what the records of a run hold, as they are on the average. */
 enum {
@@ -9,9 +10,12 @@ enum {
     STATS_FRAME = 235,   /* a frame in stats.json */
     CSV_LINE = 80,       /* a frame in frames.csv */
     TRACE_EVENT = 100,   /* an event in trace.json */
-    RECORDS = 6000,      /* everything that does not grow with the frames */
+    REPORT = 25000,      /* report.html without its pictures */
+    RECORDS = 6700,      /* everything that does not grow with the frames */
     PICTURE_HEAD = 48    /* before each picture of a partial GOP */
 };
+/* A pixel of the pictures in report.html. */
+#define REPORT_PIXEL 0.7
 /* All ranks together keep no more events than this for the trace. */
 #define EVENTS_MAX (1 << 20)
 
@@ -45,6 +49,18 @@ double sc_plan_encode_cpu_s(const sc_job *job, const sc_plan_probe *probe)
     return cost_of(job, probe, job->animation.frames).cpu_s;
 }
 
+/* @return the size of report.html in bytes. */
+static double report_bytes(const sc_job *job)
+{
+    const double width = job->output.size_px[0], height = job->output.size_px[1];
+    const double side = width > height ? width : height;
+    const double scale = side > SC_REPORT_PICTURE_SIDE ? SC_REPORT_PICTURE_SIDE / side : 1;
+    const int frames = job->animation.frames;
+    const int pictures = frames < SC_REPORT_PICTURES ? frames : SC_REPORT_PICTURES;
+
+    return REPORT + REPORT_PIXEL * pictures * scale * scale * width * height;
+}
+
 sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int threads)
 {
     const sc_video_settings video = sc_run_video_settings(job);
@@ -57,7 +73,7 @@ sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int thre
 
     disk.video = (uint64_t)(cost_of(job, p, job->animation.frames).bytes) - disk.frames;
     disk.records =
-        (uint64_t)(RECORDS + (double)p->job_bytes +
+        (uint64_t)(RECORDS + report_bytes(job) + (double)p->job_bytes +
                    frames * (MANIFEST_LINE + (png ? PNG_LINE : 0) + STATS_FRAME + CSV_LINE) +
                    TRACE_EVENT * (events < EVENTS_MAX ? events : EVENTS_MAX));
     disk.end = disk.video + disk.frames + disk.records;

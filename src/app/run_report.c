@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The progress of a run, and the timing records at its end. */
 #include "run.h"
+#include "segcast/report.h"
 
 #include <dirent.h>
 #include <stdlib.h>
@@ -377,6 +378,51 @@ out:
     return status;
 }
 
+/* For sc_ctx.write: keep the first error in a text of ERROR_BYTES. */
+enum { ERROR_BYTES = 300 };
+static void keep_error(void *user, sc_log_level level, const char *text)
+{
+    char *first = user;
+
+    if (level == SC_LOG_ERROR && !first[0])
+        snprintf(first, ERROR_BYTES, "%s", text);
+}
+
+/* Write report.html from what the directory holds now. The film is made: if the page cannot be, the
+ * run does not fail, and a page of an earlier run does not stay. */
+static void write_page(const sc_run *run)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const sc_job *job = &run->session.job;
+    const sc_report_run page = {.directory = run->directory,
+                                .slice = run->slice[0] ? run->slice : NULL,
+                                .title = job->output.title,
+                                .video = job->output.video,
+                                .png = job->output.frames == SC_FRAMES_PNG,
+                                .frames = job->animation.frames,
+                                .fps = job->output.fps};
+    char error[ERROR_BYTES] = "";
+    const sc_ctx keeping = {.level = SC_LOG_ERROR,
+                            .write = keep_error,
+                            .user = error,
+                            .alloc_budget = ctx->alloc_budget};
+    char *path = NULL;
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(record_path(&keeping, run, "report", "html", &path));
+    SC_TRY(sc_report_make(&keeping, &page, &text));
+    status = sc_file_write(&keeping, path, text.data, text.length_bytes);
+out:
+    if (status != SC_OK && path)
+        (void)unlink(path);
+    if (status != SC_OK)
+        sc_warn(ctx, "the page with the report was not made: %s; `segcast report %s` makes it",
+                error, run->directory);
+    sc_text_clear(&text);
+    sc_free(path);
+}
+
 sc_status sc_run_begin_records(sc_run *run)
 {
     sc_app *app = run->app;
@@ -430,6 +476,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
         qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
     if (run->keep_records)
         SC_TRY(write_run(run, &record));
+    if (run->keep_records)
+        write_page(run);
     status = sc_run_summarise(app->ctx, &record);
 out:
     sc_free(all);

@@ -47,7 +47,11 @@ void sc_store_manifest_path(const sc_store *store, char out[SC_FILE_BYTES])
 /* The records of a run beside job.yaml: "STEM.ENDING", or of a slice S "STEM.S.ENDING". */
 static const struct {
     const char *stem, *ending;
-} records[] = {{"status", "json"}, {"stats", "json"}, {"frames", "csv"}, {"trace", "json"}};
+} records[] = {{"status", "json"},
+               {"stats", "json"},
+               {"frames", "csv"},
+               {"trace", "json"},
+               {"report", "html"}};
 
 /* @return whether @p name is "STEM.ENDING" or, with a non-empty S, "STEM.S.ENDING". */
 static bool is_record(const char *name, const char *stem, const char *ending)

@@ -34,7 +34,7 @@ for name in film.mp4 film.partial.mp4 job.yaml frames/000003.png segments/patien
     echo mine >d/$name
     each_way $name "d/$name: is a file that was not made by segcast" d
 done
-for name in status.json stats.json frames.csv trace.json; do # a slice has other names
+for name in status.json stats.json frames.csv trace.json report.html; do # a slice has other names
     rm -rf d
     mkdir d
     echo mine >d/$name
@@ -147,7 +147,7 @@ long=$(printf '%0200d' 0)
 deep=$long/$long/$long/$long/$long/$long/$long/$long
 "$SEGCAST" render job.yaml -o "$deep" -q --set output.video=none >/dev/null
 "$SEGCAST" verify "$deep" >/dev/null || fail "verify of a directory with a long path"
-[ "$(ls "$deep" | wc -l)" = 7 ] || fail "a long path: $(ls "$deep")"
+[ "$(ls "$deep" | wc -l)" = 8 ] || fail "a long path: $(ls "$deep")"
 longest=$deep/$deep/$long/$long/$long
 refused "a path of 3,800 bytes" 'the path of the directory has [0-9]+ bytes, expected at most 3700' "$SEGCAST" render job.yaml -o "$longest"
 refused "a long name" 'the name of the video has 154 bytes' "$SEGCAST" render job.yaml -o named \

@@ -18,7 +18,7 @@ strangers() { # strangers DIR [links]: a folder of files that are not ours; segm
     local name
     for name in segments/patient7.seg.nrrd segments/000000.seg segments/000000.host.1.part \
         segments/.000000.seg.tmp.host.1.0123456789abcdef frames/000000.png frames/000003.png frames/a.png \
-        stats.json status.json frames.csv trace.json job.yaml film.mp4 film.partial.mp4 video.mp4 manifest.jsonl.bak \
+        stats.json status.json frames.csv trace.json report.html job.yaml film.mp4 film.partial.mp4 video.mp4 manifest.jsonl.bak \
         manifest.0.jsonl.old .film.mp4.tmp.host.1 film.mp4.tmp notes.tmp still.png views.png orbit.mp4 \
         orbit.partial.mp4 prepared.segc phantom.nrrd heart.yaml; do
         [ -e "$1/$name" ] || [ -L "$1/$name" ] || echo "mine: $name" >"$1/$name"

@@ -25,7 +25,7 @@ bytes_of() { cat "$@" | wc -c; }
 "$SEGCAST" render job.yaml -q >/dev/null
 near 'bytes of the video' "$(said disk.video_bytes)" "$(bytes_of out/film.mp4)" 20
 near 'bytes of the PNG files' "$(said disk.png_bytes)" "$(bytes_of out/frames/*)" 20
-near 'bytes of the records' "$(said disk.records_bytes)" "$(bytes_of out/*.json* out/frames.csv out/job.yaml)" 50
+near 'bytes of the records' "$(said disk.records_bytes)" "$(bytes_of out/*.json* out/frames.csv out/job.yaml out/report.html)" 50
 near 'bytes at the end' "$(said disk.end_bytes)" "$(find out -type f -exec cat {} + | wc -c)" 20
 [ "$(said disk.peak_bytes)" -ge $(($(said disk.end_bytes) + 10 * 160 * 120 * 3 / 2)) ] ||
     fail "the pictures of a partial GOP are not counted: $(cat plan.json)"
@@ -40,7 +40,7 @@ sed -i 's/video: none/video: film.mp4, directory: long/; s/directory: out, //; s
 "$SEGCAST" plan long.yaml -q --json >plan.json
 "$SEGCAST" render long.yaml -q >/dev/null
 near 'bytes of a long video' "$(said disk.video_bytes)" "$(bytes_of long/film.mp4)" 40
-near 'bytes of long records' "$(said disk.records_bytes)" "$(bytes_of long/*.json* long/frames.csv long/job.yaml)" 50
+near 'bytes of long records' "$(said disk.records_bytes)" "$(bytes_of long/*.json* long/frames.csv long/job.yaml long/report.html)" 50
 
 # On other nodes; a job without video is not encoded, one without any output writes its records alone.
 "$SEGCAST" plan job.yaml -q --nodes 5 --ranks 3 --threads 2 >plan.txt

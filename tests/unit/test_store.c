@@ -85,8 +85,8 @@ static void add_frames(sc_store *store, int first, int end)
 /* Write the records, finish and seal. */
 static void finish(sc_store *store)
 {
-    static const char *const records[] = {"job.yaml", "status.json", "stats.json", "frames.csv",
-                                          "trace.json"};
+    static const char *const records[] = {"job.yaml",   "status.json", "stats.json",
+                                          "frames.csv", "trace.json",  "report.html"};
     int missing;
 
     assert_ok(sc_store_finish(&quiet, store, &missing));
@@ -579,8 +579,9 @@ static void forged_lines(void **state)
 static void own_names(void **state)
 {
     static const char *const right[] = {
-        "v.mp4",    "v.MKV",       "a b.webm",        "frames/",    "frames/*.png",  "segments/*",
-        "job.yaml", "status.json", "stats.0of2.json", "frames.csv", "trace.a_b.json"};
+        "v.mp4",          "v.MKV",       "a b.webm",        "frames/",         "frames/*.png",
+        "segments/*",     "job.yaml",    "status.json",     "stats.0of2.json", "frames.csv",
+        "trace.a_b.json", "report.html", "report.0of2.html"};
     static const char *const wrong[] = {"",
                                         ".",
                                         "..",
