@@ -26,25 +26,32 @@ typedef struct corner_weights {
 /* Write the weights of those vertices of brick (x, y, z) that are corners of the cells to be packed
  * to out->weights, which must be zeroed before. Of a brick whose @p at, the place of its lowest
  * vertex in the arrays, is SC_BRICK along an axis (else 0), only the lowest layer is wanted. Bricks
- * beyond the last have no vertices. */
+ * beyond the last have no vertices. The records of a brick are passed row by row, in their order.
+ */
 static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int at[3],
                           corner_weights *out)
 {
+    static const uint8_t bits_in[SC_BRICK_ROW_BITS + 1] = {0, 1, 1, 2, 1, 2, 2, 3,
+                                                           1, 2, 2, 3, 2, 3, 3, 4};
     const size_t brick = sc_brick_index(v->bricks, x, y, z);
-    uint64_t near, wanted = ~0ull;
+    const unsigned wanted = at[0] ? 1 : SC_BRICK_ROW_BITS;
+    const uint8_t *record;
+    uint64_t left;
 
     if (x >= v->bricks[0] || y >= v->bricks[1] || z >= v->bricks[2])
         return;
-    near = v->near[brick];
-    wanted &= at[0] ? SC_BRICK_LOW_X : ~0ull;
-    wanted &= at[1] ? SC_BRICK_LOW_Y : ~0ull;
-    wanted &= at[2] ? SC_BRICK_LOW_Z : ~0ull;
-    for (uint64_t left = near & wanted; left; left &= left - 1) {
-        const int bit = __builtin_ctzll(left);
-        const size_t index = v->near_start[brick] + sc_brick_rank(near, bit);
+    left = v->near[brick] & (at[2] ? SC_BRICK_LOW_Z : ~0ull);
+    record = v->records + (size_t)v->near_start[brick] * SC_RECORD_BYTES;
+    for (int row = 0; left; row++, left >>= SC_BRICK) {
+        const unsigned bits = (unsigned)left & SC_BRICK_ROW_BITS;
+        int32_t *to = out->at[at[2] + row / SC_BRICK][at[1] + row % SC_BRICK] + at[0];
+        const uint8_t *from = record;
 
-        out->at[at[2] + sc_bit_z(bit)][at[1] + sc_bit_y(bit)][at[0] + sc_bit_x(bit)] =
-            sc_record_weight(sc_record_read(v->records, index));
+        record += (size_t)bits_in[bits] * SC_RECORD_BYTES;
+        if (at[1] && row % SC_BRICK)
+            continue;
+        for (unsigned some = bits & wanted; some; some &= some - 1, from += SC_RECORD_BYTES)
+            to[__builtin_ctz(some)] = sc_record_weight(*from);
     }
 }
 
@@ -59,39 +66,47 @@ static void fetch_all_weights(const sc_prepared *v, const int brick[3], corner_w
     }
 }
 
+static inline int32_t lesser(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+
+static inline int32_t greater(int32_t a, int32_t b)
+{
+    return a > b ? a : b;
+}
+
 /* Write the packed cells (brick.h) of row (y, z) of a brick to @p out, side by side: compilers
  * compute with all of them at a time. */
 static void pack_row(const sc_corner_labels *labels, const corner_weights *weights, int y, int z,
                      uint64_t out[SC_BRICK])
 {
     const int32_t *l[4], *w[4];
-    int32_t low[SC_CORNER_ROW], high[SC_CORNER_ROW], many[SC_BRICK] = {0};
+    int32_t least[SC_CORNER_ROW], most[SC_CORNER_ROW];
+    int32_t low[SC_BRICK], high[SC_BRICK], many[SC_BRICK] = {0};
     uint32_t words[2][SC_BRICK] = {{0}};
 
     for (int i = 0; i < 4; i++) {
         l[i] = labels->at[z + (i >> 1)][y + (i & 1)];
         w[i] = weights->at[z + (i >> 1)][y + (i & 1)];
     }
-    memcpy(low, l[0], sizeof low);
-    memcpy(high, l[0], sizeof high);
-    for (int i = 1; i < 4; i++) {
-        for (int x = 0; x < SC_CORNER_ROW; x++) {
-            low[x] = l[i][x] < low[x] ? l[i][x] : low[x];
-            high[x] = l[i][x] > high[x] ? l[i][x] : high[x];
-        }
+    for (int x = 0; x < SC_CORNER_ROW; x++) {
+        least[x] = lesser(lesser(l[0][x], l[1][x]), lesser(l[2][x], l[3][x]));
+        most[x] = greater(greater(l[0][x], l[1][x]), greater(l[2][x], l[3][x]));
     }
     for (int x = 0; x < SC_BRICK; x++) {
-        low[x] = low[x + 1] < low[x] ? low[x + 1] : low[x];
-        high[x] = high[x + 1] > high[x] ? high[x + 1] : high[x];
+        low[x] = lesser(least[x], least[x + 1]);
+        high[x] = greater(most[x], most[x + 1]);
     }
     for (int i = 0; i < 8; i++) {
         uint32_t *word = words[sc_cell_field_word(i)];
+        const int32_t *label = l[i >> 1] + (i & 1), *weight = w[i >> 1] + (i & 1);
 
         for (int x = 0; x < SC_BRICK; x++) {
-            const int32_t label = l[i >> 1][x + (i & 1)], weight = w[i >> 1][x + (i & 1)];
-            const int32_t field = label == low[x] ? weight : -weight;
+            const int32_t not_low = -(label[x] != low[x]), not_high = -(label[x] != high[x]);
+            const int32_t field = (weight[x] ^ not_low) - not_low; /* negated if not_low */
 
-            many[x] |= label != low[x] && label != high[x];
+            many[x] |= not_low & not_high;
             word[x] |= ((uint32_t)field & ((1u << SC_CELL_FIELD_BITS) - 1))
                        << sc_cell_field_shift(i);
         }
@@ -101,24 +116,29 @@ static void pack_row(const sc_corner_labels *labels, const corner_weights *weigh
             words[0][x] | (uint64_t)words[1][x] << SC_CELL_WORD_BITS | (many[x] ? SC_CELL_MANY : 0);
 }
 
-/* Does the cell of a bit of brick @p brick (x, y, z) reach across the border of the volume? Kernels
- * handle such cells one by one. */
-static bool is_at_border(const sc_prepared *v, const int brick[3], int bit)
+/* @return the cells of brick @p brick (x, y, z) that reach across the border of the volume, as
+ * bits. Kernels handle such cells one by one. */
+static uint64_t border_cells(const sc_prepared *v, const int brick[3])
 {
-    const int q[3] = {brick[0] * SC_BRICK + sc_bit_x(bit), brick[1] * SC_BRICK + sc_bit_y(bit),
-                      brick[2] * SC_BRICK + sc_bit_z(bit)};
+    static const uint64_t lowest[3] = {SC_BRICK_LOW_X, SC_BRICK_LOW_Y, SC_BRICK_LOW_Z};
+    uint64_t bits = 0;
 
     for (int i = 0; i < 3; i++) {
-        if (q[i] == 0 || q[i] == v->size[i])
-            return true;
+        const int last = v->size[i] - brick[i] * SC_BRICK; /* where the last cells are */
+
+        if (brick[i] == 0)
+            bits |= lowest[i];
+        if (last >= 0 && last < SC_BRICK)
+            bits |= lowest[i] << (last << (i * SC_BRICK_SHIFT));
     }
-    return false;
+    return bits;
 }
 
 /* Write the packed cells of @p mask of brick @p brick (x, y, z) to @p out, one after the other. */
 static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, uint64_t *out)
 {
     const int low[3] = {brick[0] * SC_BRICK, brick[1] * SC_BRICK, brick[2] * SC_BRICK};
+    const uint64_t border = border_cells(v, brick);
     sc_corner_labels labels;
     corner_weights weights;
 
@@ -134,7 +154,7 @@ static void pack_brick(const sc_prepared *v, const int brick[3], uint64_t mask, 
         for (; left; left &= left - 1) {
             const int x = __builtin_ctz(left);
 
-            *out++ = cells[x] | (is_at_border(v, brick, row * SC_BRICK + x) ? SC_CELL_MANY : 0);
+            *out++ = cells[x] | (border >> (row * SC_BRICK + x) & 1 ? SC_CELL_MANY : 0);
         }
     }
 }

@@ -5,10 +5,14 @@
 
 #include "segcast/prepare.h"
 
+#include <string.h>
+
 enum {
     SC_CORNERS = SC_BRICK + 1, /* vertices along an edge: those of the brick, and the first layer of
                                   the next */
-    SC_CORNER_ROW = 8          /* room for a row of them: two vectors of four */
+    SC_CORNER_ROW = 8,         /* room for a row of them: two vectors of four */
+    SC_CORNER_AHEAD = 64       /* ids, further along x, that are called into the cache: the rows of
+                                  a brick are more streams than processors follow by themselves */
 };
 
 /* Dense ids [z][y][x]; what lies beyond SC_CORNERS in a row is of no use. Of 32 bits each, because
@@ -17,7 +21,8 @@ typedef struct sc_corner_labels {
     int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW];
 } sc_corner_labels;
 
-/* Fill @p out for the brick whose lowest vertex is @p low. Any thread. */
+/* Fill @p out for the brick whose lowest vertex is @p low. Any thread. Ids are copied before they
+ * are widened: compilers must assume that bytes in memory change with any store. */
 static inline void sc_corner_labels_fetch(const sc_prepared *v, const int low[3],
                                           sc_corner_labels *out)
 {
@@ -39,11 +44,19 @@ static inline void sc_corner_labels_fetch(const sc_prepared *v, const int low[3]
             for (int x = SC_CORNERS; x < SC_CORNER_ROW; x++)
                 to[x] = 0;
         } else if (v->label_bytes == 1) {
+            uint8_t ids[SC_CORNER_ROW];
+
+            __builtin_prefetch((const uint8_t *)v->ids + from + SC_CORNER_AHEAD);
+            memcpy(ids, (const uint8_t *)v->ids + from, sizeof ids);
             for (int x = 0; x < SC_CORNER_ROW; x++)
-                to[x] = ((const uint8_t *)v->ids)[from + (size_t)x];
+                to[x] = ids[x];
         } else {
+            uint16_t ids[SC_CORNER_ROW];
+
+            __builtin_prefetch((const uint16_t *)v->ids + from + SC_CORNER_AHEAD);
+            memcpy(ids, (const uint16_t *)v->ids + from, sizeof ids);
             for (int x = 0; x < SC_CORNER_ROW; x++)
-                to[x] = ((const uint16_t *)v->ids)[from + (size_t)x];
+                to[x] = ids[x];
         }
     }
 }

@@ -63,8 +63,9 @@ static void build_masks(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* @return the cells of a brick whose corners do not all have the same value in @p at, as bits. */
-static uint64_t mixed_cells(const int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW])
+/* @return those of the cells @p near of a brick whose corners do not all have the same value in @p
+ * at, as bits. */
+static uint64_t mixed_cells(uint64_t near, const int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_ROW])
 {
     uint64_t bits = 0;
 
@@ -73,13 +74,15 @@ static uint64_t mixed_cells(const int32_t at[SC_CORNERS][SC_CORNERS][SC_CORNER_R
         const int32_t *a = at[z][y], *b = at[z][y + 1], *c = at[z + 1][y], *d = at[z + 1][y + 1];
         int32_t other[SC_CORNER_ROW];
 
+        if (!(near >> (row * SC_BRICK) & SC_BRICK_ROW_BITS))
+            continue;
         for (int x = 0; x < SC_CORNER_ROW; x++)
             other[x] = (a[x] ^ b[x]) | (a[x] ^ c[x]) | (a[x] ^ d[x]);
         for (int x = 0; x < SC_BRICK; x++)
             bits |= (uint64_t)((other[x] | other[x + 1] | (a[x] ^ a[x + 1])) != 0)
                     << (row * SC_BRICK + x);
     }
-    return bits;
+    return bits & near;
 }
 
 /* @return the cells of a brick at least one corner of which has a label that is shown, as bits. */
@@ -116,7 +119,7 @@ static void build_cells(void *user, size_t begin, size_t end, int thread)
             continue;
         sc_brick_low(v->bricks, brick, low);
         sc_corner_labels_fetch(v, low, &labels);
-        mask = v->near[brick] & mixed_cells(labels.at);
+        mask = mixed_cells(v->near[brick], labels.at);
         if (mask && !b->all_shown)
             mask &= shown_cells(b, &labels);
         b->masks[framed_index(v, low)] = mask;
