@@ -66,6 +66,8 @@ typedef struct sc_prepared {
     const sc_vec3 *smooth; /**< [label_count] strength of the smoothing of each label along
                                 the axes of the volume; 0 for the background */
     bool resampled;        /**< the grid is not that of the volume file: sc_resample */
+    bool as_drawn;         /**< the grid is that on which the volume was drawn, as was measured
+                                (sc_find_drawn_grid): there is nothing to resample */
     bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
     const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
 } sc_prepared;
@@ -79,6 +81,7 @@ typedef struct sc_prepare_settings {
                                the background is not read. NULL: smooth for all. Borrowed
                                during the call. At most SC_SMOOTH_KINDS_MAX different ones */
     bool resampled;       /**< only noted in the result: the volume was brought to another grid */
+    bool as_drawn;        /**< only noted in the result: see sc_prepared */
     bool thickness;       /**< measure the mean thickness of every label: sc_label_stats */
     bool local_thickness; /**< store the local thickness at every boundary voxel */
     bool surface;         /**< measure the surface of every label */

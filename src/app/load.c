@@ -217,6 +217,8 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const needs *n)
 
     if (!n->resample || v->resampled)
         return n->resample == v->resampled;
+    if (v->as_drawn)
+        return true;
     return sc_find_drawn_grid(&silent, &view, app->threads, &grid) == SC_OK &&
            !sc_is_resampled(&grid);
 }
@@ -403,9 +405,10 @@ static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
 
 /* Bring the volume to the grid on which it was drawn. Only copied voxels are removed, with a
  * warning, where the rest would take more memory than is allowed. @param changed receives whether
- * the volume is another one now. */
+ * the volume is another one now. @param as_drawn whether it is not, because nothing had to be
+ * changed. */
 static sc_status resample_volume(const sc_app *app, const char *path, sc_volume *volume,
-                                 bool *changed)
+                                 bool *changed, bool *as_drawn)
 {
     const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
     sc_drawn_grid grid;
@@ -417,6 +420,7 @@ static sc_status resample_volume(const sc_app *app, const char *path, sc_volume 
     SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
     SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
     sc_resampled_size(volume, &grid, size);
+    *as_drawn = !sc_is_resampled(&grid);
     if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
         sc_warn(app->ctx,
                 "%s: --max-memory leaves no room for layers between its slices, nor to smooth its "
@@ -443,7 +447,7 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
 {
     sc_prepare_settings settings;
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    bool resampled = session->mapped && session->volume.resampled;
+    bool resampled = session->mapped && session->volume.resampled, as_drawn = false;
     needs n = {0};
     sc_status status;
 
@@ -454,10 +458,11 @@ sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool 
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     if (n.resample && !resampled)
-        SC_TRY(resample_volume(app, session->job.volume, volume, &resampled));
+        SC_TRY(resample_volume(app, session->job.volume, volume, &resampled, &as_drawn));
     settings = (sc_prepare_settings){.smooth = n.smooth,
                                      .tissue_smooth = n.tissue_smooth,
                                      .resampled = resampled,
+                                     .as_drawn = as_drawn,
                                      .thickness = n.thickness || measure_all,
                                      .local_thickness = n.local_thickness,
                                      .surface = n.surface || measure_all,

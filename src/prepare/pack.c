@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 8, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 9, BYTE_ORDER_MARK = 0x01020304 };
 
 /* The arrays of sc_prepared, in their order in the block. */
 enum {
@@ -44,7 +44,7 @@ typedef struct block_header {
     uint32_t version, byte_order, header_bytes;
     int32_t size[3], bricks[3];
     int32_t label_bytes, label_count, oriented, local_thickness, has_thickness, has_surface,
-        resampled;
+        resampled, as_drawn;
     sc_affine to_ras_mm;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
@@ -105,6 +105,7 @@ static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.has_thickness = p->settings.thickness;
     h.has_surface = p->settings.surface;
     h.resampled = p->settings.resampled;
+    h.as_drawn = p->settings.as_drawn;
     h.to_ras_mm = v->to_ras_mm;
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
@@ -252,7 +253,9 @@ static bool is_sound(const block_header *h)
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
         h->label_count > (h->label_bytes == 1 ? 256 : SC_LABELS_MAX))
         return false;
-    if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface) & ~1)
+    if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface | h->resampled |
+         h->as_drawn) &
+        ~1)
         return false;
     lay_out(&again, bytes);
     return again.total_bytes == h->total_bytes &&
@@ -335,6 +338,7 @@ sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, s
         .has_thickness = h->has_thickness != 0,
         .has_surface = h->has_surface != 0,
         .resampled = h->resampled != 0,
+        .as_drawn = h->as_drawn != 0,
         .hidden = (const uint8_t *)(base + h->offset[HIDDEN]),
         .smooth = (const sc_vec3 *)(base + h->offset[SMOOTH]),
     };

@@ -67,6 +67,15 @@ grep -q 'was prepared with another strength of smoothing' log.txt || fail "stren
 "$SEGCAST" info heart.segc --json | grep -v '"file"' >b.json
 cmp a.json b.json || fail "info of the prepared file differs: $(diff a.json b.json)"
 
+# A file notes that its grid is the one on which the volume was drawn, so that it is not measured again; but not
+# where memory was too little to bring thick slices to that grid.
+sed '/^space directions/s/.*/space directions: (1,0,0) (0,1,0) (0,0,4)/' heart.nrrd >thick.nrrd
+"$SEGCAST" prepare thick.nrrd -o thick.segc --max-memory 4M >/dev/null 2>log.txt
+grep -q 'leaves no room for layers' log.txt || fail "4 MB are enough for layers: $(cat log.txt)"
+job thick.segc >thick.yaml
+"$SEGCAST" check thick.yaml >/dev/null 2>log.txt
+grep -q 'was prepared with another grid of voxels' log.txt || fail "thick slices are taken for the drawn grid: $(cat log.txt)"
+
 # Any damage is found by the hashes in the file.
 size=$(wc -c <heart.segc)
 for at in 9 13 30 60 100 "$((size / 2))" "$((size - 2000))"; do

@@ -324,6 +324,31 @@ static int slab_on_block(double x, double y, double z)
 
 /* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
  * voxels of half a millimetre on a thick block. */
+static void what_is_known_of_the_grid_is_kept(void **state)
+{
+    const int size[3] = {9, 8, 7};
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        sc_volume volume = shape_volume(size, cube, 1, 2, ellipsoid);
+        const sc_prepare_settings settings = {
+            .resampled = i == 1, .as_drawn = i == 2, .threads = 1};
+        sc_preparation *p;
+        sc_prepared view;
+        void *block;
+
+        assert_ok(sc_prepare(&quiet, &volume, &settings, &p));
+        assert_ok(sc_alloc(&quiet, sc_preparation_bytes(p), 1, &block));
+        sc_preparation_pack(p, block);
+        assert_ok(sc_prepared_view(&quiet, block, sc_preparation_bytes(p), &view));
+        assert_int_equal(view.resampled, i == 1);
+        assert_int_equal(view.as_drawn, i == 2);
+        sc_free(block);
+        sc_preparation_free(p);
+        sc_volume_clear(&volume);
+    }
+}
+
 static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
 {
     const int size[3] = {60, 60, 200};
@@ -438,6 +463,7 @@ int main(void)
         cmocka_unit_test(the_surface_of_an_ellipsoid_is_right),
         cmocka_unit_test(the_result_does_not_depend_on_threads),
         cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
+        cmocka_unit_test(what_is_known_of_the_grid_is_kept),
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
         cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
