@@ -30,9 +30,21 @@ typedef struct sc_message {
  * in a build without MPI, SC_ERR_MEMORY, SC_ERR_INTERNAL. @p ctx is borrowed for the communicator's
  *  life. Caller owns *out: sc_comm_close. */
 SC_MUST_USE sc_status sc_comm_open(const sc_ctx *ctx, bool launched, sc_comm **out);
-/** Wait until all posted messages have left, leave the communicator and free it; with MPI this also
- *  ends MPI. Collective. NULL is allowed. */
+/** Wait until all posted messages have left, leave the communicator and free it; the communicator
+ * of sc_comm_open with MPI also ends MPI. Collective. NULL is allowed. */
 void sc_comm_close(sc_comm *comm);
+
+/** Which ranks sc_comm_part takes. */
+typedef enum sc_comm_choice {
+    SC_COMM_PACKED, /**< the first ones, which launchers put on as few nodes as possible */
+    SC_COMM_SPREAD  /**< the first rank of each node, then the second of each, and so on */
+} sc_comm_choice;
+/** Open a communicator of @p count of the ranks of @p comm, 1 to its size; rank 0 is among them and
+ *  has the number 0 there, too. Collective in @p comm. @param out on ranks that are not chosen:
+ *  NULL. @return on all ranks the same: SC_ERR_MEMORY. Caller owns *out: sc_comm_close, before
+ *  @p comm is closed, and collective in *out. */
+SC_MUST_USE sc_status sc_comm_part(const sc_ctx *ctx, sc_comm *comm, int count,
+                                   sc_comm_choice choice, sc_comm **out);
 
 /** @return the number of this rank, from 0. */
 int sc_comm_rank(const sc_comm *comm);

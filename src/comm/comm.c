@@ -29,6 +29,12 @@ void sc_comm_close(sc_comm *comm)
         comm->ops->close(comm);
 }
 
+sc_status sc_comm_part(const sc_ctx *ctx, sc_comm *comm, int count, sc_comm_choice choice,
+                       sc_comm **out)
+{
+    return comm->ops->part(ctx, comm, count, choice, out);
+}
+
 int sc_comm_rank(const sc_comm *comm)
 {
     return comm->rank;

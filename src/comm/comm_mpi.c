@@ -25,6 +25,7 @@ typedef struct mpi_comm {
     MPI_Comm leaders;      /* the first rank of each node; MPI_COMM_NULL on the others */
     MPI_Request *requests; /* [request_capacity], owned: of posted messages that have not left */
     int request_count, request_capacity;
+    bool is_part;  /* of another communicator: MPI goes on when it is closed */
     sc_ctx silent; /* for an allocation whose failure is no error: see reserve_request */
 } mpi_comm;
 
@@ -371,10 +372,11 @@ static void mpi_receive(sc_comm *base, const sc_message *message, void *data)
     wait_asleep(&request, RECEIVE_NAP_S);
 }
 
-/* Send what is posted, free everything, and end MPI. Collective. */
+/* Send what is posted, free everything, and end MPI unless this is a part. Collective. */
 static void mpi_close(sc_comm *base)
 {
     mpi_comm *comm = (mpi_comm *)base;
+    const bool is_part = comm->is_part;
 
     mpi_flush(base);
     sc_free(comm->requests);
@@ -383,24 +385,9 @@ static void mpi_close(sc_comm *base)
     MPI_Comm_free(&comm->node);
     MPI_Comm_free(&comm->world);
     sc_free(comm);
-    MPI_Finalize();
+    if (!is_part)
+        MPI_Finalize();
 }
-
-static const sc_comm_ops mpi_ops = {
-    .close = mpi_close,
-    .agree = mpi_agree,
-    .broadcast = mpi_broadcast,
-    .gather = mpi_gather,
-    .share = mpi_share,
-    .publish = mpi_publish,
-    .node_agree = mpi_node_agree,
-    .node_share = mpi_node_share,
-    .post = mpi_post,
-    .pending = mpi_pending,
-    .flush = mpi_flush,
-    .poll = mpi_poll,
-    .receive = mpi_receive,
-};
 
 /* Set node, leaders and all numbers of comm->base from comm->world, which has to be there.
  * Collective. */
@@ -424,11 +411,105 @@ static void fill_ranks(mpi_comm *comm)
     comm->base.node_count = nodes;
 }
 
+static const sc_comm_ops mpi_ops;
+
+/* Allocate a communicator without ranks. @param out what fill_ranks fills; freed by drop. */
+static sc_status allocate(const sc_ctx *ctx, mpi_comm **out)
+{
+    void *block = NULL, *requests = NULL;
+    mpi_comm *comm;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof(mpi_comm), &block));
+    SC_TRY(sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests));
+    comm = block;
+    comm->base.ops = &mpi_ops;
+    comm->requests = requests;
+    comm->request_capacity = FIRST_REQUESTS;
+    comm->silent.alloc_budget = ctx->alloc_budget;
+    *out = comm;
+    return SC_OK;
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Free what allocate has given. NULL is allowed. */
+static void drop(mpi_comm *comm)
+{
+    if (comm)
+        sc_free(comm->requests);
+    sc_free(comm);
+}
+
+/* @return this rank's place in the order in which sc_comm_part chooses ranks. @param places room
+ * for two numbers of each rank. Collective. */
+static int place_of(const mpi_comm *comm, sc_comm_choice choice, int *places)
+{
+    int mine[2] = {comm->base.node_rank, comm->base.rank}, place = 0;
+
+    /* All ranks of a node know it by the number of its first rank. */
+    MPI_Bcast(&mine[1], 1, MPI_INT, 0, comm->node);
+    MPI_Allgather(mine, 2, MPI_INT, places, 2, MPI_INT, comm->world);
+    if (choice == SC_COMM_PACKED)
+        return comm->base.rank;
+    for (int i = 0; i < comm->base.size; i++) {
+        const int *other = places + (ptrdiff_t)2 * i;
+
+        place += other[0] < mine[0] || (other[0] == mine[0] && other[1] < mine[1]);
+    }
+    return place;
+}
+
+static sc_status mpi_part(const sc_ctx *ctx, sc_comm *base, int count, sc_comm_choice choice,
+                          sc_comm **out)
+{
+    mpi_comm *whole = (mpi_comm *)base, *comm = NULL;
+    void *places = NULL;
+    int place;
+    bool chosen;
+    sc_status status = allocate(ctx, &comm);
+
+    if (status == SC_OK)
+        status = sc_alloc(ctx, (size_t)base->size, 2 * sizeof(int), &places);
+    SC_TRY(mpi_agree(base, status));
+    place = place_of(whole, choice, places);
+    chosen = place < count;
+    MPI_Comm_split(whole->world, chosen ? 0 : MPI_UNDEFINED, place, &comm->world);
+    *out = NULL;
+    if (chosen) {
+        comm->is_part = true;
+        fill_ranks(comm);
+        *out = &comm->base;
+        comm = NULL;
+    }
+out:
+    drop(comm);
+    sc_free(places);
+    return status;
+}
+
+static const sc_comm_ops mpi_ops = {
+    .close = mpi_close,
+    .part = mpi_part,
+    .agree = mpi_agree,
+    .broadcast = mpi_broadcast,
+    .gather = mpi_gather,
+    .share = mpi_share,
+    .publish = mpi_publish,
+    .node_agree = mpi_node_agree,
+    .node_share = mpi_node_share,
+    .post = mpi_post,
+    .pending = mpi_pending,
+    .flush = mpi_flush,
+    .poll = mpi_poll,
+    .receive = mpi_receive,
+};
+
 sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
 {
     int granted, mine, smallest;
-    void *block = NULL, *requests = NULL;
-    mpi_comm *comm;
+    mpi_comm *comm = NULL;
     sc_status status;
 
     /* MPI asks hwloc for the topology of the machine, and hwloc's plug-in for graphics cards looks
@@ -438,23 +519,15 @@ sc_status sc_comm_mpi_open(const sc_ctx *ctx, sc_comm **out)
     /* Funneled: only the main thread calls MPI. */
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &granted))
         return sc_fail(ctx, SC_ERR_INTERNAL, "MPI could not be started");
-    status = sc_zalloc(ctx, 1, sizeof(mpi_comm), &block);
-    if (status == SC_OK)
-        status = sc_alloc(ctx, FIRST_REQUESTS, sizeof(MPI_Request), &requests);
+    status = allocate(ctx, &comm);
     /* A rank without memory must not leave the others waiting for it. */
     mine = status;
     MPI_Allreduce(&mine, &smallest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
     if (smallest != SC_OK) {
-        sc_free(requests);
-        sc_free(block);
+        drop(comm);
         MPI_Finalize();
         return (sc_status)smallest;
     }
-    comm = block;
-    comm->base.ops = &mpi_ops;
-    comm->requests = requests;
-    comm->request_capacity = FIRST_REQUESTS;
-    comm->silent.alloc_budget = ctx->alloc_budget;
     MPI_Comm_dup(MPI_COMM_WORLD, &comm->world);
     fill_ranks(comm);
     *out = &comm->base;

@@ -10,6 +10,8 @@
  * (segcast/team.h); none is NULL. */
 typedef struct sc_comm_ops {
     void (*close)(sc_comm *comm);
+    sc_status (*part)(const sc_ctx *ctx, sc_comm *comm, int count, sc_comm_choice choice,
+                      sc_comm **out);
     sc_status (*agree)(sc_comm *comm, sc_status mine);
     void (*broadcast)(sc_comm *comm, void *data, size_t bytes);
     void (*gather)(sc_comm *comm, const void *mine, size_t bytes, void *all);

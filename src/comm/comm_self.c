@@ -11,6 +11,16 @@ static void self_close(sc_comm *comm)
     sc_free(comm);
 }
 
+/* The only rank is the whole of any part. */
+static sc_status self_part(const sc_ctx *ctx, sc_comm *comm, int count, sc_comm_choice choice,
+                           sc_comm **out)
+{
+    (void)comm;
+    (void)count;
+    (void)choice;
+    return sc_comm_self_open(ctx, out);
+}
+
 static sc_status self_agree(sc_comm *comm, sc_status mine)
 {
     (void)comm;
@@ -103,6 +113,7 @@ static void self_receive(sc_comm *comm, const sc_message *message, void *data)
 
 static const sc_comm_ops self_ops = {
     .close = self_close,
+    .part = self_part,
     .agree = self_agree,
     .broadcast = self_broadcast,
     .gather = self_gather,
