@@ -13,8 +13,7 @@ static int use(sc_comm *part, int count)
     sc_comm_broadcast(part, &number, sizeof number);
     if (number != 41 + count)
         return 2;
-    return sc_comm_agree(part, sc_comm_rank(part) == count - 1 ? SC_ERR_DATA : SC_OK) !=
-                   SC_ERR_DATA
+    return sc_comm_agree(part, sc_comm_rank(part) == count - 1 ? SC_ERR_DATA : SC_OK) != SC_ERR_DATA
                ? 3
                : 0;
 }
