@@ -91,6 +91,8 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_keys[],
     sc_tissue_keys[];
+/* The keys of a study file, read into sc_study. */
+extern const sc_key sc_study_keys[];
 extern const sc_choice sc_ease_choices[];
 
 /* ---- mistakes: all of a job are told in one go ---- */

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Study files: what is read, which cells follow from it, and what is refused. */
+#include "check.h"
+
+#include "segcast/comm.h"
+#include "segcast/study_file.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+static sc_status load(const char *text, heard *h, sc_study *study)
+{
+    const sc_ctx ctx = listening(h);
+    FILE *file = fopen("study.yaml", "w");
+    sc_status status;
+
+    fputs(text, file);
+    fclose(file);
+    *study = (sc_study){0};
+    status = sc_study_load(&ctx, "study.yaml", study);
+    unlink("study.yaml");
+    return status;
+}
+
+static void refuses(const char *text, const char *message)
+{
+    heard h;
+    sc_study study;
+    const sc_status status = load(text, &h, &study);
+
+    if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, message))
+        fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
+}
+
+static const char two_axes[] = "job: jobs/heart.yaml\n"
+                               "set: {volume: heart.nrrd, tissues: {\"*\": {opacity: 1}}, threads: 2}\n"
+                               "sweep:\n"
+                               "  render.skip: [none, leap]\n"
+                               "  layers:\n"
+                               "    few: {render.samples: 1}\n"
+                               "    all: {render.samples: 4, threads: 1, placement: spread}\n"
+                               "    none: {}\n"
+                               "precision: 5%\n"
+                               "budget: 2 min\n";
+
+static void cells_are_all_combinations(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_study study;
+    sc_study_settings cell;
+
+    (void)state;
+    assert_int_equal(load(two_axes, &h, &study), SC_OK);
+    assert_int_equal(sc_study_cells(&study), 6);
+    assert_string_equal(sc_study_value_of(&study, 4, 0)->name, "leap");
+    assert_string_equal(sc_study_value_of(&study, 4, 1)->name, "all");
+    assert_int_equal(sc_study_cell(&ctx, &study, 4, &cell), SC_OK);
+    assert_int_equal(cell.count, 4);
+    assert_string_equal(cell.items[0].path, "volume");
+    assert_string_equal(cell.items[0].value, "heart.nrrd");
+    assert_string_equal(cell.items[1].value, "{\"*\": {\"opacity\": 1}}");
+    assert_string_equal(cell.items[2].path, "render.skip");
+    assert_string_equal(cell.items[2].value, "leap");
+    assert_string_equal(cell.items[2].origin, "study.yaml:4: render.skip");
+    assert_string_equal(cell.items[3].value, "4");
+    assert_int_equal(cell.threads, 1); /* the value of an axis wins over what holds for all */
+    assert_int_equal(cell.ranks, 0);
+    assert_int_equal(cell.placement, SC_COMM_SPREAD);
+    sc_free(cell.items);
+    assert_int_equal(sc_study_cell(&ctx, &study, 0, &cell), SC_OK);
+    assert_int_equal(cell.threads, 2);
+    assert_int_equal(cell.placement, SC_COMM_PACKED);
+    sc_free(cell.items);
+    assert_true(study.budget_s == 120 && study.precision > 0.0499 && study.precision < 0.0501);
+    sc_study_clear(&study);
+}
+
+static void paths_are_relative_to_the_file(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_study study;
+    sc_study_settings cell;
+    FILE *file;
+
+    (void)state;
+    (void)!system("mkdir -p sub");
+    file = fopen("sub/study.yaml", "w");
+    fputs("job: a.yaml\nsweep: {volume: [phantom:16x16x16, b.nrrd]}\n", file);
+    fclose(file);
+    assert_int_equal(sc_study_load(&ctx, "sub/study.yaml", &study), SC_OK);
+    assert_string_equal(study.job, "sub/a.yaml");
+    assert_int_equal(sc_study_cell(&ctx, &study, 0, &cell), SC_OK);
+    assert_string_equal(cell.items[0].value, "phantom:16x16x16");
+    sc_free(cell.items);
+    assert_int_equal(sc_study_cell(&ctx, &study, 1, &cell), SC_OK);
+    assert_string_equal(cell.items[0].value, "sub/b.nrrd");
+    sc_free(cell.items);
+    sc_study_clear(&study);
+    (void)!system("rm -r sub");
+}
+
+static void what_is_written_is_read_as_the_same(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_study study;
+    sc_text first = {0}, second = {0};
+
+    (void)state;
+    assert_int_equal(load(two_axes, &h, &study), SC_OK);
+    assert_int_equal(sc_study_write(&ctx, &study, &first), SC_OK);
+    sc_study_clear(&study);
+    assert_int_equal(load(first.data, &h, &study), SC_OK);
+    assert_int_equal(sc_study_cells(&study), 6);
+    assert_int_equal(sc_study_write(&ctx, &study, &second), SC_OK);
+    assert_string_equal(first.data, second.data);
+    sc_study_clear(&study);
+    sc_text_clear(&first);
+    sc_text_clear(&second);
+}
+
+static void mistakes_are_told(void **state)
+{
+    (void)state;
+    refuses("sweep: {render.skip: []}\n", "study.yaml:1: render.skip has no values");
+    refuses("sweep: {rank: [1, 2]}\n", "unknown key \"rank\"; did you mean \"ranks\"?");
+    refuses("sweep: {ranks: [0]}\n", "expected a number from 1");
+    refuses("sweep: {ranks: [1.5]}\n", "expected a whole number");
+    refuses("sweep: {placement: [loose]}\n", "expected packed or spread");
+    refuses("sweep: {ranks: 2}\n", "expected a list of values");
+    refuses("sweep: {ranks: [2, 2]}\n", "ranks has the value 2 twice");
+    refuses("sweep: {a: {b: 1}}\n", "expected a map of settings");
+    refuses("sweep: {a: {b: {c: 1}}}\n", "\"c\"");
+    refuses("set: {rendr.skip: leap}\n", "did you mean \"render\"?");
+    refuses("measure: time\n", "expected one of: frames, job");
+    refuses("swep: {}\n", "did you mean \"sweep\"?");
+    refuses("least: 9\nmost: 8\n", "most is 8 and least is 9");
+    refuses("[1, 2]\n", "expected a map of keys");
+}
+
+static void too_many_cells_are_refused(void **state)
+{
+    sc_text text = {0};
+    const sc_ctx ctx = quiet;
+
+    (void)state;
+    assert_int_equal(sc_text_add(&ctx, &text, "sweep:\n"), SC_OK);
+    for (int axis = 0; axis < 2; axis++) {
+        assert_int_equal(sc_text_add(&ctx, &text, "  axis%d:\n", axis), SC_OK);
+        for (int i = 0; i < 101; i++)
+            assert_int_equal(sc_text_add(&ctx, &text, "    v%d: {threads: 1}\n", i), SC_OK);
+    }
+    refuses(text.data, "sweep has 10201 cells, expected at most 10000");
+    sc_text_clear(&text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cells_are_all_combinations),
+        cmocka_unit_test(paths_are_relative_to_the_file),
+        cmocka_unit_test(what_is_written_is_read_as_the_same),
+        cmocka_unit_test(mistakes_are_told),
+        cmocka_unit_test(too_many_cells_are_refused),
+    };
+
+    return RUN(tests);
+}
