@@ -414,8 +414,7 @@ static const sc_value_type type_axes = {
 
 /* ---- the table ---- */
 
-static const sc_choice subjects[] = {
-    {"frames", SC_STUDY_FRAMES}, {"job", SC_STUDY_JOB}, {NULL, 0}};
+static const sc_choice subjects[] = {{"frames", SC_STUDY_FRAMES}, {"job", SC_STUDY_JOB}, {NULL, 0}};
 static const sc_choice metrics[] = {{"cpu", SC_STUDY_CPU}, {"wall", SC_STUDY_WALL}, {NULL, 0}};
 
 #define STUDY(member) offsetof(sc_study, member)
@@ -438,7 +437,8 @@ const sc_key sc_study_keys[] = {
              "everything from reading to the finished video",
      .choices = subjects},
     {"frames", &sc_type_text, STUDY(frames), "\"\"",
-     .help = "which frames of the animation are drawn, such as 0-179:45; empty: four, evenly spread",
+     .help =
+         "which frames of the animation are drawn, such as 0-179:45; empty: four, evenly spread",
      .bytes = sizeof(((sc_study *)0)->frames)},
     {"metric", &sc_type_choice, STUDY(metric), "cpu",
      .help = "which time has to be exact: CPU seconds of all ranks, or wall time",

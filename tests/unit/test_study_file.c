@@ -32,16 +32,17 @@ static void refuses(const char *text, const char *message)
         fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, message);
 }
 
-static const char two_axes[] = "job: jobs/heart.yaml\n"
-                               "set: {volume: heart.nrrd, tissues: {\"*\": {opacity: 1}}, threads: 2}\n"
-                               "sweep:\n"
-                               "  render.skip: [none, leap]\n"
-                               "  layers:\n"
-                               "    few: {render.samples: 1}\n"
-                               "    all: {render.samples: 4, threads: 1, placement: spread}\n"
-                               "    none: {}\n"
-                               "precision: 5%\n"
-                               "budget: 2 min\n";
+static const char two_axes[] =
+    "job: jobs/heart.yaml\n"
+    "set: {volume: heart.nrrd, tissues: {\"*\": {opacity: 1}}, threads: 2}\n"
+    "sweep:\n"
+    "  render.skip: [none, leap]\n"
+    "  layers:\n"
+    "    few: {render.samples: 1}\n"
+    "    all: {render.samples: 4, threads: 1, placement: spread}\n"
+    "    none: {}\n"
+    "precision: 5%\n"
+    "budget: 2 min\n";
 
 static void cells_are_all_combinations(void **state)
 {
