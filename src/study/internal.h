@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to study: histories. */
+/* Private to study: histories and measurements. */
 #ifndef SC_STUDY_INTERNAL_H
 #define SC_STUDY_INTERNAL_H
 
+#include "segcast/measurements.h"
 #include "segcast/study.h"
 
 /* The name of the format of stats.json. */
@@ -20,5 +21,8 @@ void sc_run_entry_clear(sc_run_entry *run);
  * error. @return SC_ERR_MEMORY. */
 sc_status sc_stats_parse(const sc_ctx *ctx, const char *text, const sc_job_hashes *job,
                          sc_history *out, const char **problem);
+
+/* Append a run of segcast study. @return SC_ERR_MEMORY, @p to untouched. */
+sc_status sc_measurements_add_run(const sc_ctx *ctx, sc_measurements *to, const sc_study_run *run);
 
 #endif

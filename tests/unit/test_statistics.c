@@ -79,7 +79,8 @@ static void the_interval_holds_the_median(void **state)
             inside += s.low <= log(2) && log(2) <= s.high;
         }
         assert_true(inside >= 0.94 * samples); /* 2,000 samples scatter by half a per cent */
-        assert_true(inside <= 0.985 * samples); /* and the interval is not wider than it has to be */
+        assert_true(inside <=
+                    0.985 * samples); /* and the interval is not wider than it has to be */
     }
 }
 

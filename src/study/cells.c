@@ -1,0 +1,316 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the measurements of a study say of its cells. */
+#include "segcast/measurements.h"
+
+
+#include <errno.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- statistics ---- */
+
+/* Collect the wall times and CPU times of a cell. @return how many there are. */
+static size_t times_of(const sc_measurements *m, int cell, double *wall_s, double *cpu_s)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < m->count; i++) {
+        if (m->items[i].cell != cell)
+            continue;
+        wall_s[count] = m->items[i].wall_s;
+        cpu_s[count++] = m->items[i].cpu_s;
+    }
+    return count;
+}
+
+/* @return the measurement of the cell whose CPU time is nearest to @p median_s. */
+static sc_measurement typical_of(const sc_measurements *m, int cell, double median_s)
+{
+    sc_measurement best = {0};
+    double distance = INFINITY;
+
+    for (size_t i = 0; i < m->count; i++) {
+        if (m->items[i].cell == cell && fabs(m->items[i].cpu_s - median_s) < distance) {
+            distance = fabs(m->items[i].cpu_s - median_s);
+            best = m->items[i];
+        }
+    }
+    return best;
+}
+
+static double ratio(double a, double b)
+{
+    return b > 0 ? a / b : 0;
+}
+
+/* Fill in what follows from the cell alone. @param times room for two times of each measurement. */
+static sc_status describe_cell(const sc_ctx *ctx, const sc_measurements *m, double *times,
+                               sc_cell_result *r)
+{
+    double *cpu_s = times + m->count;
+    const size_t count = times_of(m, r->cell, times, cpu_s);
+    const sc_measurement *t = &r->typical;
+    sc_status status;
+
+    for (size_t i = 0; i < m->skipped_count; i++) {
+        if (m->skipped[i].cell == r->cell)
+            r->skipped = m->skipped[i].reason;
+    }
+    SC_TRY(sc_statistics_of(ctx, times, count, &r->wall_s));
+    SC_TRY(sc_statistics_of(ctx, cpu_s, count, &r->cpu_s));
+    r->typical = typical_of(m, r->cell, r->cpu_s.median);
+    r->frames_per_s = ratio(t->frames, r->wall_s.median);
+    r->mrays_per_cpu_s = ratio((double)t->rays / 1e6, r->cpu_s.median);
+    r->samples_per_ray = ratio((double)t->samples, (double)t->rays);
+    r->imbalance = t->draw_mean_s > 0 ? t->draw_most_s / t->draw_mean_s - 1 : 0;
+    r->workers = (double)t->ranks * t->threads;
+out:
+    return status;
+}
+
+/* @return the cell with the fewest workers among those that have a result and differ from @p r at
+ * most in the machine; @p r itself if there is none. */
+static int base_of(const sc_design *design, const sc_cell_result *results, const sc_cell_result *r)
+{
+    int base = r->cell;
+
+    for (int i = 0; i < sc_design_cells(design); i++) {
+        if (results[i].cpu_s.count > 0 && sc_design_is_scaling(design, i, r->cell) &&
+            (results[base].cpu_s.count == 0 || results[i].workers < results[base].workers))
+            base = i;
+    }
+    return base;
+}
+
+sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements,
+                          sc_cell_result **out)
+{
+    const sc_design *design = &measurements->design;
+    const int cells = sc_design_cells(design);
+    void *times = NULL, *block = NULL;
+    sc_cell_result *results;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, measurements->count + 1, 2 * sizeof(double), &times));
+    SC_TRY(sc_zalloc(ctx, (size_t)cells, sizeof *results, &block));
+    results = block;
+    for (int i = 0; i < cells; i++) {
+        results[i].cell = i;
+        SC_TRY(describe_cell(ctx, measurements, times, &results[i]));
+    }
+    for (int i = 0; i < cells; i++) {
+        sc_cell_result *r = &results[i], *base;
+
+        r->base = base_of(design, results, r);
+        base = &results[r->base];
+        if (r->cpu_s.count == 0 || base->cpu_s.count == 0)
+            continue;
+        r->speedup = ratio(base->wall_s.median, r->wall_s.median);
+        r->efficiency = r->speedup * ratio(base->workers, r->workers);
+        r->serial_share = r->speedup > 0 && r->workers > base->workers
+                              ? sc_karp_flatt(r->speedup, r->workers / base->workers)
+                              : 0;
+        r->cost = ratio(r->cpu_s.median, base->cpu_s.median);
+    }
+    *out = results;
+    block = NULL;
+out:
+    sc_free(block);
+    sc_free(times);
+    return status;
+}
+
+int sc_measurements_mismatch(const sc_measurements *measurements, const uint64_t *pictures,
+                             int *other)
+{
+    const sc_measurement *items = measurements->items;
+
+    for (size_t i = 1; i < measurements->count; i++) {
+        for (size_t j = 0; j < i; j++) {
+            if (pictures[items[i].cell] == pictures[items[j].cell] &&
+                items[i].pixels_hash != items[j].pixels_hash) {
+                *other = items[j].cell;
+                return items[i].cell;
+            }
+        }
+    }
+    return -1;
+}
+
+/* ---- tables ---- */
+
+/* Append a field of CSV, in quotes (RFC 4180). */
+static sc_status add_field(const sc_ctx *ctx, sc_text *text, const char *value)
+{
+    sc_status status = sc_text_add(ctx, text, "\"");
+
+    for (; *value && status == SC_OK; value++)
+        status = sc_text_add(ctx, text, *value == '"' ? "\"\"" : "%c", *value);
+    return status == SC_OK ? sc_text_add(ctx, text, "\"") : status;
+}
+
+static sc_status add_statistics(const sc_ctx *ctx, sc_text *text, const sc_statistics *s)
+{
+    return sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", s->median, s->low, s->high,
+                       s->least, s->quartile_1, s->quartile_3, s->most);
+}
+
+/* The columns that follow the axes. */
+static const char columns[] =
+    "state,measurements,frames,ranks,threads,nodes,"
+    "cpu_s_median,cpu_s_low,cpu_s_high,cpu_s_least,cpu_s_quartile_1,cpu_s_quartile_3,cpu_s_most,"
+    "wall_s_median,wall_s_low,wall_s_high,wall_s_least,wall_s_quartile_1,wall_s_quartile_3,"
+    "wall_s_most,frames_per_s,mrays_per_cpu_s,samples_per_ray,imbalance,speedup,efficiency,"
+    "serial_share,cost,draw_cpu_s,idle_mean_s,gather_mean_s,accept_s,read_s,prepare_s,share_s,"
+    "prepare_cpu_s,derive_s,derive_cpu_s,prepared_bytes,peak_rss_most_bytes,peak_rss_sum_bytes,"
+    "energy_j,pixels_hash\r\n";
+
+/* Append the row of a cell. */
+static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_cell_result *r,
+                          sc_text *text)
+{
+    const sc_measurement *t = &r->typical;
+    sc_status status;
+
+    for (int i = 0; i < design->axis_count; i++) {
+        SC_TRY(add_field(ctx, text, design->axes[i].values[sc_design_index(design, r->cell, i)]));
+        SC_TRY(sc_text_add(ctx, text, ","));
+    }
+    SC_TRY(add_field(ctx, text,
+                     r->skipped              ? r->skipped
+                     : r->cpu_s.count == 0   ? "not measured yet"
+                                             : "measured"));
+    SC_TRY(sc_text_add(ctx, text, ",%zu,%d,%d,%d,%d", r->cpu_s.count, t->frames, t->ranks,
+                       t->threads, t->nodes));
+    SC_TRY(add_statistics(ctx, text, &r->cpu_s));
+    SC_TRY(add_statistics(ctx, text, &r->wall_s));
+    SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", r->frames_per_s,
+                       r->mrays_per_cpu_s, r->samples_per_ray, r->imbalance, r->speedup,
+                       r->efficiency, r->serial_share, r->cost));
+    SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
+                       t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
+                       t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
+    status = sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%016llx\r\n",
+                         (unsigned long long)t->prepared_bytes,
+                         (unsigned long long)t->peak_rss_most_bytes,
+                         (unsigned long long)t->peak_rss_sum_bytes, t->energy_j,
+                         (unsigned long long)t->pixels_hash);
+out:
+    return status;
+}
+
+sc_status sc_cells_write_csv(const sc_ctx *ctx, const sc_measurements *measurements,
+                             const sc_cell_result *results, const char *path)
+{
+    const sc_design *design = &measurements->design;
+    sc_text text = {0};
+    sc_status status;
+
+    for (int i = 0; i < design->axis_count; i++) {
+        SC_TRY(add_field(ctx, &text, design->axes[i].name));
+        SC_TRY(sc_text_add(ctx, &text, ","));
+    }
+    SC_TRY(sc_text_add(ctx, &text, "%s", columns));
+    for (int i = 0; i < sc_design_cells(design); i++)
+        SC_TRY(add_cell(ctx, design, &results[i], &text));
+    status = sc_file_write(ctx, path, text.data, text.length_bytes);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+/* ---- Extra-P ---- */
+
+/* Read the value of an axis as a number. @return false if it is none. */
+static bool number_of(const char *value, double *out)
+{
+    char *end;
+
+    *out = strtod(value, &end);
+    return end != value && !*end && isfinite(*out);
+}
+
+/* Are all values of the axis numbers? */
+static bool is_numeric(const sc_design_axis *axis)
+{
+    double unused;
+
+    for (int i = 0; i < axis->value_count; i++) {
+        if (!number_of(axis->values[i], &unused))
+            return false;
+    }
+    return true;
+}
+
+/* Make the parameters of a measurement, and name what the other axes have as its call path.
+ * @param path an empty text, the caller's. @return NULL when out of memory. */
+static json_t *parameters_of(const sc_ctx *ctx, const sc_design *design, int cell, sc_text *path)
+{
+    json_t *params = json_object();
+
+    if (sc_text_add(ctx, path, "study") != SC_OK)
+        goto failed;
+    for (int i = 0; i < design->axis_count && params; i++) {
+        const sc_design_axis *axis = &design->axes[i];
+        const char *value = axis->values[sc_design_index(design, cell, i)];
+        double number = 0;
+
+        if (is_numeric(axis) && number_of(value, &number)) {
+            if (json_object_set_new(params, axis->name, json_real(number)))
+                goto failed;
+        } else if (sc_text_add(ctx, path, "->%s=%s", axis->name, value) != SC_OK) {
+            goto failed;
+        }
+    }
+    return params;
+failed:
+    json_decref(params);
+    return NULL;
+}
+
+/* Append the two lines of a measurement. */
+static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc_measurement *item,
+                            sc_text *text)
+{
+    const struct {
+        const char *name;
+        double value;
+    } metrics[] = {{"wall_s", item->wall_s}, {"cpu_s", item->cpu_s}};
+    sc_text path = {0};
+    json_t *params = parameters_of(ctx, design, item->cell, &path);
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < SC_COUNT_OF(metrics) && status == SC_OK; i++) {
+        json_t *json = params ? json_pack("{s:O, s:s, s:s, s:f}", "params", params, "callpath",
+                                          path.data, "metric", metrics[i].name, "value",
+                                          metrics[i].value)
+                              : NULL;
+        char *line;
+
+        errno = 0;
+        line = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+        status = line && errno != ENOMEM ? sc_text_add(ctx, text, "%s\n", line)
+                                         : sc_fail(ctx, SC_ERR_MEMORY, "out of memory");
+        free(line);
+        json_decref(json);
+    }
+    json_decref(params);
+    sc_text_clear(&path);
+    return status;
+}
+
+sc_status sc_cells_write_extrap(const sc_ctx *ctx, const sc_measurements *measurements,
+                                const char *path)
+{
+    sc_text text = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < measurements->count && status == SC_OK; i++)
+        status = add_extrap(ctx, &measurements->design, &measurements->items[i], &text);
+    if (status == SC_OK)
+        status = sc_file_write(ctx, path, text.data ? text.data : "", text.length_bytes);
+    sc_text_clear(&text);
+    return status;
+}

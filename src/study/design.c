@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a study varies, and the lists of what it has measured. */
+#include "internal.h"
+#include "measurement_rows.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ROW(type, member) {#member, SC_ROW_##type, offsetof(sc_measurement, member)}
+
+const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
+                                                  ROW(INT, round),
+                                                  ROW(INT, passes),
+                                                  ROW(INT, frames),
+                                                  ROW(INT, ranks),
+                                                  ROW(INT, nodes),
+                                                  ROW(INT, threads),
+                                                  ROW(TIME, begin_unix_s),
+                                                  ROW(SECONDS, wall_s),
+                                                  ROW(SECONDS, cpu_s),
+                                                  ROW(SECONDS, draw_cpu_s),
+                                                  ROW(SECONDS, draw_most_s),
+                                                  ROW(SECONDS, draw_mean_s),
+                                                  ROW(SECONDS, idle_mean_s),
+                                                  ROW(SECONDS, gather_mean_s),
+                                                  ROW(SECONDS, accept_s),
+                                                  ROW(SECONDS, read_s),
+                                                  ROW(SECONDS, prepare_s),
+                                                  ROW(SECONDS, share_s),
+                                                  ROW(SECONDS, prepare_cpu_s),
+                                                  ROW(SECONDS, derive_s),
+                                                  ROW(SECONDS, derive_cpu_s),
+                                                  ROW(COUNT, rays),
+                                                  ROW(COUNT, samples),
+                                                  ROW(COUNT, contributions),
+                                                  ROW(COUNT, peak_rss_most_bytes),
+                                                  ROW(COUNT, peak_rss_sum_bytes),
+                                                  ROW(COUNT, prepared_bytes),
+                                                  ROW(REAL, energy_j),
+                                                  ROW(HASH, pixels_hash),
+                                                  {0}};
+
+void sc_design_clear(sc_design *design)
+{
+    for (int i = 0; i < design->axis_count; i++) {
+        sc_design_axis *axis = &design->axes[i];
+
+        for (int j = 0; j < axis->value_count; j++)
+            sc_free(axis->values[j]);
+        sc_free(axis->values);
+        sc_free(axis->name);
+    }
+    sc_free(design->axes);
+    sc_free(design->title);
+    *design = (sc_design){0};
+}
+
+int sc_design_cells(const sc_design *design)
+{
+    int cells = 1;
+
+    for (int i = 0; i < design->axis_count; i++)
+        cells *= design->axes[i].value_count;
+    return cells;
+}
+
+int sc_design_index(const sc_design *design, int cell, int axis)
+{
+    for (int i = design->axis_count - 1; i > axis; i--)
+        cell /= design->axes[i].value_count;
+    return cell % design->axes[axis].value_count;
+}
+
+/* Does the axis vary the machine, not the job? */
+static bool is_of_machine(const sc_design_axis *axis)
+{
+    return !strcmp(axis->name, "ranks") || !strcmp(axis->name, "threads") ||
+           !strcmp(axis->name, "placement");
+}
+
+bool sc_design_is_scaling(const sc_design *design, int cell_a, int cell_b)
+{
+    for (int i = 0; i < design->axis_count; i++) {
+        if (!is_of_machine(&design->axes[i]) &&
+            sc_design_index(design, cell_a, i) != sc_design_index(design, cell_b, i))
+            return false;
+    }
+    return true;
+}
+
+/* ---- lists ---- */
+
+void sc_measurements_clear(sc_measurements *measurements)
+{
+    sc_design_clear(&measurements->design);
+    for (size_t i = 0; i < measurements->skipped_count; i++)
+        sc_free(measurements->skipped[i].reason);
+    sc_free(measurements->items);
+    sc_free(measurements->runs);
+    sc_free(measurements->skipped);
+    *measurements = (sc_measurements){0};
+}
+
+/* Make room for one element more in the array @p items, of elements of @p size bytes. */
+static sc_status reserve(const sc_ctx *ctx, void **items, size_t count, size_t *capacity,
+                         size_t size)
+{
+    const size_t wanted = count < 16 ? 16 : 2 * count;
+    void *grown;
+    sc_status status;
+
+    if (count < *capacity)
+        return SC_OK;
+    status = sc_zalloc(ctx, wanted, size, &grown);
+    if (status != SC_OK)
+        return status;
+    if (count)
+        memcpy(grown, *items, count * size);
+    sc_free(*items);
+    *items = grown;
+    *capacity = wanted;
+    return SC_OK;
+}
+
+/* Remove the reason why @p cell was not measured, if there is one. */
+static void drop_reason(sc_measurements *from, int cell)
+{
+    size_t kept = 0;
+
+    for (size_t i = 0; i < from->skipped_count; i++) {
+        if (from->skipped[i].cell == cell)
+            sc_free(from->skipped[i].reason);
+        else
+            from->skipped[kept++] = from->skipped[i];
+    }
+    from->skipped_count = kept;
+}
+
+sc_status sc_measurements_append(const sc_ctx *ctx, sc_measurements *to, const sc_measurement *item)
+{
+    void *items = to->items;
+    const sc_status status = reserve(ctx, &items, to->count, &to->capacity, sizeof *to->items);
+
+    if (status != SC_OK)
+        return status;
+    to->items = items;
+    to->items[to->count++] = *item;
+    drop_reason(to, item->cell);
+    return SC_OK;
+}
+
+sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *to, int cell, const char *reason)
+{
+    sc_text text = {0};
+    void *items = to->skipped;
+    sc_status status;
+
+    for (size_t i = 0; i < to->count; i++) {
+        if (to->items[i].cell == cell)
+            return SC_OK;
+    }
+    SC_TRY(reserve(ctx, &items, to->skipped_count, &to->skipped_capacity, sizeof *to->skipped));
+    to->skipped = items;
+    SC_TRY(sc_text_add(ctx, &text, "%s", reason));
+    drop_reason(to, cell);
+    to->skipped[to->skipped_count++] = (sc_skipped_cell){cell, text.data};
+out:
+    return status;
+}
+
+sc_status sc_measurements_add_run(const sc_ctx *ctx, sc_measurements *to, const sc_study_run *run)
+{
+    void *items = to->runs;
+    const sc_status status = reserve(ctx, &items, to->run_count, &to->run_capacity, sizeof *run);
+
+    if (status != SC_OK)
+        return status;
+    to->runs = items;
+    to->runs[to->run_count++] = *run;
+    return SC_OK;
+}

@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes the file of measurements: JSON Lines, each flushed to disk before the next measurement. */
+#include "measurement_rows.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+struct sc_measurement_file {
+    int fd;
+    char *path;
+};
+
+/* ---- JSON ---- */
+
+/* The value of a row of @p item. @return NULL when out of memory. */
+static json_t *row_json(const sc_measurement_row *row, const sc_measurement *item)
+{
+    const char *at = (const char *)item + row->offset;
+    char digits[17];
+
+    switch (row->type) {
+    case SC_ROW_INT:
+        return json_integer(*(const int32_t *)(const void *)at);
+    case SC_ROW_COUNT:
+        return json_integer((json_int_t) * (const uint64_t *)(const void *)at);
+    case SC_ROW_TIME:
+        return json_integer(*(const int64_t *)(const void *)at);
+    case SC_ROW_HASH:
+        snprintf(digits, sizeof digits, "%016llx",
+                 (unsigned long long)*(const uint64_t *)(const void *)at);
+        return json_string(digits);
+    case SC_ROW_SECONDS:
+    case SC_ROW_REAL:
+        break;
+    }
+    return json_real(*(const double *)(const void *)at);
+}
+
+static json_t *measurement_json(const sc_measurement *item)
+{
+    json_t *json = json_object();
+
+    for (const sc_measurement_row *row = sc_measurement_rows; row->name && json; row++) {
+        if (json_object_set_new(json, row->name, row_json(row, item))) {
+            json_decref(json);
+            json = NULL;
+        }
+    }
+    return json;
+}
+
+/* Copies of texts of a run are as long as the longest of them. */
+enum { TEXT_BYTES = 128 };
+
+/* Set a member to a text of the system, which need not be UTF-8. @return false without memory. */
+static bool set_text(json_t *json, const char *key, const char *text)
+{
+    char valid[TEXT_BYTES];
+
+    (void)sc_copy_name(text, valid, sizeof valid);
+    return json_object_set_new(json, key, json_string(valid)) == 0;
+}
+
+static json_t *run_json(const sc_study_run *run)
+{
+    json_t *json = json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores",
+                             run->cores);
+
+    if (json && set_text(json, "begin", run->begin) && set_text(json, "host", run->host) &&
+        set_text(json, "processor", run->processor) && set_text(json, "mpi", run->mpi) &&
+        set_text(json, "version", run->version) && set_text(json, "commit", run->commit) &&
+        set_text(json, "batch_job", run->batch_job))
+        return json;
+    json_decref(json);
+    return NULL;
+}
+
+static json_t *axes_json(const sc_design *design)
+{
+    json_t *axes = json_array();
+
+    for (int i = 0; i < design->axis_count && axes; i++) {
+        json_t *values = json_array();
+
+        for (int j = 0; j < design->axes[i].value_count; j++)
+            json_array_append_new(values, json_string(design->axes[i].values[j]));
+        if (json_array_append_new(
+                axes, json_pack("{s:s, s:o}", "name", design->axes[i].name, "values", values))) {
+            json_decref(axes);
+            axes = NULL;
+        }
+    }
+    return axes;
+}
+
+/* ---- lines ---- */
+
+/* Write all of @p bytes bytes. */
+static sc_status write_all(const sc_ctx *ctx, const sc_measurement_file *file, const char *data,
+                           size_t bytes)
+{
+    while (bytes > 0) {
+        const ssize_t done = write(file->fd, data, bytes);
+
+        if (done < 0 && errno == EINTR)
+            continue;
+        if (done < 0)
+            return sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));
+        data += done;
+        bytes -= (size_t)done;
+    }
+    return SC_OK;
+}
+
+/* Write @p json as a line, and flush it to disk; takes ownership of it. NULL: out of memory. */
+static sc_status write_line(const sc_ctx *ctx, sc_measurement_file *file, json_t *json)
+{
+    sc_text line = {0};
+    char *text;
+    sc_status status;
+
+    errno = 0;
+    text = json ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    json_decref(json);
+    if (!text || errno == ENOMEM) { /* jansson leaves out what it has no memory for */
+        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", file->path);
+        goto out;
+    }
+    SC_TRY(sc_text_add(ctx, &line, "%s\n", text));
+    SC_TRY(write_all(ctx, file, line.data, line.length_bytes));
+    if (fsync(file->fd) && errno != EINVAL && errno != EROFS)
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: %s", file->path, sc_reason(errno));
+out:
+    sc_text_clear(&line);
+    free(text);
+    return status;
+}
+
+/* Open the file @p path for this process alone. @param flags of open. */
+static sc_status open_file(const sc_ctx *ctx, const char *path, int flags,
+                           sc_measurement_file **out)
+{
+    sc_text copy = {0};
+    sc_measurement_file *file = NULL;
+    void *block;
+    int fd = -1;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &copy, "%s", path));
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *file, &block));
+    file = block;
+    fd = open(path, flags | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (fd < 0)
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s: %s", path, sc_reason(errno));
+    else if (flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK)
+        status = sc_fail(ctx, SC_ERR_CREATE,
+                         "%s: another segcast study is writing to this file; wait for its end, or "
+                         "choose another directory with -o",
+                         path);
+    if (status != SC_OK)
+        goto out;
+    *file = (sc_measurement_file){fd, copy.data};
+    *out = file;
+    return SC_OK;
+out:
+    if (fd >= 0)
+        close(fd);
+    sc_free(file);
+    sc_text_clear(&copy);
+    return status;
+}
+
+static sc_status write_run(const sc_ctx *ctx, sc_measurement_file *file, const sc_study_run *run)
+{
+    json_t *json = run_json(run);
+
+    return write_line(ctx, file, json ? json_pack("{s:o}", "run", json) : NULL);
+}
+
+sc_status sc_measurement_file_create(const sc_ctx *ctx, const char *path, const sc_design *design,
+                                     const sc_study_run *run, sc_measurement_file **out)
+{
+    sc_measurement_file *file = NULL;
+    char digits[17];
+    json_t *axes;
+    sc_status status;
+
+    SC_TRY(open_file(ctx, path, O_CREAT | O_EXCL, &file));
+    snprintf(digits, sizeof digits, "%016llx", (unsigned long long)design->hash);
+    axes = axes_json(design);
+    SC_TRY(write_line(ctx, file,
+                      axes ? json_pack("{s:s, s:s, s:s, s:o}", "schema", "segcast-study-1", "study",
+                                       digits, "title", design->title ? design->title : "", "axes",
+                                       axes)
+                           : NULL));
+    SC_TRY(write_run(ctx, file, run));
+    *out = file;
+    return SC_OK;
+out:
+    sc_measurement_file_close(file);
+    return status;
+}
+
+sc_status sc_measurement_file_resume(const sc_ctx *ctx, const char *path, uint64_t whole_bytes,
+                                     const sc_study_run *run, sc_measurement_file **out)
+{
+    sc_measurement_file *file = NULL;
+    sc_status status;
+
+    SC_TRY(open_file(ctx, path, 0, &file));
+    /* What a killed study has begun to write is cut off; later lines follow the whole ones. */
+    if (ftruncate(file->fd, (off_t)whole_bytes) || lseek(file->fd, 0, SEEK_END) < 0) {
+        status = sc_fail(ctx, SC_ERR_WRITE, "%s: %s", path, sc_reason(errno));
+        goto out;
+    }
+    SC_TRY(write_run(ctx, file, run));
+    *out = file;
+    return SC_OK;
+out:
+    sc_measurement_file_close(file);
+    return status;
+}
+
+sc_status sc_measurement_file_add(const sc_ctx *ctx, sc_measurement_file *file,
+                                  const sc_measurement *item)
+{
+    json_t *json = measurement_json(item);
+
+    return write_line(ctx, file, json ? json_pack("{s:o}", "measurement", json) : NULL);
+}
+
+sc_status sc_measurement_file_skip(const sc_ctx *ctx, sc_measurement_file *file, int cell,
+                                   const char *reason)
+{
+    return write_line(ctx, file,
+                      json_pack("{s:{s:i, s:s}}", "skipped", "cell", cell, "reason", reason));
+}
+
+void sc_measurement_file_close(sc_measurement_file *file)
+{
+    if (!file)
+        return;
+    close(file->fd);
+    sc_free(file->path);
+    sc_free(file);
+}

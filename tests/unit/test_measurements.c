@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The measurements of a study: what is written is read back, damage is told, and the results of
+ * cells are those of known times. */
+#include "check.h"
+
+#include "segcast/measurements.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+static char *methods[] = {"none", "leap, \"fast\""}, *ranks[] = {"1", "2", "4"};
+static sc_design_axis axes[] = {{"render.skip", methods, 2}, {"ranks", ranks, 3}};
+static const sc_design design = {"a study", 0x1234, axes, 2};
+static const sc_study_run run = {.begin = "2026-01-01T00:00:00Z",
+                                 .host = "node\xff",
+                                 .processor = "one",
+                                 .ranks = 4,
+                                 .nodes = 1,
+                                 .cores = 4};
+
+/* A measurement of @p cell that took @p wall_s on so many ranks. */
+static sc_measurement measured(int cell, double wall_s, double cpu_s)
+{
+    return (sc_measurement){.cell = cell,
+                            .passes = 3,
+                            .frames = 4,
+                            .ranks = 1 << cell % 3,
+                            .nodes = 1,
+                            .threads = 1,
+                            .wall_s = wall_s,
+                            .cpu_s = cpu_s,
+                            .draw_most_s = 3,
+                            .draw_mean_s = 2,
+                            .rays = 2000000,
+                            .samples = 9000000,
+                            .energy_j = -1,
+                            .pixels_hash = 0xfedcba9876543210u};
+}
+
+static void write_file(const char *path)
+{
+    sc_measurement_file *file;
+    sc_measurement m = measured(1, 2.5, 5);
+
+    unlink(path);
+    assert_ok(sc_measurement_file_create(&quiet, path, &design, &run, &file));
+    assert_ok(sc_measurement_file_skip(&quiet, file, 2, "needs 4 ranks"));
+    assert_ok(sc_measurement_file_skip(&quiet, file, 1, "for now"));
+    assert_ok(sc_measurement_file_add(&quiet, file, &m));
+    sc_measurement_file_close(file);
+}
+
+static void what_is_written_is_read(void **state)
+{
+    const sc_measurement m = measured(1, 2.5, 5);
+    sc_measurements all;
+    uint64_t whole;
+
+    (void)state;
+    write_file("m.jsonl");
+    assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
+    assert_int_equal(all.count, 1);
+    assert_memory_equal(&all.items[0], &m, sizeof m);
+    assert_int_equal(all.skipped_count, 1); /* cell 1 was measured later */
+    assert_int_equal(all.skipped[0].cell, 2);
+    assert_string_equal(all.skipped[0].reason, "needs 4 ranks");
+    assert_int_equal(all.design.axis_count, 2);
+    assert_string_equal(all.design.axes[0].values[1], "leap, \"fast\"");
+    assert_int_equal(all.design.hash, 0x1234);
+    assert_int_equal(all.run_count, 1);
+    sc_measurements_clear(&all);
+    unlink("m.jsonl");
+}
+
+/* A line that was not finished is left out, and overwritten when the study goes on; two processes
+ * cannot write to one file. */
+static void a_killed_study_goes_on(void **state)
+{
+    const sc_measurement m = measured(5, 1, 4);
+    sc_measurement_file *file, *second = NULL;
+    sc_measurements all;
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    uint64_t whole, grown;
+    FILE *stream;
+
+    (void)state;
+    write_file("m.jsonl");
+    assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
+    sc_measurements_clear(&all);
+    stream = fopen("m.jsonl", "a");
+    fputs("{\"measurement\":{\"cell\":1,", stream);
+    fclose(stream);
+    assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &grown));
+    assert_int_equal(grown, whole);
+    sc_measurements_clear(&all);
+    assert_ok(sc_measurement_file_resume(&quiet, "m.jsonl", whole, &run, &file));
+    assert_int_equal(sc_measurement_file_resume(&ctx, "m.jsonl", whole, &run, &second),
+                     SC_ERR_CREATE);
+    assert_non_null(strstr(h.text, "another segcast study"));
+    assert_ok(sc_measurement_file_add(&quiet, file, &m));
+    sc_measurement_file_close(file);
+    assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
+    assert_int_equal(all.count, 2);
+    assert_int_equal(all.run_count, 2);
+    sc_measurements_clear(&all);
+    assert_int_equal(sc_measurement_file_create(&ctx, "m.jsonl", &design, &run, &file),
+                     SC_ERR_CREATE);
+    unlink("m.jsonl");
+}
+
+static void refuses(const char *text, const char *message)
+{
+    FILE *stream = fopen("bad.jsonl", "w");
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_measurements all;
+    uint64_t whole;
+
+    fputs(text, stream);
+    fclose(stream);
+    assert_int_equal(sc_measurements_read(&ctx, "bad.jsonl", &all, &whole), SC_ERR_DATA);
+    if (!strstr(h.text, message))
+        fail_msg("\"%s\"; expected \"%s\"", h.text, message);
+    unlink("bad.jsonl");
+}
+
+#define HEAD                                                                                       \
+    "{\"schema\":\"segcast-study-1\",\"study\":\"0000000000000001\",\"title\":\"\",\"axes\":"
+static void damage_is_told(void **state)
+{
+    (void)state;
+    refuses("", "holds no line");
+    refuses("{}\n", "bad.jsonl:1: this is not the first line");
+    refuses("nonsense\n", "bad.jsonl:1");
+    refuses(HEAD "[{\"name\":\"a\",\"values\":[]}]}\n", "bad.jsonl:1");
+    refuses(HEAD "[{\"name\":\"a\\u0000b\",\"values\":[\"1\"]}]}\n", "bad.jsonl:1");
+    refuses(HEAD "[]}\n{\"measurement\":{\"cell\":0}}\n", "bad.jsonl:2: this is no line");
+    refuses(HEAD "[]}\n{\"skipped\":{\"cell\":1,\"reason\":\"\"}}\n", "bad.jsonl:2");
+    refuses(HEAD "[]}\n{\"run\":{\"ranks\":0}}\n", "bad.jsonl:2");
+}
+
+static void results_of_known_times(void **state)
+{
+    sc_measurements all = {.design = design};
+    sc_cell_result *results;
+    const double wall_s[2][3] = {{8, 4, 0}, {4, 3, 2}}; /* cell 2 has none */
+
+    (void)state;
+    for (int method = 0; method < 2; method++) {
+        for (int r = 0; r < 3; r++) {
+            for (int i = -3; i <= 3 && wall_s[method][r] > 0; i++) {
+                const sc_measurement m =
+                    measured(3 * method + r, wall_s[method][r] + 0.1 * i, wall_s[method][r]);
+
+                assert_ok(sc_measurements_append(&quiet, &all, &m));
+            }
+        }
+    }
+    assert_ok(sc_measurements_skip(&quiet, &all, 2, "needs 4 ranks"));
+    assert_ok(sc_cell_results(&quiet, &all, &results));
+    assert_int_equal(results[1].base, 0);
+    assert_int_equal(results[5].base, 3);
+    assert_near(results[1].speedup, 2, 1e-12);
+    assert_near(results[1].efficiency, 1, 1e-12);
+    assert_near(results[1].serial_share, 0, 1e-12);
+    assert_near(results[5].speedup, 2, 1e-12);
+    assert_near(results[5].efficiency, 0.5, 1e-12);
+    assert_near(results[5].serial_share, 1.0 / 3, 1e-12);
+    assert_near(results[5].cost, 0.5, 1e-12);
+    assert_near(results[0].frames_per_s, 0.5, 1e-12);
+    assert_near(results[0].mrays_per_cpu_s, 0.25, 1e-12);
+    assert_near(results[0].samples_per_ray, 4.5, 1e-12);
+    assert_near(results[0].imbalance, 0.5, 1e-12);
+    assert_string_equal(results[2].skipped, "needs 4 ranks");
+    assert_null(results[0].skipped);
+    assert_near(results[2].speedup, 0, 0);
+    sc_free(results);
+    all.design = (sc_design){0}; /* static */
+    sc_measurements_clear(&all);
+}
+
+/* The whole content of a small file. */
+static void read_all(const char *path, char *text, size_t size)
+{
+    FILE *stream = fopen(path, "r");
+    const size_t got = fread(text, 1, size - 1, stream);
+
+    text[got] = '\0';
+    fclose(stream);
+}
+
+static void tables_can_be_read_elsewhere(void **state)
+{
+    sc_measurements all = {.design = design};
+    const sc_measurement m = measured(4, 2, 3);
+    sc_cell_result *results;
+    char text[8192];
+
+    (void)state;
+    assert_ok(sc_measurements_append(&quiet, &all, &m));
+    assert_ok(sc_cell_results(&quiet, &all, &results));
+    assert_ok(sc_cells_write_csv(&quiet, &all, results, "cells.csv"));
+    read_all("cells.csv", text, sizeof text);
+    assert_non_null(strstr(text, "\"render.skip\",\"ranks\",state,"));
+    assert_non_null(strstr(text, "\"leap, \"\"fast\"\"\",\"2\",\"measured\",1,4,2,1,1,3,"));
+    assert_non_null(strstr(text, "\"none\",\"1\",\"not measured yet\",0,"));
+    assert_ok(sc_cells_write_extrap(&quiet, &all, "extrap.jsonl"));
+    read_all("extrap.jsonl", text, sizeof text);
+    assert_string_equal(text, "{\"params\":{\"ranks\":2.0},\"callpath\":\"study->render.skip=leap, "
+                              "\\\"fast\\\"\",\"metric\":\"wall_s\",\"value\":2.0}\n"
+                              "{\"params\":{\"ranks\":2.0},\"callpath\":\"study->render.skip=leap, "
+                              "\\\"fast\\\"\",\"metric\":\"cpu_s\",\"value\":3.0}\n");
+    sc_free(results);
+    all.design = (sc_design){0};
+    sc_measurements_clear(&all);
+    unlink("cells.csv");
+    unlink("extrap.jsonl");
+}
+
+static void other_pixels_are_found(void **state)
+{
+    const uint64_t pictures[] = {1, 1, 2, 1, 2, 2};
+    sc_measurements all = {.design = design};
+    sc_measurement a = measured(0, 1, 1), b = measured(2, 1, 1), c = measured(3, 1, 1);
+    int other = -1;
+
+    (void)state;
+    b.pixels_hash++; /* of another picture */
+    assert_ok(sc_measurements_append(&quiet, &all, &a));
+    assert_ok(sc_measurements_append(&quiet, &all, &b));
+    assert_ok(sc_measurements_append(&quiet, &all, &c));
+    assert_int_equal(sc_measurements_mismatch(&all, pictures, &other), -1);
+    c.pixels_hash--;
+    assert_ok(sc_measurements_append(&quiet, &all, &c));
+    assert_int_equal(sc_measurements_mismatch(&all, pictures, &other), 3);
+    assert_int_equal(other, 0);
+    all.design = (sc_design){0};
+    sc_measurements_clear(&all);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_written_is_read), cmocka_unit_test(a_killed_study_goes_on),
+        cmocka_unit_test(damage_is_told),          cmocka_unit_test(results_of_known_times),
+        cmocka_unit_test(tables_can_be_read_elsewhere),
+        cmocka_unit_test(other_pixels_are_found),
+    };
+
+    return RUN(tests);
+}
