@@ -270,6 +270,15 @@ double sc_wall_s(void);       /**< seconds since an arbitrary moment; never goes
 double sc_cpu_s(void);        /**< CPU time of this process in seconds: all threads together */
 double sc_thread_cpu_s(void); /**< CPU time of the calling thread in seconds */
 uint64_t sc_peak_rss(void);   /**< largest resident set of this process so far, in bytes */
+/** Begin to measure sc_peak_rss_since anew, where the system allows it. */
+void sc_peak_rss_restart(void);
+/** @return the largest resident set since sc_peak_rss_restart, in bytes; where the system does not
+ *  tell, sc_peak_rss. */
+uint64_t sc_peak_rss_since(void);
+/** @return the energy in joules that the processors of this machine have used since some moment,
+ *  by their own counters (RAPL); -1 where these cannot be read, which most systems allow only to
+ *  administrators. The counters start anew from time to time: a difference below 0 is no result. */
+double sc_energy_j(void);
 /** @return the bytes that are allocated now by malloc and its like, those of libraries included; 0
  *  where the C library does not tell. Any thread. */
 uint64_t sc_heap_bytes(void);
