@@ -159,6 +159,7 @@ static sc_status check_path(const sc_ctx *ctx, const sc_yaml *node, const char *
 {
     const char *words[64] = {"ranks", "threads", "placement"};
     size_t count = 3;
+    sc_yaml unknown; /* borrows all of the node */
     char first[64];
 
     snprintf(first, sizeof first, "%.*s", (int)strcspn(path, "."), path);
@@ -168,7 +169,9 @@ static sc_status check_path(const sc_ctx *ctx, const sc_yaml *node, const char *
         if (!strcmp(words[i], first) && (i >= 3 || !path[strlen(first)]))
             return SC_OK;
     }
-    return sc_unknown_word(ctx, node, first, words, count);
+    unknown = *node;
+    unknown.key = first;
+    return sc_unknown_word(ctx, &unknown, first, words, count);
 }
 
 /* Read a map of settings into @p out, which is empty. @return the first mistake; all are logged. */
