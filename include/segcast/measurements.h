@@ -34,21 +34,21 @@ bool sc_design_is_scaling(const sc_design *design, int cell_a, int cell_b);
 /** One measurement of a cell: a number of passes over its frames. Times and numbers are of one
  *  pass, the mean of all. A plain value. */
 typedef struct sc_measurement {
-    int32_t cell, round;              /**< round: how many of all cells came before, from 0 */
-    int32_t passes, frames;           /**< frames: of a pass */
-    int32_t ranks, nodes, threads;    /**< threads: of each rank */
-    int64_t begin_unix_s;             /**< seconds since 1970 (UTC) */
-    double wall_s, cpu_s;             /**< cpu_s: of all ranks, waiting included */
-    double draw_cpu_s;                /**< CPU seconds of drawing, of all ranks */
-    double draw_most_s, draw_mean_s;  /**< wall time of drawing: of the busiest rank, the mean */
-    double idle_mean_s;               /**< for how long a rank had nothing to draw, the mean */
-    double gather_mean_s;             /**< of passing messages, on a rank's main thread, the mean */
-    double accept_s;                  /**< rank 0: encoding and writing, beside the drawing */
+    int32_t cell, round;             /**< round: how many of all cells came before, from 0 */
+    int32_t passes, frames;          /**< frames: of a pass */
+    int32_t ranks, nodes, threads;   /**< threads: of each rank */
+    int64_t begin_unix_s;            /**< seconds since 1970 (UTC) */
+    double wall_s, cpu_s;            /**< cpu_s: of all ranks, waiting included */
+    double draw_cpu_s;               /**< CPU seconds of drawing, of all ranks */
+    double draw_most_s, draw_mean_s; /**< wall time of drawing: of the busiest rank, the mean */
+    double idle_mean_s;              /**< for how long a rank had nothing to draw, the mean */
+    double gather_mean_s;            /**< of passing messages, on a rank's main thread, the mean */
+    double accept_s;                 /**< rank 0: encoding and writing, beside the drawing */
     double read_s, prepare_s, share_s; /**< wall time of what came before the passes, once */
-    double prepare_cpu_s;             /**< CPU seconds of all ranks: reading, preparing, sharing */
-    double derive_s, derive_cpu_s;    /**< wall and CPU time of what this cell alone derives from
-                                           the prepared volume, such as the octree; a part of
-                                           prepare_s */
+    double prepare_cpu_s;              /**< CPU seconds of all ranks: reading, preparing, sharing */
+    double derive_s, derive_cpu_s;     /**< wall and CPU time of what this cell alone derives from
+                                            the prepared volume, such as the octree; a part of
+                                            prepare_s */
     uint64_t rays, samples, contributions;
     uint64_t peak_rss_most_bytes, peak_rss_sum_bytes; /**< largest of all ranks, and their sum */
     uint64_t prepared_bytes;
@@ -94,6 +94,10 @@ SC_MUST_USE sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *t
  *  SC_ERR_MEMORY. Caller owns *out. */
 SC_MUST_USE sc_status sc_measurements_read(const sc_ctx *ctx, const char *path,
                                            sc_measurements *out, uint64_t *whole_bytes);
+
+/** Find out whether @p path begins as a file of measurements, which may be damaged further on.
+ *  @return SC_ERR_MEMORY, SC_ERR_WRITE; a file that is missing or another one is no error. */
+SC_MUST_USE sc_status sc_measurements_begin(const sc_ctx *ctx, const char *path, bool *out);
 
 /** A file of measurements that is being written. */
 typedef struct sc_measurement_file sc_measurement_file;
@@ -148,9 +152,10 @@ SC_MUST_USE sc_status sc_cells_write_csv(const sc_ctx *ctx, const sc_measurement
  *  metric and its value), for the axes whose values are all numbers. @return as above. */
 SC_MUST_USE sc_status sc_cells_write_extrap(const sc_ctx *ctx, const sc_measurements *measurements,
                                             const char *path);
-/** @return the cell whose pixels are not those of another cell that should show the same picture,
- *  or -1. @param pictures [cells], equal for cells of the same picture. @param other that cell. */
-int sc_measurements_mismatch(const sc_measurements *measurements, const uint64_t *pictures,
-                             int *other);
+/** @return the cell of a measurement whose pixels are not those of an earlier one that should show
+ *  the same picture, or -1. @param from index of the first measurement that is checked.
+ *  @param pictures [cells], equal for cells of the same picture. @param other that earlier cell. */
+int sc_measurements_mismatch(const sc_measurements *measurements, size_t from,
+                             const uint64_t *pictures, int *other);
 
 #endif

@@ -2,7 +2,6 @@
 /* What the measurements of a study say of its cells. */
 #include "segcast/measurements.h"
 
-
 #include <errno.h>
 #include <jansson.h>
 #include <math.h>
@@ -122,18 +121,19 @@ out:
     return status;
 }
 
-int sc_measurements_mismatch(const sc_measurements *measurements, const uint64_t *pictures,
-                             int *other)
+int sc_measurements_mismatch(const sc_measurements *measurements, size_t from,
+                             const uint64_t *pictures, int *other)
 {
     const sc_measurement *items = measurements->items;
 
-    for (size_t i = 1; i < measurements->count; i++) {
-        for (size_t j = 0; j < i; j++) {
-            if (pictures[items[i].cell] == pictures[items[j].cell] &&
-                items[i].pixels_hash != items[j].pixels_hash) {
-                *other = items[j].cell;
-                return items[i].cell;
-            }
+    for (size_t i = from; i < measurements->count; i++) {
+        size_t j = 0;
+
+        while (j < i && pictures[items[j].cell] != pictures[items[i].cell])
+            j++;
+        if (items[j].pixels_hash != items[i].pixels_hash) {
+            *other = items[j].cell;
+            return items[i].cell;
         }
     }
     return -1;
@@ -179,9 +179,9 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
         SC_TRY(sc_text_add(ctx, text, ","));
     }
     SC_TRY(add_field(ctx, text,
-                     r->skipped              ? r->skipped
-                     : r->cpu_s.count == 0   ? "not measured yet"
-                                             : "measured"));
+                     r->skipped            ? r->skipped
+                     : r->cpu_s.count == 0 ? "not measured yet"
+                                           : "measured"));
     SC_TRY(sc_text_add(ctx, text, ",%zu,%d,%d,%d,%d", r->cpu_s.count, t->frames, t->ranks,
                        t->threads, t->nodes));
     SC_TRY(add_statistics(ctx, text, &r->cpu_s));
@@ -192,11 +192,10 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
     SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
                        t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
                        t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
-    status = sc_text_add(ctx, text, ",%llu,%llu,%llu,%.9g,%016llx\r\n",
-                         (unsigned long long)t->prepared_bytes,
-                         (unsigned long long)t->peak_rss_most_bytes,
-                         (unsigned long long)t->peak_rss_sum_bytes, t->energy_j,
-                         (unsigned long long)t->pixels_hash);
+    status = sc_text_add(
+        ctx, text, ",%llu,%llu,%llu,%.9g,%016llx\r\n", (unsigned long long)t->prepared_bytes,
+        (unsigned long long)t->peak_rss_most_bytes, (unsigned long long)t->peak_rss_sum_bytes,
+        t->energy_j, (unsigned long long)t->pixels_hash);
 out:
     return status;
 }
@@ -283,10 +282,10 @@ static sc_status add_extrap(const sc_ctx *ctx, const sc_design *design, const sc
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < SC_COUNT_OF(metrics) && status == SC_OK; i++) {
-        json_t *json = params ? json_pack("{s:O, s:s, s:s, s:f}", "params", params, "callpath",
-                                          path.data, "metric", metrics[i].name, "value",
-                                          metrics[i].value)
-                              : NULL;
+        json_t *json =
+            params ? json_pack("{s:O, s:s, s:s, s:f}", "params", params, "callpath", path.data,
+                               "metric", metrics[i].name, "value", metrics[i].value)
+                   : NULL;
         char *line;
 
         errno = 0;

@@ -6,7 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROW(type, member) {#member, SC_ROW_##type, offsetof(sc_measurement, member)}
+#define ROW(type, member)                                                                          \
+    {                                                                                              \
+#member, SC_ROW_##type, offsetof(sc_measurement, member)                                   \
+    }
 
 const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
                                                   ROW(INT, round),

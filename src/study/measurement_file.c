@@ -69,8 +69,8 @@ static bool set_text(json_t *json, const char *key, const char *text)
 
 static json_t *run_json(const sc_study_run *run)
 {
-    json_t *json = json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores",
-                             run->cores);
+    json_t *json =
+        json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores", run->cores);
 
     if (json && set_text(json, "begin", run->begin) && set_text(json, "host", run->host) &&
         set_text(json, "processor", run->processor) && set_text(json, "mpi", run->mpi) &&

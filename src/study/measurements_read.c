@@ -247,3 +247,30 @@ out:
     sc_free(text);
     return status;
 }
+
+sc_status sc_measurements_begin(const sc_ctx *ctx, const char *path, bool *out)
+{
+    const sc_ctx silent = sc_quiet(ctx);
+    sc_design design = {0};
+    json_t *line = NULL;
+    char *text = NULL;
+    const char *end;
+    size_t bytes;
+    bool good = false;
+    sc_status status;
+
+    SC_TRY(sc_file_read(&silent, path, (size_t)FILE_MAX_MIB << 20, &text, &bytes));
+    end = memchr(text, '\n', bytes);
+    line = end ? json_loadb(text, (size_t)(end - text), 0, NULL) : NULL;
+    if (json_is_object(line))
+        status = read_design(&silent, line, &design, &good);
+out:
+    if (sc_is_of_input(status))
+        status = SC_OK;
+    if (status == SC_OK)
+        *out = good;
+    sc_design_clear(&design);
+    json_decref(line);
+    sc_free(text);
+    return status;
+}

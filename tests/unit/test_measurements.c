@@ -230,10 +230,10 @@ static void other_pixels_are_found(void **state)
     assert_ok(sc_measurements_append(&quiet, &all, &a));
     assert_ok(sc_measurements_append(&quiet, &all, &b));
     assert_ok(sc_measurements_append(&quiet, &all, &c));
-    assert_int_equal(sc_measurements_mismatch(&all, pictures, &other), -1);
+    assert_int_equal(sc_measurements_mismatch(&all, 0, pictures, &other), -1);
     c.pixels_hash--;
     assert_ok(sc_measurements_append(&quiet, &all, &c));
-    assert_int_equal(sc_measurements_mismatch(&all, pictures, &other), 3);
+    assert_int_equal(sc_measurements_mismatch(&all, 3, pictures, &other), 3);
     assert_int_equal(other, 0);
     all.design = (sc_design){0};
     sc_measurements_clear(&all);
@@ -242,8 +242,10 @@ static void other_pixels_are_found(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_written_is_read), cmocka_unit_test(a_killed_study_goes_on),
-        cmocka_unit_test(damage_is_told),          cmocka_unit_test(results_of_known_times),
+        cmocka_unit_test(what_is_written_is_read),
+        cmocka_unit_test(a_killed_study_goes_on),
+        cmocka_unit_test(damage_is_told),
+        cmocka_unit_test(results_of_known_times),
         cmocka_unit_test(tables_can_be_read_elsewhere),
         cmocka_unit_test(other_pixels_are_found),
     };
