@@ -189,6 +189,12 @@ sc_status sc_session_volume(sc_app *app, sc_session *session);
  * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);
+/* The second part of sc_session_volume: all but the volume, which is there. */
+sc_status sc_session_scene(sc_app *app, sc_session *session);
+/* Move the volume from one session to another, whose job needs it prepared in the same way. What
+ * the first one still has cannot be drawn any more, and is freed by sc_session_clear. Not
+ * collective. */
+void sc_session_move_volume(sc_session *from, sc_session *to);
 /* Free everything. A zeroed session is allowed. Collective. */
 void sc_session_clear(sc_session *session);
 
@@ -206,6 +212,10 @@ sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *endin
 /* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
  * terminal so that it is not obeyed. */
 void sc_print_made(const char *path);
+/* Write the name of the processor as the system has it into @p text; empty if it has none. */
+void sc_processor_name(char *text, int size);
+/* @return the id that the batch system has given to this job, or NULL. */
+const char *sc_batch_job(void);
 /* Open those of the standard streams on /dev/null that are closed, so that no file that is opened
  * later gets what is meant for them. @return false if that fails. */
 bool sc_open_standard_streams(void);
@@ -267,6 +277,7 @@ sc_status sc_cmd_render(sc_app *app);
 sc_status sc_cmd_join(sc_app *app);
 sc_status sc_cmd_verify(sc_app *app);
 sc_status sc_cmd_status(sc_app *app);
+sc_status sc_cmd_study(sc_app *app);
 sc_status sc_cmd_orbit(sc_app *app);
 sc_status sc_cmd_still(sc_app *app);
 sc_status sc_cmd_views(sc_app *app);

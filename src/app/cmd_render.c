@@ -485,58 +485,73 @@ out:
     return status;
 }
 
-/* Do a run from start to end. @param keep_records write the directory of the job with its manifest
- * and statistics; otherwise only the video. Collective. */
-static sc_status run_job(sc_app *app, const char *job_path, bool keep_records)
+/* Do a run from start to end. @param run zeroed but for app, keep_records and what is measured;
+ * cleared at the end. Collective. */
+static sc_status run_job(sc_run *run, const char *job_path)
 {
-    sc_run run = {.app = app,
-                  .keep_records = keep_records,
-                  .begin_s = sc_wall_s(),
-                  .begin_unix_s = (int64_t)time(NULL),
-                  .stop = sc_signals_catch_stop(),
-                  .give_up = sc_signals_give_up()};
+    sc_app *app = run->app;
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_farm_times times = {0};
     sc_status status, outcome = SC_OK;
 
-    SC_TRY(begin_run(&run, job_path));
-    SC_TRY(sc_run_begin_records(&run));
-    if (!run.plan.complete) {
-        outcome = run_farm(&run, &times);
+    run->begin_s = sc_wall_s();
+    run->begin_unix_s = (int64_t)time(NULL);
+    run->stop = sc_signals_catch_stop();
+    run->give_up = sc_signals_give_up();
+    SC_TRY(begin_run(run, job_path));
+    SC_TRY(sc_run_begin_records(run));
+    if (!run->plan.complete) {
+        outcome = run_farm(run, &times);
         sc_display_watch(app->display, NULL, NULL);
-        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE && !is_replaced(&run))
-            (void)sc_run_write_state(&run, outcome); /* the first error is the one to report */
+        if (first && outcome != SC_OK && outcome != SC_ERR_INCOMPLETE && !is_replaced(run))
+            (void)sc_run_write_state(run, outcome); /* the first error is the one to report */
         status = outcome;
         if (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)
             goto out;
     }
     sc_display_watch(app->display, NULL, NULL);
-    if (!run.plan.sealed) {
-        SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(&run, &times)));
-        SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(&run, outcome) : SC_OK));
-        SC_TRY(sc_comm_agree(app->comm, first ? close_outputs(&run) : SC_OK));
+    if (!run->plan.sealed) {
+        SC_TRY(sc_comm_agree(app->comm, sc_run_write_records(run, &times)));
+        SC_TRY(sc_comm_agree(app->comm, first ? sc_run_write_state(run, outcome) : SC_OK));
+        SC_TRY(sc_comm_agree(app->comm, first ? close_outputs(run) : SC_OK));
     }
-    sc_display_end_stage(app);
-    report_outcome(&run, outcome);
+    if (!run->observe) {
+        sc_display_end_stage(app);
+        report_outcome(run, outcome);
+    }
     status = outcome;
 out:
-    if (*run.give_up) { /* closing an encoder that holds frames takes its time */
+    if (*run->give_up) { /* closing an encoder that holds frames takes its time */
         sc_signals_tell(false, false);
         sc_signals_expendable(true);
     }
-    clear_run(&run);
+    clear_run(run);
     return status;
+}
+
+sc_status sc_run_measured(sc_app *app, const char *job_path, sc_run_observer *observe, void *user)
+{
+    sc_run run = {.app = app,
+                  .keep_records = true,
+                  .begin_cpu_s = sc_cpu_s(),
+                  .observe = observe,
+                  .observer = user};
+
+    return run_job(&run, job_path);
 }
 
 sc_status sc_cmd_render(sc_app *app)
 {
-    return run_job(app, app->options.input, true);
+    sc_run run = {.app = app, .keep_records = true};
+
+    return run_job(&run, app->options.input);
 }
 
 sc_status sc_cmd_orbit(sc_app *app)
 {
     const char *output = app->options.output ? app->options.output : "orbit.mp4";
     const char *slash = strrchr(output, '/');
+    sc_run run = {.app = app};
     sc_text directory = {0};
     sc_status status;
 
@@ -553,5 +568,5 @@ sc_status sc_cmd_orbit(sc_app *app)
 out:
     sc_text_clear(&directory);
     status = sc_comm_agree(app->comm, status);
-    return status == SC_OK ? run_job(app, NULL, false) : status;
+    return status == SC_OK ? run_job(&run, NULL) : status;
 }

@@ -16,6 +16,9 @@ typedef struct sc_draw_plan {
     uint8_t complete;  /* earlier runs have finished the job: there is nothing to do */
 } sc_draw_plan;
 
+/* Called on rank 0 with the record of a run that has ended. */
+typedef void sc_run_observer(void *user, const sc_run_record *record);
+
 /* The state of a run on one rank. */
 typedef struct sc_run {
     sc_app *app;
@@ -27,6 +30,9 @@ typedef struct sc_run {
     double deadline_s;            /* see sc_deadline_s */
     int64_t begin_unix_s;
     const atomic_int *stop, *give_up; /* see sc_signals_catch_stop, _give_up */
+    double begin_cpu_s; /* CPU time of the process when the run began; 0: the run is all it does */
+    sc_run_observer *observe; /* see sc_run_measured; or NULL */
+    void *observer;
     sc_trace *trace;
     bool keep_records; /* write manifest, progress and statistics; otherwise the video alone */
     /* used by the worker thread that draws */
@@ -51,6 +57,13 @@ typedef struct sc_run {
     sc_history earlier;     /* what earlier runs have measured; owned */
     bool has_earlier;       /* it was read */
 } sc_run;
+
+/* ---- cmd_render.c ---- */
+
+/* Do the run of a job from start to end as `segcast render` with the options of @p app does, with
+ * all its files, but print nothing at its end; give what was measured to @p observe on rank 0.
+ * CPU time is counted from here on. Collective. @return as `segcast render`. */
+sc_status sc_run_measured(sc_app *app, const char *job_path, sc_run_observer *observe, void *user);
 
 /* ---- run_draw.c: callbacks of sc_farm, with an sc_run as user ---- */
 

@@ -101,8 +101,8 @@ void sc_run_fill_phases(sc_run *run, const sc_farm_times *times)
     }
     r->accept_wall_s = times->accept_wall_s;
     r->farm_idle_s = times->idle_s;
-    r->peak_rss_bytes = sc_peak_rss();
-    r->cpu_s = sc_cpu_s();
+    r->peak_rss_bytes = sc_peak_rss_since();
+    r->cpu_s = sc_cpu_s() - run->begin_cpu_s;
     sc_host_name(r->host);
 }
 
@@ -293,8 +293,7 @@ out:
     return status;
 }
 
-/* Write the name of the processor as the system has it into @p text; empty if it has none. */
-static void name_processor(char *text, int size)
+void sc_processor_name(char *text, int size)
 {
     FILE *file = fopen("/proc/cpuinfo", "r");
 
@@ -313,8 +312,7 @@ static void name_processor(char *text, int size)
         fclose(file);
 }
 
-/* @return the id that the batch system has given to this job, or NULL. */
-static const char *batch_job(void)
+const char *sc_batch_job(void)
 {
     static const char *const names[] = {"SLURM_JOB_ID", "PBS_JOBID", "LSB_JOBID", "JOB_ID"};
     const char *id = NULL;
@@ -335,7 +333,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
 {
     const sc_prepared *volume = &run->session.volume;
 
-    name_processor(texts->processor, sizeof texts->processor);
+    sc_processor_name(texts->processor, sizeof texts->processor);
     sc_comm_library(texts->mpi, sizeof texts->mpi);
     *record =
         (sc_run_record){.version = sc_version(),
@@ -344,7 +342,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         .processor = texts->processor,
                         .kernel = sc_renderer_kernel(run->session.renderer)->cpu,
                         .mpi = texts->mpi,
-                        .batch_job = batch_job(),
+                        .batch_job = sc_batch_job(),
                         .id = run->id,
                         .ranks = sc_comm_size(run->app->comm),
                         .nodes = sc_comm_node_count(run->app->comm),
@@ -478,7 +476,10 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
         SC_TRY(write_run(run, &record));
     if (run->keep_records)
         write_page(run);
-    status = sc_run_summarise(app->ctx, &record);
+    if (run->observe)
+        run->observe(run->observer, &record);
+    else
+        status = sc_run_summarise(app->ctx, &record);
 out:
     sc_free(all);
     return status;

@@ -384,16 +384,13 @@ void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points
     }
 }
 
-sc_status sc_session_volume(sc_app *app, sc_session *session)
+sc_status sc_session_scene(sc_app *app, sc_session *session)
 {
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     const sc_vec3 *hull;
     size_t hull_count;
-    double wall_s, cpu_s;
     sc_status status;
 
-    SC_TRY(sc_session_load(app, session));
-    wall_s = sc_wall_s();
-    cpu_s = sc_cpu_s();
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_session_tissues(app, session));
     SC_TRY(make_renderers(app, session));
@@ -402,6 +399,29 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
+}
+
+sc_status sc_session_volume(sc_app *app, sc_session *session)
+{
+    const sc_status status = sc_session_load(app, session);
+
+    return status == SC_OK ? sc_session_scene(app, session) : status;
+}
+
+void sc_session_move_volume(sc_session *from, sc_session *to)
+{
+    to->shared = from->shared;
+    to->shared_bytes = from->shared_bytes;
+    to->mapped = from->mapped;
+    to->mapped_bytes = from->mapped_bytes;
+    to->watched = from->watched;
+    to->labels = from->labels;
+    to->volume = from->volume;
+    from->shared = NULL;
+    from->mapped = NULL;
+    from->mapped_bytes = 0;
+    from->watched = NULL;
+    from->labels = NULL;
 }
 
 void sc_session_clear(sc_session *session)
