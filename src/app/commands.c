@@ -51,6 +51,16 @@ const sc_command sc_commands[] = {
      "the arguments of segcast render, so that a script asks with the same words: then the answer "
      "is for the directory of that job, or of the given slice or frames.",
      sc_cmd_status, false},
+    {"study", "STUDY.yaml", "measure a job with different settings, ranks and threads",
+     "Runs alone or under mpirun or srun, and measures with as many of the ranks as each cell of "
+     "the study asks for. All cells are measured again and again, in random order, until the "
+     "median "
+     "of each is known exactly enough or the budget is used up. The directory holds "
+     "measurements.jsonl (every measurement), cells.csv (medians, intervals, speed-up), "
+     "extrap.jsonl (for Extra-P), status.json and study.yaml. A study that was stopped goes on "
+     "with "
+     "--resume, also with another number of ranks. docs/studies.md explains study files.",
+     sc_cmd_study, true},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,

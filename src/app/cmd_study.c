@@ -1,0 +1,379 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast study: measures all cells of a study again and again, in random order, until each is
+ * known exactly enough or the time is over. */
+#include "study.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What all ranks do next. Sent as bytes. */
+typedef struct step {
+    int32_t cell; /* -1: the study ends */
+    sc_study_way way;
+} step;
+
+/* Rank 0's view of a study. */
+typedef struct director {
+    sc_study_state *state;
+    sc_study_records records;
+    sc_schedule schedule;
+    double begin_s, deadline_s, told_s; /* by sc_wall_s; deadline_s 0: none */
+    int piloted;                        /* how many cells have been looked at */
+    sc_status outcome;
+} director;
+
+/* ---- progress ---- */
+
+/* Write status.json, unless that was done just now. */
+static void tell_state(director *d, const char *state)
+{
+    const sc_schedule *s = &d->schedule;
+    const int least = d->state->study.least;
+    const bool runs = !strcmp(state, "running");
+    sc_progress_report report = {.state = state,
+                                 .phase = runs ? "measuring" : NULL,
+                                 .phase_share = -1,
+                                 .elapsed_s = sc_wall_s() - d->begin_s};
+
+    if (runs && sc_wall_s() - d->told_s < 2)
+        return;
+    d->told_s = sc_wall_s();
+    for (int i = 0; i < s->cell_count; i++) {
+        if (!s->cells[i].runs_here)
+            continue;
+        report.total += least;
+        report.done += s->done[i] || s->counts[i] > least ? least : s->counts[i];
+    }
+    if (runs)
+        report.remaining_s = sc_schedule_estimate_s(s, least);
+    /* A status.json that cannot be written does not end the study: its measurements matter. */
+    (void)sc_study_write_state(&d->records, &report);
+}
+
+/* Append seconds in the words of people. */
+static void format_time(double seconds, char *out, size_t size)
+{
+    if (seconds < 90)
+        snprintf(out, size, "%.0f s", seconds);
+    else if (seconds < 5400)
+        snprintf(out, size, "%.0f min", seconds / 60);
+    else
+        snprintf(out, size, "%.1f h", seconds / 3600);
+}
+
+/* ---- the schedule ---- */
+
+/* Note a new measurement of a cell, and whether the cell needs more. */
+static sc_status note(director *d, const sc_measurement *m)
+{
+    const sc_study *study = &d->state->study;
+    const sc_measurements *all = &d->records.results;
+    sc_schedule *s = &d->schedule;
+    sc_statistics statistics;
+    double *values;
+    size_t count = 0;
+    void *block;
+    sc_status status = sc_alloc(d->state->app->ctx, all->count + 1, sizeof *values, &block);
+
+    if (status != SC_OK)
+        return status;
+    values = block;
+    for (size_t i = 0; i < all->count; i++) {
+        if (all->items[i].cell == m->cell)
+            values[count++] =
+                study->metric == SC_STUDY_CPU ? all->items[i].cpu_s : all->items[i].wall_s;
+    }
+    status = sc_statistics_of(d->state->app->ctx, values, count, &statistics);
+    if (status == SC_OK) {
+        s->counts[m->cell] = (int)count;
+        s->done[m->cell] =
+            (int)count >= study->most || ((int)count >= study->least &&
+                                          sc_statistics_precision(&statistics) <= study->precision);
+    }
+    sc_free(block);
+    return status;
+}
+
+/* Note what the first look at a cell has told of its cost. */
+static void note_cost(director *d, const sc_measurement *m)
+{
+    sc_cell_cost *cost = &d->schedule.costs[m->cell];
+    const double frame_s = m->wall_s;
+    const int frames = d->state->cells[m->cell].frames;
+
+    d->piloted++;
+    if (d->state->whole_jobs) {
+        cost->measure_s = m->wall_s;
+        return;
+    }
+    cost->load_s = m->read_s + m->prepare_s + m->share_s - m->derive_s;
+    cost->measure_s = m->derive_s + frame_s + fmax(frames * frame_s, SC_MEASURED_S);
+}
+
+/* All pixels of cells that show the same picture have to be the same. @param from index of the
+ * first measurement that is checked. */
+static sc_status check_pixels(const director *d, size_t from)
+{
+    const sc_ctx *ctx = d->state->app->ctx;
+    uint64_t *pictures;
+    void *block;
+    int cell, other = -1;
+    sc_status status = sc_alloc(ctx, (size_t)d->state->cell_count, sizeof *pictures, &block);
+
+    if (status != SC_OK)
+        return status;
+    pictures = block;
+    for (int i = 0; i < d->state->cell_count; i++)
+        pictures[i] = d->state->cells[i].picture;
+    cell = sc_measurements_mismatch(&d->records.results, from, pictures, &other);
+    sc_free(block);
+    if (cell < 0)
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_INTERNAL,
+                   "cells %d and %d show the same picture, but their pixels differ: this is a bug "
+                   "of segcast, or the volume has changed meanwhile; %s/cells.csv names the cells",
+                   other, cell, d->records.directory);
+}
+
+/* Refuse a study that the budget cannot hold, as soon as that is known; when all cells have been
+ * looked at, tell what it will take. */
+static sc_status check_budget(director *d)
+{
+    const sc_study *study = &d->state->study;
+    const sc_ctx *ctx = d->state->app->ctx;
+    int to_pilot = 0;
+    const double used_s = sc_wall_s() - d->begin_s;
+    const double left_s = sc_schedule_estimate_s(&d->schedule, study->least);
+    char needed[32], budget[32];
+
+    for (int i = 0; i < d->schedule.cell_count; i++)
+        to_pilot += d->schedule.cells[i].runs_here && d->schedule.costs[i].measure_s == 0;
+    format_time(used_s + left_s, needed, sizeof needed);
+    format_time(study->budget_s, budget, sizeof budget);
+    if (used_s + left_s > study->budget_s)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s: measuring %d of %d cells %d times each takes %s%s, and the budget is "
+                       "%s; raise budget, or lower least, the frames or the number of values",
+                       d->state->app->options.input, d->piloted, d->schedule.cell_count,
+                       study->least, to_pilot ? "more than " : "about ", needed, budget);
+    if (to_pilot == 0)
+        sc_info(ctx, "%d cells, each measured %d times or more: at least %s of the budget of %s",
+                d->piloted, study->least, needed, budget);
+    return SC_OK;
+}
+
+/* @return whether every cell that runs here has been measured as often as the study asks. */
+static bool has_least(const director *d)
+{
+    const sc_schedule *s = &d->schedule;
+
+    for (int i = 0; i < s->cell_count; i++) {
+        if (s->cells[i].runs_here && !s->done[i] && s->counts[i] < d->state->study.least)
+            return false;
+    }
+    return true;
+}
+
+/* Choose what all ranks do next; the outcome is set when nothing is left. On rank 0. */
+static step choose(director *d)
+{
+    const step end = {.cell = -1};
+    const double now_s = sc_wall_s();
+    const bool is_late = now_s - d->begin_s > d->state->study.budget_s;
+    int cell;
+
+    d->outcome = SC_OK;
+    if (*sc_signals_catch_stop() || (d->deadline_s > 0 && now_s > d->deadline_s)) {
+        d->outcome = SC_ERR_INCOMPLETE;
+        return end;
+    }
+    for (int i = 0; i < d->schedule.cell_count; i++) {
+        if (d->schedule.cells[i].runs_here && d->schedule.costs[i].measure_s == 0 &&
+            !d->schedule.done[i])
+            return (step){.cell = i, .way = {.pilot = true}};
+    }
+    if (is_late && has_least(d))
+        return end;
+    cell = sc_schedule_next(&d->schedule);
+    return (step){.cell = cell, .way = {.round = d->schedule.round}};
+}
+
+/* Keep what was measured. On rank 0. */
+static sc_status keep(director *d, const step *what, const sc_measurement *m)
+{
+    sc_status status;
+
+    if (what->way.pilot) {
+        note_cost(d, m);
+        SC_TRY(check_budget(d));
+        if (!d->state->whole_jobs)
+            return SC_OK;
+    }
+    SC_TRY(sc_study_add(&d->records, m));
+    SC_TRY(note(d, m));
+    sc_stage_add(d->state->app->ctx, 1);
+    tell_state(d, "running");
+    status = check_pixels(d, d->records.results.count - 1);
+out:
+    return status;
+}
+
+/* ---- the results in words ---- */
+
+/* Print a cell's values of all axes. */
+static void print_values(const sc_design *design, int cell)
+{
+    for (int i = 0; i < design->axis_count; i++) {
+        printf("%s", i ? "  " : "");
+        sc_print(stdout, design->axes[i].values[sc_design_index(design, cell, i)]);
+    }
+    printf("%s", design->axis_count ? "  " : "");
+}
+
+/* Print one line for each cell. */
+static sc_status print_results(const director *d)
+{
+    const sc_measurements *all = &d->records.results;
+    sc_cell_result *results = NULL;
+    const sc_status status = sc_cell_results(d->state->app->ctx, all, &results);
+
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < sc_design_cells(&all->design); i++) {
+        const sc_cell_result *r = &results[i];
+        const double frames = r->typical.frames;
+
+        print_values(&all->design, i);
+        if (r->cpu_s.count == 0) {
+            printf("%s\n", r->skipped ? r->skipped : "not measured yet");
+            continue;
+        }
+        printf("%.4g CPU s/frame (%.4g to %.4g), %.4g s/frame, %zu measurements",
+               r->cpu_s.median / frames, r->cpu_s.low / frames, r->cpu_s.high / frames,
+               r->wall_s.median / frames, r->cpu_s.count);
+        if (r->base != i)
+            printf(", speed-up %.2f, efficiency %.2f", r->speedup, r->efficiency);
+        printf("\n");
+    }
+    sc_free(results);
+    return SC_OK;
+}
+
+/* ---- the command ---- */
+
+/* Everything on rank 0 between the list of cells and the first measurement. */
+static sc_status begin(director *d)
+{
+    sc_study_state *state = d->state;
+    const sc_app *app = state->app;
+    const sc_measurements *all = &d->records.results;
+    char why[160];
+    uint64_t total = 0, done = 0;
+    int last_round = -1;
+    sc_status status;
+
+    d->records.state = state;
+    d->records.directory = app->options.output ? app->options.output : "segcast-study";
+    SC_TRY(sc_path_join(app->ctx, d->records.directory, "work", &state->work));
+    SC_TRY(sc_study_open(&d->records));
+    SC_TRY(check_pixels(d, 0));
+    for (size_t i = 0; i < all->count; i++)
+        last_round = all->items[i].round > last_round ? all->items[i].round : last_round;
+    SC_TRY(sc_schedule_init(app->ctx, state->cells, state->cell_count, (uint64_t)state->study.seed,
+                            last_round + 1, &d->schedule));
+    for (int i = 0; i < state->cell_count; i++) {
+        if (state->cells[i].runs_here)
+            continue;
+        sc_study_why_not(state, i, why, sizeof why);
+        SC_TRY(sc_study_skip(&d->records, i, why));
+    }
+    for (size_t i = 0; i < all->count; i++)
+        SC_TRY(note(d, &all->items[i]));
+    for (int i = 0; i < state->cell_count; i++) {
+        total += state->cells[i].runs_here ? (uint64_t)state->study.least : 0;
+        done += (uint64_t)d->schedule.counts[i];
+    }
+    sc_stage_begin(app->ctx, "measuring", done < total ? done : total, total);
+    tell_state(d, "running");
+out:
+    return status;
+}
+
+/* Measure one cell after the other until rank 0 ends it. Collective. */
+static sc_status measure_all(director *d)
+{
+    sc_app *app = d->state->app;
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_status status;
+
+    for (;;) {
+        step next = {0};
+        sc_measurement m = {0};
+
+        if (first)
+            next = choose(d);
+        sc_comm_broadcast(app->comm, &next, sizeof next);
+        if (next.cell < 0)
+            break;
+        SC_TRY(sc_study_measure(d->state, next.cell, &next.way, &m));
+        SC_TRY(sc_comm_agree(app->comm, first ? keep(d, &next, &m) : SC_OK));
+    }
+    status = sc_comm_agree(app->comm, d->outcome);
+out:
+    return status;
+}
+
+/* On rank 0: write the tables, print the results and say how it ended. @return @p outcome, or a
+ * more severe error. */
+static sc_status end(director *d, sc_status outcome)
+{
+    const sc_app *app = d->state->app;
+    sc_status status;
+
+    sc_stage_end(app->ctx);
+    if (!d->records.file || (outcome != SC_OK && outcome != SC_ERR_INCOMPLETE)) {
+        d->records.discard = true;
+        if (d->records.results.count > 0)
+            tell_state(d, "failed");
+        return outcome;
+    }
+    SC_TRY(sc_study_write_tables(&d->records));
+    tell_state(d, outcome == SC_OK ? "complete" : "incomplete");
+    sc_display_end_stage(app);
+    SC_TRY(print_results(d));
+    if (outcome == SC_ERR_INCOMPLETE)
+        sc_warn(app->ctx,
+                "stopped after %zu measurements; run again with --resume for the rest of the study",
+                d->records.results.count);
+    sc_print_made(d->records.directory);
+out:
+    return status == SC_OK ? outcome : status;
+}
+
+sc_status sc_cmd_study(sc_app *app)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_study_state state = {.app = app};
+    director d = {.state = &state, .begin_s = sc_wall_s(), .deadline_s = sc_deadline_s(app)};
+    sc_status status;
+
+    sc_signals_catch_stop();
+    SC_TRY(sc_comm_agree(
+        app->comm, first ? sc_study_load(app->ctx, app->options.input, &state.study) : SC_OK));
+    SC_TRY(sc_study_list_cells(&state));
+    SC_TRY(sc_report_placement(app));
+    SC_TRY(sc_comm_agree(app->comm, first ? begin(&d) : SC_OK));
+    sc_signals_stop_in_order(true);
+    status = measure_all(&d);
+out:
+    sc_study_release(&state);
+    sc_signals_stop_in_order(false);
+    if (first)
+        status = end(&d, status);
+    status = sc_comm_agree(app->comm, status);
+    sc_schedule_clear(&d.schedule);
+    sc_study_close(&d.records);
+    sc_study_clear_cells(&state);
+    return status;
+}

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# `segcast study`: what it measures, how it goes on after a stop, and what it refuses.
+write_study() {
+    cat >study.yaml <<EOF
+title: "A small study"
+set: {volume: "phantom:32x24x32", output: {size: 64x64}, animation: {frames: 8}}
+sweep:
+  render.skip: [none, leap]
+  layers:
+    opaque: {tissues: {"*": {opacity: 1}}, threads: 1}
+    all: {threads: 1}
+    four thousand: {threads: 4096}
+least: 2
+most: 2
+budget: ${1:-20 min}
+EOF
+}
+measurements() { cat "$1/measurements.jsonl" 2>/dev/null | grep -c '^{"measurement"' || true; }
+
+# Every cell that can run here is measured; those that cannot are listed.
+write_study
+expect 0 '' "$SEGCAST" study study.yaml -o out -q
+[ "$(measurements out)" = 8 ] || fail "$(measurements out) measurements, expected 8"
+[ "$(tail -1 stdout.txt)" = out ] || fail "the path of the directory is not printed: $(cat stdout.txt)"
+[ "$(grep -c 'CPU s/frame' stdout.txt)" = 4 ] || fail "results: $(cat stdout.txt)"
+[ "$(grep -c 'needs 4096 threads a rank' stdout.txt)" = 2 ] || fail "cells that cannot run: $(cat stdout.txt)"
+[ "$(wc -l <out/cells.csv)" = 7 ] || fail "cells.csv: $(cat out/cells.csv)"
+jq -e '.state == "complete" and .done == 8 and .total == 8' out/status.json >/dev/null || fail "$(cat out/status.json)"
+jq -es 'length == 16 and all(.value > 0)' out/extrap.jsonl >/dev/null || fail "extrap.jsonl"
+# Both methods draw the same pixels, and the layers others.
+hashes=$(jq -r 'select(.measurement) | .measurement | "\(.cell % 3) \(.pixels_hash)"' out/measurements.jsonl | sort -u | wc -l)
+[ "$hashes" = 2 ] || fail "$hashes different pictures, expected 2"
+# The study as read can be measured again, as the same one.
+expect 73 'already holds a study' "$SEGCAST" study study.yaml -o out -q; one_error
+expect 0 '' "$SEGCAST" study out/study.yaml -o out --resume -q
+[ "$(measurements out)" = 8 ] || fail "a complete study was measured again"
+
+# A study that was stopped goes on; measurements that were there stay.
+sed -i 's/least: 2/least: 6/; s/most: 2/most: 6/' study.yaml
+"$SEGCAST" study study.yaml -o stopped -q >/dev/null 2>stderr.txt &
+pid=$!
+while [ "$(measurements stopped)" -lt 3 ]; do
+    kill -0 $pid 2>/dev/null || fail "the study ended early: $(cat stderr.txt)"
+    sleep 0.05
+done
+kill -TERM $pid
+code=0
+wait $pid || code=$?
+[ "$code" = 75 ] || fail "exit $code of a study that was stopped, expected 75: $(cat stderr.txt)"
+grep -q 'run again with --resume' stderr.txt || fail "a stop: $(cat stderr.txt)"
+jq -e '.state == "incomplete"' stopped/status.json >/dev/null || fail "$(cat stopped/status.json)"
+cp stopped/measurements.jsonl before.jsonl
+printf '{"measurement":{"cell":0,"rou' >>stopped/measurements.jsonl # as after a power failure
+expect 0 '' "$SEGCAST" study study.yaml -o stopped --resume -q
+[ "$(measurements stopped)" = 24 ] || fail "$(measurements stopped) measurements after a stop, expected 24"
+cmp -n "$(stat -c %s before.jsonl)" before.jsonl stopped/measurements.jsonl || fail "measurements were changed"
+
+# Other settings are another study; --overwrite begins anew; a damaged file and a wrong pixel are told.
+expect 73 'of another study' "$SEGCAST" study study.yaml -o stopped --resume -q --set output.size=72x64; one_error
+sed 's/least: 6/least: 1/; s/most: 6/most: 1/' study.yaml >one.yaml
+expect 0 '' "$SEGCAST" study one.yaml -o stopped --overwrite -q
+[ "$(measurements stopped)" = 4 ] || fail "--overwrite kept measurements"
+sed 's/"pixels_hash":"./"pixels_hash":"x/' stopped/measurements.jsonl >damaged.jsonl
+cp -r stopped wrong
+cp damaged.jsonl wrong/measurements.jsonl
+expect 65 'measurements.jsonl:[0-9]*: this is no line' "$SEGCAST" study one.yaml -o wrong --resume -q; one_error
+sed '0,/"pixels_hash":"[0-9a-f]*"/s//"pixels_hash":"0123456789abcdef"/' stopped/measurements.jsonl >wrong/measurements.jsonl
+expect 70 'show the same picture, but their pixels differ' "$SEGCAST" study one.yaml -o wrong --resume -q; one_error
+
+# Files of others stay.
+mkdir foreign
+echo mine >foreign/cells.csv
+expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign -q; one_error
+[ "$(cat foreign/cells.csv)" = mine ] || fail "a foreign file was changed"
+expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign --overwrite -q; one_error
+
+# Mistakes of the study, of the jobs of its cells, and a budget that cannot hold it.
+refuse() { # CODE MESSAGE SED_COMMAND...
+    local code=$1 message=$2
+    shift 2
+    sed "$@" one.yaml >bad.yaml
+    expect "$code" "$message" "$SEGCAST" study bad.yaml -o bad -q
+    [ ! -e bad ] || fail "a study that was refused left its directory: $(ls -a bad)"
+}
+refuse 65 'bad.yaml:4: unknown key "rende"; did you mean "render"' 's/render.skip:/rende.skip:/'; one_error
+refuse 64 'bad.yaml:4: render.skp: .*did you mean "skip"' 's/render.skip:/render.skp:/'
+refuse 64 'bad.yaml:4: render.skip: unknown skip "lep"; did you mean "leap"' 's/leap/lep/'
+refuse 65 'bad.yaml:4: render.skip has no values' 's/\[none, leap\]/[]/'; one_error
+refuse 64 'the budget is 1 s; raise budget' 's/budget:.*/budget: 1s/; s/64x64/640x640/'; one_error
+refuse 66 'nowhere.yaml: No such file' '1s/^/job: nowhere.yaml\n/'; one_error
+expect 66 'absent.yaml' "$SEGCAST" study absent.yaml -q; one_error
+
+# Whole jobs: from reading to the finished video, which stays.
+cat >jobs.yaml <<EOF
+set: {volume: "phantom:32x24x32", output: {size: 64x64, fps: 4}, animation: {frames: 8}}
+sweep: {farm.encode: [rank0, segments]}
+measure: job
+least: 1
+most: 1
+budget: 20 min
+EOF
+expect 0 '' "$SEGCAST" study jobs.yaml -o jobs -q
+[ "$(jq -r 'select(.measurement).measurement.frames' jobs/measurements.jsonl | sort -u)" = 8 ] || fail "frames of a job"
+[ "$(jq -r 'select(.measurement).measurement.pixels_hash' jobs/measurements.jsonl | sort -u | wc -l)" = 1 ] || fail "pixels of a job"
+"$SEGCAST" verify jobs/work >/dev/null || fail "the run that was measured last cannot be verified"
