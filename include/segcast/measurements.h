@@ -79,6 +79,7 @@ typedef struct sc_measurements {
     size_t run_count, run_capacity;
     sc_skipped_cell *skipped; /**< of a cell that was measured later, none */
     size_t skipped_count, skipped_capacity;
+    bool complete; /**< the last run measured all that it could */
 } sc_measurements;
 void sc_measurements_clear(sc_measurements *measurements);
 /** Append a measurement. @return SC_ERR_MEMORY, @p to untouched. */
@@ -117,6 +118,8 @@ SC_MUST_USE sc_status sc_measurement_file_add(const sc_ctx *ctx, sc_measurement_
                                               const sc_measurement *item);
 SC_MUST_USE sc_status sc_measurement_file_skip(const sc_ctx *ctx, sc_measurement_file *file,
                                                int cell, const char *reason);
+/** Write that the study is complete: the mark on which scripts rely. @return as above. */
+SC_MUST_USE sc_status sc_measurement_file_complete(const sc_ctx *ctx, sc_measurement_file *file);
 /** Close the file. NULL is allowed. */
 void sc_measurement_file_close(sc_measurement_file *file);
 
@@ -135,9 +138,10 @@ typedef struct sc_cell_result {
      *  most in them: itself for a study that does not vary them. */
     int base;
     double workers;             /**< ranks times threads */
-    double speedup, efficiency; /**< against the base, by wall time; 0: the base has no result */
+    double speedup, efficiency; /**< against the base, in rays per second of wall time, so that a
+                                     cell may have more to do than its base; 0: without a result */
     double serial_share;        /**< sc_karp_flatt; 0 for the base */
-    double cost;                /**< CPU time over that of the base */
+    double cost;                /**< CPU time per ray over that of the base */
 } sc_cell_result;
 
 /** Work out the results of all cells. @param out [sc_design_cells]; caller owns: sc_free; borrows

@@ -69,6 +69,12 @@ out:
     return status;
 }
 
+/* @return the rays of a pass per second of @p time. */
+static double rays_per(const sc_cell_result *r, const sc_statistics *time)
+{
+    return ratio((double)r->typical.rays, time->median);
+}
+
 /* @return the cell with the fewest workers among those that have a result and differ from @p r at
  * most in the machine; @p r itself if there is none. */
 static int base_of(const sc_design *design, const sc_cell_result *results, const sc_cell_result *r)
@@ -106,12 +112,12 @@ sc_status sc_cell_results(const sc_ctx *ctx, const sc_measurements *measurements
         base = &results[r->base];
         if (r->cpu_s.count == 0 || base->cpu_s.count == 0)
             continue;
-        r->speedup = ratio(base->wall_s.median, r->wall_s.median);
+        r->speedup = ratio(rays_per(r, &r->wall_s), rays_per(base, &base->wall_s));
         r->efficiency = r->speedup * ratio(base->workers, r->workers);
         r->serial_share = r->speedup > 0 && r->workers > base->workers
                               ? sc_karp_flatt(r->speedup, r->workers / base->workers)
                               : 0;
-        r->cost = ratio(r->cpu_s.median, base->cpu_s.median);
+        r->cost = ratio(rays_per(base, &base->cpu_s), rays_per(r, &r->cpu_s));
     }
     *out = results;
     block = NULL;

@@ -242,6 +242,11 @@ sc_status sc_measurement_file_skip(const sc_ctx *ctx, sc_measurement_file *file,
                       json_pack("{s:{s:i, s:s}}", "skipped", "cell", cell, "reason", reason));
 }
 
+sc_status sc_measurement_file_complete(const sc_ctx *ctx, sc_measurement_file *file)
+{
+    return write_line(ctx, file, json_pack("{s:b}", "complete", 1));
+}
+
 void sc_measurement_file_close(sc_measurement_file *file)
 {
     if (!file)

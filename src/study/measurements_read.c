@@ -182,6 +182,9 @@ static sc_status read_line(const sc_ctx *ctx, const json_t *line, sc_measurement
     sc_study_run run;
     int32_t cell;
 
+    out->complete = json_is_true(json_object_get(line, "complete"));
+    if (out->complete)
+        return SC_OK;
     if (json_object_get(line, "run")) {
         *good = read_run(json_object_get(line, "run"), &run);
         return *good ? sc_measurements_add_run(ctx, out, &run) : SC_OK;

@@ -47,6 +47,7 @@ static void write_file(const char *path)
     assert_ok(sc_measurement_file_skip(&quiet, file, 2, "needs 4 ranks"));
     assert_ok(sc_measurement_file_skip(&quiet, file, 1, "for now"));
     assert_ok(sc_measurement_file_add(&quiet, file, &m));
+    assert_ok(sc_measurement_file_complete(&quiet, file));
     sc_measurement_file_close(file);
 }
 
@@ -68,6 +69,7 @@ static void what_is_written_is_read(void **state)
     assert_string_equal(all.design.axes[0].values[1], "leap, \"fast\"");
     assert_int_equal(all.design.hash, 0x1234);
     assert_int_equal(all.run_count, 1);
+    assert_true(all.complete);
     sc_measurements_clear(&all);
     unlink("m.jsonl");
 }
@@ -103,6 +105,7 @@ static void a_killed_study_goes_on(void **state)
     assert_ok(sc_measurements_read(&quiet, "m.jsonl", &all, &whole));
     assert_int_equal(all.count, 2);
     assert_int_equal(all.run_count, 2);
+    assert_false(all.complete); /* of the earlier run only */
     sc_measurements_clear(&all);
     assert_int_equal(sc_measurement_file_create(&ctx, "m.jsonl", &design, &run, &file),
                      SC_ERR_CREATE);
@@ -138,6 +141,26 @@ static void damage_is_told(void **state)
     refuses(HEAD "[]}\n{\"measurement\":{\"cell\":0}}\n", "bad.jsonl:2: this is no line");
     refuses(HEAD "[]}\n{\"skipped\":{\"cell\":1,\"reason\":\"\"}}\n", "bad.jsonl:2");
     refuses(HEAD "[]}\n{\"run\":{\"ranks\":0}}\n", "bad.jsonl:2");
+}
+
+/* Weak scaling: four ranks draw four times as many rays in the time of one. */
+static void more_work_for_more_ranks(void **state)
+{
+    sc_measurements all = {.design = design};
+    sc_measurement one = measured(0, 8, 8), four = measured(2, 10, 40);
+    sc_cell_result *results;
+
+    (void)state;
+    four.rays = 4 * one.rays;
+    assert_ok(sc_measurements_append(&quiet, &all, &one));
+    assert_ok(sc_measurements_append(&quiet, &all, &four));
+    assert_ok(sc_cell_results(&quiet, &all, &results));
+    assert_near(results[2].speedup, 3.2, 1e-12);
+    assert_near(results[2].efficiency, 0.8, 1e-12);
+    assert_near(results[2].cost, 1.25, 1e-12);
+    sc_free(results);
+    all.design = (sc_design){0};
+    sc_measurements_clear(&all);
 }
 
 static void results_of_known_times(void **state)
@@ -242,11 +265,9 @@ static void other_pixels_are_found(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_written_is_read),
-        cmocka_unit_test(a_killed_study_goes_on),
-        cmocka_unit_test(damage_is_told),
-        cmocka_unit_test(results_of_known_times),
-        cmocka_unit_test(tables_can_be_read_elsewhere),
+        cmocka_unit_test(what_is_written_is_read),  cmocka_unit_test(a_killed_study_goes_on),
+        cmocka_unit_test(damage_is_told),           cmocka_unit_test(results_of_known_times),
+        cmocka_unit_test(more_work_for_more_ranks), cmocka_unit_test(tables_can_be_read_elsewhere),
         cmocka_unit_test(other_pixels_are_found),
     };
 
