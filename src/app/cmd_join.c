@@ -2,6 +2,7 @@
 /* segcast join, verify and status: commands that need only the directory of a job, not its volume.
  */
 #include "run.h"
+#include "segcast/measurements.h"
 
 #include <jansson.h>
 #include <stdlib.h>
@@ -207,6 +208,39 @@ out:
     return status;
 }
 
+/* Say how far the study in a directory is. @param found whether the directory holds one; if not,
+ * nothing is said. @return SC_ERR_INCOMPLETE, or SC_ERR_DATA with the damage logged. */
+static sc_status report_study(const sc_app *app, const char *directory, bool *found)
+{
+    sc_measurements all = {0};
+    char *path = NULL;
+    uint64_t whole;
+    sc_status status;
+
+    *found = false;
+    SC_TRY(sc_path_join(app->ctx, directory, "measurements.jsonl", &path));
+    SC_TRY(sc_measurements_begin(app->ctx, path, found));
+    if (!*found)
+        goto out;
+    SC_TRY(sc_measurements_read(app->ctx, path, &all, &whole));
+    if (app->options.json) {
+        printf("{\"schema\":\"segcast-directory-1\",\"condition\":\"%s\",\"done\":%zu,"
+               "\"cells\":%d,\"skipped\":%zu}\n",
+               all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
+               all.skipped_count);
+    } else {
+        sc_print(stdout, directory);
+        printf(": a study, %s, %zu measurements of %d cells, %zu of which cannot run here%s\n",
+               all.complete ? "complete" : "incomplete", all.count, sc_design_cells(&all.design),
+               all.skipped_count, all.complete ? "" : "; run again with --resume for the rest");
+    }
+    status = all.complete ? SC_OK : SC_ERR_INCOMPLETE;
+out:
+    sc_measurements_clear(&all);
+    sc_free(path);
+    return status;
+}
+
 sc_status sc_cmd_status(sc_app *app)
 {
     static const sc_status codes[] = {[SC_STORE_COMPLETE] = SC_OK,
@@ -216,8 +250,12 @@ sc_status sc_cmd_status(sc_app *app)
     sc_store_report report;
     struct stat info;
     sc_job job = {0};
+    bool is_study = false;
     sc_status status;
 
+    status = report_study(app, directory, &is_study);
+    if (status != SC_OK || is_study)
+        return status;
     if (!stat(directory, &info) && !S_ISDIR(info.st_mode))
         SC_TRY(report_job(app, &job, &directory, &report));
     else

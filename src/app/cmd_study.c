@@ -339,6 +339,8 @@ static sc_status end(director *d, sc_status outcome)
         return outcome;
     }
     SC_TRY(sc_study_write_tables(&d->records));
+    if (outcome == SC_OK)
+        SC_TRY(sc_measurement_file_complete(app->ctx, d->records.file));
     tell_state(d, outcome == SC_OK ? "complete" : "incomplete");
     sc_display_end_stage(app);
     SC_TRY(print_results(d));

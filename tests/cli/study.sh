@@ -30,6 +30,8 @@ jq -es 'length == 16 and all(.value > 0)' out/extrap.jsonl >/dev/null || fail "e
 # Both methods draw the same pixels, and the layers others.
 hashes=$(jq -r 'select(.measurement) | .measurement | "\(.cell % 3) \(.pixels_hash)"' out/measurements.jsonl | sort -u | wc -l)
 [ "$hashes" = 2 ] || fail "$hashes different pictures, expected 2"
+expect 0 '' "$SEGCAST" status out
+grep -q 'out: a study, complete, 8 measurements of 6 cells, 2 of which cannot run here' stdout.txt || fail "status: $(cat stdout.txt)"
 # The study as read can be measured again, as the same one.
 expect 73 'already holds a study' "$SEGCAST" study study.yaml -o out -q; one_error
 expect 0 '' "$SEGCAST" study out/study.yaml -o out --resume -q
@@ -48,6 +50,8 @@ code=0
 wait $pid || code=$?
 [ "$code" = 75 ] || fail "exit $code of a study that was stopped, expected 75: $(cat stderr.txt)"
 grep -q 'run again with --resume' stderr.txt || fail "a stop: $(cat stderr.txt)"
+expect 75 '' "$SEGCAST" status stopped --json
+jq -e '.condition == "incomplete" and .cells == 6' stdout.txt >/dev/null || fail "status --json: $(cat stdout.txt)"
 jq -e '.state == "incomplete"' stopped/status.json >/dev/null || fail "$(cat stopped/status.json)"
 cp stopped/measurements.jsonl before.jsonl
 printf '{"measurement":{"cell":0,"rou' >>stopped/measurements.jsonl # as after a power failure
