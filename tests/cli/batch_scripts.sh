@@ -83,6 +83,17 @@ batch 0 no site.sbatch job.yaml -o out
 grep -q 'srun --exact --kill-on-bad-exit=1 --mpi=pmix_v4 env --block-signal=USR1 env IN_CONTAINER=1 segcast' calls || fail "the block for the site: $(cat calls)"
 grep -q 'module load gcc segcast' calls || fail "no modules are loaded: $(cat calls)"
 
+# Studies: complete when the file of measurements says so.
+mkdir -p jobs/studies
+printf 'set: {volume: "phantom:16x16x16", output: {size: 32x32}, threads: 1}\nleast: 1\nmost: 1\n' >jobs/studies/table-1.yaml
+script=$SOURCE/jobs/studies/table-1.sbatch
+LAUNCH=no CODE=0 batch 75 yes "$script" study
+SLURM_RESTART_COUNT=5 LAUNCH=no CODE=0 batch 75 no "$script" study
+LAUNCH=no CODE=65 batch 65 no "$script" study
+CODE=137 batch 0 no "$script" study
+batch 0 no "$script" study --threads 1
+SIGNAL=USR1 LAUNCH=no CODE=75 batch 75 yes "$script" other
+
 # PBS: the script submits itself.
 script=$SOURCE/jobs/pbs/many-nodes.pbs
 rm -rf out
