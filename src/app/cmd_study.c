@@ -219,43 +219,91 @@ out:
     return status;
 }
 
-/* ---- the results in words ---- */
+/* ---- the results as a table ---- */
 
-/* Print a cell's values of all axes. */
-static void print_values(const sc_design *design, int cell)
+enum { COLUMN_MOST = 40 }; /* longest value of an axis that widens its column */
+
+/* Print @p text in a column; what is longer than the column makes its line longer. */
+static void print_column(const char *text, int width)
 {
-    for (int i = 0; i < design->axis_count; i++) {
-        printf("%s", i ? "  " : "");
-        sc_print(stdout, design->axes[i].values[sc_design_index(design, cell, i)]);
+    const int length = (int)sc_printable(text, NULL, 0);
+
+    sc_print(stdout, text);
+    printf("%*s", length < width ? width - length + 2 : 2, "");
+}
+
+/* @return the width of an axis's column. */
+static int width_of(const sc_design_axis *axis)
+{
+    int width = (int)sc_printable(axis->name, NULL, 0);
+
+    for (int i = 0; i < axis->value_count; i++) {
+        const int length = (int)sc_printable(axis->values[i], NULL, 0);
+
+        width = length > width ? length : width;
     }
-    printf("%s", design->axis_count ? "  " : "");
+    return width < COLUMN_MOST ? width : COLUMN_MOST;
+}
+
+/* Print the names of all columns. @param scales the study varies ranks or threads. */
+static void print_head(const sc_design *design, bool scales)
+{
+    for (int i = 0; i < design->axis_count; i++)
+        print_column(design->axes[i].name, width_of(&design->axes[i]));
+    printf("%12s %6s %10s %4s%s", "CPU s/frame", "+-", "s/frame", "n",
+           scales ? "  speed-up efficiency" : "");
+    if (design->axis_count)
+        printf("  times as fast as ");
+    if (design->axis_count)
+        sc_print(stdout, design->axes[design->axis_count - 1].values[0]);
+    printf("\n");
+}
+
+/* Print the line of a cell. */
+static void print_cell(const sc_design *design, const sc_cell_result *results, int cell,
+                       bool scales)
+{
+    const sc_cell_result *r = &results[cell], *first = r;
+    const double frames = r->typical.frames, precision = sc_statistics_precision(&r->cpu_s);
+
+    for (int i = 0; i < design->axis_count; i++)
+        print_column(design->axes[i].values[sc_design_index(design, cell, i)],
+                     width_of(&design->axes[i]));
+    if (r->cpu_s.count == 0) {
+        printf("%s\n", r->skipped ? r->skipped : "not measured yet");
+        return;
+    }
+    printf("%12.4g ", r->cpu_s.median / frames);
+    if (isfinite(precision))
+        printf("%4.1f %%", 100 * precision);
+    else
+        printf("%6s", "");
+    printf(" %10.4g %4zu", r->wall_s.median / frames, r->cpu_s.count);
+    if (scales)
+        printf("  %8.2f %10.2f", r->speedup, r->efficiency);
+    if (design->axis_count)
+        first -= sc_design_index(design, cell, design->axis_count - 1);
+    if (first != r && first->cpu_s.count > 0)
+        printf("  %.2f", first->cpu_s.median / first->typical.frames * frames / r->cpu_s.median);
+    printf("\n");
 }
 
 /* Print one line for each cell. */
 static sc_status print_results(const director *d)
 {
-    const sc_measurements *all = &d->records.results;
+    const sc_design *design = &d->records.results.design;
+    const int cells = sc_design_cells(design);
     sc_cell_result *results = NULL;
-    const sc_status status = sc_cell_results(d->state->app->ctx, all, &results);
+    bool scales = false;
+    const sc_status status = sc_cell_results(d->state->app->ctx, &d->records.results, &results);
 
     if (status != SC_OK)
         return status;
-    for (int i = 0; i < sc_design_cells(&all->design); i++) {
-        const sc_cell_result *r = &results[i];
-        const double frames = r->typical.frames;
-
-        print_values(&all->design, i);
-        if (r->cpu_s.count == 0) {
-            printf("%s\n", r->skipped ? r->skipped : "not measured yet");
-            continue;
-        }
-        printf("%.4g CPU s/frame (%.4g to %.4g), %.4g s/frame, %zu measurements",
-               r->cpu_s.median / frames, r->cpu_s.low / frames, r->cpu_s.high / frames,
-               r->wall_s.median / frames, r->cpu_s.count);
-        if (r->base != i)
-            printf(", speed-up %.2f, efficiency %.2f", r->speedup, r->efficiency);
-        printf("\n");
-    }
+    for (int i = 0; i < cells; i++)
+        scales = scales || results[i].base != i;
+    print_head(design, scales);
+    for (int i = 0; i < cells; i++)
+        print_cell(design, results, i, scales);
     sc_free(results);
     return SC_OK;
 }

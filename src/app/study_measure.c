@@ -85,7 +85,7 @@ static sc_status draw_once(visit *v, int count)
     sc_status status;
 
     v->hash = 0;
-    status = sc_comm_agree(v->app->comm, SC_OK); /* all begin at the same time */
+    SC_TRY(sc_comm_agree(v->app->comm, SC_OK)); /* all begin at the same time */
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     energy_j = sc_energy_j();
@@ -338,9 +338,7 @@ static sc_status measure_job(sc_study_state *state, sc_app *app, int cell, const
     app->options.output = state->work;
     app->options.overwrite = true;
     app->options.resume = false;
-    status = sc_run_measured(app, job, take_record, &m);
-    sc_signals_stop_in_order(true);
-    SC_TRY(status);
+    SC_TRY(sc_run_measured(app, job, take_record, &m));
     m.energy_j = energy_j >= 0 && sc_energy_j() >= energy_j ? sc_energy_j() - energy_j : -1;
     *out = m;
 out:
@@ -399,12 +397,16 @@ static sc_status measure_on(sc_study_state *state, sc_comm *part, int cell, cons
     app->comm = part;
     app->threads = state->cells[cell].threads;
     sc_peak_rss_restart();
+    /* Preparing may take long, and everything measured is on disk: a signal ends the study at once.
+     */
+    sc_signals_stop_in_order(false);
     if (state->whole_jobs) {
         status = measure_job(state, app, cell, way, out);
         goto told;
     }
     state->holds = true;
     SC_TRY(open_session(&v, cell, keeps));
+    sc_signals_stop_in_order(true);
     SC_TRY(share_frames(&v));
     SC_TRY(draw_passes(&v, way, &passes));
     status = report(&v, cell, way, passes, out);
@@ -412,6 +414,7 @@ told:
     if (state->told)
         state->told[cell] = 1;
 out:
+    sc_signals_stop_in_order(true);
     sc_free(v.frames);
     app->ctx = state->app->ctx;
     return status;

@@ -22,7 +22,8 @@ write_study
 expect 0 '' "$SEGCAST" study study.yaml -o out -q
 [ "$(measurements out)" = 8 ] || fail "$(measurements out) measurements, expected 8"
 [ "$(tail -1 stdout.txt)" = out ] || fail "the path of the directory is not printed: $(cat stdout.txt)"
-[ "$(grep -c 'CPU s/frame' stdout.txt)" = 4 ] || fail "results: $(cat stdout.txt)"
+grep -qE '^render.skip  layers +CPU s/frame +\+- +s/frame +n  times as fast as opaque$' stdout.txt || fail "head: $(cat stdout.txt)"
+[ "$(grep -cE '^(none|leap) +(opaque|all) +[0-9.e-]+ +[0-9.e-]+ +2' stdout.txt)" = 4 ] || fail "results: $(cat stdout.txt)"
 [ "$(grep -c 'needs 4096 threads a rank' stdout.txt)" = 2 ] || fail "cells that cannot run: $(cat stdout.txt)"
 [ "$(wc -l <out/cells.csv)" = 7 ] || fail "cells.csv: $(cat out/cells.csv)"
 jq -e '.state == "complete" and .done == 8 and .total == 8' out/status.json >/dev/null || fail "$(cat out/status.json)"
