@@ -247,10 +247,11 @@ typedef struct sc_occlusion {
 SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team,
                                          const sc_prepared *volume, const float *opacity,
                                          sc_occlusion *out);
-/** Write centres of visible voxels (as of sc_visible_masks, from @p show), in RAS mm, to @p out: in
- *  each layer of the volume the corners of their convex hull, so that all corners of the convex
- *  hull of all are among them. @param out [count], in the order of layers. @param count how many
- *  were found; 0 if nothing is visible. @return SC_ERR_MEMORY. */
+/** Write corners of the boxes of visible voxels (as of sc_visible_masks, from @p show), in RAS mm,
+ * to
+ *  @p out: all corners of the convex hull of all such boxes are among them. @param out [count], in
+ *  the order of layers. @param count how many were found; 0 if nothing is visible. @return
+ *  SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_hull_points(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
                                      const uint8_t *show, sc_vec3 **out, size_t *count);
 

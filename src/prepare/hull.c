@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that hold all corners of the convex hull of what is visible: in each layer of the volume
- * the corners of the hull of its visible voxels, of which only the first and the last of a row can
- * be one. */
+ * the corners of the hull of its visible voxels' centres, of which only the first and the last of a
+ * row can be one, and of each the outer corners of the voxel's box. */
 #include "segcast/prepare.h"
+
+enum { OUTER = 4 /* corners of the box of a first or last voxel of a row: on that side */ };
 
 /* What the threads that look for points share. */
 typedef struct hull_finder {
@@ -100,6 +102,15 @@ static void find_corners(void *user, size_t begin, size_t end, int thread)
     }
 }
 
+/* Write the outer corners of the box of voxel (x, y, z) to @p out [OUTER]. @param side -1: those of
+ * lower x; 1: of higher x. */
+static void store_box(const sc_prepared *v, int x, int y, int z, int side, sc_vec3 *out)
+{
+    for (int i = 0; i < OUTER; i++)
+        out[i] = sc_affine_point(&v->to_ras_mm,
+                                 (sc_vec3){x + 0.5 * side, y + (i & 1) - 0.5, z + (i >> 1) - 0.5});
+}
+
 /* Write the corners of layers [begin, end) to their places; an sc_range_fn on a hull_finder. */
 static void store_corners(void *user, size_t begin, size_t end, int thread)
 {
@@ -109,15 +120,16 @@ static void store_corners(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t z = 0; z < begin; z++)
-        at += h->counts[z];
+        at += (size_t)h->counts[z] * OUTER;
     for (size_t z = begin; z < end; z++) {
         for (int y = 0; y < v->size[1]; y++) {
             const int32_t *ends = h->ends[z * (size_t)v->size[1] + (size_t)y];
 
             for (int i = 0; i < 2; i++) {
-                if (ends[i] >= 0)
-                    h->points[at++] =
-                        sc_affine_point(&v->to_ras_mm, (sc_vec3){ends[i] - 1, y, (double)z});
+                if (ends[i] < 0)
+                    continue;
+                store_box(v, ends[i] - 1, y, (int)z, 2 * i - 1, h->points + at);
+                at += OUTER;
             }
         }
     }
@@ -140,7 +152,7 @@ sc_status sc_hull_points(const sc_ctx *ctx, sc_team *team, const sc_prepared *vo
     h.counts = counts;
     sc_team_for(team, layers, 8, find_corners, &h);
     for (size_t z = 0; z < layers; z++)
-        found += h.counts[z];
+        found += (size_t)h.counts[z] * OUTER;
     SC_TRY(sc_team_alloc(ctx, team, found, sizeof *h.points, &block));
     h.points = block;
     sc_team_for(team, layers, 64, store_corners, &h);

@@ -290,7 +290,7 @@ static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **s
         sc_team *team;
         sc_vec3 *points;
         size_t point_count;
-        double highest = -1;
+        sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-1, -1, -1};
 
         assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
         assert_ok(sc_visible_masks(&quiet, team, v, shows[i], &visible));
@@ -298,9 +298,17 @@ static void masks_hold_the_visible_voxels_and_hull_points_their_corners(void **s
             count += (uint64_t)__builtin_popcountll(visible[m]);
         assert_int_equal(count, wanted[i]);
         assert_ok(sc_hull_points(&quiet, team, v, shows[i], &points, &point_count));
-        for (size_t n = 0; n < point_count; n++)
-            highest = fmax(highest, points[n].x);
-        assert_near(highest, i ? v->stats[1].high[0] : -1, 0);
+        for (size_t n = 0; n < point_count; n++) {
+            const sc_vec3 at = points[n];
+
+            low = (sc_vec3){fmin(low.x, at.x), fmin(low.y, at.y), fmin(low.z, at.z)};
+            high = (sc_vec3){fmax(high.x, at.x), fmax(high.y, at.y), fmax(high.z, at.z)};
+        }
+        assert_int_equal(point_count > 0, i > 0);
+        for (int k = 0; k < 3 && i; k++) { /* the faces of the outermost voxels */
+            assert_near((&low.x)[k], v->stats[1].low[k] - 0.5, 0);
+            assert_near((&high.x)[k], v->stats[1].high[k] + 0.5, 0);
+        }
         sc_team_close(team);
     }
     sc_free(p.block);
