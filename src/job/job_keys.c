@@ -103,7 +103,7 @@ static const sc_key render_keys[] = {
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",
      .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
      .unit = "voxels"},
-    {"samples", &sc_type_int, RENDER(samples), "4", .help = "rays per pixel", .low = 1,
+    {"samples", &sc_type_int, RENDER(samples), "5", .help = "rays per pixel", .low = 1,
      .high = SC_SAMPLES_MAX, .option = &(const sc_key_option){"samples", "N", ORBIT_AND_VIEWS}},
     {"antialiasing", &sc_type_choice, RENDER(antialiasing), "adaptive",
      .help = "adaptive: all rays only where neighbouring pixels differ; full: everywhere",

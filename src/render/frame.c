@@ -39,23 +39,35 @@ typedef struct tile {
     batch rays;
 } tile;
 
-/* Positions of the n rays in a pixel, on an n x n grid: ray i is in column i and in this row. No
- * two are in one row or column (N-rooks sampling), so that edges that are nearly horizontal or
- * vertical get n shades. */
+/* Positions of the n rays in a pixel, on an n x n grid: there is one in each column, and this is
+ * its row. No two are in one row, either (N-rooks sampling), so that edges that are nearly
+ * horizontal or vertical get n shades. Of 5 and of 7, one lies in the middle of the pixel. */
 static const uint8_t subpixel_rows[SC_SAMPLES_MAX][SC_SAMPLES_MAX] = {{0},
                                                                       {0, 1},
                                                                       {1, 2, 0},
                                                                       {1, 3, 0, 2},
-                                                                      {2, 4, 1, 3, 0},
+                                                                      {3, 0, 2, 4, 1},
                                                                       {3, 0, 4, 1, 5, 2},
-                                                                      {3, 6, 2, 5, 1, 4, 0},
+                                                                      {4, 6, 1, 3, 5, 0, 2},
                                                                       {3, 6, 1, 4, 7, 2, 5, 0}};
 
-/* Position of ray @p i of @p samples within a pixel, each coordinate between 0 and 1, to @p out. */
+/* Position of ray @p i of @p samples within a pixel, each coordinate between 0 and 1, to @p out.
+ * Ray 0 is the one in the middle, where there is such. */
 static void sample_position(int samples, int i, double out[2])
 {
-    out[0] = (i + 0.5) / samples;
-    out[1] = (subpixel_rows[samples - 1][i] + 0.5) / samples;
+    const int column = (i + samples / 2) % samples;
+
+    out[0] = (column + 0.5) / samples;
+    out[1] = (subpixel_rows[samples - 1][column] + 0.5) / samples;
+}
+
+/* Does one of @p samples rays go through the middle of the pixel? */
+static bool has_middle_ray(int samples)
+{
+    double at[2];
+
+    sample_position(samples, 0, at);
+    return at[0] == 0.5 && at[1] == 0.5;
 }
 
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
@@ -80,7 +92,6 @@ static void flush_first_rays(tile *t)
 
         for (int c = 0; c < 3; c++) {
             g->tone[c] = light->rgb[c] + light->transmittance * behind[c];
-            g->rgb[c] = g->tone[c] * g->tone[c];
             g->normal[c] = light->normal[c];
         }
         g->label = light->label;
@@ -163,8 +174,8 @@ static bool differs_from_neighbours(const tile *t, const sc_pixel_state *pixel)
            differ(pixel, pixel - t->stride) || differ(pixel, pixel + t->stride);
 }
 
-/* March the rays queued by sample_pixel, add what each adds to the background to the rgb of its
- * pixel, and empty the queue. */
+/* March the rays queued by sample_pixel, add what each adds to the tone of the background to that
+ * of its pixel, and empty the queue. */
 static void flush_samples(tile *t)
 {
     const float *behind = t->f->renderer->tone;
@@ -172,32 +183,32 @@ static void flush_samples(tile *t)
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
-        float *sum = t->pixels[t->rays.target[i]].rgb;
+        float *added = t->pixels[t->rays.target[i]].added;
 
         /* What the ray adds to the background: exactly nothing if it has met nothing. */
-        for (int c = 0; c < 3; c++) {
-            const float tone = light->rgb[c] + light->transmittance * behind[c];
-
-            sum[c] += tone * tone - behind[c] * behind[c];
-        }
+        for (int c = 0; c < 3; c++)
+            added[c] += light->rgb[c] + light->transmittance * behind[c] - behind[c];
     }
     t->rays.count = 0;
 }
 
-/* Clear the rgb of a pixel and queue all its rays, unless nothing can be seen there. Marches the
- * queue when it is full. @param target index in t->pixels of the pixel at (x, y) of the
- * viewport. */
+/* Queue the rays of a pixel that have not been marched yet, unless nothing can be seen there, and
+ * begin the sum of what they add. Marches the queue when it is full. @param target index in
+ * t->pixels of the pixel at (x, y) of the viewport. */
 static void sample_pixel(tile *t, int x, int y, uint32_t target)
 {
-    const int samples = t->f->renderer->settings.samples;
+    const sc_render_settings *s = &t->f->renderer->settings;
+    const bool has_first = !s->everywhere && has_middle_ray(s->samples);
+    sc_pixel_state *pixel = &t->pixels[target];
 
-    memset(t->pixels[target].rgb, 0, sizeof t->pixels[target].rgb);
+    for (int c = 0; c < 3; c++)
+        pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->tone[c] : 0;
     if (!sc_is_covered(&t->f->cover, x, y))
         return;
-    for (int i = 0; i < samples; i++) {
+    for (int i = has_first; i < s->samples; i++) {
         double at[2];
 
-        sample_position(samples, i, at);
+        sample_position(s->samples, i, at);
         if (t->rays.count == BATCH)
             flush_samples(t);
         if (sc_make_ray(&t->f->lens, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
@@ -206,7 +217,8 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
 }
 
 /* Mark the pixels that differ from a neighbour, or all (settings.everywhere), as sampled, and
- * march settings.samples rays in each: their rgb becomes the sum. */
+ * march settings.samples rays in each, less the one through the middle if it is one of them and has
+ * been marched. */
 static void refine(tile *t)
 {
     const sc_render_settings *s = &t->f->renderer->settings;
@@ -228,7 +240,10 @@ static void refine(tile *t)
     flush_samples(t);
 }
 
-/* Write row @p y of the tile (counted in the viewport) from t->pixels to the image, as sRGB. */
+/* Write row @p y of the tile (counted in the viewport) from t->pixels to the image, as sRGB. The
+ * mean of several rays is that of their tones, nearly as the eye sees them: in linear light, an
+ * edge of a dark tissue on white looks as jagged as without antialiasing, because half of the light
+ * is three fourths of the lightness. */
 static void store_row(const tile *t, int y)
 {
     const sc_renderer *r = t->f->renderer;
@@ -244,10 +259,10 @@ static void store_row(const tile *t, int y)
             continue;
         }
         for (int c = 0; c < 3; c++) {
-            const float linear =
-                g->sampled ? r->background[c] + g->rgb[c] / (float)r->settings.samples : g->rgb[c];
+            const float tone =
+                g->sampled ? r->tone[c] + g->added[c] / (float)r->settings.samples : g->tone[c];
 
-            pixel[c] = sc_srgb_level(&r->srgb, linear);
+            pixel[c] = sc_srgb_level(&r->srgb, tone * tone);
         }
     }
 }
@@ -374,7 +389,7 @@ static void set_light_directions(sc_renderer *r, const sc_camera *c)
 }
 
 /* Set the distances from the eye between which depth cueing grows: those of the sphere around
- * what is visible. They stay as they are if that is a single point. */
+ * what is visible. They stay as they are if nothing is. */
 static void set_depth_cue(sc_renderer *r, const sc_camera *c)
 {
     const sc_box3 *box = &r->hull_box;
@@ -476,10 +491,7 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     set_light_directions(r, &scene->camera);
     set_depth_cue(r, &scene->camera);
     set_planes(r, scene);
-    for (int c = 0; c < 3; c++) {
-        f.nothing.rgb[c] = r->background[c];
-        f.nothing.tone[c] = r->tone[c];
-    }
+    memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
     sc_lens_init(&f.lens, r, scene, viewport);
     cover_view(&f);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);

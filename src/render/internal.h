@@ -5,16 +5,16 @@
 
 #include "segcast/render.h"
 
-/* What the ray through the middle of a pixel has seen, and the colour the pixel gets. Colours
- * are linear; normal, label and signature are those of sc_radiance. */
+/* What the ray through the middle of a pixel has seen, and what its other rays add. A tone is the
+ * square root of linear light, over the background: differences of it are nearly those the eye
+ * sees. Normal, label and signature are those of sc_radiance. */
 typedef struct sc_pixel_state {
-    float rgb[3];  /* linear, composited over the background */
-    float tone[3]; /* square root of rgb: differences of it are nearly those the eye sees */
+    float tone[3];
+    float added[3]; /* if sampled: the sum of what each ray of the pixel adds to the background */
     float normal[3];
     uint32_t label, signature;
     bool nothing; /* nothing but background was seen */
-    bool
-        sampled; /* rgb is the sum over the rays of the pixel of what each adds to the background */
+    bool sampled; /* the pixel has several rays */
 } sc_pixel_state;
 
 /* Middle, in voxel coordinates, of a block of bricks that holds something visible. */

@@ -218,6 +218,61 @@ static void more_rays_on_edges_alone_are_nearly_as_good_as_everywhere(void **sta
     free_scene(&s);
 }
 
+static int solid(double x, double y, double z)
+{
+    (void)x;
+    (void)y;
+    (void)z;
+    return 1;
+}
+
+/* The shades along an edge of black on white are evenly spaced, as the eye sees them, and more rays
+ * on edges alone give the same pixels as more rays everywhere, although the ray through the middle
+ * is marched only once. */
+static void edges_have_even_shades_from_rays_that_are_marched_once(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    sc_volume volume = shape_volume(size, spacing, 1, 2, solid);
+    small_scene s;
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_render_stats full, adaptive, single;
+    sc_image a, b;
+    int seen[6] = {0};
+
+    (void)state;
+    for (int i = 0; i < 3; i++)
+        volume.labels[1].rgb[i] = 0;
+    s = make_scene(volume, 1);
+    s.settings.light.flat = true;
+    s.settings.width_px = s.settings.height_px = 81;
+    scene.camera = sc_camera_look((sc_vec3){20, 300, 20}, (sc_vec3){20, 20, 20}, (sc_vec3){0, 0, 1},
+                                  SC_ORTHOGRAPHIC, 12);
+    scene.planes[0].normal = sc_vec3_unit((sc_vec3){0.2371, 0, -1});
+    scene.planes[0].offset_mm = -sc_vec3_dot(scene.planes[0].normal, (sc_vec3){20, 20, 20.1});
+    s.settings.samples = 5;
+    a = draw_view(&s, &scene, &full);
+    s.settings.everywhere = false;
+    b = draw_view(&s, &scene, &adaptive);
+    s.settings.samples = 1;
+    for (int i = 0; i < 81 * 81; i++) {
+        const int level = a.rgb[3 * i], k = (level + 25) / 51;
+
+        assert_in_range(level, 51 * k - (k == 0 ? 0 : 10), 51 * k + (k == 5 ? 0 : 10));
+        assert_int_equal(b.rgb[3 * i], level);
+        seen[k]++;
+    }
+    for (int k = 0; k < 6; k++)
+        assert_true(seen[k] > 0);
+    sc_image_clear(&b);
+    b = draw_view(&s, &scene, &single);
+    assert_int_equal((adaptive.counters.rays - single.counters.rays) % 4, 0);
+    assert_true(adaptive.counters.rays < full.counters.rays / 2);
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+    free_scene(&s);
+}
+
 static int halves(double x, double y, double z)
 {
     return ball(x, y, z) ? 1 + (z > 20.2) : 0;
@@ -397,6 +452,7 @@ int main(void)
         cmocka_unit_test(translucent_edges_stand_out),
         cmocka_unit_test(flat_light_shows_plain_colours),
         cmocka_unit_test(more_rays_on_edges_alone_are_nearly_as_good_as_everywhere),
+        cmocka_unit_test(edges_have_even_shades_from_rays_that_are_marched_once),
         cmocka_unit_test(cut_faces_have_outlines_where_tissues_meet),
         cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
         cmocka_unit_test(thin_walls_keep_their_colour_on_cut_faces),
