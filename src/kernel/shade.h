@@ -43,8 +43,8 @@
  * it, 1 at a straight border of thick tissue: it begins at SC_RIM_FROM, is darkest where the fall
  * is steeper by SC_RIM_RANGE or more, and takes this share of the light there. */
 #define SC_RIM_FROM 0.6f
-#define SC_RIM_RANGE 0.38f
-#define SC_RIM_DARK 0.3f
+#define SC_RIM_RANGE 0.34f
+#define SC_RIM_DARK 0.45f
 /* By how much that share differs across a straight border, from half a width of the blur on one
  * side to half a width on the other. */
 #define SC_RIM_STRAIGHT 0.383f
