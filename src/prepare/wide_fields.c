@@ -510,9 +510,19 @@ static sc_status fill_crowded(const sc_ctx *ctx, const filters *f)
     sc_vec3 strength = {1, 1, 1};
     sc_weight_filter w;
     double steps[3], total;
+    size_t crowded = 0, bricks = 0;
 
-    if (!memchr(f->crowded, 1, p->brick_count))
+    for (size_t brick = 0; brick < p->brick_count; brick++) {
+        crowded += f->crowded[brick];
+        bricks += p->near[brick] != 0;
+    }
+    if (!crowded)
         return SC_OK;
+    sc_warn(
+        ctx,
+        "more than %d labels meet in %zu of %zu blocks of 4 x 4 x 4 voxels at borders, too many "
+        "for strong smoothing; they are smoothed by a strength of at most 1",
+        LABELS_MAX, crowded, bricks);
     for (int k = 0; k < p->kind_count; k++)
         strength = (sc_vec3){fmin(strength.x, p->kinds[k].x), fmin(strength.y, p->kinds[k].y),
                              fmin(strength.z, p->kinds[k].z)};

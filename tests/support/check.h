@@ -38,10 +38,10 @@ static inline double random_real(uint64_t *state, double low, double high)
     return low + (high - low) * (double)(random_bits(state) >> 11) / 9007199254740992.0;
 }
 
-/* What a context has logged: the last message, and how many errors there were. */
+/* What a context has logged: the last message, and how many errors and warnings there were. */
 typedef struct heard {
     char text[2048];
-    int errors;
+    int errors, warnings;
 } heard;
 
 static inline void hear(void *user, sc_log_level level, const char *text)
@@ -50,6 +50,8 @@ static inline void hear(void *user, sc_log_level level, const char *text)
 
     if (level == SC_LOG_ERROR)
         h->errors++;
+    if (level == SC_LOG_WARN)
+        h->warnings++;
     snprintf(h->text, sizeof h->text, "%s", text);
 }
 
