@@ -166,7 +166,8 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
  * session->tissues and session->clip_sets. */
 sc_status sc_session_tissues(sc_app *app, sc_session *session);
 /* Fill session->timeline, framed on @p points (see sc_timeline_resolve), after sc_session_tissues.
- * Rank 0 warns of clip planes that leave nothing or do not cut what is shown. Not collective. */
+ * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
+ * others get its result. */
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
 /* On this rank alone: read the volume of session->job into @p volume and prepare what the job shows
  * of it; all of it if session->measure. @param measure_all measure also what this job does not

@@ -112,17 +112,16 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
                      "surface: voxel");
 }
 
-/* The part of sc_session_tissues that is local. It ends in the same way on every rank, so that only
- * rank 0 logs errors. */
+/* The part of sc_session_tissues that rank 0 does: fill session->tissues, clip_sets,
+ * clip_set_count, and an automatic background. */
 static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
-    const sc_ctx silent = {.rank = 0};
-    const sc_ctx *ctx = sc_comm_rank(app->comm) == 0 ? app->ctx : &silent;
+    const sc_ctx *ctx = app->ctx;
     const sc_job *job = &session->job;
     void *block = NULL;
     sc_status status;
 
-    SC_TRY(sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
+    SC_TRY(sc_zalloc(ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
     SC_TRY(sc_check_tissues(ctx, job, session->volume.labels, session->volume.label_count));
     SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
@@ -142,7 +141,23 @@ out:
 
 sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
-    return sc_agree_aloud(app, resolve_tissues(app, session));
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *tissues = NULL;
+    sc_status status;
+
+    /* Colours and opacities are decided with floating point, in which the libraries of two hosts
+     * could differ. */
+    SC_TRY(sc_comm_agree(app->comm, first ? resolve_tissues(app, session) : SC_OK));
+    tissues = session->tissues;
+    SC_TRY(sc_broadcast_array(app, &tissues, (size_t)session->volume.label_count,
+                              sizeof *session->tissues));
+    session->tissues = tissues;
+    sc_comm_broadcast(app->comm, session->job.render.background.rgb,
+                      sizeof session->job.render.background.rgb);
+    sc_comm_broadcast(app->comm, session->clip_sets, sizeof session->clip_sets);
+    sc_comm_broadcast(app->comm, &session->clip_set_count, sizeof session->clip_set_count);
+out:
+    return status;
 }
 
 /* Make session->renderer from the job, the volume and the tissues. @param comm as of
@@ -376,6 +391,8 @@ void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points
         sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
     sc_timeline_resolve(&session->job.animation, points, count, picture_aspect(&session->job),
                         &session->timeline);
+    /* Framing, too, is decided with floating point: see sc_session_tissues. */
+    sc_comm_broadcast(app->comm, &session->timeline, sizeof session->timeline);
     memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
     session->timeline.clip_set_count = session->clip_set_count;
     if (count > 0 && first) {

@@ -182,9 +182,72 @@ static void ranks_refuse_prepared_files_that_differ(void **state)
     unlink("cut.segc");
 }
 
+/* ---- what floating point decides ---- */
+
+typedef struct looks {
+    sc_status outcomes[RANKS];
+    sc_tissue tissues[RANKS][3];
+    uint8_t backgrounds[RANKS][3];
+    double distances_mm[RANKS];
+} looks;
+
+/* A white tissue and a red one. Of the white one rank 0 sees much, and the other ranks nothing; of
+ * the thickness of both each rank has another opinion. */
+static void decide_looks(sc_comm *comm, void *user)
+{
+    looks *l = user;
+    const int rank = sc_comm_rank(comm);
+    sc_ctx ctx = {.rank = rank};
+    sc_app app = {.ctx = &ctx, .comm = comm, .threads = 1};
+    sc_label labels[3] = {{.value = 0},
+                          {.value = 1, .name = "white", .has_color = true, .rgb = {250, 250, 250}},
+                          {.value = 2, .name = "red", .has_color = true, .rgb = {200, 20, 20}}};
+    sc_label_stats stats[3] = {{.voxels = 0}};
+    const sc_vec3 points[2] = {{0, 0, 0}, {30 + rank, 40, 50}};
+    sc_session session;
+
+    l->outcomes[rank] = sc_session_job(&app, "session.yaml", &session);
+    for (int id = 1; id < 3; id++) {
+        stats[id] = (sc_label_stats){.voxels = 100, .boundary_voxels = 50, .high = {9, 9, 9}};
+        stats[id].thickness_mm = 2 + rank;
+        stats[id].shown = (id == 1) == (rank == 0) ? 0.9 : 0.1;
+    }
+    session.volume = (sc_prepared){.labels = labels, .stats = stats, .label_count = 3};
+    if (l->outcomes[rank] == SC_OK)
+        l->outcomes[rank] = sc_session_tissues(&app, &session);
+    if (l->outcomes[rank] == SC_OK) {
+        sc_session_timeline(&app, &session, points, SC_COUNT_OF(points));
+        memcpy(l->tissues[rank], session.tissues, sizeof l->tissues[rank]);
+        memcpy(l->backgrounds[rank], session.job.render.background.rgb, 3);
+        l->distances_mm[rank] = session.timeline.animation.camera.distance_mm;
+    }
+    session.volume = (sc_prepared){0};
+    sc_session_clear(&session);
+}
+
+static void rank_0_decides_looks_and_framing(void **state)
+{
+    FILE *file = fopen("session.yaml", "w");
+    looks l = {.backgrounds = {{0}}};
+
+    (void)state;
+    fputs("volume: phantom\n", file);
+    fclose(file);
+    run_ranks(RANKS, false, decide_looks, &l);
+    assert_true(l.backgrounds[0][0] < 128); /* slate */
+    for (int rank = 0; rank < RANKS; rank++) {
+        assert_ok(l.outcomes[rank]);
+        assert_memory_equal(l.tissues[rank], l.tissues[0], sizeof l.tissues[0]);
+        assert_memory_equal(l.backgrounds[rank], l.backgrounds[0], 3);
+        assert_true(l.distances_mm[rank] == l.distances_mm[0]);
+    }
+    unlink("session.yaml");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rank_0_decides_looks_and_framing),
         cmocka_unit_test(an_array_reaches_all_ranks),
         cmocka_unit_test(an_array_that_one_rank_has_no_memory_for_is_on_rank_0_alone),
         cmocka_unit_test(a_job_that_one_rank_has_no_memory_for_is_cleared_on_all),
