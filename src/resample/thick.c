@@ -6,13 +6,18 @@
  * Distances are interpolated by cubic Hermite splines over four slices, as borders are curved.
  * Where a part of a label ends between two slices, the other slice tells nothing of it: it may hold
  * another part of the label, far away, or none. So the distance there is limited to what the slices
- * before let expect, and a slice more. Sheets one voxel thick are closed afterwards. */
+ * before let expect, and a slice more. Sheets one voxel thick are closed afterwards.
+ * Each label costs time in all of its box. Labels scattered over the slices, as no tissue is, would
+ * cost that of all labels in all voxels, so that the sum of all boxes is limited: beyond that, the
+ * labels that fill the least of their boxes are copied from the nearer slice instead. */
 #include "distances.h"
 #include "internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum {
+    BOXES_MAX = 48,           /* of the sum of all boxes, in volumes of the stack */
     GAPS = 8,                 /* between slices, which are filled at a time */
     AROUND = 4,               /* slices from which a layer follows: two on either side */
     SLOTS = GAPS + AROUND - 1 /* slices whose distances are held at a time */
@@ -30,6 +35,7 @@ typedef struct thick_work {
     const stack *s;
     distances d;
     int gap, gaps;  /* which are being filled: gap z lies between slices z and z + 1 */
+    bool *copied;   /* [label_count]: the label is copied, not interpolated; NULL: none is */
     uint8_t *sheet; /* [z][y][x] 1 for voxels of sheets one voxel thick */
     int split;      /* layers of a slice */
     void *out;      /* ids of out_bytes each */
@@ -119,10 +125,13 @@ static void contend_in_row(const thick_work *w, const label_box *box, const blen
     }
 }
 
-/* Find the label in which each pixel of a layer behind slice @p z lies deepest. */
-static void find_winners(const thick_work *w, const blend *layer, int z, float *least,
+/* Find the label in which each pixel of a layer behind slice @p z lies deepest. @param nearer the
+ * slice from which labels are copied. */
+static void find_winners(const thick_work *w, const blend *layer, int z, int nearer, float *least,
                          uint32_t *winner)
 {
+    const uint16_t *ids = w->s->ids + (size_t)nearer * w->pixels;
+
     for (size_t at = 0; at < w->pixels; at++)
         least[at] = HUGE_VALF;
     for (int n = 0; n < w->d.count; n++) {
@@ -136,6 +145,8 @@ static void find_winners(const thick_work *w, const blend *layer, int z, float *
             contend_in_row(w, box, layer, z, y, least + row, winner + row);
         }
     }
+    for (size_t at = 0; at < w->pixels && w->copied; at++)
+        winner[at] = w->copied[ids[at]] ? ids[at] : winner[at];
 }
 
 /* Write the ids of a layer to layer @p layer of the result. */
@@ -311,7 +322,7 @@ static void fill_gaps(void *user, size_t begin, size_t end, int thread)
         const int z = w->gap + (int)(n / layers), step = (int)(n % layers) + 1;
         const blend layer = blend_at((float)step / (float)w->split);
 
-        find_winners(w, &layer, z, least, winner);
+        find_winners(w, &layer, z, z + (2 * step > w->split), least, winner);
         keep_sheets(w, z, (double)step / w->split, winner);
         store_layer(w, winner, (size_t)z * (size_t)w->split + (size_t)(w->split / 2 + step));
     }
@@ -392,6 +403,65 @@ static sc_label_tally turned_box(const sc_label_tally *box, int axis)
     return turned;
 }
 
+/* How much of the box around it a label fills. */
+typedef struct filling {
+    int id;
+    double box, share; /* voxels of the box with its margin; what part of them the label has */
+} filling;
+
+/* For qsort: those that fill the least first. */
+static int compare_fillings(const void *a, const void *b)
+{
+    const filling *one = a, *other = b;
+
+    if (one->share != other->share)
+        return one->share < other->share ? -1 : 1;
+    return one->id < other->id ? -1 : 1;
+}
+
+/* If the boxes are too large in all, mark labels to be copied in *copied, which is made for that,
+ * and set their numbers of voxels to 0. @return SC_ERR_MEMORY. Caller owns *copied: sc_free. */
+static sc_status leave_out_scattered(const sc_ctx *ctx, const stack *s, int label_count,
+                                     sc_label_tally *boxes, bool **copied)
+{
+    const double most = (double)BOXES_MAX * s->size[0] * s->size[1] * s->size[2];
+    double sum = 0;
+    int count = 0, left_out = 0;
+    filling *all = NULL;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, (size_t)label_count, sizeof *all, &block));
+    all = block;
+    for (int id = 0; id < label_count; id++) {
+        double box;
+
+        if (!boxes[id].voxels)
+            continue;
+        box = sc_distances_bytes(s, &boxes[id], 1, 1, 0) / sizeof(float) *
+              (boxes[id].high[2] - boxes[id].low[2] + 1);
+        all[count++] = (filling){id, box, (double)boxes[id].voxels / box};
+        sum += box;
+    }
+    if (sum <= most)
+        goto out;
+    SC_TRY(sc_zalloc(ctx, (size_t)label_count, sizeof **copied, &block));
+    *copied = block;
+    qsort(all, (size_t)count, sizeof *all, compare_fillings);
+    while (sum > most && left_out < count) {
+        sum -= all[left_out].box;
+        (*copied)[all[left_out].id] = true;
+        boxes[all[left_out++].id].voxels = 0;
+    }
+    sc_warn(ctx,
+            "%d of %d labels are scattered over the slices; between slices they are copied, not "
+            "interpolated",
+            left_out, count);
+out:
+    sc_free(all);
+    return status;
+}
+
 /* Fill the ids of a stack. @return SC_ERR_MEMORY. */
 static sc_status fill_stack(const sc_ctx *ctx, const sc_volume *v, int axis, stack *s)
 {
@@ -441,6 +511,7 @@ sc_status sc_resample_split_slices(const sc_ctx *ctx, sc_volume *v, int axis, in
     SC_TRY(sc_resample_find_boxes(ctx, v, threads, &boxes));
     for (int id = 0; id < v->label_count; id++)
         boxes[id] = turned_box(&boxes[id], axis);
+    SC_TRY(leave_out_scattered(ctx, &s, v->label_count, boxes, &w.copied));
     SC_TRY(sc_distances_open(ctx, &s, boxes, v->label_count, SLOTS, threads, &w.d));
     SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), 1, &block));
     w.sheet = block;
@@ -456,6 +527,7 @@ out:
     sc_distances_clear(&w.d);
     sc_free(boxes);
     sc_free(s.ids);
+    sc_free(w.copied);
     sc_free(w.sheet);
     sc_free(w.least);
     sc_free(w.winner);

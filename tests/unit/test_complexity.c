@@ -176,6 +176,27 @@ static void find_copies(const parser *p, int n)
     free(v.ids);
 }
 
+/* Put layers between thick slices of n pixels in all, in which n / 40 labels are scattered. */
+static void split_scattered(const parser *p, int n)
+{
+    sc_volume v = {.size = {40, n / 240, 6},
+                   .to_ras_mm = {{{0.2, 0, 0, 0}, {0, 0.2, 0, 0}, {0, 0, 1, 0}}},
+                   .label_bytes = 2,
+                   .label_count = n / 40};
+    const sc_drawn_grid grid = {.copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, 5}};
+    const size_t voxels = sc_volume_voxels(&v);
+    uint32_t seed = 1;
+
+    assert_int_equal(sc_alloc(&ctx, voxels, 2, &v.ids), SC_OK);
+    for (size_t i = 0; i < voxels; i++) {
+        seed = seed * 1664525 + 1013904223;
+        ((uint16_t *)v.ids)[i] = (uint16_t)((seed >> 8) % (uint32_t)v.label_count);
+    }
+    sc_test_operations = 0;
+    assert_int_equal(sc_resample(&ctx, &v, &grid, 1), p->wanted);
+    sc_volume_clear(&v);
+}
+
 /* Load a job; what it says may be wrong, but it is parsed to its end. */
 static void load(const sc_job_sources *sources, sc_status wanted)
 {
@@ -450,6 +471,7 @@ static const parser parsers[] = {
     {"voxels copied 2.5 times", find_copies, "11222", "11222", "2.5", 0, SC_OK, 4000},
     {"voxels copied 3.5 times, a half of them", find_copies, "1112222", "", "1", 0, SC_OK, 4200},
     {"voxels copied in two ways", find_copies, "11222", "1112222", "1", 0, SC_OK, 4200},
+    {"labels scattered over thick slices", split_scattered, "", "", "", 0, SC_OK, 4800},
     {"options", parse_options, "", "--set=tissues.t%d.opacity=0.5", "", 0, SC_OK, 100},
     {"options of one kind", parse_options, "", "--quiet", "", 0, SC_OK, 4000},
 };

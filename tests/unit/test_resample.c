@@ -628,12 +628,64 @@ static void lack_of_memory_is_told(void **state)
     check_lack_of_memory(cube, 1, rough_id, 24);
 }
 
+static int no_id(double x, double y, double z)
+{
+    (void)x, (void)y, (void)z;
+    return 0;
+}
+
+/* Thick slices in which many labels are scattered at random. */
+static sc_volume scattered_volume(int label_count)
+{
+    const int size[3] = {40, 25, 6};
+    const double spacing[3] = {0.2, 0.2, 1};
+    sc_volume v = shape_volume(size, spacing, 2, label_count, no_id);
+    uint64_t seed = 5;
+
+    for (size_t i = 0; i < sc_volume_voxels(&v); i++)
+        ((uint16_t *)v.ids)[i] = (uint16_t)(random_bits(&seed) >> 40) % (uint16_t)label_count;
+    return v;
+}
+
+/* The work for scattered labels is limited, by copying those that are scattered the most. */
+static void scattered_labels_are_copied(void **state)
+{
+    static const int label_counts[] = {40, 400};
+    const sc_drawn_grid grid = {.copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, 5}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(label_counts); i++) {
+        sc_volume drawn = scattered_volume(label_counts[i]);
+        sc_volume one = scattered_volume(label_counts[i]);
+        sc_volume three = scattered_volume(label_counts[i]);
+        const size_t pixels = 40 * 25;
+        size_t copied = 0;
+        heard said;
+        sc_ctx ctx = listening(&said);
+
+        assert_ok(sc_resample(&ctx, &one, &grid, 1));
+        assert_ok(sc_resample(&quiet, &three, &grid, 3));
+        assert_int_equal(one.size[2], 30);
+        assert_memory_equal(one.ids, three.ids, sc_volume_voxels(&one) * 2);
+        for (size_t at = 0; at < sc_volume_voxels(&one); at++)
+            copied += ((uint16_t *)one.ids)[at] ==
+                      ((uint16_t *)drawn.ids)[at / pixels / 5 * pixels + at % pixels];
+        assert_int_equal(said.warnings, i);
+        assert_true(!i || strstr(said.text, "of 400 labels are scattered over the slices"));
+        assert_true((double)copied / (double)sc_volume_voxels(&one) > (i ? 0.85 : 0));
+        sc_volume_clear(&drawn);
+        sc_volume_clear(&one);
+        sc_volume_clear(&three);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(copied_voxels_are_found_and_removed),
         cmocka_unit_test(copies_are_found_among_many_planes),
         cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
+        cmocka_unit_test(scattered_labels_are_copied),
         cmocka_unit_test(layers_between_slices_keep_the_slices),
         cmocka_unit_test(closed_skins_stay_closed),
         cmocka_unit_test(sheets_end_between_slices),
