@@ -217,4 +217,12 @@ SC_MUST_USE sc_status sc_store_verify_records(const sc_ctx *ctx, const char *dir
 SC_MUST_USE sc_status sc_store_verify(const sc_ctx *ctx, const char *directory,
                                       const sc_store_job *job);
 
+/** Write a record of a run, such as report.html, anew: after the run, or while nobody runs it. The
+ *  manifest of a finished job gets its new size and hash, so that it stays proven.
+ *  @param name in the directory. @param text [bytes]. @return SC_ERR_CREATE if something of that
+ *  name is there that no manifest names; SC_ERR_DATA if the manifest is damaged; SC_ERR_WRITE,
+ *  SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory,
+                                              const char *name, const void *text, size_t bytes);
+
 #endif

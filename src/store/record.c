@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Replaces a record of a run after the run. */
+#include "internal.h"
+
+#include <string.h>
+#include <sys/stat.h>
+
+/* For search. */
+typedef struct owner_search {
+    const char *directory, *name;
+    bool found; /* a manifest names it */
+} owner_search;
+
+/* For sc_each_file with an owner_search as user: does a manifest name the record? */
+static sc_status look_for_owner(const sc_ctx *ctx, void *user, const char *file)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    owner_search *search = user;
+    sc_manifest_data data = {.frames = 0};
+    char path[SC_FILE_BYTES];
+    sc_status status;
+
+    if (search->found || !sc_is_manifest_name(file))
+        return SC_OK;
+    sc_directory_path(search->directory, path, "%s", file);
+    status = sc_manifest_read_head(&quiet, path, &data);
+    search->found = status == SC_OK && sc_names_has(&data.owned, search->name);
+    sc_manifest_data_clear(&data);
+    return sc_is_of_input(status) ? SC_OK : status;
+}
+
+/* Read manifest.jsonl into @p data, whose lines it allocates: *lines, which the caller frees. If
+ * there is none, or if it is not closed, nothing has to be changed in it: data->closed is false. */
+static sc_status read_manifest(const sc_ctx *ctx, const char *path, sc_manifest_data *data,
+                               void **lines)
+{
+    struct stat info;
+    sc_status status;
+
+    if (lstat(path, &info))
+        return SC_OK;
+    SC_TRY(sc_manifest_read_head(ctx, path, data));
+    if (!data->head.known) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, data->head.problem);
+        goto out;
+    }
+    data->frames = data->head.frames;
+    SC_TRY(sc_zalloc(ctx, (size_t)data->frames, sizeof *data->lines, lines));
+    data->lines = *lines;
+    SC_TRY(sc_manifest_read(ctx, path, data));
+    if (data->damaged_line)
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: line %d is damaged: it is not what segcast wrote",
+                         path, data->damaged_line);
+out:
+    return status;
+}
+
+/* Refuse a record that something stands in the way of which is not segcast's. */
+static sc_status check_owner(const sc_ctx *ctx, const char *directory, const char *name,
+                             bool has_new_owner)
+{
+    owner_search search = {.directory = directory, .name = name};
+    char path[SC_FILE_BYTES];
+    struct stat info;
+    sc_status status;
+
+    SC_TRY(sc_each_file(ctx, directory, &search, look_for_owner));
+    sc_directory_path(directory, path, "%s", name);
+    if (lstat(path, &info)) {
+        if (!search.found && !has_new_owner)
+            status = sc_fail(ctx, SC_ERR_CREATE,
+                             "%s: no manifest in the directory names it, so it would be in the way "
+                             "of a run that goes on there; run again with --resume first",
+                             path);
+    } else if (!search.found || !S_ISREG(info.st_mode)) {
+        status = sc_fail(ctx, SC_ERR_CREATE,
+                         "%s: was not made by segcast, and is in the way; move it away", path);
+    }
+out:
+    return status;
+}
+
+sc_status sc_store_replace_record(const sc_ctx *ctx, const char *directory, const char *name,
+                                  const void *text, size_t bytes)
+{
+    sc_manifest_data data = {.frames = 0};
+    char manifest[SC_FILE_BYTES], path[SC_FILE_BYTES];
+    sc_store_job job = {0};
+    void *lines = NULL;
+    sc_status status;
+
+    sc_directory_path(directory, manifest, "manifest.jsonl");
+    sc_directory_path(directory, path, "%s", name);
+    SC_TRY(read_manifest(ctx, manifest, &data, &lines));
+    SC_TRY(check_owner(ctx, directory, name, data.closed));
+    SC_TRY(sc_file_write(ctx, path, text, bytes));
+    if (!data.closed) /* the run that completes the job proves what is there then */
+        goto out;
+    job = (sc_store_job){
+        .version = data.head.version,
+        .job_hash = data.head.job_hash,
+        .volume_hash = data.head.volume_hash,
+        .frames = data.head.frames,
+        .video = data.end.video[0] ? data.end.video : "none",
+        .settings = {.width_px = data.head.size_px[0], .height_px = data.head.size_px[1]}};
+    SC_TRY(sc_names_add(ctx, &data.owned, name));
+    SC_TRY(sc_file_lines_put(ctx, &data.files, name, bytes, sc_store_hash_bytes(text, bytes)));
+    status = sc_manifest_create(ctx, manifest, &job, &data, NULL, true, NULL);
+out:
+    sc_manifest_data_clear(&data);
+    sc_free(lines);
+    return status;
+}
