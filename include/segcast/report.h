@@ -171,4 +171,10 @@ typedef struct sc_report_run {
  *  sc_text_clear. */
 SC_MUST_USE sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *out);
 
+/** Make a page that compares the last runs in @p directories [count], at least 1, by what their
+ *  stats.json say; they are named as given. @return SC_ERR_MISSING, SC_ERR_DATA, naming the first
+ *  file that is wrong; SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
+SC_MUST_USE sc_status sc_report_compare(const sc_ctx *ctx, const char *const *directories,
+                                        int count, sc_text *out);
+
 #endif

@@ -178,8 +178,9 @@ typedef struct sc_run_stats {
     char version[SC_RUN_TEXT_BYTES];
     sc_run_record run;   /**< the last run, for sc_run_bottleneck and the like: job, ranks, nodes,
                               wall_s, farm_wall_s, ended, rank_records (which is `ranks`),
-                              volume_bytes, prepared_bytes, wrote_png, from_prepared, frame_count,
-                              without `frames`; texts and all else are empty, see `history` */
+                              volume_bytes, prepared_bytes, derived_bytes, renderer_bytes, wrote_png,
+                            from_prepared, frame_count,   without `frames`; texts and all else are
+                            empty, see `history` */
     double frames_per_s; /**< of the last run */
     double mrays_per_cpu_s; /**< of the last run, while it drew */
 } sc_run_stats;

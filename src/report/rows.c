@@ -94,7 +94,7 @@ void sc_rows_end(sc_row_chart *rows, const char *label)
                     "<text x=\"%.2f%%\" y=\"18\" text-anchor=\"%s\">%.*f</text>",
                     at, at, at,
                     at < 1    ? "start"
-                    : at > 99 ? "end"
+                    : at > 96 ? "end"
                               : "middle",
                     rows->axis.decimals, value);
     }

@@ -189,6 +189,7 @@ static void add_facts(sc_page *page, const sc_run_stats *stats)
     }
     sc_fact(page, "Volume", "%s", size_text(stats->run.volume_bytes, text));
     sc_fact(page, "Prepared volume", "%s", size_text(stats->run.prepared_bytes, text));
+    sc_fact(page, "Derived from it for drawing", "%s", size_text(stats->run.derived_bytes, text));
     sc_fact(page, "segcast", "%s%s%s", stats->version, last->commit[0] ? ", commit " : "",
             last->commit);
     sc_facts_end(page);

@@ -54,6 +54,8 @@ static bool read_figures(const json_t *root, sc_run_stats *out)
 
     if (!read_count(json_object_get(memory, "volume_bytes"), &out->run.volume_bytes) ||
         !read_count(json_object_get(memory, "prepared_bytes"), &out->run.prepared_bytes) ||
+        !read_count(json_object_get(memory, "derived_bytes"), &out->run.derived_bytes) ||
+        !read_count(json_object_get(memory, "renderer_bytes"), &out->run.renderer_bytes) ||
         !read_number(speed, "frames_per_s", &out->frames_per_s) ||
         !read_number(speed, "mrays_per_cpu_s", &out->mrays_per_cpu_s) ||
         json_array_size(peaks) != (size_t)out->run.ranks)
