@@ -276,6 +276,7 @@ void sc_signals_expendable(bool begins);
 
 sc_status sc_cmd_render(sc_app *app);
 sc_status sc_cmd_join(sc_app *app);
+sc_status sc_cmd_report(sc_app *app);
 sc_status sc_cmd_verify(sc_app *app);
 sc_status sc_cmd_status(sc_app *app);
 sc_status sc_cmd_study(sc_app *app);

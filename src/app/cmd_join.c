@@ -9,32 +9,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* Read what a directory belongs to: the job from its job.yaml, and version, hashes and size from
- * its manifest. @param version room for 64 bytes, which out->version points to; other texts of @p
- * out are borrowed from @p job, which the caller owns, also after an error: sc_job_clear. */
-static sc_status read_directory(const sc_app *app, sc_job *job, sc_store_job *out, char *version)
-{
-    const char *directory = app->options.input;
-    char *path = NULL;
-    sc_job_sources sources = {0};
-    sc_status status;
-
-    *out = (sc_store_job){.threads = app->threads};
-    SC_TRY(sc_store_identify(app->ctx, directory, out, version));
-    SC_TRY(sc_path_join(app->ctx, directory, "job.yaml", &path));
-    sources.path = path;
-    SC_TRY(sc_job_load(app->ctx, &sources, job));
-    out->video = job->output.video;
-    out->png = job->output.frames == SC_FRAMES_PNG;
-    out->settings = sc_run_video_settings(job);
-    if (job->animation.frames != out->frames)
-        status = sc_fail(app->ctx, SC_ERR_DATA, "%s: has %d frames, the manifest beside it %d",
-                         path, job->animation.frames, out->frames);
-out:
-    sc_free(path);
-    return status;
-}
-
 sc_status sc_cmd_join(sc_app *app)
 {
     const char *directory = app->options.input;
@@ -45,7 +19,7 @@ sc_status sc_cmd_join(sc_app *app)
     int missing = 0;
     sc_status status;
 
-    SC_TRY(read_directory(app, &job, &store_job, version));
+    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
     SC_TRY(
         sc_store_open(app->ctx, directory, &store_job, NULL, 0, "join", SC_STORE_RESUME, &store));
     SC_TRY(sc_store_finish(app->ctx, store, &missing));
@@ -78,7 +52,7 @@ sc_status sc_cmd_verify(sc_app *app)
 
     SC_TRY(sc_store_identify(app->ctx, app->options.input, &store_job, version));
     SC_TRY(sc_store_verify_records(app->ctx, app->options.input, &names));
-    SC_TRY(read_directory(app, &job, &store_job, version));
+    SC_TRY(sc_read_directory(app, app->options.input, &job, &store_job, version));
     SC_TRY(sc_store_verify(app->ctx, app->options.input, &store_job));
     sc_display_end_stage(app);
     sc_print_path(stdout, app->options.input);

@@ -61,6 +61,11 @@ const sc_command sc_commands[] = {
      "with "
      "--resume, also with another number of ranks. docs/studies.md explains study files.",
      sc_cmd_study, true},
+    {"report", "DIR...", "make the page of a run anew, or one that compares several",
+     "Every segcast render ends with report.html in its directory; this makes it again from what "
+     "the directory holds. Of several directories it writes one page with their speed, cost, "
+     "phases and memory side by side.",
+     sc_cmd_report, false},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,

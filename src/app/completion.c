@@ -122,10 +122,10 @@ static sc_status print_zsh(const sc_ctx *ctx, const sc_command *commands, FILE *
             print_zsh_text(stream, row->help);
             fprintf(stream, "]%s%s%s'", row->argument ? ":" : "",
                     row->argument ? row->argument : "",
-                    !row->argument                   ? ""
-                    : !strcmp(row->name, "set")      ? ":compadd -S \"\" -a _segcast_keys"
-                    : !strcmp(row->argument, "FILE") ? ":_files"
-                                                     : ": ");
+                    !row->argument                       ? ""
+                    : !strcmp(row->name, "set")          ? ":compadd -S \"\" -a _segcast_keys"
+                    : !strncmp(row->argument, "FILE", 4) ? ":_files"
+                                                         : ": ");
         }
         fprintf(stream, " \\\n        '*:argument:%s' ;;\n",
                 strcmp(c->name, "help") ? "_files" : "compadd ${commands%%:*}");

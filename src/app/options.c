@@ -307,6 +307,8 @@ static const sc_option option_rows[] = {
      AT(output), ""},
     {"output", 'o', "DIR", "directory for what the study measures (segcast-study)", "study",
      store_output, AT(output), ""},
+    {"output", 'o', "FILE.html", "the page that compares several directories (comparison.html)",
+     "report", store_output, AT(output), ""},
     {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare init",
      store_output, AT(output), ""},
     {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40", "render",
@@ -315,8 +317,8 @@ static const sc_option option_rows[] = {
      "render", store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a directory that holds a run", "render", store_flag,
      AT(overwrite), ""},
-    {"overwrite", 0, NULL, "replace the file if there is one", "still orbit phantom views prepare",
-     store_flag, AT(overwrite), ""},
+    {"overwrite", 0, NULL, "replace the file if there is one",
+     "still orbit phantom views prepare report", store_flag, AT(overwrite), ""},
     {"resume", 0, NULL, "go on with the measurements that the directory holds of this study",
      "study", store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a directory that holds a study", "study", store_flag,
@@ -352,7 +354,8 @@ static const sc_option option_rows[] = {
      "the machine has)",
      JOB_COMMANDS " info phantom prepare study", store_max_memory, 0, ""},
     {"quiet", 'q', NULL, "errors and warnings only",
-     JOB_COMMANDS " info init phantom prepare join verify status study", store_flag, AT(quiet), ""},
+     JOB_COMMANDS " info init phantom prepare join verify status study report", store_flag,
+     AT(quiet), ""},
     {"help", 'h', NULL, "explain the command and its options", NULL, store_flag, AT(help), ""},
     {"version", 'V', NULL, "print version, commit, compiler and libraries", NULL, store_flag,
      AT(version), ""},
@@ -591,21 +594,26 @@ static sc_status refuse(const sc_ctx *ctx, const sc_command *command, const sc_o
     return unknown_option(ctx, command, list, text);
 }
 
-/* Store what is left in @p argv after the options: at most one argument, if the command takes one.
- */
+/* Store what is left in @p argv after the options: at most one argument, if the command takes one,
+ * or several. */
 static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, int argc, char **argv,
                                 sc_options *options)
 {
+    const size_t length = strlen(command->argument);
+    const bool several = length > 3 && !strcmp(command->argument + length - 3, "...");
+
     for (int i = optind; i < argc; i++) {
-        if (options->input || !command->argument[0])
+        if ((options->input && !several) || !command->argument[0])
             return sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", argv[i]);
         if (!argv[i][0])
             return sc_fail(ctx, SC_ERR_USAGE,
                            "the argument is empty, expected %s; is a variable of the script not "
                            "set?",
                            command->argument);
-        options->input = argv[i];
+        options->input = options->input ? options->input : argv[i];
+        options->input_count++;
     }
+    options->inputs = (const char *const *)(argv + optind);
     if (command->argument[0] && command->argument[0] != '[' && !options->input && !options->help &&
         !options->version)
         return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name, command->argument);

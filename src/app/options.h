@@ -10,6 +10,8 @@ enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
 /* The command line as read. Pointers lead into argv, into static text, or into owned[]. */
 typedef struct sc_options {
     const char *input;         /* the argument: a job, volume, directory, command or key */
+    const char *const *inputs; /* all arguments, of a command that takes several: [input_count] */
+    int input_count;
     const char *output;        /* -o */
     const char *frames;        /* --frames */
     int slice, slices;         /* --slice I/N; slices 0: not given */
@@ -37,7 +39,8 @@ typedef struct sc_app sc_app;
 /* A row of the table of commands. */
 typedef struct sc_command {
     const char *name;
-    const char *argument; /* such as "JOB.yaml"; "[PREFIX]": may be left out; "": there is none */
+    const char *argument; /* such as "JOB.yaml"; "[PREFIX]": may be left out; "DIR...": there may be
+                           * several; "": there is none */
     const char *help;     /* one line */
     const char *details;  /* further sentences for its help and manual; or NULL */
     sc_status (*execute)(sc_app *app);

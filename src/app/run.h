@@ -81,6 +81,15 @@ bool sc_run_has_video(const sc_job *job);
  * do a job with all its records; rank 0 encodes the rest. */
 int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks);
 
+/* ---- directory.c ---- */
+
+/* Read what a directory belongs to: the job from its job.yaml, and version, hashes and size from
+ * its manifest. @param version room for 64 bytes, which out->version points to; other texts of @p
+ * out are borrowed from @p job, which the caller owns, also after an error: sc_job_clear. @return
+ * SC_ERR_MISSING if it holds no run, SC_ERR_DATA. */
+sc_status sc_read_directory(const sc_app *app, const char *directory, sc_job *job,
+                            sc_store_job *out, char *version);
+
 /* ---- run_report.c: progress and timing records ---- */
 
 /* For sc_farm.on_progress: note how many frames are done. */

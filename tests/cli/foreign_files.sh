@@ -60,6 +60,8 @@ ways() {
     init) echo "init $heart"; echo "init $heart -o job.yaml" ;;
     prepare) echo "prepare $heart"; echo "prepare $job"; echo "prepare $heart -o new.segc --overwrite" ;;
     join | verify | status) echo "$1 ."; echo "$1 sub" ;;
+    report) echo "report ."; echo "report sub"; echo "report . sub"; echo "report . sub -o job.yaml"
+        echo "report . sub -o new.html --overwrite" ;;
     phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd" ;;
     keys) echo "keys --schema"; echo "keys --markdown" ;;
     help) echo "help --man"; echo "help render" ;;

@@ -14,7 +14,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     info) echo heart.nrrd ;;
     prepare) echo heart.nrrd -o out.segc --overwrite ;;
     phantom) echo --size 20x20x20 -o out.nrrd --overwrite ;;
-    join | verify | status) echo 'done' ;;
+    join | verify | status | report) echo 'done' ;;
     init) echo heart.nrrd -o - ;;
     keys) echo render ;;
     help | version | -*) ;;

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast report: the page of a run made anew from its directory, or a page that compares several.
+ */
+#include "run.h"
+#include "segcast/report.h"
+
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* @return whether DIR/NAME is there. */
+static sc_status is_there(const sc_ctx *ctx, const char *directory, const char *name, bool *out)
+{
+    char *path = NULL;
+    sc_status status = sc_path_join(ctx, directory, name, &path);
+
+    if (status == SC_OK)
+        *out = access(path, F_OK) == 0;
+    sc_free(path);
+    return status;
+}
+
+/* Make the page of a run, and put it into its directory. @param slice NULL: of the whole job. */
+static sc_status make_page(const sc_ctx *ctx, const char *directory, const sc_job *job,
+                           const char *slice)
+{
+    const sc_report_run run = {.directory = directory,
+                               .slice = slice,
+                               .title = job->output.title,
+                               .video = job->output.video,
+                               .png = job->output.frames == SC_FRAMES_PNG,
+                               .frames = job->animation.frames,
+                               .fps = job->output.fps};
+    sc_text name = {0}, text = {0};
+    char *path = NULL;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &name, "report%s%s.html", slice ? "." : "", slice ? slice : ""));
+    SC_TRY(sc_path_join(ctx, directory, name.data, &path));
+    SC_TRY(sc_report_make(ctx, &run, &text));
+    SC_TRY(sc_store_replace_record(ctx, directory, name.data, text.data, text.length_bytes));
+    sc_print_made(path);
+out:
+    sc_text_clear(&name);
+    sc_text_clear(&text);
+    sc_free(path);
+    return status;
+}
+
+/* Is it the name of the statistics of a slice, "stats.SLICE.json"? For scandir. */
+static int is_slice(const struct dirent *entry)
+{
+    const size_t length = strlen(entry->d_name);
+
+    return length > strlen("stats..json") && !strncmp(entry->d_name, "stats.", strlen("stats.")) &&
+           !strcmp(entry->d_name + length - strlen(".json"), ".json");
+}
+
+/* Make the pages of all slices that have statistics. @param count their number. */
+static sc_status make_slices(const sc_ctx *ctx, const char *directory, const sc_job *job,
+                             int *count)
+{
+    struct dirent **entries;
+    sc_status status = SC_OK;
+
+    *count = scandir(directory, &entries, is_slice, alphasort);
+    for (int i = 0; i < *count; i++) {
+        char *slice = entries[i]->d_name + strlen("stats.");
+
+        slice[strlen(slice) - strlen(".json")] = '\0';
+        if (status == SC_OK)
+            status = make_page(ctx, directory, job, slice);
+        free(entries[i]);
+    }
+    if (*count >= 0)
+        free(entries);
+    return status;
+}
+
+/* Make the page of a directory, or of all slices if it was drawn in slices. */
+static sc_status report_one(sc_app *app)
+{
+    const char *directory = app->options.input;
+    const sc_ctx *ctx = app->ctx;
+    char version[64];
+    sc_job job = {0};
+    sc_store_job store_job;
+    bool whole;
+    int slices = 0;
+    sc_status status;
+
+    if (app->options.output)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "-o names the page that compares several directories; that of one is "
+                       "report.html in it, because it shows the film beside it");
+    SC_TRY(sc_read_directory(app, directory, &job, &store_job, version));
+    SC_TRY(is_there(ctx, directory, "stats.json", &whole));
+    sc_stage_begin(ctx, "reporting", 0, 0);
+    if (whole)
+        status = make_page(ctx, directory, &job, NULL);
+    else
+        status = make_slices(ctx, directory, &job, &slices);
+    if (status == SC_OK && !whole && slices <= 0)
+        status = sc_fail(ctx, SC_ERR_INCOMPLETE,
+                         "%s: has no stats.json: no run has begun to draw there yet; run again "
+                         "with --resume",
+                         directory);
+out:
+    sc_job_clear(&job);
+    return status;
+}
+
+/* Make the page that compares all directories of the command line. */
+static sc_status report_several(sc_app *app)
+{
+    const sc_options *o = &app->options;
+    const sc_ctx *ctx = app->ctx;
+    const char *output = o->output ? o->output : "comparison.html";
+    char version[64];
+    sc_outfile file = {0};
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_check_ending(ctx, output, ".html", "a page"));
+    SC_TRY(sc_outfile_check(ctx, output, o->overwrite, ", or --overwrite to replace it"));
+    for (int i = 0; i < o->input_count; i++) {
+        sc_store_job job = {0};
+        bool there = false;
+
+        SC_TRY(sc_store_identify(ctx, o->inputs[i], &job, version));
+        SC_TRY(is_there(ctx, o->inputs[i], "stats.json", &there));
+        if (!there) {
+            status = sc_fail(ctx, SC_ERR_INCOMPLETE,
+                             "%s: has no stats.json to compare: it was drawn in slices, or no run "
+                             "has begun to draw there yet",
+                             o->inputs[i]);
+            goto out;
+        }
+    }
+    sc_stage_begin(ctx, "reporting", 0, 0);
+    SC_TRY(sc_report_compare(ctx, o->inputs, o->input_count, &text));
+    SC_TRY(sc_outfile_open(ctx, output, o->overwrite, &file));
+    fwrite(text.data, 1, text.length_bytes, file.stream);
+    SC_TRY(sc_outfile_commit(ctx, &file));
+    sc_display_end_stage(app);
+    sc_print_made(output);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+sc_status sc_cmd_report(sc_app *app)
+{
+    return app->options.input_count > 1 ? report_several(app) : report_one(app);
+}
