@@ -216,7 +216,7 @@ static void read_png_files(gallery *g, const char *directory)
         snprintf(path, sizeof path, "%s/frames/%06d.png", directory, g->wanted[i]);
         status = sc_image_load_png(&looking, path, &image);
         if (status == SC_OK)
-            status = keep_frame(g, g->wanted[i], 0, &image);
+            (void)keep_frame(g, g->wanted[i], 0, &image); /* its error is in g->status */
         else if (!sc_is_of_input(status))
             g->status = status;
         sc_image_clear(&image);
