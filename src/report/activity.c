@@ -126,17 +126,21 @@ static void add_rows(sc_page *page, const activity *a)
         const size_t thread = thread_of_row(a, i);
         int8_t kinds[PARTS];
         char label[SC_HOST_BYTES + 64], what[300];
+        bool encodes;
 
         while (thread >= a->first[rank + 1])
             rank++;
         snprintf(label, sizeof label, "rank %d%s%s", rank, stats->run.nodes > 1 ? " on " : "",
                  stats->run.nodes > 1 ? stats->ranks[rank].host : "");
-        if ((int)(thread - a->first[rank]) == stats->ranks[rank].threads)
+        encodes = (int)(thread - a->first[rank]) == stats->ranks[rank].threads;
+        if (encodes)
             snprintf(label + strlen(label), sizeof label - strlen(label), ", encoding");
         else
             snprintf(label + strlen(label), sizeof label - strlen(label), ", thread %d",
                      (int)(thread - a->first[rank]));
         describe(&a->rows[i], what, sizeof what);
+        if (encodes && rank > 0 && !strcmp(what, "nothing"))
+            continue; /* rank 0 encodes alone */
         choose_kinds(&a->rows[i], a->part_s, kinds);
         sc_row_begin(&rows, label, what);
         sc_row_strip(&rows, kinds, a->rows[i].begins, PARTS);

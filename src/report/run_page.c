@@ -116,7 +116,8 @@ static void add_summary(sc_page *page, const sc_report_run *run, const sc_run_st
 
     if (!last->ended) {
         sc_page_add(page, "<p class=\"lead\">The last run was killed, or goes on still: it has "
-                          "measured nothing yet.</p>\n");
+                          "measured nothing yet. If it was killed, the same command with "
+                          "<code>--resume</code> goes on.</p>\n");
         return;
     }
     if (drawn == 0) {

@@ -112,3 +112,4 @@ command -v mpirun >/dev/null || exit 0
 mpi 2 "$SEGCAST" render job.yaml -o ranks -q --threads 2 >/dev/null
 check ranks/report.html
 grep -q 'rank 1, thread 1' ranks/report.html && grep -q '>rank 1</span>' ranks/report.html || fail "rank 1 is not in the page"
+! grep -q 'rank 1, encoding' ranks/report.html || fail "there is a row for encoding on rank 1, which does not encode"
