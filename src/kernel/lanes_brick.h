@@ -45,8 +45,8 @@ static inline vi v_brick_index(const int bricks[3], vi x, vi y, vi z)
  * layer; see sc_framed_index. */
 static inline vi v_framed_index(int row, int layer, vi x, vi y, vi z)
 {
-    return ((z >> SC_BRICK_SHIFT) + SC_BRICK_FRAME) * layer +
-           ((y >> SC_BRICK_SHIFT) + SC_BRICK_FRAME) * row + (x >> SC_BRICK_SHIFT) + SC_BRICK_FRAME;
+    return (z >> SC_BRICK_SHIFT) * layer + (y >> SC_BRICK_SHIFT) * row + (x >> SC_BRICK_SHIFT) +
+           SC_BRICK_FRAME * (layer + row + 1);
 }
 
 /* Index, in an array packed in the order of bricks and bits, of what is kept of a vertex: @p

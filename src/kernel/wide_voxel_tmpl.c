@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Template: the voxel surface model, one ray per SIMD lane, with steps across empty bricks.
- * Compiled once per variant and label width (MARCH_LABEL) under the name MARCH_NAME.
+/* Template: the voxel surface model, one ray per SIMD lane, with steps across empty space.
+ * Compiled once per skip method (MARCH_EMPTY, its file), variant and label width (MARCH_LABEL)
+ * under the name MARCH_NAME.
  *
- * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A brick
- * step goes to a sample whose predecessor still lies in the empty bricks: coordinates along a ray
+ * Every lane takes the samples that march_voxel_tmpl.c takes, with the same operations. A step
+ * across empty space goes to a sample whose predecessor still lies in it: coordinates along a ray
  * never turn back, so that all samples in between lie there, too. */
 #include "lanes_cell.h"
 #include "lanes_shade.h"
 #include "variants.h"
 #include "voxel_ray.h"
+
+#include MARCH_EMPTY
 
 /* LANES rays that are marched side by side; start_packet loads them. Positions are in grid
  * coordinates plus 1/2. */
@@ -23,6 +26,7 @@ typedef struct packet {
     vi kept;              /* the clip sets kept from k to last, as bits */
     vi nearest, farthest; /* the first sample within the box of the march, the first one beyond */
     int last_end[LANES];  /* where the part before ended */
+    v_place place;        /* what the skip method remembers of the walk */
     vm alive;             /* rays that are not finished */
     vm walking;           /* on the way to a marked sample */
     vm found;             /* at a marked sample */
@@ -40,48 +44,53 @@ static inline vf v_distance(const packet *p, vi k)
     return (f_of(k) + 0.5f) * p->m->step_mm;
 }
 
-/* The grid vertex nearest to sample @p k of each lane, to @p out, moved by one brick: the index
- * of its brick then counts the frame of empty bricks around the masks. */
+/* The grid vertex nearest to sample @p k of each lane, to @p out. */
 static inline void v_vertex(const packet *p, vi k, vi out[3])
 {
     const vf t = v_distance(p, k);
 
     for (int i = 0; i < 3; i++)
-        out[i] = i_of(p->origin[i] + p->direction[i] * t) + SC_BRICK;
+        out[i] = i_of(p->origin[i] + p->direction[i] * t);
 }
 
-/* @return a sample beyond the empty bricks around the vertex @p at (of v_vertex of sample p->k),
- * which are all bricks less than @p far away: as far ahead as is safe, at least the next one, at
- * most p->last. Other lanes than those of @p on are meaningless. */
-static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
+/* The lanes in which the vertex @p other lies outside of the empty space @p e around @p at. */
+static inline vm v_is_outside(const v_empty *e, const vi at[3], const vi other[3])
+{
+    vm out = m_none();
+
+    for (int i = 0; i < 3; i++) {
+        const vi from = other[i] - (at[i] & e->mask);
+
+        out = m_or(out, m_or(i_below(from, e->back), i_below(e->ahead - 1, from)));
+    }
+    return out;
+}
+
+/* @return a sample beyond the empty space @p e around the vertex @p at (of v_vertex of sample
+ * p->k): as far ahead as is safe, at least the next one, at most p->last. Other lanes than those of
+ * @p on are meaningless. */
+static vi step_over(const packet *p, const vi at[3], const v_empty *e, vm on)
 {
     vf t = f_set(SC_NEVER_MM);
     vi k;
     vm open;
 
     for (int i = 0; i < 3; i++) {
-        const vi brick = (at[i] >> SC_BRICK_SHIFT) - SC_BRICK_FRAME;
-        const vi plane = i_pick(p->forward[i], brick + far, brick + 1 - far) * SC_BRICK;
+        const vi plane = (at[i] & e->mask) + i_pick(p->forward[i], e->ahead, e->back);
         const vf mm = (f_of(plane) - p->origin[i]) * p->inverse[i];
 
         t = f_pick(f_below(mm, t), mm, t);
     }
     t = t * (1 / p->m->step_mm) + 0.5f;
     k = i_pick(f_below(t, f_of(p->last)), i_of(t), p->last);
-    /* Rounding may have led too far: go back while the sample before lies outside of the empty
-     * bricks. */
+    /* Rounding may have led too far: go back while the sample before lies outside of what is empty.
+     */
     open = m_and(on, i_below(p->k + 1, k));
     while (m_any(open)) {
-        vm out = m_none();
         vi before[3];
 
         v_vertex(p, k - 1, before);
-        for (int i = 0; i < 3; i++) {
-            const vi apart = (before[i] >> SC_BRICK_SHIFT) - (at[i] >> SC_BRICK_SHIFT);
-
-            out = m_or(out, m_or(i_below(far - 1, apart), i_below(apart, 1 - far)));
-        }
-        open = m_and(open, out);
+        open = m_and(open, v_is_outside(e, at, before));
         k = i_pick(open, k - 1, k);
         open = m_and(open, i_below(p->k + 1, k));
     }
@@ -89,29 +98,22 @@ static vi step_over_bricks(const packet *p, const vi at[3], vi far, vm on)
 }
 
 /* One step of the lanes that are walking: sets p->k. Those at a marked sample stop walking and
- * join p->found; those at the end of their part stop walking. Counts cell visits and brick
- * steps. */
+ * join p->found; those at the end of their part stop walking. Counts cell visits and steps across
+ * empty space. */
 static inline void step(packet *p)
 {
-    const sc_march *m = p->m;
     const vm seek = m_and(p->walking, i_below(p->k, p->last));
-    vi at[3], brick, far, half, next;
-    vm here, marked;
+    vi at[3], next = p->k + 1;
+    v_empty e;
 
     v_vertex(p, p->k, at);
-    brick = (at[2] >> SC_BRICK_SHIFT) * m->visible_layer +
-            (at[1] >> SC_BRICK_SHIFT) * m->visible_row + (at[0] >> SC_BRICK_SHIFT);
-    far = i_gather(m->distances, brick, seek) & 255;
-    half = v_half_mask(m->visible, brick, at[2], seek);
-    here = m_and(seek, i_equal(far, i_set(0)));
-    marked = v_bit_set(half, v_half_bit(at[0], at[1], at[2]), here);
-    p->counters.cell_visits += m_count(here);
-    p->counters.brick_steps += m_count(m_without(seek, here));
-    p->found = m_or(p->found, marked);
-    p->walking = m_without(seek, marked);
-    next = p->k + 1;
-    if (m_any(m_without(p->walking, here)))
-        next = i_pick(here, next, step_over_bricks(p, at, far, m_without(p->walking, here)));
+    e = v_look(p->m, at, &p->place, seek);
+    p->counters.cell_visits += m_count(m_without(seek, e.leaps));
+    p->counters.brick_steps += m_count(e.leaps);
+    p->found = m_or(p->found, e.marked);
+    p->walking = m_without(seek, e.marked);
+    if (m_any(e.leaps))
+        next = i_pick(e.leaps, step_over(p, at, &e, e.leaps), next);
     p->k = i_pick(p->walking, next, p->k);
 }
 
@@ -316,6 +318,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->rays = rays;
     p->light = v_no_light();
     p->alive = m_none();
+    p->place = v_first_place();
     if (!count)
         return;
     for (int i = 0; i < 3; i++) {

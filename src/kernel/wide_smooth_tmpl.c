@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Template: the smooth surface model, one ray per SIMD lane, with steps across empty bricks.
- * Compiled once per variant and label width (MARCH_LABEL) under the name MARCH_NAME.
+/* Template: the smooth surface model, one ray per SIMD lane, with steps across empty space.
+ * Compiled once per skip method (MARCH_EMPTY, its file), variant and label width (MARCH_LABEL)
+ * under the name MARCH_NAME.
  *
  * Every lane does to its ray what march_smooth_tmpl.c does, with the same operations. Lanes wait
  * for each other before the costly steps, so that these are done for as many of them as possible.
- * The distance from a brick to the nearest one that is not empty says how far a brick step may go:
- * it ends in the very cell, and at the very distance, that single steps would have led to. */
+ * A step across empty space ends in the very cell, and at the very distance, that single steps
+ * would have led to. */
 #include "lanes_cell.h"
 #include "lanes_shade.h"
 #include "smooth_ray.h"
 #include "variants.h"
+
+#include MARCH_EMPTY
 
 /* The next crossing of each lane in its cell, and the further ones of the lanes that have
  * several. It persists between cells: only the lanes searched are overwritten. */
@@ -46,6 +49,7 @@ typedef struct packet {
     /* the walk from cell to cell; see cursor of smooth_ray.h */
     vi q[3], axis;
     vf t;
+    v_place place; /* what the skip method remembers of it */
     /* the way through the present cell: from position a to b, leaving at distance t1 through axis1
      */
     v_cell cell;
@@ -132,29 +136,16 @@ static inline vi v_brick(const packet *p)
     return v_framed_index(p->m->visible_row, p->m->visible_layer, p->q[0], p->q[1], p->q[2]);
 }
 
-/* Lanes of @p on whose present cells are marked in the masks. @p brick: of v_brick. */
-static inline vm v_marked(const packet *p, vi brick, vm on)
+/* Step out of a box of cells around the present ones of the lanes of @p on: see v_empty for its
+ * @p mask, @p ahead and @p back. Sets p->q, p->t and p->axis. @param leaps the lanes of @p on whose
+ * box has more than one cell. */
+static inline void leave_box(packet *p, vi mask, vi ahead, vi back, vm leaps, vm on)
 {
-    const vi half = v_half_mask(p->m->visible, brick, p->q[2], on);
-
-    return v_bit_set(half, v_half_bit(p->q[0], p->q[1], p->q[2]), on);
-}
-
-/* One step of the lanes of @p on: out of the present cell, or where @p far, the distance of the
- * present brick to the nearest one that is not empty, is above 0, a brick step across the empty
- * bricks around it. Sets p->q, p->t and p->axis. */
-static inline void advance(packet *p, vi far, vm on)
-{
-    const vm brick_step = m_and(on, i_below(i_set(0), far));
-    const vi ahead = i_pick(brick_step, far * SC_BRICK, i_set(1));
-    const vi back = i_pick(brick_step, (1 - far) * SC_BRICK, i_set(0));
     vf mm[3], t;
     vi plane[3], axis;
 
     for (int i = 0; i < 3; i++) {
-        const vi base = i_pick(brick_step, p->q[i] & ~SC_BRICK_MASK, p->q[i]);
-
-        plane[i] = base + i_pick(p->forward[i], ahead, back);
+        plane[i] = (p->q[i] & mask) + i_pick(p->forward[i], ahead, back);
         mm[i] = v_plane_mm(p, i, plane[i]);
     }
     nearest_plane(mm, &t, &axis);
@@ -163,26 +154,30 @@ static inline void advance(packet *p, vi far, vm on)
     for (int i = 0; i < 3; i++)
         p->q[i] = i_pick(m_and(on, i_equal(axis, i_set(i))),
                          i_pick(p->forward[i], plane[i], plane[i] - 1), p->q[i]);
-    if (m_any(brick_step))
-        v_locate_cells(p, brick_step);
+    if (m_any(leaps))
+        v_locate_cells(p, leaps);
+}
+
+/* Step out of the present cells of the lanes of @p on. */
+static inline void leave_cell(packet *p, vm on)
+{
+    leave_box(p, i_set(-1), i_set(1), i_set(0), m_none(), on);
 }
 
 /* One step of the lanes that are walking. Those in a marked cell stop walking and join
- * p->at_marked; those at the end of their stretch stop walking. Counts cell visits and brick
- * steps. */
+ * p->at_marked; those at the end of their stretch stop walking. Counts cell visits and steps across
+ * empty space. */
 static inline void step(packet *p)
 {
     const vm seek = m_and(p->walking, f_below(p->t, p->end));
-    const vi brick = v_brick(p);
-    const vi far = i_gather(p->m->distances, brick, seek) & 255;
-    const vm here = m_and(seek, i_equal(far, i_set(0))), marked = v_marked(p, brick, seek);
+    const v_empty e = v_look(p->m, p->q, &p->place, seek);
 
-    p->counters.cell_visits += m_count(here);
-    p->counters.brick_steps += m_count(m_without(seek, here));
-    p->at_marked = m_or(p->at_marked, marked);
-    p->walking = m_without(seek, marked);
+    p->counters.cell_visits += m_count(m_without(seek, e.leaps));
+    p->counters.brick_steps += m_count(e.leaps);
+    p->at_marked = m_or(p->at_marked, e.marked);
+    p->walking = m_without(seek, e.marked);
     if (m_any(p->walking))
-        advance(p, far, p->walking);
+        leave_box(p, e.mask, e.ahead, e.back, e.leaps, p->walking);
 }
 
 /* Is any lane walking, and are fewer than ENOUGH_LANES in marked cells? */
@@ -560,6 +555,7 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
     p->rays = rays;
     p->light = v_no_light();
     p->alive = m_none();
+    p->place = v_first_place();
     p->one_stretch = true;
     if (!count)
         return;
@@ -617,7 +613,7 @@ static void find_next_cells(packet p[PACKETS])
             p[k].found = m_or(p[k].found, crossed);
             p[k].walking = m_or(p[k].walking, passed);
             if (m_any(passed))
-                advance(&p[k], i_set(0), passed);
+                leave_cell(&p[k], passed);
             again = again || m_any(p[k].walking);
         }
     }
@@ -641,7 +637,7 @@ static void add_cell_crossings(packet *p)
     for (vm on = m_or(single, next_crossings(x, p->found)); m_any(on);
          on = m_and(next_crossings(x, p->found), v_sees_on(p)))
         add_crossings(p, x, on);
-    advance(p, i_set(0), p->found);
+    leave_cell(p, p->found);
 }
 
 /* Add the crossings found, and begin the next stretch in lanes that are at the end of one. */
