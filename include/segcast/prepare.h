@@ -220,6 +220,35 @@ SC_MUST_USE sc_status sc_visible_cells(const sc_ctx *ctx, sc_team *team, const s
 SC_MUST_USE sc_status sc_brick_distances(const sc_ctx *ctx, sc_team *team,
                                          const sc_prepared *volume, const uint64_t *masks,
                                          uint8_t **out);
+/** How the distance between two cells is counted. */
+typedef enum sc_metric {
+    SC_METRIC_CITY_BLOCK, /**< the sum of the distances along the axes: steps to face neighbours */
+    SC_METRIC_CHESSBOARD  /**< the largest of them: steps to any of 26 neighbours */
+} sc_metric;
+/** Write the distance from every cell (or voxel) to the nearest one that is set in @p masks to @p
+ *  out: 0 for those that are set; 254 also stands for all larger distances, and for no such cell at
+ *  all. SC_GATHER_BYTES more may be read. One thread does the work.
+ *  @param masks of sc_visible_masks or sc_visible_cells. @param out SC_BRICK_VERTICES bytes for
+ *  each brick of @p masks, the frame included, in the order of bricks and bits.
+ *  @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_cell_distances(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                        const uint64_t *masks, sc_metric metric, uint8_t **out);
+/** Levels of masks in a pyramid. */
+enum { SC_PYRAMID_LEVELS = 4 };
+/** Where the masks of a pyramid of binary volumes stand: each bit of a mask of level n + 1 says
+ *  whether any is set in one mask of level n, so that it stands for a cube of 4^(n + 1) cells.
+ *  Every level is an array [z][y][x] with a frame of one empty mask around it. Plain numbers. */
+typedef struct sc_pyramid {
+    int32_t row[SC_PYRAMID_LEVELS], layer[SC_PYRAMID_LEVELS]; /**< steps in the array from a mask to
+                                                                   the next along y and z */
+    int32_t origin[SC_PYRAMID_LEVELS]; /**< index of mask (0, 0, 0) of the level */
+    size_t count;                      /**< masks of all levels */
+} sc_pyramid;
+/** Put the upper levels of the pyramid behind the masks that are its lowest one.
+ *  @param masks of sc_visible_masks or sc_visible_cells; replaced by a longer array of the team,
+ *  which begins with the same masks. @return SC_ERR_MEMORY; *@p masks is then unchanged. */
+SC_MUST_USE sc_status sc_pyramid_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
+                                       uint64_t **masks, sc_pyramid *out);
 /** The cells of sc_visible_cells, packed (brick.h tells how) in the order of bricks and bits. The
  *  arrays are those of a team. */
 typedef struct sc_cells {

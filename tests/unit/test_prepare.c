@@ -4,6 +4,7 @@
 #include "shapes.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 static const double cube[3] = {1, 1, 1};
 
@@ -323,6 +324,13 @@ static int everything(double x, double y, double z)
     return 1;
 }
 
+/* Two small boxes in opposite corners, and a single voxel between. */
+static int corners_and_dots(double x, double y, double z)
+{
+    return (x < 2 && y < 3 && z < 1) || (x > 72 && y > 18 && z > 15) ? 1
+                                                                     : x == 30 && y == 9 && z == 5;
+}
+
 static int slab_on_block(double x, double y, double z)
 {
     (void)x;
@@ -330,8 +338,106 @@ static int slab_on_block(double x, double y, double z)
     return z < 20 ? 0 : z < 29 ? 1 : 2;
 }
 
-/* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
- * voxels of half a millimetre on a thick block. */
+/* Distances of bricks and cells against a search by brute force, and the pyramid level by level,
+ * all with formulas of their own. Few cells are set, in two corners, so that distances are long. */
+static void distances_and_the_pyramid_say_what_is_empty(void **state)
+{
+    static const uint8_t show[4] = {0, SC_SHOW_BOUNDARY, 0, 0};
+    const int size[3] = {75, 21, 18};
+    sc_volume volume = shape_volume(size, cube, 1, 4, corners_and_dots);
+    prepared_copy p = prepare_copy(&volume, 2);
+    const sc_prepared *v = &p.view;
+    const int row = sc_framed_row(v->bricks), layer = sc_framed_layer(v->bricks);
+    int framed[3], cells[512][3], count = 0;
+    uint8_t *bricks, *by_metric[2];
+    uint64_t *masks;
+    sc_team *team;
+    sc_pyramid y;
+
+    (void)state;
+    sc_framed_size(v->bricks, framed);
+    assert_ok(sc_team_open(&quiet, NULL, 2, NULL, &team));
+    assert_ok(sc_visible_cells(&quiet, team, v, show, &masks));
+    assert_ok(sc_brick_distances(&quiet, team, v, masks, &bricks));
+    assert_ok(sc_cell_distances(&quiet, team, v, masks, SC_METRIC_CITY_BLOCK, &by_metric[0]));
+    assert_ok(sc_cell_distances(&quiet, team, v, masks, SC_METRIC_CHESSBOARD, &by_metric[1]));
+    assert_ok(sc_pyramid_build(&quiet, team, v, &masks, &y));
+    for (size_t i = 0; i < sc_brick_count(framed) * 64; i++) {
+        int brick[3];
+
+        sc_brick_at(framed, i / 64, brick);
+        if (!(masks[i / 64] >> i % 64 & 1))
+            continue;
+        assert_true(count < 512);
+        cells[count][0] = 4 * brick[0] - 4 + (int)(i % 4);
+        cells[count][1] = 4 * brick[1] - 4 + (int)(i / 4 % 4);
+        cells[count++][2] = 4 * brick[2] - 4 + (int)(i / 16 % 4);
+    }
+    assert_true(count > 20);
+    for (size_t i = 0; i < sc_brick_count(framed) * 64; i++) {
+        int brick[3], q[3], least[3] = {254, 254, 254};
+
+        sc_brick_at(framed, i / 64, brick);
+        for (int a = 0; a < 3; a++)
+            q[a] = 4 * brick[a] - 4 + (int)(i >> 2 * a & 3);
+        for (int k = 0; k < count; k++) {
+            int apart[3], largest[2] = {0, 0}; /* in cells, in bricks */
+
+            for (int a = 0; a < 3; a++) {
+                const int in_bricks = abs((q[a] >> 2) - (cells[k][a] >> 2));
+
+                apart[a] = abs(q[a] - cells[k][a]);
+                largest[0] = apart[a] > largest[0] ? apart[a] : largest[0];
+                largest[1] = in_bricks > largest[1] ? in_bricks : largest[1];
+            }
+            least[0] = (int)fmin(least[0], apart[0] + apart[1] + apart[2]);
+            least[1] = (int)fmin(least[1], largest[0]);
+            least[2] = (int)fmin(least[2], largest[1]);
+        }
+        assert_int_equal(by_metric[0][i], least[0]);
+        assert_int_equal(by_metric[1][i], least[1]);
+        assert_int_equal(bricks[i / 64], least[2]);
+        assert_int_equal(masks[i / 64] >> i % 64 & 1, least[0] == 0);
+    }
+    assert_int_equal(y.row[0], row);
+    assert_int_equal(y.layer[0], layer);
+    for (int level = 1; level < SC_PYRAMID_LEVELS; level++) {
+        const int edge = 4 << 2 * level; /* of the cube of one mask, in cells */
+        uint64_t bits = 0, expected = 0;
+
+        for (int n = 0; n < 512; n++) { /* all cubes that reach into the grid, and more */
+            const int at[3] = {n % 8, n / 8 % 8, n / 64};
+            uint64_t mask = 0;
+
+            if (at[0] * edge >= 80 || at[1] * edge >= 24 || at[2] * edge >= 20)
+                continue;
+            for (int k = 0; k < count; k++) {
+                const int x = cells[k][0] - at[0] * edge, cy = cells[k][1] - at[1] * edge,
+                          z = cells[k][2] - at[2] * edge, bit = edge / 4;
+
+                if (x >= 0 && cy >= 0 && z >= 0 && x < edge && cy < edge && z < edge)
+                    mask |= 1ull << (x / bit + 4 * (cy / bit) + 16 * (z / bit));
+            }
+            assert_int_equal(
+                masks[y.origin[level] + at[2] * y.layer[level] + at[1] * y.row[level] + at[0]],
+                mask);
+            expected += (uint64_t)__builtin_popcountll(mask);
+        }
+        for (size_t n = (size_t)(y.origin[level] - y.row[level] - y.layer[level] - 1);
+             n < (level + 1 < SC_PYRAMID_LEVELS
+                      ? (size_t)(y.origin[level + 1] - y.row[level + 1] - y.layer[level + 1] - 1)
+                      : y.count);
+             n++)
+            bits += (uint64_t)__builtin_popcountll(masks[n]);
+        assert_int_equal(bits, expected); /* and the frame is empty */
+    }
+    sc_team_close(team);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+}
+
+/* Whether a volume was resampled, or has the grid on which it was drawn, is read back as it was
+ * written. */
 static void what_is_known_of_the_grid_is_kept(void **state)
 {
     const int size[3] = {9, 8, 7};
@@ -357,6 +463,8 @@ static void what_is_known_of_the_grid_is_kept(void **state)
     }
 }
 
+/* The local thickness at a vertex is that of its own tissue, not of the next one: a slab of 9
+ * voxels of half a millimetre on a thick block. */
 static void the_local_thickness_of_a_slab_is_that_of_the_slab(void **state)
 {
     const int size[3] = {60, 60, 200};
@@ -472,6 +580,7 @@ int main(void)
         cmocka_unit_test(the_result_does_not_depend_on_threads),
         cmocka_unit_test(masks_hold_the_visible_voxels_and_hull_points_their_corners),
         cmocka_unit_test(what_is_known_of_the_grid_is_kept),
+        cmocka_unit_test(distances_and_the_pyramid_say_what_is_empty),
         cmocka_unit_test(the_local_thickness_of_a_slab_is_that_of_the_slab),
         cmocka_unit_test(ripples_of_a_flat_surface_leave_its_normals),
         cmocka_unit_test(volumes_of_one_voxel_and_of_one_slice_are_prepared),
