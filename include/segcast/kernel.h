@@ -20,8 +20,25 @@ typedef enum sc_surface {
 typedef enum sc_skip {
     SC_SKIP_NONE, /**< every sample or cell is classified from the labels alone (paper: plain) */
     SC_SKIP_INTERIOR, /**< only those that preprocessing has marked are (paper: accelerated) */
-    SC_SKIP_LEAP      /**< the same, many rays side by side, with steps across empty bricks */
+    /* The rest are wide: the same, many rays side by side, with steps across empty space. */
+    SC_SKIP_OCTREE,     /**< by a pyramid of binary volumes (Levoy 1990) */
+    SC_SKIP_PROXIMITY,  /**< by city-block distances of cells (Cohen and Sheffer 1994) */
+    SC_SKIP_CHESSBOARD, /**< by chessboard distances of cells (Sramek 1994) */
+    SC_SKIP_LEAP        /**< by chessboard distances of bricks */
 } sc_skip;
+
+/** @return whether the kernels of a skip method are wide: they follow many rays side by side, and
+ *  there is one for each variant. */
+static inline bool sc_skip_is_wide(sc_skip skip)
+{
+    return skip > SC_SKIP_INTERIOR;
+}
+
+/** @return whether a skip method needs sc_march.cell_distances. */
+static inline bool sc_skip_has_cell_distances(sc_skip skip)
+{
+    return skip == SC_SKIP_PROXIMITY || skip == SC_SKIP_CHESSBOARD;
+}
 
 /** What a kernel knows of a label. Opacities (alpha) and the weights of the light are 0 to 1. */
 typedef struct sc_march_tissue {
@@ -56,12 +73,16 @@ typedef struct sc_march_light {
 typedef struct sc_march {
     const sc_prepared *volume;
     const uint64_t *visible; /**< of sc_visible_masks (voxel) or sc_visible_cells (smooth); not
-                                  read by SC_SKIP_NONE */
+                                  read by SC_SKIP_NONE. SC_SKIP_OCTREE: followed by the upper
+                                  levels of the pyramid, see sc_pyramid_build */
     int visible_row, visible_layer; /**< steps in the array of masks from a brick to the next
                                          along y and z */
     const uint8_t *distances;       /**< sc_brick_distances of the masks; SC_SKIP_LEAP only */
-    const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and SC_SKIP_LEAP only */
-    const uint64_t *cells;         /**< sc_cells.cells; smooth and SC_SKIP_LEAP only */
+    const sc_pyramid *pyramid;      /**< of the masks; SC_SKIP_OCTREE only */
+    const uint8_t *cell_distances;  /**< sc_cell_distances of the masks, by the method's metric;
+                                         SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only */
+    const uint32_t *cell_start;    /**< sc_cells.start of the masks; smooth and wide kernels only */
+    const uint64_t *cells;         /**< sc_cells.cells; smooth and wide kernels only */
     float box_low[3], box_high[3]; /**< in grid coordinates: rays are marched only within this box,
                                         which holds all that can be seen and reaches at most 3
                                         vertices beyond those of the volume */
@@ -120,7 +141,8 @@ typedef struct sc_radiance {
 typedef struct sc_march_counters {
     uint64_t rays;        /**< rays marched */
     uint64_t cell_visits; /**< cells (smooth) or samples (voxel) examined */
-    uint64_t brick_steps; /**< steps across empty bricks; SC_SKIP_LEAP only */
+    uint64_t brick_steps; /**< steps across empty space of more than one cell: across bricks, or
+                               what the skip method has instead; wide kernels only */
     uint64_t
         contributions; /**< additions of colour: by crossings (up to two each), samples and caps */
 } sc_march_counters;
@@ -134,8 +156,8 @@ static inline void sc_add_counters(sc_march_counters *to, const sc_march_counter
     to->contributions += from->contributions;
 }
 
-/** March @p count rays, each by itself; cannot fail. @param march for SC_SKIP_LEAP with
- *  distances, and for the smooth surface with cell_start and cells as well. @param out [count],
+/** March @p count rays, each by itself; cannot fail. @param march with the members that the skip
+ *  method and the surface need. @param out [count],
  *  overwritten, in the order of the rays; a ray that meets nothing gets no light, transmittance
  *  1 and depth HUGE_VALF. @param counters is added to. Threads: any number at once, each with
  *  its own @p out and @p counters. */
@@ -162,9 +184,9 @@ bool sc_cpu_has(const char *name);
 /** Find the kernel for a surface, a skip method and the label width of @p volume. For
  *  SC_SKIP_NONE and SC_SKIP_INTERIOR there is only plain C, and @p cpu is ignored. @param cpu
  *  one of sc_cpu_names; NULL is "auto". @return an entry of a constant table, or NULL if this
- *  build has no such variant, this processor cannot run it, or the volume is too large for it:
- *  kernels of SC_SKIP_LEAP address labels and vertex records by offsets of 31 bits. No message
- *  is written. */
+ *  build has no such variant, this processor cannot run it, or the volume is too large for it: wide
+ *  kernels address labels, vertex records and distances by offsets of 31 bits. No message is
+ *  written. */
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu);
 /** The label that owns a point by the rule of the smooth surface: the one with the largest vote;

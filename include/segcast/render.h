@@ -61,7 +61,7 @@ typedef struct sc_render_stats {
  * of the volume], by dense id; copied. @param out caller owns: sc_renderer_free; written only on
  *  success. @return SC_ERR_MEMORY; SC_ERR_DATA if the geometry of the volume is singular;
  *  SC_ERR_USAGE if this processor cannot run the variant settings->cpu. A volume too large for
- *  the kernels of SC_SKIP_LEAP is no error: those of SC_SKIP_INTERIOR then draw it (see
+ *  wide kernels is no error: those of SC_SKIP_INTERIOR then draw it (see
  *  sc_renderer_kernel). */
 SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
                                       const sc_prepared *volume, const sc_tissue *tissues,

@@ -59,8 +59,13 @@ static const sc_choice modes[] = {{"standard", SC_MODE_STANDARD},
                                   {NULL, 0}};
 static const sc_choice surfaces[] = {
     {"voxel", SC_SURFACE_VOXEL}, {"smooth", SC_SURFACE_SMOOTH}, {NULL, 0}};
-static const sc_choice skips[] = {
-    {"none", SC_SKIP_NONE}, {"interior", SC_SKIP_INTERIOR}, {"leap", SC_SKIP_LEAP}, {NULL, 0}};
+static const sc_choice skips[] = {{"none", SC_SKIP_NONE},
+                                  {"interior", SC_SKIP_INTERIOR},
+                                  {"octree", SC_SKIP_OCTREE},
+                                  {"proximity", SC_SKIP_PROXIMITY},
+                                  {"chessboard", SC_SKIP_CHESSBOARD},
+                                  {"leap", SC_SKIP_LEAP},
+                                  {NULL, 0}};
 static const sc_choice antialiasings[] = {
     {"adaptive", SC_ANTIALIASING_ADAPTIVE}, {"full", SC_ANTIALIASING_FULL}, {NULL, 0}};
 static const sc_choice thicknesses[] = {
@@ -87,9 +92,9 @@ static const sc_key render_keys[] = {
      .low = 0, .high = SC_SMOOTH_MAX,
      .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
-     .help = "how empty space is skipped: leap (fastest), interior (the paper's accelerated "
-             "method) or none "
-             "(its plain one); same pictures",
+     .help = "how empty space is skipped: leap (fastest), none or interior (the paper's plain and "
+             "accelerated methods), octree, proximity or chessboard (methods of others, to compare "
+             "with); same pictures",
      .choices = skips, .outside_identity = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "kernels for this instruction set, c for plain C; same pictures",

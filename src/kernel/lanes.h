@@ -309,6 +309,24 @@ static inline vi i_gather(const void *base, vi offset_bytes, vm m)
 #endif
 }
 
+/* For each lane the number that @p index, 0 to 3, names of @p four. */
+static inline vi i_of_four(const int32_t four[4], vi index)
+{
+#if defined MARCH_CPU_AVX512
+    return (vi)_mm512_permutexvar_epi32(
+        (__m512i)index, _mm512_castsi128_si512(_mm_loadu_si128((const __m128i *)four)));
+#elif defined MARCH_CPU_AVX2
+    return (vi)_mm256_permutevar8x32_epi32(
+        _mm256_castsi128_si256(_mm_loadu_si128((const __m128i *)four)), (__m256i)index);
+#else
+    vi out;
+
+    for (int i = 0; i < LANES; i++)
+        out[i] = four[index[i] & 3];
+    return out;
+#endif
+}
+
 /* As i_gather, the four bytes being a float. */
 static inline vf f_gather(const void *base, vi offset_bytes, vm m)
 {

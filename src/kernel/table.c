@@ -12,7 +12,11 @@
 #define KERNELS(skip, SKIP, cpu)                                                                   \
     KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu), KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu),           \
         KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
-#define WIDE_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
+#define WIDE_KERNELS(cpu, supported)                                                               \
+    KERNELS(octree, OCTREE, cpu)                                                                   \
+    KERNELS(proximity, PROXIMITY, cpu)                                                             \
+    KERNELS(chessboard, CHESSBOARD, cpu)                                                           \
+    KERNELS(leap, LEAP, cpu)
 
 /* Of two kernels that do the same, the faster one stands first. */
 static const sc_kernel kernels[] = {
@@ -43,21 +47,26 @@ const sc_kernel *sc_kernel_all(size_t *count)
 }
 
 /* Can offsets of 31 bits, which the wide kernels use, reach all labels and all vertex records of
- * the volume? */
-static bool within_reach(const sc_prepared *v)
+ * the volume, and all distances of cells if the skip method has these? */
+static bool within_reach(const sc_prepared *v, sc_skip skip)
 {
     const uint64_t voxels = (uint64_t)v->size[0] * (uint64_t)v->size[1] * (uint64_t)v->size[2];
+    int framed[3];
 
+    sc_framed_size(v->bricks, framed);
     return voxels * (uint64_t)v->label_bytes < INT32_MAX - 8 &&
-           v->near_count * SC_RECORD_BYTES < INT32_MAX - 8;
+           v->near_count * SC_RECORD_BYTES < INT32_MAX - 8 &&
+           (!sc_skip_has_cell_distances(skip) ||
+            sc_brick_count(framed) * SC_BRICK_VERTICES < INT32_MAX - 8);
 }
 
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu)
 {
-    const bool any = skip != SC_SKIP_LEAP || !cpu || strcmp(cpu, "auto") == 0;
+    const bool wide = sc_skip_is_wide(skip);
+    const bool any = !wide || !cpu || strcmp(cpu, "auto") == 0;
 
-    if (skip == SC_SKIP_LEAP && !within_reach(volume))
+    if (wide && !within_reach(volume, skip))
         return NULL;
     for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
         const sc_kernel *k = &kernels[i];

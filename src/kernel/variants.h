@@ -10,7 +10,11 @@
 #define SC_DECLARE_KERNELS(skip, cpu)                                                              \
     sc_march_fn sc_march_voxel_##skip##_u8_##cpu, sc_march_voxel_##skip##_u16_##cpu,               \
         sc_march_smooth_##skip##_u8_##cpu, sc_march_smooth_##skip##_u16_##cpu;
-#define SC_DECLARE_WIDE_KERNELS(cpu, supported) SC_DECLARE_KERNELS(leap, cpu)
+#define SC_DECLARE_WIDE_KERNELS(cpu, supported)                                                    \
+    SC_DECLARE_KERNELS(octree, cpu)                                                                \
+    SC_DECLARE_KERNELS(proximity, cpu)                                                             \
+    SC_DECLARE_KERNELS(chessboard, cpu)                                                            \
+    SC_DECLARE_KERNELS(leap, cpu)
 
 SC_DECLARE_KERNELS(none, c)
 SC_DECLARE_KERNELS(interior, c)

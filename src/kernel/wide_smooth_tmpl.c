@@ -37,9 +37,10 @@ typedef struct packet {
     v_radiance light;
     /* the rays */
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* eye: sc_ray.toward_eye */
-    vm forward[3];  /* the coordinate grows along the ray, or does not change */
-    vm parallel[3]; /* it does not change: the ray never crosses a grid plane of this axis */
-    vf near, far;   /* distances at which the ray enters and leaves the box of the march */
+    vm forward[3];        /* the coordinate grows along the ray, or does not change */
+    vm parallel[3];       /* it does not change: the ray never crosses a grid plane of this axis */
+    vf near, far;         /* distances at which the ray enters and leaves the box of the march */
+    vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
     /* the stretch of the ray that is being marched: see next_stretch() */
     vf end;         /* where it ends */
     vf rounding[3]; /* bound on the rounding error of a position on it, in grid coordinates */
@@ -164,6 +165,67 @@ static inline void leave_cell(packet *p, vm on)
     leave_box(p, i_set(-1), i_set(1), i_set(0), m_none(), on);
 }
 
+/* Set p->t and p->axis of the lanes of @p on to where the ray has entered the cell p->q; it has not
+ * begun there. */
+static inline void find_entry(packet *p, vm on)
+{
+    vf t = f_set(-SC_NEVER_MM);
+    vi axis = i_set(-1);
+
+    for (int i = 0; i < 3; i++) {
+        const vf mm = v_plane_mm(p, i, i_pick(p->forward[i], p->q[i], p->q[i] + 1));
+        const vm later = m_without(f_at_most(t, mm), p->parallel[i]);
+
+        t = f_pick(later, mm, t);
+        axis = i_pick(later, i_set(i), axis);
+    }
+    p->t = f_pick(on, t, p->t);
+    p->axis = i_pick(on, axis, p->axis);
+}
+
+/* Step out of the present cells of the lanes of @p on, and in those of @p leaps as far as it is
+ * certain that all cells on the way are less than @p far away by the city-block distance. That
+ * distance grows by 1 with every grid plane that the ray crosses: at the distance at which the sum
+ * of the ways along the three axes, counted from where the ray would have entered the cell, is @p
+ * far, it has crossed that many at most. Sets p->q, p->t and p->axis. */
+static inline void leave_ball(packet *p, vi far, vm leaps, vm on)
+{
+    const vi from[3] = {p->q[0], p->q[1], p->q[2]};
+    vi next[3], next_axis, apart = i_set(0);
+    vf way = f_of(far), reach, next_t;
+    vm beyond;
+
+    for (int i = 0; i < 3; i++) {
+        const vf at = p->origin[i] + p->direction[i] * p->t - f_of(p->q[i]);
+
+        way -= f_pick(p->parallel[i], f_set(0), f_pick(p->forward[i], at, 1 - at));
+    }
+    reach = p->t + way * p->mm_per_city_block;
+    reach = f_pick(f_below(p->end, reach), p->end, reach);
+    leave_cell(p, on);
+    leaps = m_and(leaps, f_below(p->t, reach));
+    if (!m_any(leaps))
+        return;
+    for (int i = 0; i < 3; i++)
+        next[i] = p->q[i];
+    next_t = p->t;
+    next_axis = p->axis;
+    p->t = f_pick(leaps, reach, p->t);
+    p->axis = i_pick(leaps, i_set(-1), p->axis);
+    v_locate_cells(p, leaps);
+    find_entry(p, leaps);
+    for (int i = 0; i < 3; i++)
+        apart += i_pick(i_below(p->q[i], from[i]), from[i] - p->q[i], p->q[i] - from[i]);
+    beyond = m_and(leaps, i_below(far, apart));
+    if (!m_any(beyond))
+        return;
+    /* Rounding has led too far: a step of one cell. */
+    for (int i = 0; i < 3; i++)
+        p->q[i] = i_pick(beyond, next[i], p->q[i]);
+    p->t = f_pick(beyond, next_t, p->t);
+    p->axis = i_pick(beyond, next_axis, p->axis);
+}
+
 /* One step of the lanes that are walking. Those in a marked cell stop walking and join
  * p->at_marked; those at the end of their stretch stop walking. Counts cell visits and steps across
  * empty space. */
@@ -176,7 +238,11 @@ static inline void step(packet *p)
     p->counters.brick_steps += m_count(e.leaps);
     p->at_marked = m_or(p->at_marked, e.marked);
     p->walking = m_without(seek, e.marked);
-    if (m_any(p->walking))
+    if (!m_any(p->walking))
+        return;
+    if (EMPTY_IS_BALL)
+        leave_ball(p, e.ahead, e.leaps, p->walking);
+    else
         leave_box(p, e.mask, e.ahead, e.back, e.leaps, p->walking);
 }
 
@@ -578,6 +644,8 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         p->forward[i] = m_without(f_equal(d, d), m_without(back, p->parallel[i]));
         p->q[i] = p->cell.q[i] = i_set(0);
     }
+    p->mm_per_city_block =
+        1 / (f_abs(p->direction[0]) + f_abs(p->direction[1]) + f_abs(p->direction[2]));
     v_clip_to_box(p->m, p->origin, p->inverse, 0, &p->near, &p->far);
     p->t = p->end = f_set(0);
     p->active = i_set(0);

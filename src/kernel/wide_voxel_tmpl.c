@@ -21,6 +21,7 @@ typedef struct packet {
     v_radiance light;
     vf origin[3], direction[3], inverse[3], eye[3], base_mm; /* of sc_ray; inverse: 1 / direction,
                                                                 eye: sc_ray.toward_eye */
+    vf mm_per_city_block; /* way by which the city-block distance from its begin grows by 1 */
     vm forward[3];        /* the coordinate grows along the ray, or does not change */
     vi k, last;           /* the present sample, and the end of the part of the ray */
     vi kept;              /* the clip sets kept from k to last, as bits */
@@ -56,8 +57,13 @@ static inline void v_vertex(const packet *p, vi k, vi out[3])
 /* The lanes in which the vertex @p other lies outside of the empty space @p e around @p at. */
 static inline vm v_is_outside(const v_empty *e, const vi at[3], const vi other[3])
 {
+    vi blocks = i_set(0);
     vm out = m_none();
 
+    for (int i = 0; i < 3 && EMPTY_IS_BALL; i++)
+        blocks += i_pick(i_below(other[i], at[i]), at[i] - other[i], other[i] - at[i]);
+    if (EMPTY_IS_BALL)
+        return i_below(e->ahead - 1, blocks);
     for (int i = 0; i < 3; i++) {
         const vi from = other[i] - (at[i] & e->mask);
 
@@ -66,14 +72,11 @@ static inline vm v_is_outside(const v_empty *e, const vi at[3], const vi other[3
     return out;
 }
 
-/* @return a sample beyond the empty space @p e around the vertex @p at (of v_vertex of sample
- * p->k): as far ahead as is safe, at least the next one, at most p->last. Other lanes than those of
- * @p on are meaningless. */
-static vi step_over(const packet *p, const vi at[3], const v_empty *e, vm on)
+/* Distance in mm, but for rounding, at which the ray leaves the empty space @p e around the vertex
+ * @p at of sample p->k, if that is a box. */
+static inline vf v_leaves_box(const packet *p, const vi at[3], const v_empty *e)
 {
     vf t = f_set(SC_NEVER_MM);
-    vi k;
-    vm open;
 
     for (int i = 0; i < 3; i++) {
         const vi plane = (at[i] & e->mask) + i_pick(p->forward[i], e->ahead, e->back);
@@ -81,6 +84,35 @@ static vi step_over(const packet *p, const vi at[3], const v_empty *e, vm on)
 
         t = f_pick(f_below(mm, t), mm, t);
     }
+    return t;
+}
+
+/* The same if it is a ball. The city-block distance grows by 1 where the position along an axis
+ * comes to the next whole number: up to the distance returned no more often than that the ray is
+ * still within. */
+static inline vf v_leaves_ball(const packet *p, const vi at[3], const v_empty *e)
+{
+    const vf t = v_distance(p, p->k);
+    vf way = f_of(e->ahead);
+
+    for (int i = 0; i < 3; i++) {
+        const vf within = p->origin[i] + p->direction[i] * t - f_of(at[i]);
+        const vm stays = f_equal(p->inverse[i], f_set(SC_NEVER_MM));
+
+        way -= f_pick(stays, f_set(0), f_pick(p->forward[i], within, 1 - within));
+    }
+    return t + way * p->mm_per_city_block;
+}
+
+/* @return a sample beyond the empty space @p e around the vertex @p at (of v_vertex of sample
+ * p->k): as far ahead as is safe, at least the next one, at most p->last. Other lanes than those of
+ * @p on are meaningless. */
+static vi step_over(const packet *p, const vi at[3], const v_empty *e, vm on)
+{
+    vf t = EMPTY_IS_BALL ? v_leaves_ball(p, at, e) : v_leaves_box(p, at, e);
+    vi k;
+    vm open;
+
     t = t * (1 / p->m->step_mm) + 0.5f;
     k = i_pick(f_below(t, f_of(p->last)), i_of(t), p->last);
     /* Rounding may have led too far: go back while the sample before lies outside of what is empty.
@@ -336,6 +368,8 @@ static void start_packet(packet *p, const sc_ray *rays, int count)
         p->inverse[i] = f_pick(parallel, f_set(SC_NEVER_MM), 1 / d);
         p->forward[i] = m_or(parallel, f_below(f_set(0), d));
     }
+    p->mm_per_city_block =
+        1 / (f_abs(p->direction[0]) + f_abs(p->direction[1]) + f_abs(p->direction[2]));
     v_clip_to_box(p->m, p->origin, p->inverse, 0.5f, &near, &far);
     p->nearest = i_ceil(near / p->m->step_mm - 0.5f);
     p->farthest = i_pick(f_below(near, far), i_ceil(far / p->m->step_mm - 0.5f), p->nearest);

@@ -167,8 +167,8 @@ sc_status sc_cell_distances(const sc_ctx *ctx, sc_team *team, const sc_prepared 
     for (int i = 0; i < 3; i++)
         job.sweep.size[i] = framed[i] * SC_BRICK;
     plane = (size_t)job.sweep.size[0] * (size_t)job.sweep.size[1];
-    SC_TRY(sc_team_alloc(ctx, team, job.bricks * SC_BRICK_VERTICES + SC_GATHER_BYTES, 1,
-                         &distances));
+    SC_TRY(
+        sc_team_alloc(ctx, team, job.bricks * SC_BRICK_VERTICES + SC_GATHER_BYTES, 1, &distances));
     SC_TRY(sc_team_alloc(ctx, team, 2 * plane + (size_t)job.sweep.size[0], 1, &scratch));
     job.distances = distances;
     job.planes[0] = scratch;

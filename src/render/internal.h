@@ -44,7 +44,9 @@ struct sc_renderer {
     sc_team *team;            /* holds what is derived from the volume, down to the hull */
     uint64_t *visible;        /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
     uint8_t *distances;       /* SC_SKIP_LEAP only, else NULL */
-    sc_cells cells;           /* smooth and SC_SKIP_LEAP only, else empty */
+    sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
+    uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
+    sc_cells cells;           /* smooth and wide kernels only, else empty */
     sc_occlusion occlusion;   /* empty if the light does without */
     sc_block *blocks;         /* [block_count] */
     size_t block_count;

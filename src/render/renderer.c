@@ -116,6 +116,8 @@ static void fill_march(sc_renderer *r)
         .volume = v,
         .visible = r->visible,
         .distances = r->distances,
+        .pyramid = &r->pyramid,
+        .cell_distances = r->cell_distances,
         /* grid coordinates are those of voxels plus one */
         .box_low = {(float)r->box.low.x + 1, (float)r->box.low.y + 1, (float)r->box.low.z + 1},
         .box_high = {(float)r->box.high.x + 1, (float)r->box.high.y + 1, (float)r->box.high.z + 1},
@@ -171,6 +173,30 @@ static void measure_hull(sc_renderer *r)
     r->hull_box = (sc_box3){low, high};
 }
 
+/* Make what the skip method knows of empty space, from r->visible. Collective in r->team. @return
+ * SC_ERR_MEMORY; what has been set stays with the renderer. */
+static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r)
+{
+    const sc_prepared *v = r->volume;
+
+    switch (r->kernel->skip) {
+    case SC_SKIP_LEAP:
+        return sc_brick_distances(ctx, r->team, v, r->visible, &r->distances);
+    case SC_SKIP_OCTREE:
+        return sc_pyramid_build(ctx, r->team, v, &r->visible, &r->pyramid);
+    case SC_SKIP_PROXIMITY:
+        return sc_cell_distances(ctx, r->team, v, r->visible, SC_METRIC_CITY_BLOCK,
+                                 &r->cell_distances);
+    case SC_SKIP_CHESSBOARD:
+        return sc_cell_distances(ctx, r->team, v, r->visible, SC_METRIC_CHESSBOARD,
+                                 &r->cell_distances);
+    case SC_SKIP_NONE:
+    case SC_SKIP_INTERIOR:
+        break;
+    }
+    return SC_OK;
+}
+
 /* Derive from the volume what the march needs and what does not change from frame to frame: masks
  * (r->visible), what follows from them (distances, cells, blocks), the hull with its box, which is
  * that of the visible voxels for either surface, and the occlusion. @param show what of each label
@@ -189,10 +215,9 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
         SC_TRY(sc_visible_cells(ctx, r->team, v, show, &r->visible));
     else
         SC_TRY(sc_visible_masks(ctx, r->team, v, show, &r->visible));
-    if (r->kernel->skip == SC_SKIP_LEAP)
-        SC_TRY(sc_brick_distances(ctx, r->team, v, r->visible, &r->distances));
-    if (r->kernel->skip == SC_SKIP_LEAP && r->kernel->surface == SC_SURFACE_SMOOTH)
+    if (sc_skip_is_wide(r->kernel->skip) && r->kernel->surface == SC_SURFACE_SMOOTH)
         SC_TRY(sc_cells_build(ctx, r->team, v, r->visible, &r->cells));
+    SC_TRY(find_empty(ctx, r));
     if (!light->flat && (light->occlusion > 0 || light->shadows))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     decide_cover(r);

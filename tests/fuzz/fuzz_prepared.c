@@ -86,14 +86,15 @@ static void set_camera(const sc_vec3 *points, size_t count, sc_orbit *camera)
 /* Draw one small picture; @p how chooses surface and skip method, frame and camera. */
 static void draw(const sc_prepared *v, int how)
 {
-    static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_NONE};
+    static const sc_skip skips[] = {SC_SKIP_LEAP,   SC_SKIP_INTERIOR,  SC_SKIP_NONE,
+                                    SC_SKIP_OCTREE, SC_SKIP_PROXIMITY, SC_SKIP_CHESSBOARD};
     const sc_render_settings settings = {.width_px = WIDTH,
                                          .height_px = HEIGHT,
                                          .samples = 1,
                                          .step_voxels = 0.5,
                                          .caps = true,
                                          .surface = how & 1 ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
-                                         .skip = skips[how / 2 % 3],
+                                         .skip = skips[how / 2 % 6],
                                          .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
                                          .local_thickness = v->thickness != NULL,
                                          .tile_px = 8,

@@ -15,12 +15,12 @@ partitions=(auto frames tiles)
 n=0
 for ranks in 1 2 3 5; do
     for threads in 1 2 3; do
-        for skip in none interior leap; do
+        for skip in none interior octree proximity chessboard leap; do
             n=$((n + 1))
             kind=${kinds[(n + n / 3) % 3]} setting=${settings[(n + n / 3) % 3]}
             [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
             OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
-                --set render.skip=$skip --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
+                --set render.skip=$skip --cpu "$([ $(((n + n / 6) % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \
                 --set farm.share=$([ $((n / 2 % 2)) = 0 ] && echo true || echo false) \
                 --set "farm.partition=${partitions[(n + n / 9) % 3]}" --set "$setting" >/dev/null
             [ "$(hashes "$kind")" = "$(hashes "run$n")" ] ||

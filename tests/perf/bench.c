@@ -8,7 +8,7 @@
  *   scene    peers (colours, opacities, light and camera of the programs it is compared with),
  *            heart, or paper: heart without light
  *   surface  smooth, voxel           layers   opaque, all
- *   skip     leap, interior, none    cpu      auto, or a variant: see segcast render --help
+ *   skip     as render.skip of a job cpu      auto, or a variant: see segcast render --help
  *   size     1920x1080               threads  1
  *   samples  1 (rays per pixel at edges)
  *   frames   of a turn of 36         repeat   times */
@@ -55,6 +55,7 @@ typedef struct entry {
     sc_renderer *renderer;
     sc_timeline timeline;
     sc_image image;
+    double derive_cpu_s;        /* to make the renderer */
     double cpu_s, wall_s;       /* a frame, the least of all repetitions */
     sc_march_counters counters; /* of all frames of the last repetition */
 } entry;
@@ -172,18 +173,18 @@ static void draw(entry *e, int frame)
     sc_add_counters(&e->counters, &stats.counters);
 }
 
-/* @return the light of a job that sets none of its keys. */
-static sc_lighting default_light(void)
+/* Set the skip method of that name, and the light of a job that sets none of its keys. */
+static void set_from_job(const char *skip, sc_render_settings *s)
 {
-    static const sc_setting volume = {"bench", "volume", "phantom", true};
-    const sc_job_sources sources = {.settings = &volume, .setting_count = 1};
-    sc_lighting light;
+    const sc_setting settings[] = {{"bench", "volume", "phantom", true},
+                                   {"bench", "render.skip", skip, true}};
+    const sc_job_sources sources = {.settings = settings, .setting_count = 2};
     sc_job job;
 
     must(sc_job_load(&ctx, &sources, &job));
-    light = job.light;
+    s->light = job.light;
+    s->skip = (sc_skip)job.render.skip;
     sc_job_clear(&job);
-    return light;
 }
 
 /* Make the renderer, image and timeline of an entry whose values have been set, and draw a first
@@ -193,7 +194,6 @@ static void start(entry *e, prepared_set *p)
 {
     const bool voxel = strcmp(e->value[SURFACE], "voxel") == 0;
     const bool peers = strcmp(e->value[SCENE], "peers") == 0;
-    const char *skip = e->value[SKIP];
     sc_animation a = {.frames = TURN,
                       .camera = {.axis = {0, 0, 1},
                                  .turns = 1,
@@ -202,28 +202,27 @@ static void start(entry *e, prepared_set *p)
                                  .zoom = {1, 1, 0, 1, 0}}};
     sc_render_settings s = {
         .surface = voxel ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
-        .skip = !strcmp(skip, "none")       ? SC_SKIP_NONE
-                : !strcmp(skip, "interior") ? SC_SKIP_INTERIOR
-                                            : SC_SKIP_LEAP,
         .cpu = e->value[CPU],
         .samples = atoi(e->value[SAMPLES]),
         .step_voxels = 0.5,
         .caps = true,
         .tile_px = 32,
         .threads = atoi(e->value[THREADS]),
-        .light = default_light(),
     };
     const sc_vec3 *hull;
     size_t count;
 
     if (sscanf(e->value[SIZE], "%dx%d", &s.width_px, &s.height_px) != 2)
         exit(64);
+    set_from_job(e->value[SKIP], &s);
     if (peers) /* in those programs 0.2 of the light is ambient, and 0.8 comes from the eye */
         s.light = (sc_lighting){.ambient = 0.2, .head = 0.8};
     if (strcmp(e->value[SCENE], "paper") == 0)
         s.light.flat = true;
     set_tissues(p, peers, voxel);
+    e->derive_cpu_s = process_cpu_s();
     must(sc_renderer_new(&ctx, &s, &p->view, p->tissues, &e->renderer));
+    e->derive_cpu_s = process_cpu_s() - e->derive_cpu_s;
     must(sc_image_init(&ctx, s.width_px, s.height_px, &e->image));
     hull = sc_renderer_hull(e->renderer, &count);
     sc_timeline_resolve(&a, hull, count, (double)s.width_px / s.height_px, &e->timeline);
@@ -260,10 +259,13 @@ static void report(const entry *e, const prepared_set *p)
         printf("%s=%s ", lists[key].key, e->value[key]);
     printf(
         "kernel=%s/%s cpu_s=%.4f wall_s=%.4f mrays_per_cpu_s=%.2f prepare_cpu_s=%.2f "
+        "derive_cpu_s=%.2f derived_mb=%.1f "
         "rays=%.0f brick_steps_per_ray=%.2f cell_visits_per_ray=%.2f contributions_per_ray=%.3f\n",
         sc_renderer_kernel(e->renderer)->name, sc_renderer_kernel(e->renderer)->cpu, e->cpu_s,
-        e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, rays, (double)c->brick_steps / frames / rays,
-        (double)c->cell_visits / frames / rays, (double)c->contributions / frames / rays);
+        e->wall_s, pixels / e->cpu_s * 1e-6, p->cpu_s, e->derive_cpu_s,
+        (double)sc_renderer_derived_bytes(e->renderer) * 1e-6, rays,
+        (double)c->brick_steps / frames / rays, (double)c->cell_visits / frames / rays,
+        (double)c->contributions / frames / rays);
     fflush(stdout);
 }
 

@@ -15,7 +15,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { LABELS = 7, BATCH = 509 /* not a multiple of any number of SIMD lanes */ };
+enum {
+    LABELS = 7,
+    BATCH = 509, /* not a multiple of any number of SIMD lanes */
+    KERNELS_MAX = 32
+};
 
 static const int size[3] = {61, 45, 53};
 
@@ -23,9 +27,10 @@ static const int size[3] = {61, 45, 53};
 typedef struct stage {
     sc_volume volume;
     prepared_copy prepared;
-    sc_team *team; /* of the next three */
+    sc_team *team; /* of what follows, down to the cells */
     uint64_t *masks;
-    uint8_t *distances;
+    uint8_t *distances, *cell_distances[2]; /* by sc_metric */
+    sc_pyramid pyramid;
     sc_cells cells;
     sc_march_tissue tissues[LABELS];
     sc_march march;
@@ -83,6 +88,10 @@ static stage make_stage(sc_surface surface, int label_bytes)
         assert_ok(sc_visible_masks(&quiet, s.team, v, show, &s.masks));
     }
     assert_ok(sc_brick_distances(&quiet, s.team, v, s.masks, &s.distances));
+    for (int metric = 0; metric < 2; metric++)
+        assert_ok(sc_cell_distances(&quiet, s.team, v, s.masks, (sc_metric)metric,
+                                    &s.cell_distances[metric]));
+    assert_ok(sc_pyramid_build(&quiet, s.team, v, &s.masks, &s.pyramid));
     return s;
 }
 
@@ -100,6 +109,7 @@ static void set_march(stage *s)
         .box_low = {-1.5f, -1.5f, -1.5f},
         .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
         .distances = s->distances,
+        .pyramid = &s->pyramid,
         .cell_start = s->cells.start,
         .cells = s->cells.cells,
         .tissues = s->tissues,
@@ -253,15 +263,20 @@ static void expect_equal(const sc_kernel *kernel, const sc_ray *ray, const sc_ra
 
 /* Find the kernels for a surface and the label width of a volume that this processor can run, to
  * @p out, the plain march (SC_SKIP_NONE) first. @return how many. */
-static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kernel *out[8])
+static int find_kernels(sc_surface surface, const sc_prepared *v, const sc_kernel *out[KERNELS_MAX])
 {
     int count = 0;
 
-    out[count++] = sc_kernel_find(surface, SC_SKIP_NONE, v, NULL);
-    out[count++] = sc_kernel_find(surface, SC_SKIP_INTERIOR, v, NULL);
-    for (int i = 1; sc_cpu_names[i]; i++) {
-        if (sc_cpu_has(sc_cpu_names[i]))
-            out[count++] = sc_kernel_find(surface, SC_SKIP_LEAP, v, sc_cpu_names[i]);
+    for (int skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
+        for (int i = 1; sc_cpu_names[i]; i++) {
+            const sc_kernel *kernel = NULL;
+
+            if (sc_cpu_has(sc_cpu_names[i]))
+                kernel = sc_kernel_find(surface, (sc_skip)skip, v, sc_cpu_names[i]);
+            if (kernel && (count == 0 || out[count - 1] != kernel))
+                out[count++] = kernel;
+            assert_true(count < KERNELS_MAX);
+        }
     }
     return count;
 }
@@ -274,9 +289,9 @@ static void compare(sc_surface surface, int label_bytes, long rays)
     static sc_ray batch[BATCH];
     static sc_radiance expected[BATCH], found[BATCH];
     stage s = make_stage(surface, label_bytes);
-    const sc_kernel *kernels[8];
-    sc_march_counters counters[8] = {{0}};
-    double cpu_s[8] = {0};
+    const sc_kernel *kernels[KERNELS_MAX];
+    sc_march_counters counters[KERNELS_MAX] = {{0}};
+    double cpu_s[KERNELS_MAX] = {0};
     uint64_t seed = 77 + (uint64_t)label_bytes;
     int count;
 
@@ -288,6 +303,7 @@ static void compare(sc_surface surface, int label_bytes, long rays)
         for (int k = 0; k < count; k++) {
             const double begin_s = sc_thread_cpu_s();
 
+            s.march.cell_distances = s.cell_distances[kernels[k]->skip == SC_SKIP_CHESSBOARD];
             kernels[k]->march(&s.march, batch, BATCH, k ? found : expected, &counters[k]);
             cpu_s[k] += sc_thread_cpu_s() - begin_s;
             for (int i = 0; k && i < BATCH; i++)

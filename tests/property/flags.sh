@@ -9,7 +9,7 @@ read -ra cpus < <("$release" keys render.cpu --json | jq -r '.[0].values | gsub(
 [ "${cpus[0]}" = auto ] || fail "found no variants in the values of render.cpu"
 small_job job.yaml # drawn larger below: a change in the last bit of a float rarely reaches a level of 8 bits
 for surface in smooth voxel; do
-    for kernel in none-auto "${cpus[@]/#/leap-}"; do
+    for kernel in none-auto octree-auto proximity-auto chessboard-auto "${cpus[@]/#/leap-}"; do
         settings=(--set render.surface=$surface --set "render.skip=${kernel%-*}" --set "render.cpu=${kernel#*-}" --set animation.frames=3 --set output.size=[400,300])
         name=$surface-$kernel
         "$release" render job.yaml -o "$name-release" -q "${settings[@]}" >/dev/null 2>&1 || continue # this processor cannot run the variant

@@ -102,7 +102,8 @@ static void draw(const sc_prepared *v, const sc_render_settings *settings)
 /* Read a file, and draw it if it is accepted. @return whether it was. */
 static bool use(const forged *file, bool every_way)
 {
-    static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_NONE};
+    static const sc_skip skips[] = {SC_SKIP_LEAP,       SC_SKIP_OCTREE,   SC_SKIP_PROXIMITY,
+                                    SC_SKIP_CHESSBOARD, SC_SKIP_INTERIOR, SC_SKIP_NONE};
     sc_render_settings settings = {.width_px = WIDTH,
                                    .height_px = HEIGHT,
                                    .samples = 1,

@@ -62,14 +62,16 @@ static sc_scene random_scene(uint64_t *seed, int n, sc_vec3 middle)
     return scene;
 }
 
-/* Draw with SC_SKIP_LEAP and every variant that this processor can run: the picture must be @p
- * expected, and the counters must be equal. */
-static void expect_all_variants_to_agree(small_scene *s, const sc_scene *scene, sc_image *expected,
-                                         const sc_march_counters *work)
+/* Draw by the wide method @p skip with every variant that this processor can run: the picture must
+ * be @p expected, and the counters must be equal. @param work that of SC_SKIP_INTERIOR. @param most
+ * steps that the method may take. */
+static void expect_all_variants_to_agree(small_scene *s, const sc_scene *scene, sc_skip skip,
+                                         sc_image *expected, const sc_march_counters *work,
+                                         uint64_t most)
 {
     sc_march_counters first = {0};
 
-    s->settings.skip = SC_SKIP_LEAP;
+    s->settings.skip = skip;
     for (int i = 1; sc_cpu_names[i]; i++) {
         sc_render_stats stats;
         sc_image image;
@@ -81,7 +83,7 @@ static void expect_all_variants_to_agree(small_scene *s, const sc_scene *scene, 
         expect_same(expected, &image);
         sc_image_clear(&image);
         assert_int_equal(stats.counters.contributions, work->contributions);
-        assert_true(stats.counters.cell_visits + stats.counters.brick_steps <= work->cell_visits);
+        assert_true(stats.counters.cell_visits + stats.counters.brick_steps <= most);
         if (first.rays)
             assert_memory_equal(&stats.counters, &first, sizeof first);
         first = stats.counters;
@@ -124,7 +126,15 @@ static void all_skip_methods_and_variants_give_the_same_bits(void **state)
         expect_same(&a, &b);
         assert_int_equal(plain.counters.contributions, fast.counters.contributions);
         assert_true(fast.counters.cell_visits <= plain.counters.cell_visits);
-        expect_all_variants_to_agree(&s, &scene, &a, &fast.counters);
+        /* leap, and one of the others. Distances of cells say less than masks of bricks where
+         * bricks are empty only just. */
+        for (sc_skip skip = SC_SKIP_OCTREE; skip <= SC_SKIP_LEAP; skip++) {
+            if (skip == SC_SKIP_LEAP || n / 8 % 3 == (int)(skip - SC_SKIP_OCTREE))
+                expect_all_variants_to_agree(&s, &scene, skip, &a, &fast.counters,
+                                             sc_skip_has_cell_distances(skip)
+                                                 ? plain.counters.cell_visits
+                                                 : fast.counters.cell_visits);
+        }
         blank += is_blank(&a);
         sc_image_clear(&a);
         sc_image_clear(&b);
@@ -167,13 +177,32 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
 {
     /* rays, cell visits, brick steps, contributions; the last bit of a cosine may change them a
      * little */
-    static const uint64_t known[7][4] = {{4480, 22162, 14600, 1880},  {4816, 19724, 15437, 1844},
-                                         {10075, 63654, 31922, 5836}, {12191, 280743, 56449, 53614},
-                                         {4480, 150234, 0, 1880},     {4816, 41368, 0, 1844},
-                                         {10075, 105473, 0, 5836}};
+    static const uint64_t known[][4] = {
+        {4480, 22162, 14600, 1880},
+        {4816, 19724, 15437, 1844},
+        {10111, 63897, 31980, 5872},
+        {12203, 281151, 56497, 53693},
+        {4480, 150234, 0, 1880},
+        {4816, 41368, 0, 1844},
+        {10111, 105772, 0, 5872},
+        {12203, 351321, 0, 53693}, /* the rest are of octree, proximity and chessboard */
+        {4480, 7688, 17369, 1880},
+        {4816, 9192, 19281, 1844},
+        {10111, 33792, 44509, 5872},
+        {12203, 187276, 98679, 53693},
+        {4480, 7714, 16864, 1880},
+        {4816, 9990, 22081, 1844},
+        {10111, 36469, 50843, 5872},
+        {12203, 197819, 133007, 53693},
+        {4480, 11503, 15318, 1880},
+        {4816, 12235, 16077, 1844},
+        {10111, 43378, 35369, 5872},
+        {12203, 230099, 70562, 53693}};
+    static const sc_skip skips[] = {SC_SKIP_LEAP, SC_SKIP_INTERIOR, SC_SKIP_OCTREE,
+                                    SC_SKIP_PROXIMITY, SC_SKIP_CHESSBOARD};
 
     (void)state;
-    for (int way = 0; way < 7; way++) {
+    for (int way = 0; way < (int)SC_COUNT_OF(known); way++) {
         small_scene s = make_scene(small_phantom(), way % 4 < 3 ? 1 : 0.3);
         const sc_scene scene = front_view(&s);
         sc_render_stats stats;
@@ -181,7 +210,7 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
         uint64_t found[4];
 
         s.settings.surface = way % 4 ? SC_SURFACE_SMOOTH : SC_SURFACE_VOXEL;
-        s.settings.skip = way < 4 ? SC_SKIP_LEAP : SC_SKIP_INTERIOR;
+        s.settings.skip = skips[way / 4];
         s.settings.everywhere = way % 4 < 2;
         s.settings.samples = way % 4 < 2 ? 1 : 4;
         image = draw_view(&s, &scene, &stats);
@@ -422,11 +451,18 @@ static void every_listed_kernel_is_found(void **state)
 static void a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others(void **state)
 {
     const sc_prepared large = {.size = {2000, 2000, 2000}, .label_bytes = 1};
+    /* The labels are within reach, but not the distances of the cells in the frame as well. */
+    const sc_prepared framed = {
+        .size = {1289, 1289, 1289}, .bricks = {323, 323, 323}, .label_bytes = 1};
     const sc_prepared records = {.size = {9, 9, 9}, .label_bytes = 1, .near_count = 1u << 30};
 
     (void)state;
     assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &large, NULL));
     assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_LEAP, &records, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_OCTREE, &records, "c"));
+    assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_OCTREE, &framed, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_PROXIMITY, &framed, "c"));
+    assert_null(sc_kernel_find(SC_SURFACE_VOXEL, SC_SKIP_CHESSBOARD, &framed, "c"));
     assert_non_null(sc_kernel_find(SC_SURFACE_SMOOTH, SC_SKIP_INTERIOR, &large, NULL));
 }
 

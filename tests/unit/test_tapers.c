@@ -140,7 +140,6 @@ static void vessels_on_a_wall_do_not_fade(void **state)
  * have neither colour. All kernels draw the same. */
 static void all_kernels_draw_the_soft_rim(void **state)
 {
-    static const sc_skip skips[3] = {SC_SKIP_NONE, SC_SKIP_INTERIOR, SC_SKIP_LEAP};
     sc_scene scene = {.clip_set_count = 1};
     small_scene s;
     sc_image first = {0};
@@ -153,13 +152,13 @@ static void all_kernels_draw_the_soft_rim(void **state)
     s.settings.width_px = s.settings.height_px = 122;
     scene.camera = sc_camera_look((sc_vec3){30, 30, 200}, (sc_vec3){30, 30, 30}, (sc_vec3){0, 1, 0},
                                   SC_ORTHOGRAPHIC, 30.5);
-    for (int n = 0; n < 3; n++) {
+    for (sc_skip skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
         for (int i = 0; sc_cpu_names[i]; i++) {
             sc_image image;
 
             if (!sc_cpu_has(sc_cpu_names[i]))
                 continue;
-            s.settings.skip = skips[n];
+            s.settings.skip = skip;
             s.settings.cpu = sc_cpu_names[i];
             image = draw_view(&s, &scene, NULL);
             if (!first.rgb) {
