@@ -3,8 +3,8 @@
  * called on a login node. */
 #include "app.h"
 
-/* List the corners, in RAS mm, of the bounding boxes of the visible tissues, or those of the volume
- * if no voxels were read. Caller owns *out: sc_free. */
+/* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues, or of that
+ * of the volume if no voxels were read. Caller owns *out: sc_free. */
 static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
                               size_t *count)
 {
@@ -31,7 +31,7 @@ static sc_status find_corners(const sc_app *app, const sc_session *session, sc_v
                 const int low = scanned ? s->low[i] : 0,
                           high = scanned ? s->high[i] : v->size[i] - 1;
 
-                at[i] = corner >> i & 1 ? high : low;
+                at[i] = corner >> i & 1 ? high + 0.5 : low - 0.5;
             }
             points[found++] = sc_affine_point(&v->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
         }
