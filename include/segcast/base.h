@@ -128,6 +128,8 @@ typedef struct sc_text {
 /** Append formatted text. @return SC_ERR_MEMORY, with @p text untouched. */
 SC_MUST_USE sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     SC_PRINTF(3, 4);
+/** Copy a text. @return SC_ERR_MEMORY. Caller owns *out: sc_free. */
+SC_MUST_USE sc_status sc_text_copy(const sc_ctx *ctx, const char *from, char **out);
 /** Free the memory of @p text, which is empty then. */
 void sc_text_clear(sc_text *text);
 

@@ -199,17 +199,6 @@ void sc_study_why_not(const sc_study_state *state, int cell, char *text, size_t 
         snprintf(text, size, "this processor cannot run its kernels");
 }
 
-/* Copy a text. Caller owns *out: sc_free. */
-static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
-{
-    sc_text text = {0};
-    const sc_status status = sc_text_add(ctx, &text, "%s", from);
-
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
-}
-
 /* Name the axes and values of the study in state->design. */
 static sc_status fill_design(sc_study_state *state)
 {
@@ -218,7 +207,7 @@ static sc_status fill_design(sc_study_state *state)
     void *block;
     sc_status status;
 
-    SC_TRY(copy_text(ctx, study->title, &state->design.title));
+    SC_TRY(sc_text_copy(ctx, study->title, &state->design.title));
     SC_TRY(sc_zalloc(ctx, (size_t)study->axis_count + 1, sizeof(sc_design_axis), &block));
     state->design.axes = block;
     for (int i = 0; i < study->axis_count; i++) {
@@ -228,10 +217,10 @@ static sc_status fill_design(sc_study_state *state)
         state->design.axis_count++;
         SC_TRY(sc_zalloc(ctx, (size_t)from->value_count, sizeof(char *), &block));
         axis->values = block;
-        SC_TRY(copy_text(ctx, from->name, &axis->name));
+        SC_TRY(sc_text_copy(ctx, from->name, &axis->name));
         for (; axis->value_count < from->value_count; axis->value_count++)
-            SC_TRY(copy_text(ctx, from->values[axis->value_count].name,
-                             &axis->values[axis->value_count]));
+            SC_TRY(sc_text_copy(ctx, from->values[axis->value_count].name,
+                                &axis->values[axis->value_count]));
     }
 out:
     return status;

@@ -48,6 +48,16 @@ sc_status sc_text_add(const sc_ctx *ctx, sc_text *text, const char *fmt, ...)
     return status;
 }
 
+sc_status sc_text_copy(const sc_ctx *ctx, const char *from, char **out)
+{
+    sc_text text = {0};
+    const sc_status status = sc_text_add(ctx, &text, "%s", from);
+
+    if (status == SC_OK)
+        *out = text.data;
+    return status;
+}
+
 void sc_text_clear(sc_text *text)
 {
     sc_free(text->data);

@@ -272,17 +272,6 @@ static void clear_axis(sc_study_axis *axis)
     *axis = (sc_study_axis){0};
 }
 
-/* Copy a text. Caller owns *out. */
-static sc_status copy_text(const sc_ctx *ctx, const char *from, char **out)
-{
-    sc_text text = {0};
-    const sc_status status = sc_text_add(ctx, &text, "%s", from);
-
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
-}
-
 /* Read a value: of a list, what the key that names the axis is set to; of a map, settings under a
  * name. @param out owns what is read, also after an error. */
 static sc_status read_value(const sc_ctx *ctx, const sc_yaml *axis, const sc_yaml *node,
@@ -293,7 +282,7 @@ static sc_status read_value(const sc_ctx *ctx, const sc_yaml *axis, const sc_yam
 
     out->settings.placement = -1;
     if (axis->kind == SC_YAML_MAP) {
-        SC_TRY(copy_text(ctx, node->key, &out->name));
+        SC_TRY(sc_text_copy(ctx, node->key, &out->name));
         return read_settings_of(ctx, node, &out->settings);
     }
     SC_TRY(text_of(ctx, node, &out->name));
@@ -335,7 +324,7 @@ static sc_status read_axis(const sc_ctx *ctx, const sc_yaml *node, sc_study_axis
     if (node->count > VALUES_MAX)
         return sc_yaml_fail(ctx, node, "%s has %zu values, expected at most %d", node->key,
                             node->count, VALUES_MAX);
-    SC_TRY(copy_text(ctx, node->key, &out->name));
+    SC_TRY(sc_text_copy(ctx, node->key, &out->name));
     SC_TRY(sc_zalloc(ctx, node->count, sizeof *out->values, &values));
     out->values = values;
     for (size_t i = 0; i < node->count; i++) {

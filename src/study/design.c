@@ -154,7 +154,7 @@ sc_status sc_measurements_append(const sc_ctx *ctx, sc_measurements *to, const s
 
 sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *to, int cell, const char *reason)
 {
-    sc_text text = {0};
+    char *text;
     void *items = to->skipped;
     sc_status status;
 
@@ -164,9 +164,9 @@ sc_status sc_measurements_skip(const sc_ctx *ctx, sc_measurements *to, int cell,
     }
     SC_TRY(reserve(ctx, &items, to->skipped_count, &to->skipped_capacity, sizeof *to->skipped));
     to->skipped = items;
-    SC_TRY(sc_text_add(ctx, &text, "%s", reason));
+    SC_TRY(sc_text_copy(ctx, reason, &text));
     drop_reason(to, cell);
-    to->skipped[to->skipped_count++] = (sc_skipped_cell){cell, text.data};
+    to->skipped[to->skipped_count++] = (sc_skipped_cell){cell, text};
 out:
     return status;
 }

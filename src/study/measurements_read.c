@@ -104,16 +104,11 @@ static bool read_run(const json_t *object, sc_study_run *out)
 static sc_status copy_string(const sc_ctx *ctx, const json_t *value, char **out)
 {
     const char *from = json_string_value(value);
-    sc_text text = {0};
-    sc_status status;
 
     *out = NULL;
     if (!from || strlen(from) != json_string_length(value))
         return SC_OK;
-    status = sc_text_add(ctx, &text, "%s", from);
-    if (status == SC_OK)
-        *out = text.data;
-    return status;
+    return sc_text_copy(ctx, from, out);
 }
 
 /* Read an axis into @p out, which owns what is read, also after an error. @param good set to false
