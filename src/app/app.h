@@ -190,6 +190,10 @@ sc_status sc_session_volume(sc_app *app, sc_session *session);
  * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);
+/* As sc_session_draw, for the farm: fill in the timing record except wait_s, rank and hash, which
+ * are the farm's. @return SC_ERR_INCOMPLETE if the frame was given up (sc_signals_give_up). */
+sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                                sc_image *image, sc_frame_result *result);
 /* The second part of sc_session_volume: all but the volume, which is there. */
 sc_status sc_session_scene(sc_app *app, sc_session *session);
 /* Move the volume from one session to another, whose job needs it prepared in the same way. What

@@ -47,18 +47,11 @@ static void trace_threads(sc_run *run, int frame)
 static sc_status draw_rows(sc_run *run, int frame, const sc_rows *rows, sc_image *image,
                            sc_frame_result *result)
 {
-    sc_render_stats stats = {0};
-    sc_status status = sc_session_draw(run->app, &run->session, frame, rows, image, &stats);
+    const sc_status status =
+        sc_session_draw_frame(run->app, &run->session, frame, rows, image, result);
 
-    result->frame = frame;
-    result->render_wall_s = stats.wall_s;
-    result->render_cpu_s = stats.cpu_s;
-    result->rays = stats.counters.rays;
-    result->samples = stats.counters.cell_visits;
-    result->contributions = stats.counters.contributions;
     trace_threads(run, frame);
-    /* The renderer leaves tiles out when the frame is to be given up. */
-    return status == SC_OK && *run->give_up ? SC_ERR_INCOMPLETE : status;
+    return status;
 }
 
 sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,

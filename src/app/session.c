@@ -314,7 +314,7 @@ static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
                           const plane_effect *effect, const char *what)
 {
     const sc_vec3 n = t->animation.sweeps[plane].normal;
-    const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 100);
+    const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 10);
     char at[640]; /* room for two of the longest numbers */
 
     snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(t->from_mm[plane] / unit.mm, 1));
@@ -381,6 +381,22 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     }
     memcpy(views.background, session->job.render.background.rgb, sizeof views.background);
     return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
+}
+
+sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                                sc_image *image, sc_frame_result *result)
+{
+    sc_render_stats stats = {0};
+    const sc_status status = sc_session_draw(app, session, k, rows, image, &stats);
+
+    result->frame = k;
+    result->render_wall_s = stats.wall_s;
+    result->render_cpu_s = stats.cpu_s;
+    result->rays = stats.counters.rays;
+    result->samples = stats.counters.cell_visits;
+    result->contributions = stats.counters.contributions;
+    /* The renderer leaves tiles out when the frame is to be given up. */
+    return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
 }
 
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)

@@ -37,16 +37,8 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
 {
     visit *v = user;
     const sc_rows part = {row, row + rows};
-    sc_render_stats stats = {0};
-    const sc_status status = sc_session_draw(v->app, v->session, frame, &part, image, &stats);
 
-    result->frame = frame;
-    result->render_wall_s = stats.wall_s;
-    result->render_cpu_s = stats.cpu_s;
-    result->rays = stats.counters.rays;
-    result->samples = stats.counters.cell_visits;
-    result->contributions = stats.counters.contributions;
-    return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
+    return sc_session_draw_frame(v->app, v->session, frame, &part, image, result);
 }
 
 /* Nothing is kept of a frame but its hash. Frames come in order. */
