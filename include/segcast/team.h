@@ -39,8 +39,8 @@ SC_MUST_USE sc_status sc_team_agree(sc_team *team, sc_status mine);
  *  sc_team_free. */
 SC_MUST_USE sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size,
                                     void **out);
-/** Free an array of the team on this rank. Not collective; NULL is allowed. */
-void sc_team_free(sc_team *team, void *array);
+/** Free @p data, an array of the team, on this rank. Not collective; NULL is allowed. */
+void sc_team_free(sc_team *team, void *data);
 /** Call @p body for all of [0, count), in chunks of @p chunk items that all threads of all ranks
  *  claim one after the other; returns when all items are done on all ranks, and what @p body wrote
  *  to arrays of the team can be read by all. Which rank and thread does which chunk differs from
