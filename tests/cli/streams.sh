@@ -4,6 +4,7 @@
 small_job job.yaml
 sed -i 's/^volume.*/volume: heart.nrrd/' job.yaml
 "$SEGCAST" render job.yaml -o done -q >/dev/null
+printf 'set: {volume: heart.nrrd, output: {size: 32x32}, threads: 1}\nleast: 1\nmost: 1\n' >study.yaml
 arguments() { # arguments COMMAND: what makes the command print something to standard output
     case $1 in
     render) echo job.yaml -o "new$RANDOM$RANDOM" ;;
@@ -15,6 +16,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     prepare) echo heart.nrrd -o out.segc --overwrite ;;
     phantom) echo --size 20x20x20 -o out.nrrd --overwrite ;;
     join | verify | status | report) echo 'done' ;;
+    study) echo study.yaml -o "study$RANDOM$RANDOM" ;;
     init) echo heart.nrrd -o - ;;
     keys) echo render ;;
     help | version | -*) ;;
