@@ -38,6 +38,11 @@ expect 73 'already holds a study' "$SEGCAST" study study.yaml -o out -q; one_err
 expect 0 '' "$SEGCAST" study out/study.yaml -o out --resume -q
 [ "$(measurements out)" = 8 ] || fail "a complete study was measured again"
 
+# The document lists the keys that there are.
+sed -n 's/^\([a-z]*\):.*/\1/p' out/study.yaml | sort >keys.txt
+sed -n '/^| key |/,/^$/p' "$SOURCE/docs/studies.md" | cut -d'|' -f2 | grep -o '`[a-z]*`' | tr -d '`' | sort >documented.txt
+diff keys.txt documented.txt || fail "docs/studies.md and the keys of a study differ (above)"
+
 # A study that was stopped goes on; measurements that were there stay.
 sed -i 's/least: 2/least: 6/; s/most: 2/most: 6/' study.yaml
 "$SEGCAST" study study.yaml -o stopped -q >/dev/null 2>stderr.txt &
