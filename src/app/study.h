@@ -68,7 +68,8 @@ typedef struct sc_study_records {
     const char *directory;
     sc_measurements results; /* of this run and of earlier ones */
     sc_measurement_file *file;
-    bool is_new;  /* this run has begun it */
+    bool is_new;         /* this run has begun it */
+    bool made_directory; /* and has made the directory */
     bool discard; /* the study was refused: sc_study_close removes what has no measurements */
 } sc_study_records;
 /* Open the directory as the options say; r->state and r->directory are set. The design moves from

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -27,21 +28,30 @@ static sc_status write_text(const sc_study_records *r, const char *name, const s
     return status;
 }
 
-/* Refuse a directory in which a file has one of the names that the study will write. */
+/* Refuse @p path if anything has this name. */
+static sc_status refuse_path(const sc_ctx *ctx, const char *path)
+{
+    struct stat info;
+
+    if (lstat(path, &info))
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: is in the way, and was not made by a study; choose another directory with "
+                   "-o",
+                   path);
+}
+
+/* Refuse a directory in which anything has one of the names that the study will write. */
 static sc_status refuse_files(const sc_study_records *r)
 {
     const sc_ctx *ctx = r->state->app->ctx;
-    sc_status status = SC_OK;
+    sc_status status = refuse_path(ctx, r->state->work);
 
     for (size_t i = 0; i < SC_COUNT_OF(file_names) && status == SC_OK; i++) {
         char *path = NULL;
 
         SC_TRY(sc_path_join(ctx, r->directory, file_names[i], &path));
-        if (access(path, F_OK) == 0)
-            status = sc_fail(ctx, SC_ERR_CREATE,
-                             "%s: is in the way, and was not made by a study; choose another "
-                             "directory with -o",
-                             path);
+        status = refuse_path(ctx, path);
         sc_free(path);
     }
 out:
@@ -143,6 +153,7 @@ sc_status sc_study_open(sc_study_records *r)
         goto out;
     }
     SC_TRY(has_study ? remove_files(r) : refuse_files(r));
+    r->made_directory = access(r->directory, F_OK) != 0;
     SC_TRY(sc_make_directory(app->ctx, r->directory));
     SC_TRY(sc_measurement_file_create(app->ctx, path, &r->state->design, &run, &r->file));
     r->is_new = true;
@@ -209,7 +220,8 @@ sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_repo
 void sc_study_close(sc_study_records *r)
 {
     /* A study that was refused, for its budget or its pixels, before anything was measured. */
-    if (r->is_new && r->results.count == 0 && r->discard && remove_files(r) == SC_OK)
+    if (r->is_new && r->results.count == 0 && r->discard && remove_files(r) == SC_OK &&
+        r->made_directory)
         (void)rmdir(r->directory); /* which stays if it holds anything else */
     sc_measurement_file_close(r->file);
     sc_measurements_clear(&r->results);

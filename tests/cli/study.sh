@@ -84,6 +84,15 @@ expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign -q; on
 [ "$(cat foreign/cells.csv)" = mine ] || fail "a foreign file was changed"
 expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign --overwrite -q; one_error
 
+mkdir -p others/work links
+expect 73 'others/work: is in the way' "$SEGCAST" study one.yaml -o others -q; one_error
+ln -s nowhere links/cells.csv
+expect 73 'links/cells.csv: is in the way' "$SEGCAST" study one.yaml -o links -q; one_error
+mkdir empty
+sed 's/budget:.*/budget: 1s/; s/64x64/640x640/' one.yaml >long.yaml
+expect 64 'the budget is 1 s' "$SEGCAST" study long.yaml -o empty -q; one_error
+[ -d empty ] && [ -z "$(ls -A empty)" ] || fail "a study that was refused changed a directory of the user"
+
 # Mistakes of the study, of the jobs of its cells, and a budget that cannot hold it.
 refuse() { # CODE MESSAGE SED_COMMAND...
     local code=$1 message=$2
