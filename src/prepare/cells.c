@@ -44,12 +44,13 @@ static void fetch_weights(const sc_prepared *v, int x, int y, int z, const int a
     record = v->records + (size_t)v->near_start[brick] * SC_RECORD_BYTES;
     for (int row = 0; left; row++, left >>= SC_BRICK) {
         const unsigned bits = (unsigned)left & SC_BRICK_ROW_BITS;
-        int32_t *to = out->at[at[2] + row / SC_BRICK][at[1] + row % SC_BRICK] + at[0];
         const uint8_t *from = record;
+        int32_t *to;
 
         record += (size_t)bits_in[bits] * SC_RECORD_BYTES;
         if (at[1] && row % SC_BRICK)
             continue;
+        to = out->at[at[2] + row / SC_BRICK][at[1] + row % SC_BRICK] + at[0];
         for (unsigned some = bits & wanted; some; some &= some - 1, from += SC_RECORD_BYTES)
             to[__builtin_ctz(some)] = sc_record_weight(*from);
     }
