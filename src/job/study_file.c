@@ -63,15 +63,15 @@ static sc_status text_of(const sc_ctx *ctx, const sc_yaml *node, char **out)
 static sc_status path_of(const sc_ctx *ctx, const sc_yaml *node, const char *path, char **out)
 {
     const char *slash = strrchr(node->origin, '/');
-    sc_text folder = {0};
+    sc_text directory = {0};
     sc_status status = SC_OK;
 
     if (slash)
-        SC_TRY(sc_text_add(ctx, &folder, "%.*s",
+        SC_TRY(sc_text_add(ctx, &directory, "%.*s",
                            slash > node->origin ? (int)(slash - node->origin) : 1, node->origin));
-    status = sc_path_join(ctx, folder.data, path, out);
+    status = sc_path_join(ctx, directory.data, path, out);
 out:
-    sc_text_clear(&folder);
+    sc_text_clear(&directory);
     return status;
 }
 
