@@ -51,7 +51,7 @@ while [ "$(measurements stopped)" -lt 3 ]; do
     kill -0 $pid 2>/dev/null || fail "the study ended early: $(cat stderr.txt)"
     sleep 0.05
 done
-kill -TERM $pid
+kill -USR1 $pid # TERM would end it at once while it prepares a volume
 code=0
 wait $pid || code=$?
 [ "$code" = 75 ] || fail "exit $code of a study that was stopped, expected 75: $(cat stderr.txt)"
