@@ -158,7 +158,7 @@ static inline bool walk_on(const packet *p)
 /* Walk until enough lanes of each packet are at marked samples (p->found), or none is walking:
  * sets p->k, p->found and p->walking. Two packets take turns: while one waits for memory, the
  * processor works on the other. */
-static void find_samples(packet p[PACKETS])
+static void find_next(packet p[PACKETS])
 {
     bool first, second;
 
@@ -394,39 +394,11 @@ static void add_found(packet *p)
         begin_parts(p, over);
 }
 
-/* Lanes that a packet uses when @p left rays are left: LANES at most. */
-static int lanes_used(size_t left)
+/* Set the march of a packet and clear its counters. */
+static void init_packet(packet *p, const sc_march *march)
 {
-    return left < LANES ? (int)left : LANES;
+    p->m = march;
+    p->counters = (sc_march_counters){0};
 }
 
-/* The kernel: see sc_march_fn. Rays are marched in PACKETS * LANES at a time. */
-void MARCH_NAME(const sc_march *march, const sc_ray *rays, size_t count, sc_radiance *out,
-                sc_march_counters *counters)
-{
-    packet p[PACKETS];
-
-    for (int k = 0; k < PACKETS; k++) {
-        p[k].m = march;
-        p[k].counters = (sc_march_counters){0};
-    }
-    for (size_t i = 0; i < count; i += PACKETS * LANES) {
-        const int lanes[PACKETS] = {lanes_used(count - i),
-                                    count - i > LANES ? lanes_used(count - i - LANES) : 0};
-
-        start_packet(&p[0], rays + i, lanes[0]);
-        start_packet(&p[1], rays + i + LANES, lanes[1]);
-        while (m_any(p[0].alive) || m_any(p[1].alive)) {
-            find_samples(p);
-            add_found(&p[0]);
-            add_found(&p[1]);
-        }
-        for (int k = 0; k < PACKETS; k++) {
-            for (int lane = 0; lane < lanes[k]; lane++)
-                out[i + (size_t)(k * LANES + lane)] = v_radiance_get_lane(&p[k].light, lane);
-        }
-    }
-    counters->rays += count;
-    for (int k = 0; k < PACKETS; k++)
-        sc_add_counters(counters, &p[k].counters);
-}
+#include "wide_loop.h"
