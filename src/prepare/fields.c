@@ -66,18 +66,6 @@ static double squared(double x)
     return x * x;
 }
 
-/* @return the index of the table of the rows at a squared distance, which is appended to @p squares
- * [*count] if it is new. */
-static int table_of(double *squares, int *count, double square)
-{
-    for (int i = 0; i < *count; i++) {
-        if (fabs(squares[i] - square) < 1e-9)
-            return i;
-    }
-    squares[*count] = square;
-    return (*count)++;
-}
-
 /* Fill a table: for every pattern of a row and each of the four vertices x along it, the sum of the
  * taps whose bits are set; the taps of vertex x begin at bit x.
  * @param stride quads from the sums of a pattern to those of the next. */
@@ -110,7 +98,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             if (sc_weight_filter_at(&w, square) != 0)
                 f->rows[f->row_count++] =
                     (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                 table_of(squares, &f->table_count, square), NULL};
+                                 sc_filter_table_of(squares, &f->table_count, square), NULL};
         }
     }
     status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);

@@ -105,3 +105,13 @@ uint32_t sc_field_record(const double to_mm[3][3], int weight, const float outwa
         return sc_record_pack(weight, (sc_vec3){0, 0, 1}, 0);
     return sc_record_pack(weight, (sc_vec3){n[0], n[1], n[2]}, length);
 }
+
+int sc_filter_table_of(double *squares, int *count, double square)
+{
+    for (int i = 0; i < *count; i++) {
+        if (fabs(squares[i] - square) < 1e-9)
+            return i;
+    }
+    squares[*count] = square;
+    return (*count)++;
+}

@@ -40,6 +40,11 @@ sc_weight_filter sc_weight_filter_of(const double steps[3], sc_vec3 strength);
  * along the axes, each in voxels times steps of @p f; 0 beyond its reach. */
 double sc_weight_filter_at(const sc_weight_filter *f, double square);
 
+/* Filters have a table for all rows of vertices that are equally far from the middle. @return the
+ * index of the table for the squared distance @p square, which is appended to @p squares [*count]
+ * if it is new; the caller has room for it. */
+int sc_filter_table_of(double *squares, int *count, double square);
+
 /* Write the taps of a Gaussian along one axis, of sum 1, and those of its derivative, with which an
  * interface across the axis has a gradient of 1. The Gaussian is lowered so that it ends at zero.
  * @param radius in vertices. @param step of sc_filter_steps for the axis. @param width standard

@@ -29,18 +29,6 @@ static void fill_table(quad *table, size_t stride, int chunk, const float taps[T
     }
 }
 
-/* @return the index of the table of the rows at a squared distance, which is appended to @p squares
- * [*count] if it is new. */
-static int table_of(double *squares, int *count, double square)
-{
-    for (int i = 0; i < *count; i++) {
-        if (fabs(squares[i] - square) < 1e-9)
-            return i;
-    }
-    squares[*count] = square;
-    return (*count)++;
-}
-
 double sc_flat_margin(const sc_weight_filter *w, double *total)
 {
     double layers[3] = {0, 0, 0}, sum = 0;
@@ -69,7 +57,7 @@ static void fill_rows(const sc_weight_filter *w, weights *out, double squares[TA
             if (sc_weight_filter_at(w, square) != 0)
                 out->rows[out->row_count++] =
                     (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                 table_of(squares, &out->table_count, square)};
+                                 sc_filter_table_of(squares, &out->table_count, square)};
         }
     }
 }
