@@ -52,7 +52,8 @@ typedef struct sc_measurement {
     uint64_t rays, samples, contributions;
     uint64_t peak_rss_most_bytes, peak_rss_sum_bytes; /**< largest of all ranks, and their sum */
     uint64_t prepared_bytes;
-    double energy_j;      /**< of the packages of rank 0's node, of one pass; -1: not readable */
+    double energy_j;      /**< energy used by the processors of rank 0's node in one pass; -1: it
+                               cannot be read */
     uint64_t pixels_hash; /**< of the hashes of all frames */
 } sc_measurement;
 

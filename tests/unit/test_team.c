@@ -15,7 +15,7 @@ typedef struct scenario {
     int poor_rank; /* has memory for @p budget allocations only; -1: none */
     long budget;
     sc_status outcomes[THREAD_RANKS_MAX];
-    _Atomic int calls[THREAD_RANKS_MAX]; /* of the loop's body, by rank */
+    _Atomic int calls[THREAD_RANKS_MAX]; /* how often each rank has called the body of the loop */
 } scenario;
 
 typedef struct counting {
@@ -52,7 +52,7 @@ static sc_status count_in_loops(const sc_ctx *ctx, sc_team *team, _Atomic int *c
             assert_int_equal(c.counts[i], loop + 1);
         assert_ok(sc_team_agree(team, SC_OK)); /* none counts on before all have looked */
     }
-    sc_team_for(team, 0, 1, count_items, &c); /* nothing to do */
+    sc_team_for(team, 0, 1, count_items, &c); /* of no items: the body is not called */
     sc_team_free(team, first);
     assert_true(sc_team_bytes(team) >= ITEMS * sizeof *c.counts);
 out:
