@@ -12,18 +12,19 @@
 #define KERNELS(skip, SKIP, cpu)                                                                   \
     KERNEL(voxel, VOXEL, skip, SKIP, 8, cpu), KERNEL(voxel, VOXEL, skip, SKIP, 16, cpu),           \
         KERNEL(smooth, SMOOTH, skip, SKIP, 8, cpu), KERNEL(smooth, SMOOTH, skip, SKIP, 16, cpu),
-#define WIDE_KERNELS(cpu, supported)                                                               \
+#define LEAP_KERNELS(cpu, supported) KERNELS(leap, LEAP, cpu)
+#define RIVAL_KERNELS(cpu)                                                                         \
     KERNELS(octree, OCTREE, cpu)                                                                   \
     KERNELS(proximity, PROXIMITY, cpu)                                                             \
-    KERNELS(chessboard, CHESSBOARD, cpu)                                                           \
-    KERNELS(leap, LEAP, cpu)
+    KERNELS(chessboard, CHESSBOARD, cpu)
 
 /* Of two kernels that do the same, the faster one stands first. */
 static const sc_kernel kernels[] = {
     /* clang-format off */
     KERNELS(none, NONE, c)
     KERNELS(interior, INTERIOR, c)
-    SC_EACH_BUILT_CPU(WIDE_KERNELS)
+    SC_EACH_BUILT_CPU(LEAP_KERNELS)
+    SC_EACH_RIVAL_CPU(RIVAL_KERNELS)
     /* clang-format on */
 };
 
@@ -60,20 +61,32 @@ static bool within_reach(const sc_prepared *v, sc_skip skip)
             sc_brick_count(framed) * SC_BRICK_VERTICES < INT32_MAX - 8);
 }
 
+/* @return the first kernel for these that this processor can run, of the variant @p cpu if it is
+ * not NULL; or NULL. */
+static const sc_kernel *first_kernel(sc_surface surface, sc_skip skip, int label_bytes,
+                                     const char *cpu)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
+        const sc_kernel *k = &kernels[i];
+
+        if (k->surface == surface && k->skip == skip && k->label_bytes == label_bytes &&
+            (!cpu || strcmp(k->cpu, cpu) == 0) && sc_cpu_has(k->cpu))
+            return k;
+    }
+    return NULL;
+}
+
 const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepared *volume,
                                 const char *cpu)
 {
     const bool wide = sc_skip_is_wide(skip);
     const bool any = !wide || !cpu || strcmp(cpu, "auto") == 0;
+    const sc_kernel *found;
 
     if (wide && !within_reach(volume, skip))
         return NULL;
-    for (size_t i = 0; i < SC_COUNT_OF(kernels); i++) {
-        const sc_kernel *k = &kernels[i];
-
-        if (k->surface == surface && k->skip == skip && k->label_bytes == volume->label_bytes &&
-            (any || strcmp(k->cpu, cpu) == 0) && sc_cpu_has(k->cpu))
-            return k;
-    }
-    return NULL;
+    found = first_kernel(surface, skip, volume->label_bytes, any ? NULL : cpu);
+    if (!found && !any && sc_cpu_has(cpu)) /* a build in which this method is in plain C only */
+        found = first_kernel(surface, skip, volume->label_bytes, "c");
+    return found;
 }

@@ -10,14 +10,15 @@
 #define SC_DECLARE_KERNELS(skip, cpu)                                                              \
     sc_march_fn sc_march_voxel_##skip##_u8_##cpu, sc_march_voxel_##skip##_u16_##cpu,               \
         sc_march_smooth_##skip##_u8_##cpu, sc_march_smooth_##skip##_u16_##cpu;
-#define SC_DECLARE_WIDE_KERNELS(cpu, supported)                                                    \
+#define SC_DECLARE_LEAP_KERNELS(cpu, supported) SC_DECLARE_KERNELS(leap, cpu)
+#define SC_DECLARE_RIVAL_KERNELS(cpu)                                                              \
     SC_DECLARE_KERNELS(octree, cpu)                                                                \
     SC_DECLARE_KERNELS(proximity, cpu)                                                             \
-    SC_DECLARE_KERNELS(chessboard, cpu)                                                            \
-    SC_DECLARE_KERNELS(leap, cpu)
+    SC_DECLARE_KERNELS(chessboard, cpu)
 
 SC_DECLARE_KERNELS(none, c)
 SC_DECLARE_KERNELS(interior, c)
-SC_EACH_BUILT_CPU(SC_DECLARE_WIDE_KERNELS)
+SC_EACH_BUILT_CPU(SC_DECLARE_LEAP_KERNELS)
+SC_EACH_RIVAL_CPU(SC_DECLARE_RIVAL_KERNELS)
 
 #endif
