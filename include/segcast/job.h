@@ -50,17 +50,18 @@ typedef struct sc_background {
 } sc_background;
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
-    int mode;         /**< sc_mode: sets other defaults for the rest */
-    int surface;      /**< sc_surface */
-    int skip;         /**< sc_skip */
-    int cpu;          /**< index into sc_cpu_names */
-    int caps;         /**< sc_caps */
-    int samples;      /**< rays per pixel */
-    int antialiasing; /**< sc_antialiasing */
-    int thickness;    /**< sc_thickness_use */
-    int auto_opacity; /**< sc_opacity_rule */
-    sc_vec3 smooth;   /**< see sc_prepare_settings; or auto, on the grid of the drawing:
-                           sc_smooth_is_auto */
+    int mode;               /**< sc_mode: sets other defaults for the rest */
+    int surface;            /**< sc_surface */
+    int skip;               /**< sc_skip */
+    int cpu;                /**< index into sc_cpu_names */
+    int caps;               /**< sc_caps */
+    bool early_termination; /**< rays end behind what is opaque, instead of going on to their end */
+    int samples;            /**< rays per pixel */
+    int antialiasing;       /**< sc_antialiasing */
+    int thickness;          /**< sc_thickness_use */
+    int auto_opacity;       /**< sc_opacity_rule */
+    sc_vec3 smooth;         /**< see sc_prepare_settings; or auto, on the grid of the drawing:
+                                 sc_smooth_is_auto */
     double step_voxels, cap_outline;
     sc_background background;
 } sc_render_options;

@@ -24,6 +24,7 @@ typedef struct sc_render_settings {
                           pixel gets one */
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
+    bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */
     double step_voxels; /**< distance between samples, in voxel lengths (the smallest spacing);
                              voxel surface only */
     bool caps;          /**< cut faces are drawn solid */

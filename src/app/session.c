@@ -173,6 +173,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .skip = (sc_skip)job->render.skip,
         .cpu = sc_cpu_names[job->render.cpu],
         .samples = job->render.samples,
+        .to_the_end = !job->render.early_termination,
         .everywhere = job->render.antialiasing != 0,
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,

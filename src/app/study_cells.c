@@ -96,6 +96,7 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     part.exception_count = 0;
     part.render.skip = 0;
     part.render.cpu = 0;
+    part.render.early_termination = true;
     part.render.caps = 0;
     part.render.samples = 1;
     part.render.antialiasing = 0;

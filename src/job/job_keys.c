@@ -100,6 +100,9 @@ static const sc_key render_keys[] = {
      .help = "kernels for this instruction set, c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit views"}},
+    {"early_termination", &sc_type_bool, RENDER(early_termination), "true",
+     .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
+     .outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
              "nearly white"},

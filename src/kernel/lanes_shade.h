@@ -357,6 +357,7 @@ static inline void v_blend(v_radiance *light, const vf rgb[3], vf alpha, vm on)
 {
     const vf share = light->transmittance * alpha;
 
+    on = m_and(on, f_at_most(f_set(SC_OPAQUE), light->transmittance));
     for (int i = 0; i < 3; i++)
         light->rgb[i] = f_pick(on, light->rgb[i] + share * f_sqrt(rgb[i]), light->rgb[i]);
     light->transmittance = f_pick(on, light->transmittance * (1 - alpha), light->transmittance);

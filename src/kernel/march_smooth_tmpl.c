@@ -103,7 +103,7 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     point_at(c, t, spot.point);
     if (left)
         add_surface(c, x->left, at, &spot);
-    if (entered && c->light.transmittance >= SC_OPAQUE)
+    if (entered && c->light.transmittance >= c->m->opaque_below)
         add_surface(c, x->entered, at, &spot);
 }
 
@@ -119,7 +119,7 @@ static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
     local_at(c, c->t, c->axis, false, a);
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
-    for (int i = 0; i < count && c->light.transmittance >= SC_OPAQUE; i++)
+    for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++)
         add_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
 }
 
@@ -184,7 +184,7 @@ static void walk(cursor *c, float begin, float end, uint32_t active)
     if (!(begin < end))
         return;
     locate_cell(c, begin, -1);
-    while (c->t < end && c->light.transmittance >= SC_OPAQUE) {
+    while (c->t < end && c->light.transmittance >= c->m->opaque_below) {
         float t[3];
         int axis;
 
@@ -220,7 +220,7 @@ static void march_ray(cursor *c)
 
     start_walk(c);
     sc_clip_to_box(c->m, c->ray->origin, c->inverse, 0, &near, &far);
-    while (c->light.transmittance >= SC_OPAQUE &&
+    while (c->light.transmittance >= c->m->opaque_below &&
            next_stretch(c->ray, end, &begin, &end, &active)) {
         if (c->m->caps)
             add_caps(c, begin);

@@ -143,7 +143,7 @@ static void march_ray(cursor *c, bool caps)
     int k = INT32_MIN, last, nearest, farthest;
 
     samples_in_box(c->m, c->ray, &nearest, &farthest);
-    while (c->light.transmittance >= SC_OPAQUE && next_part(c->ray, k, &k, &last)) {
+    while (c->light.transmittance >= c->m->opaque_below && next_part(c->ray, k, &k, &last)) {
         int at = k > nearest ? k : nearest, end;
 
         if (caps)
@@ -153,7 +153,7 @@ static void march_ray(cursor *c, bool caps)
         k = last;
         if (c->m->only_caps)
             continue;
-        while (c->light.transmittance >= SC_OPAQUE && (at = find_sample(c, at, end)) < end)
+        while (c->light.transmittance >= c->m->opaque_below && (at = find_sample(c, at, end)) < end)
             add_sample(c, at++);
     }
 }

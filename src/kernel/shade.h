@@ -7,9 +7,6 @@
 
 #include "segcast/kernel.h"
 
-/* A ray ends when its transmittance falls below this: what is still behind would change a pixel by
- * less than a quarter of a level of 8 bits. */
-#define SC_OPAQUE (1.0f / 1024)
 /* A surface that takes less than this share of the light does not enter a ray's signature. */
 #define SC_SIGNIFICANT (1.0f / 32)
 
@@ -382,11 +379,14 @@ static inline float sc_edge_alpha(const sc_march_light *light, float alpha, floa
 /* Composite a surface of linear colour @p rgb behind what the ray has met so far (the over
  * operator, front to back): adds to light->rgb and lowers light->transmittance. Square roots are
  * blended, nearly as the eye sees them and as the levels of sRGB are: in linear light a half-opaque
- * tissue on white looks washed out, because half of the light is three fourths of the lightness. */
+ * tissue on white looks washed out, because half of the light is three fourths of the lightness.
+ * Nothing is added behind what is opaque, which only rays meet that do not end there. */
 static inline void sc_blend(sc_radiance *light, const float rgb[3], float alpha)
 {
     const float share = light->transmittance * alpha;
 
+    if (light->transmittance < SC_OPAQUE)
+        return;
     for (int i = 0; i < 3; i++)
         light->rgb[i] += share * sqrtf(rgb[i]);
     light->transmittance *= 1 - alpha;

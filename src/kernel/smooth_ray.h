@@ -226,7 +226,7 @@ static inline void add_caps(cursor *c, float begin)
     for (int g = 0; g < ray->clip_sets; g++) {
         for (int i = 0; i < ray->part_count[g]; i++) {
             if (ray->parts[g][i].cap_plane >= 0 && ray->parts[g][i].begin_mm == begin &&
-                c->light.transmittance >= SC_OPAQUE)
+                c->light.transmittance >= c->m->opaque_below)
                 add_cap(c, g, ray->parts[g][i].cap_plane, begin);
         }
     }

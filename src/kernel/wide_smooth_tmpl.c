@@ -226,7 +226,7 @@ static inline vm v_contributes(const packet *p, vi label, vm on)
 /* Rays that are not yet opaque, of all lanes. */
 static inline vm v_sees_on(const packet *p)
 {
-    return f_at_most(f_set(SC_OPAQUE), p->light.transmittance);
+    return f_at_most(f_set(p->m->opaque_below), p->light.transmittance);
 }
 
 /* Set the normals of the lanes of @p on whose crossings are faces of the volume. */
@@ -295,7 +295,7 @@ static void begin_stretches(packet *p, vm on)
         float begin, end;
         uint32_t active;
 
-        if (p->light.transmittance[lane] < SC_OPAQUE ||
+        if (p->light.transmittance[lane] < p->m->opaque_below ||
             !next_stretch(c.ray, p->last_end[lane], &begin, &end, &active))
             continue;
         p->last_end[lane] = end;
@@ -309,7 +309,7 @@ static void begin_stretches(packet *p, vm on)
         }
         begin = begin > p->near[lane] ? begin : p->near[lane];
         end = end < p->far[lane] ? end : p->far[lane];
-        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < SC_OPAQUE)
+        if (!(begin < end) || p->m->only_caps || p->light.transmittance[lane] < p->m->opaque_below)
             begin = end = 0; /* there is nothing to walk through */
         p->t[lane] = begin;
         p->end[lane] = end;

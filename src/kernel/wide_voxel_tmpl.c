@@ -163,7 +163,8 @@ static void find_next(packet p[PACKETS])
     bool first, second;
 
     for (int k = 0; k < PACKETS; k++) {
-        p[k].walking = m_and(p[k].alive, f_at_most(f_set(SC_OPAQUE), p[k].light.transmittance));
+        p[k].walking =
+            m_and(p[k].alive, f_at_most(f_set(p[k].m->opaque_below), p[k].light.transmittance));
         p[k].found = m_none();
     }
     first = walk_on(&p[0]);
@@ -319,7 +320,7 @@ static void begin_parts(packet *p, vm on)
         cursor c = {.m = p->m, .ray = &p->rays[lane]};
         int k, last;
 
-        if (p->light.transmittance[lane] < SC_OPAQUE ||
+        if (p->light.transmittance[lane] < p->m->opaque_below ||
             !next_part(c.ray, p->last_end[lane], &k, &last))
             continue;
         begun |= 1u << lane;

@@ -137,6 +137,7 @@ static void fill_march(sc_renderer *r)
                   .shadow = l->shadows,
                   .cue = (float)l->depth_cue},
         .occlusion = r->occlusion.filled ? &r->occlusion : NULL,
+        .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
         .caps = s->caps,
         .cap_outline = (float)(s->cap_outline / 2),
     };

@@ -102,6 +102,7 @@ static void set_stage(stage *st, sc_surface surface, double reach, double step_m
         .box_high = {(float)v->size[0] + 2.5f, (float)v->size[1] + 2.5f, (float)v->size[2] + 2.5f},
         .tissues = st->tissues,
         .step_mm = (float)step_mm,
+        .opaque_below = SC_OPAQUE,
         .light = {.flat = true}};
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)

@@ -114,6 +114,7 @@ static void set_march(stage *s)
         .cells = s->cells.cells,
         .tissues = s->tissues,
         .step_mm = 0.45f,
+        .opaque_below = SC_OPAQUE,
         .light = {.key_direction = {0.6f, 0, 0.8f},
                   .fill_direction = {0, 1, 0},
                   .ambient = 0.2f,
