@@ -89,6 +89,8 @@ typedef struct sc_farm_options {
 /** A job. Plain data but for two arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
+    bool has_volume_size;       /**< the volume is resampled by nearest label */
+    int volume_size[3];         /**< to this many voxels along x, y, z */
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
     int labels_format;          /**< sc_table_format */
     sc_output output;

@@ -63,4 +63,11 @@ SC_MUST_USE sc_status sc_resample_bytes(const sc_ctx *ctx, const sc_volume *volu
 SC_MUST_USE sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc_drawn_grid *grid,
                                   int threads);
 
+/** Bring a volume to @p size voxels, each at least 1, in place: each new voxel gets the label of
+ *  the old one nearest to its centre. The volume fills the same place; tissue thinner than the new
+ *  voxels may vanish. @param threads as of sc_parallel_for. @return SC_ERR_MEMORY, the volume
+ *  unchanged. */
+SC_MUST_USE sc_status sc_resample_nearest(const sc_ctx *ctx, sc_volume *volume, const int size[3],
+                                          int threads);
+
 #endif

@@ -77,6 +77,8 @@ typedef struct needs {
     sc_vec3 smooth;
     sc_vec3 *tissue_smooth; /* [label_count], owned */
     bool resample;          /* to the grid on which the volume was drawn */
+    bool resize;            /* to volume_size, before anything else */
+    int size[3];            /* that many voxels */
     bool thickness, local_thickness, surface;
     bool *hidden; /* [label_count], owned: labels that become background */
 } needs;
@@ -97,7 +99,9 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
     const bool is_auto = sc_smooth_is_auto(job->render.smooth);
     needs n = {.smooth = is_auto ? (sc_vec3){SC_SMOOTH_AUTO, SC_SMOOTH_AUTO, SC_SMOOTH_AUTO}
                                  : job->render.smooth,
-               .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH && !session->measure,
+               .resample = is_auto && job->render.surface == SC_SURFACE_SMOOTH &&
+                           !session->measure && !job->has_volume_size,
+               .resize = job->has_volume_size,
                .thickness = session->measure,
                .local_thickness = job->render.thickness != 0,
                .surface = session->measure};
@@ -113,6 +117,7 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
     if (!session->measure)
         SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
                                 n.hidden, &n.thickness));
+    memcpy(n.size, job->volume_size, sizeof n.size);
     *out = n;
     return SC_OK;
 out:
@@ -215,6 +220,8 @@ static bool has_grid(const sc_app *app, const sc_prepared *v, const needs *n)
     const sc_ctx silent = {.rank = 0};
     sc_drawn_grid grid;
 
+    if (n->resize && memcmp(v->size, n->size, sizeof n->size) != 0)
+        return false;
     if (!n->resample || v->resampled)
         return n->resample == v->resampled;
     if (v->as_drawn)
@@ -369,6 +376,18 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
     return exceptions < rules ? exceptions : rules;
 }
 
+/* Bring the volume to the number of voxels that the job asks for. */
+static sc_status resize_volume(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    const double old_bytes = (double)sc_volume_voxels(volume) * volume->label_bytes;
+    sc_status status;
+
+    SC_TRY(sc_volume_memory_check(app->ctx, job->volume, job->volume_size, old_bytes));
+    SC_TRY(sc_resample_nearest(app->ctx, volume, job->volume_size, app->threads));
+out:
+    return status;
+}
+
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
  * phantom, or read. Refuses a job that names tissues which the volume has not. */
 static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
@@ -382,6 +401,8 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
         SC_TRY(make_phantom(app, job->volume, volume));
     else
         SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
+    if (job->has_volume_size)
+        SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
     if (!session->mapped) /* in a prepared file, colours have been found */
         SC_TRY(sc_volume_color(app->ctx, volume, app->threads));

@@ -232,6 +232,12 @@ const sc_key sc_job_keys[] = {
      .help = "format of the label table; auto: by its content", .choices = table_formats,
      .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}},
+    {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
+     .help =
+         "the volume is brought to this many voxels, each with the label nearest to its centre, "
+         "and drawn as these are; for studies of how cost grows with the volume",
+     .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
+     .without = "the voxels of the file"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
      .keys = output_keys},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",

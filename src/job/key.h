@@ -81,8 +81,8 @@ json_t *sc_number_or_auto_schema(const sc_key *key);
 
 /* Types that any table may use (values.c, colors.c, sizes.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
-    sc_type_color, sc_type_background, sc_type_size, sc_type_point, sc_type_direction, sc_type_map,
-    sc_type_flow_map;
+    sc_type_color, sc_type_background, sc_type_size, sc_type_voxels, sc_type_point,
+    sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength;

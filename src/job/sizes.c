@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The size of a picture: two numbers, or the name of a usual size. */
+/* The size of a picture: two numbers, or the name of a usual size; and that of a volume. */
 #include "key.h"
 
 #include <stdlib.h>
@@ -22,19 +22,20 @@ static void list_names(const char **words)
         words[i] = names[i].name;
 }
 
-/* Read "WxH"; blanks around the x are allowed. @return false if the text has another form. */
-static bool read_product(const char *text, double size[2])
+/* Read @p count numbers, as "WxH"; blanks around the x are allowed. @return false if the text has
+ * another form. */
+static bool read_product(const char *text, int count, double *size)
 {
     char *end;
 
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < count; i++) {
         if (!*text || !strchr("0123456789", text[0]))
             return false;
         size[i] = (double)strtol(text, &end, 10);
         end += strspn(end, " ");
-        if (i == 0 && *end != 'x' && *end != 'X')
+        if (i + 1 < count && *end != 'x' && *end != 'X')
             return false;
-        text = end + (i == 0);
+        text = end + (i + 1 < count);
         text += strspn(text, " ");
     }
     return !*text;
@@ -46,7 +47,7 @@ static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 {
     const char *words[SC_COUNT_OF(names)];
 
-    if (read_product(node->text, size))
+    if (read_product(node->text, 2, size))
         return SC_OK;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
         if (!strcasecmp(node->text, names[i].name)) {
@@ -59,6 +60,18 @@ static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     /* One or two letters would be near to every short name. */
     return sc_no_such_word(ctx, key, node, node->text, words,
                            strlen(node->text) > 2 ? SC_COUNT_OF(words) : 0);
+}
+
+/* Store @p count numbers as int, which they must be, within the range of the key. */
+static sc_status store_whole(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, int count,
+                             const double *size, int *out)
+{
+    for (int i = 0; i < count; i++) {
+        if (!(size[i] >= key->low && size[i] <= key->high) || size[i] != (int)size[i])
+            return sc_wrong_type(ctx, node, key->type->expected);
+        out[i] = (int)size[i];
+    }
+    return SC_OK;
 }
 
 /* int[2], width and height in pixels: "[W, H]", "WxH", or a name. */
@@ -75,13 +88,7 @@ static sc_status read_size(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         status = sc_wrong_type(ctx, node, key->type->expected);
     if (status != SC_OK)
         return status;
-    for (int i = 0; i < 2; i++) {
-        if (!(size[i] >= key->low && size[i] <= key->high) || size[i] != (int)size[i])
-            return sc_wrong_type(ctx, node, key->type->expected);
-    }
-    ((int *)value)[0] = (int)size[0];
-    ((int *)value)[1] = (int)size[1];
-    return SC_OK;
+    return store_whole(ctx, key, node, 2, size, value);
 }
 
 /* As "[W, H]". */
@@ -113,4 +120,41 @@ const sc_value_type sc_type_size = {
     .read = read_size,
     .write = write_size,
     .schema = size_schema,
+};
+
+/* int[3], voxels along the axes: "[X, Y, Z]" or "XxYxZ". */
+static sc_status read_voxels(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double size[3] = {0};
+    sc_status status = SC_OK;
+
+    if (node->kind != SC_YAML_SCALAR || !read_product(node->text, 3, size))
+        status = sc_read_numbers(ctx, key, node, 3, size);
+    return status == SC_OK ? store_whole(ctx, key, node, 3, size, value) : status;
+}
+
+/* As "[X, Y, Z]". */
+static sc_status write_voxels(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const int *size = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%d, %d, %d]", size[0], size[1], size[2]);
+}
+
+static json_t *voxels_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:s}]}", "anyOf",
+                     sc_list_schema("integer", key->low, key->high, 3), "type", "string", "pattern",
+                     "^[0-9]+ *[xX] *[0-9]+ *[xX] *[0-9]+$");
+}
+
+const sc_value_type sc_type_voxels = {
+    .name = "[x, y, z]",
+    .expected = "[x, y, z] or XxYxZ, whole numbers of voxels from 1 to 4096",
+    .read = read_voxels,
+    .write = write_voxels,
+    .schema = voxels_schema,
 };

@@ -78,9 +78,12 @@ SC_MUST_USE sc_status sc_resample_measure_noise(const sc_ctx *ctx, const drawn_v
 SC_MUST_USE sc_status sc_resample_remove_noise(const sc_ctx *ctx, sc_volume *v,
                                                const double drawn_mm[3], int threads);
 
-/* Replace the voxels of a volume, which takes over @p ids, along @p axis: @p count planes, the
- * middle of the first of which lies @p first old planes behind that of the first old one, and @p
- * step old planes apart. */
+/* Set size and geometry of a volume along @p axis: @p count planes, the middle of the first of
+ * which lies @p first old planes behind that of the first old one, and @p step old planes apart. */
+void sc_resample_set_axis(sc_volume *v, int axis, int count, double first, double step);
+
+/* Replace the voxels of a volume, which takes over @p ids, along @p axis; the rest as of
+ * sc_resample_set_axis. */
 void sc_resample_set_planes(sc_volume *v, void *ids, int axis, int count, double first,
                             double step);
 

@@ -45,7 +45,7 @@ refused 64 'has no option --frame; these commands have: still' prepare heart.nrr
 
 # With other settings than the file was prepared with, it is prepared again.
 for setting in render.smooth=0.5 'render.smooth=[1, 1, 2]' 'tissues."*myocardium*".smooth=0.5' render.thickness=local \
-    render.surface=voxel; do
+    render.surface=voxel volume_size=40x60x41 'volume_size=[79, 55, 81]'; do
     "$SEGCAST" still plain.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
     "$SEGCAST" still mapped.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1
     same a.png b.png "$setting"

@@ -679,6 +679,49 @@ static void scattered_labels_are_copied(void **state)
     }
 }
 
+/* @return the label of the old voxel nearest to a point, which lies in the volume. */
+static int nearest_id(const sc_volume *old, sc_vec3 p_mm)
+{
+    sc_affine to_voxel;
+    sc_vec3 p;
+
+    assert_true(sc_affine_invert(&old->to_ras_mm, &to_voxel));
+    p = sc_affine_point(&to_voxel, p_mm);
+    return id_at(old, (int[3]){(int)lround(p.x), (int)lround(p.y), (int)lround(p.z)});
+}
+
+static void resizing_keeps_the_nearest_label_and_the_place(void **state)
+{
+    static const int sizes[][3] = {{SIDE, SIDE, SIDE}, {7, 11, 100}, {1, 2, 1}, {50, 17, 24}};
+    const double spacing[3] = {0.7, 1.1, 1.3};
+    const int side[3] = {SIDE, SIDE, SIDE};
+
+    (void)state;
+    for (int t = 0; t < (int)SC_COUNT_OF(sizes) * 2; t++) {
+        const int *size = sizes[t / 2], bytes = 1 + t % 2;
+        sc_volume old = shape_volume(side, spacing, bytes, 4, drawn_id);
+        sc_volume v = shape_volume(side, spacing, bytes, 4, drawn_id);
+        int at[3] = {0, 0, 0};
+        sc_vec3 corner, old_corner;
+
+        assert_ok(sc_resample_nearest(&quiet, &v, size, 2));
+        assert_memory_equal(v.size, size, sizeof v.size);
+        if (t < 2)
+            assert_true(sc_volume_hash(&v) == sc_volume_hash(&old));
+        corner = sc_affine_point(&v.to_ras_mm, (sc_vec3){-0.5, -0.5, -0.5});
+        old_corner = sc_affine_point(&old.to_ras_mm, (sc_vec3){-0.5, -0.5, -0.5});
+        assert_true(sc_vec3_length(sc_vec3_sub(corner, old_corner)) < 1e-9);
+        do {
+            const sc_vec3 p =
+                sc_affine_point(&v.to_ras_mm, (sc_vec3){at[0] + 1e-6, at[1] + 1e-6, at[2] + 1e-6});
+
+            assert_int_equal(id_at(&v, at), nearest_id(&old, p));
+        } while (next_voxel(&v, at));
+        sc_volume_clear(&old);
+        sc_volume_clear(&v);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -695,6 +738,7 @@ int main(void)
         cmocka_unit_test(a_spacing_in_a_wrong_unit_gets_no_layers),
         cmocka_unit_test(noise_at_borders_is_found_and_smoothed),
         cmocka_unit_test(slices_that_jump_are_moved_back),
+        cmocka_unit_test(resizing_keeps_the_nearest_label_and_the_place),
         cmocka_unit_test(lack_of_memory_is_told),
     };
 
