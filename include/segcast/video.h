@@ -149,6 +149,10 @@ int sc_video_crf_least(const char *path);
 /** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
  *  cannot have that many. */
 bool sc_video_size_ok(int width_px, int height_px);
+/** @return a lower bound of the bytes that an encoder with these settings works with. It was
+ * measured at 1280 x 720, with libx264 and libvpx: they hold the frames of a GOP that they look
+ * ahead at. */
+double sc_video_encoder_bytes_least(const sc_video_settings *settings);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);
