@@ -84,6 +84,15 @@ sc_handout_answer sc_handout_next(sc_handout *handout, sc_work_unit *out);
 void sc_handout_unit_done(sc_handout *handout);
 /** @return whether no work unit is out and nothing more will go out. */
 bool sc_handout_finished(const sc_handout *handout);
+/** The most work units that a rank has at a time, requested ones included: one that is drawn, and
+ *  one that follows it without a gap. */
+enum { SC_UNITS_PER_RANK = 2 };
+/** When a rank asks for the work unit that is to follow the one that it draws: shortly before that
+ *  ends, judged by the unit before it. @param rows of the unit that is drawn, as a measure of its
+ *  cost. @param row_s wall seconds of a row of the unit before; 0: there was none, so that nothing
+ *  is known. @return how long the unit has to be drawn before: at least 0, or infinity if the next
+ *  one should be asked for only when this one has ended. */
+double sc_handout_ask_age_s(double rows, double row_s);
 /** How many of @p gops whole GOPs are to be drawn and encoded by one rank each. The last few go out
  *  as frames instead, so that all ranks end at the same time. With few ranks, or few GOPs for each,
  *  none are (rank 0 alone can encode fast enough), unless @p always. */

@@ -3,6 +3,8 @@
  * simulate up to 65,536 ranks. */
 #include "segcast/farm.h"
 
+#include <math.h>
+
 enum {
     WINDOW_BYTES = 256 << 20, /* limit of the window in bytes */
     WINDOW_PER_RANK = 64,     /* limit of the window in frames, for each rank */
@@ -16,6 +18,11 @@ enum {
     RANKS_TO_FEED = 4,   /* with fewer ranks the encoder of rank 0 is fast enough for all */
     GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank, ranks would end far apart */
 };
+
+/* A rank asks for its next work unit when the one that it draws is expected to end within this
+ * time. That is many times the duration of a message, and short compared with a work unit, so that
+ * no rank holds back work that another could begin. */
+#define ASK_AHEAD_S 0.01
 
 static int min_int(int a, int b)
 {
@@ -120,4 +127,15 @@ int sc_handout_gops(int gops, int ranks, bool always)
     return always || (ranks >= RANKS_TO_FEED && gops >= GOPS_PER_RANK * ranks)
                ? max_int(gops - last, 0)
                : 0;
+}
+
+double sc_handout_ask_age_s(double rows, double row_s)
+{
+    const double age_s = rows * row_s - ASK_AHEAD_S;
+
+    /* Where nothing is known, the unit may be long, and a rank that has none could begin the next
+     * one at once. */
+    if (row_s <= 0)
+        return (double)INFINITY;
+    return age_s > 0 ? age_s : 0;
 }

@@ -31,18 +31,9 @@ typedef struct sc_result_message {
     sc_frame_result result;
 } sc_result_message;
 
-/* The most work units that a rank has at a time, requested ones included: one that is drawn, and
- * one that follows it without a gap. */
-enum { SC_UNITS_PER_RANK = 2 };
-
 /* Buffers for results on a worker rank: one is drawn into, one waits for the worker thread, and two
  * are being sent. */
 enum { SC_WORKER_BUFFERS = 4 };
-
-/* A rank asks for its next work unit when the one that it draws is expected to end within this
- * time. That is many times the duration of a message, and short compared with a work unit, so that
- * no rank holds back work that another could begin. */
-#define SC_ASK_AHEAD_S 0.01
 
 /* Between two tests for messages the main threads sleep, so that the cores are free for threads
  * that draw: first this long, and SC_NAP_GROWTH times as long each time as long as nothing happens.

@@ -346,8 +346,8 @@ static bool may_draw_here(server *s)
     if (s->ready_count > 0 || waiting > s->handout.window / 2)
         return false;
     return load == 0 ||
-           (load < SC_UNITS_PER_RANK &&
-            s->own_rows * s->own_row_s - sc_worker_thread_task_age_s(s->drawing) < SC_ASK_AHEAD_S);
+           (load < SC_UNITS_PER_RANK && sc_worker_thread_task_age_s(s->drawing) >=
+                                            sc_handout_ask_age_s(s->own_rows, s->own_row_s));
 }
 
 /* Give work units to the worker thread that draws on this rank, as far as may_draw_here and the

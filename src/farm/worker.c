@@ -57,18 +57,15 @@ static void post(worker *w, int tag, const void *data, size_t bytes)
     sc_comm_post(w->comm, 0, tag, data, bytes);
 }
 
-/* @return whether it is time to ask for a work unit: this rank has none, or only one that ends
- * soon, and no request is without an answer. */
+/* @return whether it is time to ask for a work unit: this rank has none, or only one that is
+ * expected to end soon, and no request is without an answer. */
 static bool should_ask(worker *w)
 {
-    double left_s;
-
     if (w->dismissed || w->asked > 0 || w->in_hand >= SC_UNITS_PER_RANK)
         return false;
     if (w->in_hand == 0)
         return true;
-    left_s = w->unit_rows * w->row_s - sc_worker_thread_task_age_s(w->drawing);
-    return left_s < SC_ASK_AHEAD_S;
+    return sc_worker_thread_task_age_s(w->drawing) >= sc_handout_ask_age_s(w->unit_rows, w->row_s);
 }
 
 /* Tell rank 0 once of a stop, and ask it for work when it is time. @return whether it asked. */

@@ -303,6 +303,14 @@ static void gops_go_out_first_and_leave_frames_for_the_end(void **state)
     assert_int_equal(sc_handout_gops(0, 8, true), 0);
 }
 
+static void a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs(void **state)
+{
+    (void)state;
+    assert_true(sc_handout_ask_age_s(100, 0) > 1e300);
+    assert_near(sc_handout_ask_age_s(100, 0.02), 2 - 0.01, 1e-12);
+    assert_true(sc_handout_ask_age_s(100, 5e-5) <= 0 && sc_handout_ask_age_s(100, 5e-5) >= 0);
+}
+
 /* After a stop a frame of which some bands are out is completed, and no other is begun. */
 static void a_stop_ends_the_hand_out_at_a_frame(void **state)
 {
@@ -514,6 +522,7 @@ int main(void)
         cmocka_unit_test(a_single_frame_is_split_over_all_ranks),
         cmocka_unit_test(partitions_split_the_frames_that_they_promise),
         cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
+        cmocka_unit_test(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs),
         cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
         cmocka_unit_test(one_rank_accepts_all_frames_in_order),
         cmocka_unit_test(bands_and_gops_are_all_accepted),

@@ -22,10 +22,12 @@ typedef struct scenario {
     bool gops;     /* some GOPs are drawn whole */
     bool shares;   /* ranks share frames */
     bool spoils;   /* drawing spoils other rows */
+    bool meet;     /* nobody finishes a first GOP before every rank has begun one */
     int fails_at;  /* the frame that cannot be drawn, or NEVER */
     int poor_rank; /* the rank on which only the first `budget` allocations succeed, or NEVER */
     long budget;
     atomic_int stop;
+    atomic_int begun, met; /* GOPs that were begun; ranks that have seen one begun on every rank */
     bool accepted[TOTAL];
     int accepted_count;
     sc_status outcomes[THREAD_RANKS_MAX];
@@ -44,12 +46,22 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     return frame == s->fails_at && row + rows > image->height_px / 2 ? SC_ERR_MEMORY : SC_OK;
 }
 
+/* Wait until every rank has begun a GOP, but 10 s at most. */
+static void wait_for_others(scenario *s)
+{
+    for (int i = 0; i < 10000 && s->begun < s->ranks; i++)
+        sc_sleep_s(1e-3);
+    s->met += s->begun >= s->ranks;
+}
+
 static sc_status draw_gop(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out)
 {
-    const scenario *s = user;
+    scenario *s = user;
     void *data;
 
+    if (s->meet && s->begun++ < s->ranks)
+        wait_for_others(s);
     for (int i = 0; i < count; i++) {
         results[i].frame = first + i;
         if (first + i == s->fails_at)
@@ -166,6 +178,17 @@ static void every_frame_is_accepted_once_in_every_way(void **state)
     for_all_ways(check_all_accepted);
 }
 
+/* A rank that does not know yet how long a unit takes must not keep a second one, which another
+ * rank could begin at once. */
+static void no_rank_holds_a_second_gop_while_others_have_none(void **state)
+{
+    scenario s = {.ranks = GOPS, .gops = true, .meet = true, .fails_at = NEVER, .poor_rank = NEVER};
+
+    (void)state;
+    assert_ok(run(&s));
+    assert_int_equal(s.met, GOPS);
+}
+
 static void check_failed_frame(const scenario *way)
 {
     scenario s = *way;
@@ -222,6 +245,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_frame_is_accepted_once_in_every_way),
+        cmocka_unit_test(no_rank_holds_a_second_gop_while_others_have_none),
         cmocka_unit_test(a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
         cmocka_unit_test(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
         cmocka_unit_test(an_allocation_that_fails_on_any_rank_ends_all_ranks),
