@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The simulation of runs, with cases that can be solved by hand. */
+#include "check.h"
+
+#include "segcast/simulate.h"
+
+enum { FRAMES_MAX = 2000 };
+
+/* A film of @p frames frames of 160 x 120, each of which takes @p cost_s (kept in @p costs). */
+static sc_sim_film film_of(int frames, double cost_s, double costs[FRAMES_MAX])
+{
+    for (int k = 0; k < frames; k++)
+        costs[k] = cost_s;
+    return (sc_sim_film){.frames = frames,
+                         .gop_frames = 10,
+                         .width_px = 160,
+                         .height_px = 120,
+                         .partition = SC_PARTITION_FRAMES,
+                         .draw_cpu_s = costs};
+}
+
+/* Ranks of one thread, each on a node of its own, where nothing but drawing takes time. */
+static sc_sim_machine machine_of(int ranks)
+{
+    return (sc_sim_machine){.ranks = ranks, .ranks_per_node = 1, .threads = 1, .slow_node = -1};
+}
+
+static sc_sim_result simulate(const sc_sim_film *film, const sc_sim_machine *machine)
+{
+    sc_sim_result result;
+
+    assert_ok(sc_simulate(&quiet, film, machine, &result));
+    return result;
+}
+
+static void equal_frames_take_their_share(void **state)
+{
+    double costs[FRAMES_MAX];
+    const sc_sim_film film = film_of(8, 1, costs);
+    sc_sim_machine machine = machine_of(4);
+    sc_sim_result r = simulate(&film, &machine);
+
+    (void)state;
+    assert_near(r.farm_s, 2, 1e-9);
+    assert_near(r.wall_s, 2, 1e-9);
+    assert_near(r.frames_per_s, 4, 1e-9);
+    assert_near(r.efficiency, 1, 1e-9);
+    assert_near(r.draw_busy_s, 8, 1e-9);
+    assert_int_equal(r.units, 8);
+    assert_int_equal(r.limit, SC_SIM_DRAWING);
+    machine.threads = 2;
+    assert_near(simulate(&film, &machine).farm_s, 1, 1e-9);
+    machine = machine_of(3); /* two ranks draw three frames, one draws two */
+    r = simulate(&film, &machine);
+    assert_near(r.farm_s, 3, 1e-9);
+    assert_near(r.end_wait_s, 1, 1e-9);
+}
+
+static void a_slow_rank_gets_fewer_frames(void **state)
+{
+    double costs[FRAMES_MAX];
+    const sc_sim_film film = film_of(6, 1, costs);
+    sc_sim_machine machine = machine_of(2);
+
+    (void)state;
+    machine.slow_node = 1;
+    machine.slow_speed = 0.5;
+    assert_near(simulate(&film, &machine).farm_s, 4, 1e-9); /* four frames of 1 s, two of 2 s */
+    machine.slow_node = 7;                                  /* a node that is not there */
+    assert_near(simulate(&film, &machine).farm_s, 3, 1e-9);
+}
+
+static void a_costly_last_frame_is_waited_for_or_split(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(4, 1, costs);
+    const sc_sim_machine machine = machine_of(2);
+    sc_sim_result r;
+
+    (void)state;
+    costs[3] = 12;
+    r = simulate(&film, &machine);
+    assert_near(r.farm_s, 13, 1e-9); /* behind frame 2 on rank 1 */
+    assert_int_equal(r.limit, SC_SIM_UNITS);
+    film.partition = SC_PARTITION_TILES; /* bands of 16 rows: the last 120 take 12 s / 120 each */
+    r = simulate(&film, &machine);
+    assert_true(r.farm_s >= 7.5 && r.farm_s < 7.5 + 2 * 1.6);
+    film.band_rows = 4; /* seven bands of 16 rows and one of 8 cost 4 more each */
+    assert_near(simulate(&film, &machine).draw_busy_s, 15 * (120 + 8 * 4) / 120.0, 1e-9);
+}
+
+static void rank_0_encodes_one_frame_after_the_other(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(40, 1, costs);
+    sc_sim_machine machine = machine_of(8);
+    sc_sim_result r;
+
+    (void)state;
+    film.encode_wall_s = 0.5; /* by some other device: it needs no core */
+    r = simulate(&film, &machine);
+    assert_near(r.farm_s, 1 + 40 * 0.5, 1e-9);
+    assert_near(r.accept_busy_s, 20, 1e-9);
+    assert_int_equal(r.limit, SC_SIM_ENCODING);
+    assert_true(r.held > 20);
+    film.gops = 4; /* GOPs of ten frames: four ranks draw and encode one each */
+    r = simulate(&film, &machine);
+    assert_near(r.farm_s, 10 * 1.5, 1e-9);
+    assert_int_equal(r.units, 4);
+    /* one rank alone: its core draws 40 s and encodes 20 s, which end together or nearly so */
+    film.gops = 0;
+    film.encode_cpu_s = 0.5;
+    machine = machine_of(1);
+    r = simulate(&film, &machine);
+    assert_true(r.farm_s >= 60 - 1e-9 && r.farm_s < 60.5 + 1e-9);
+    assert_near(r.work_cpu_s, 60, 1e-9);
+}
+
+static void messages_and_pixels_take_their_time(void **state)
+{
+    double costs[FRAMES_MAX];
+    const double frame_bytes = 3.0 * 160 * 120;
+    sc_sim_film film = film_of(100, 0.1, costs);
+    sc_sim_machine machine = machine_of(1000);
+    sc_sim_result r;
+
+    (void)state;
+    /* A frame is asked for, handed out, drawn and sent; rank 0 has drawn 5 and begun 2 before. */
+    machine.latency_s = 0.45;
+    assert_near(simulate(&film, &machine).farm_s, 0.45 + 0.45 + 0.1 + 0.45, 1e-9);
+    machine.latency_s = 0;
+    machine.link_bytes_per_s = frame_bytes; /* a frame a second, 99 of which come from others */
+    r = simulate(&film, &machine);
+    assert_near(r.farm_s, 0.1 + 99, 1e-6);
+    assert_near(r.link_busy_s, 99, 1e-6);
+    assert_int_equal(r.limit, SC_SIM_NETWORK);
+    machine.switches[0] = (sc_sim_switch){10, 0}; /* nodes 0 to 9 share a switch, no limit above */
+    machine.switches[1] = (sc_sim_switch){100, frame_bytes / 2};
+    assert_true(simulate(&film, &machine).farm_s <
+                99.2); /* all frames are drawn on nodes below 100 */
+    machine.switches[0].bytes_per_s = frame_bytes / 2;
+    assert_true(simulate(&film, &machine).farm_s > 99 + 89);
+    machine.ranks_per_node = 1000; /* one node: pixels are shared */
+    assert_near(simulate(&film, &machine).farm_s, 0.1, 1e-6);
+    machine.message_s = 0.01; /* 99 results, and two requests of each rank */
+    r = simulate(&film, &machine);
+    assert_true(r.message_busy_s > 99 * 0.01 * 2);
+    assert_int_equal(r.limit, SC_SIM_MESSAGES);
+}
+
+static void what_comes_before_and_after_the_farm_is_added(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(8, 1, costs);
+    sc_sim_machine machine = machine_of(4);
+    sc_sim_result r;
+
+    (void)state;
+    film.read_bytes = 300;
+    film.prepare_s = 7;
+    film.shared_bytes = 40;
+    film.derive_s = 0.5;
+    film.finish_s = 0.25;
+    film.frame_file_bytes = 5;
+    machine.file_bytes_per_s = 200;
+    machine.node_file_bytes_per_s = 100;
+    machine.link_bytes_per_s = 1e3;
+    machine.start_s = 1;
+    machine.start_node_s = 0.5;
+    r = simulate(&film, &machine);
+    assert_near(r.start_s, 3, 1e-9);
+    assert_near(r.read_s, 3, 1e-9);
+    assert_near(r.prepare_s, 7.5, 1e-9);
+    assert_near(r.share_s, 0.04, 1e-9);
+    assert_near(r.finish_s, 0.25 + 2 * 40 / 100.0, 1e-9);
+    assert_near(r.wall_s, 3 + 3 + 7.5 + 0.04 + r.farm_s + r.finish_s, 1e-9);
+    machine.link_bytes_per_s = 0;
+    assert_int_equal(simulate(&film, &machine).limit, SC_SIM_PREPARING);
+    film.read_bytes = 3000;
+    assert_int_equal(simulate(&film, &machine).limit, SC_SIM_READING);
+    machine.start_s = 100;
+    assert_int_equal(simulate(&film, &machine).limit, SC_SIM_STARTING);
+    for (int limit = 0; limit <= SC_SIM_FINISHING; limit++)
+        assert_true(strlen(sc_sim_limit_words((sc_sim_limit)limit)) > 3);
+}
+
+/* Every frame is drawn once, whatever the machine, and the same run is the same to the last bit. */
+static void any_machine_draws_all_frames(void **state)
+{
+    double costs[FRAMES_MAX];
+    uint64_t seed = 5;
+
+    (void)state;
+    for (int i = 0; i < 300; i++) {
+        const int frames = 1 + (int)(random_bits(&seed) % 90);
+        sc_sim_film film = film_of(frames, 1, costs);
+        sc_sim_machine machine = machine_of(1 + (int)(random_bits(&seed) % 40));
+        sc_sim_result r, again;
+
+        for (int k = 0; k < frames; k++)
+            costs[k] = random_real(&seed, 0, 0.3);
+        film.partition = (sc_partition)(random_bits(&seed) % 3);
+        film.gops = (int)(random_bits(&seed) % (unsigned)(frames / 10 + 1));
+        film.encode_wall_s = random_real(&seed, 0, 0.05);
+        film.encode_cpu_s = film.encode_wall_s;
+        machine.ranks_per_node = 1 + (int)(random_bits(&seed) % 5);
+        machine.threads = 1 + (int)(random_bits(&seed) % 4);
+        machine.latency_s = random_real(&seed, 0, 1e-3);
+        machine.message_s = random_real(&seed, 0, 1e-3);
+        machine.notice_s = random_real(&seed, 0, 1e-3);
+        machine.link_bytes_per_s = random_real(&seed, 1e7, 1e9);
+        r = simulate(&film, &machine);
+        again = simulate(&film, &machine);
+        assert_memory_equal(&r, &again, sizeof r);
+        assert_true(r.efficiency > 0 && r.efficiency <= 1 + 1e-9);
+    }
+}
+
+static void the_largest_machines_are_simulated_event_by_event(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(1800, 30, costs);
+
+    (void)state;
+    film.width_px = 3840;
+    film.height_px = 2160;
+    film.partition = SC_PARTITION_AUTO;
+    for (int ranks = 2; ranks <= 65536; ranks *= 32) {
+        const sc_sim_machine machine = machine_of(ranks);
+        const sc_sim_result r = simulate(&film, &machine);
+
+        assert_true(r.farm_s >= 1800.0 * 30 / ranks * (1 - 1e-9));
+        assert_in_range(r.units, 1800, 1800 * 135);
+    }
+}
+
+static void what_is_impossible_or_without_memory_is_an_error(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(8, 1, costs);
+    sc_sim_machine machine = machine_of(4);
+    sc_sim_result r;
+    long budget = 0;
+    sc_ctx poor = {.alloc_budget = &budget};
+
+    (void)state;
+    for (long allowed = 0;; allowed++) {
+        sc_status status;
+
+        budget = allowed;
+        status = sc_simulate(&poor, &film, &machine, &r);
+        if (status == SC_OK)
+            break;
+        assert_int_equal(status, SC_ERR_MEMORY);
+        assert_true(allowed < 10);
+    }
+    machine.ranks = 0;
+    assert_int_equal(sc_simulate(&quiet, &film, &machine, &r), SC_ERR_INTERNAL);
+    machine.ranks = 4;
+    film.gops = 1;
+    assert_int_equal(sc_simulate(&quiet, &film, &machine, &r), SC_ERR_INTERNAL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(equal_frames_take_their_share),
+        cmocka_unit_test(a_slow_rank_gets_fewer_frames),
+        cmocka_unit_test(a_costly_last_frame_is_waited_for_or_split),
+        cmocka_unit_test(rank_0_encodes_one_frame_after_the_other),
+        cmocka_unit_test(messages_and_pixels_take_their_time),
+        cmocka_unit_test(what_comes_before_and_after_the_farm_is_added),
+        cmocka_unit_test(any_machine_draws_all_frames),
+        cmocka_unit_test(the_largest_machines_are_simulated_event_by_event),
+        cmocka_unit_test(what_is_impossible_or_without_memory_is_an_error),
+    };
+
+    return RUN(tests);
+}
