@@ -6,17 +6,20 @@
 #include <math.h>
 
 enum {
-    WINDOW_BYTES = 256 << 20, /* limit of the window in bytes */
-    WINDOW_PER_RANK = 64,     /* limit of the window in frames, for each rank */
-    BAND_ROWS = 16,      /* the height of a band is a multiple of this: sub-pixel rays are traced
-                            where neighbouring pixels differ, and thinner bands would trace many
-                            pixels of their neighbours again */
-    BANDS_PER_RANK = 16, /* number of bands, for each rank, that the frames which are drawn at
-                            the same time are split into */
-    SPLIT_PER_RANK = 4,  /* this many of the last frames, for each rank, are split: enough that a
-                            rank with a fourth of the others' speed ends together with them */
-    RANKS_TO_FEED = 4,   /* with fewer ranks the encoder of rank 0 is fast enough for all */
-    GOPS_PER_RANK = 3    /* with fewer whole GOPs for each rank, ranks would end far apart */
+    WINDOW_MIB = 256,       /* limit of the window in MiB, */
+    WINDOW_RANK_MIB = 4,    /* and what each rank adds to it, a fraction of what it holds itself, */
+    WINDOW_MOST_MIB = 4096, /* up to this; see docs/studies.md for what follows from them */
+    WINDOW_WHOLE = 3,       /* frames are split if it holds fewer than this for each rank */
+    WINDOW_PER_RANK = 64,   /* limit of the window in frames, for each rank */
+    BAND_ROWS = 16,         /* the height of a band is a multiple of this: sub-pixel rays are traced
+                               where neighbouring pixels differ, and thinner bands would trace many
+                               pixels of their neighbours again */
+    BANDS_PER_RANK = 16,    /* number of bands, for each rank, that the frames which are drawn at
+                               the same time are split into */
+    SPLIT_PER_RANK = 4,     /* this many of the last frames, for each rank, are split: enough that a
+                               rank with a fourth of the others' speed ends together with them */
+    RANKS_TO_FEED = 4,      /* with fewer ranks the encoder of rank 0 is fast enough for all */
+    GOPS_PER_RANK = 3       /* with fewer whole GOPs for each rank, ranks would end far apart */
 };
 
 /* A rank asks for its next work unit when the one that it draws is expected to end within this
@@ -39,7 +42,9 @@ static int max_int(int a, int b)
 static int window_for(const sc_work *work)
 {
     const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
-    const size_t affordable = (size_t)WINDOW_BYTES / (frame_bytes ? frame_bytes : 1);
+    const long limit_mib = WINDOW_MIB + (long)WINDOW_RANK_MIB * work->ranks;
+    const size_t bytes = (size_t)(limit_mib < WINDOW_MOST_MIB ? limit_mib : WINDOW_MOST_MIB) << 20;
+    const size_t affordable = bytes / (frame_bytes ? frame_bytes : 1);
     const long useful = (long)WINDOW_PER_RANK * work->ranks;
     const long wanted = useful < work->frames ? useful : work->frames;
     const long window = wanted < (long)affordable ? wanted : (long)affordable;
@@ -57,9 +62,11 @@ static int first_split(const sc_work *work, int window)
         return 0;
     if (work->ranks == 1)
         return work->frames;
-    /* If the window cannot hold two frames for each rank, whole frames would leave ranks without
-     * work. Then several ranks draw each frame. */
-    return window < 2 * work->ranks ? 0 : max_int(work->frames - SPLIT_PER_RANK * work->ranks, 0);
+    /* If the window holds few frames for each rank, it fills behind a frame that is more costly
+     * than others, and leaves ranks without work. Then several ranks draw each frame. */
+    return window < WINDOW_WHOLE * work->ranks
+               ? 0
+               : max_int(work->frames - SPLIT_PER_RANK * work->ranks, 0);
 }
 
 sc_handout sc_handout_begin(const sc_work *work)

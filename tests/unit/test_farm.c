@@ -157,11 +157,11 @@ static double total_cost_s(const simulation *s)
 }
 
 /* Check that every row goes out once and within the window, and that all ranks end within the time
- * of one band after the last work unit has gone out. @param falling the costs fall, and 1 % of the
- * ideal time is allowed on top: a slow rank may still draw a costly frame when the cheap frames
+ * of one band after the last work unit has gone out. @param more this share of the ideal time is
+ * allowed on top: where costs fall, a slow rank may still draw a costly frame when the cheap frames
  * that follow are done. */
 static void check_balance(int ranks, int frames, double (*cost_s)(int), double (*speed)(int),
-                          bool falling)
+                          double more)
 {
     simulation s = {.work = {.ranks = ranks,
                              .frames = frames,
@@ -175,8 +175,7 @@ static void check_balance(int ranks, int frames, double (*cost_s)(int), double (
 
     simulate(&s);
     ideal_s = total_cost_s(&s) / total_speed(&s);
-    assert_true(s.end_s - s.handed_s <=
-                s.longest_unit_s + 2 * s.latency_s + (falling ? 0.01 * ideal_s : 0));
+    assert_true(s.end_s - s.handed_s <= s.longest_unit_s + 2 * s.latency_s + more * ideal_s);
     if (s.end_s > 1.05 * ideal_s + s.longest_unit_s)
         fail_msg("%d ranks, %d frames: end at %g, %g would be ideal", ranks, frames, s.end_s,
                  ideal_s);
@@ -189,14 +188,15 @@ static void all_ranks_end_within_the_time_of_a_band(void **state)
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(ranks); i++) {
-        check_balance(ranks[i], 12 * ranks[i], same_cost, same_speed, false);
-        check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, false);
-        check_balance(ranks[i], 12 * ranks[i], wild_cost, mixed_speed, false);
-        if (ranks[i] > 100)
-            continue; /* so many cheap frames would be finished that the window could not hold them
-                       */
-        check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, same_speed, true);
-        check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, mixed_speed, true);
+        check_balance(ranks[i], 12 * ranks[i], same_cost, same_speed, 0);
+        check_balance(ranks[i], 12 * ranks[i], same_cost, mixed_speed, 0);
+        check_balance(ranks[i], 12 * ranks[i], wild_cost, mixed_speed, 0);
+        /* with 250 ranks a rank draws only 12 frames besides the cheap ones */
+        const double more = ranks[i] > 100 ? 0.03 : 0.01;
+
+        check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, same_speed, more);
+        if (ranks[i] < 100) /* else a slow rank draws its first frame longer than others all */
+            check_balance(ranks[i], 12 * ranks[i] + 900, falling_cost, mixed_speed, more);
     }
 }
 
@@ -214,8 +214,7 @@ static void the_hand_out_keeps_65536_ranks_busy(void **state)
                         .latency_s = 1e-4};
 
         simulate(&s);
-        /* With 65,536 ranks the window holds fewer frames than there are ranks. */
-        assert_true(s.end_s < (ranks < 10000 ? 1.3 : 3.1) * total_cost_s(&s) / total_speed(&s));
+        assert_true(s.end_s < 1.3 * total_cost_s(&s) / total_speed(&s));
         clear_simulation(&s);
     }
 }
@@ -234,7 +233,7 @@ static void large_frames_keep_many_ranks_busy(void **state)
 
     (void)state;
     simulate(&s);
-    assert_true((size_t)s.handout.window * 7680 * 4320 * 3 <= (size_t)256 << 20);
+    assert_true((size_t)s.handout.window * 7680 * 4320 * 3 <= (size_t)(256 + 4 * 300) << 20);
     assert_true(s.end_s < 1.25 * total_cost_s(&s) / total_speed(&s));
     clear_simulation(&s);
 }
