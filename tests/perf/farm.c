@@ -5,12 +5,16 @@
  *       rank 0 with simulated worker ranks that together finish RATE frames a second
  *   mpirun -n N farm_load ranks FRAMES
  *       real ranks that draw nothing, as fast as they can
+ *   mpirun -n N farm_load compare FRAMES MEAN_S MESSAGE_S NOTICE_S
+ *       real ranks that sleep instead of drawing, MEAN_S for a frame in the mean, and what
+ *       sc_simulate tells for them; MESSAGE_S and NOTICE_S as in sc_sim_machine
  *
  * Frames have 320 x 180 pixels. Prints frames per second, and the share of one core that the main
  * thread of rank 0 needs. */
 #include "../../src/comm/comm_ops.h"
 #include "../../src/farm/internal.h"
 #include "events.h"
+#include "segcast/simulate.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -120,24 +124,32 @@ static const sc_comm_ops sim_ops = {.agree = sim_agree,
 
 /* What the callbacks of the farm get as user. */
 typedef struct load {
-    double draw_s;   /* that drawing a frame takes; 0: no time */
-    int accepted;    /* frames that have reached rank 0 */
-    atomic_int stop; /* for the farm; never set */
+    double draw_s;    /* that drawing a frame takes in the mean; 0: no time */
+    bool varied;      /* frames take between half of that and half as much again */
+    atomic_int units; /* work units drawn on this rank */
+    double farm_s;    /* result: how long the farm took */
+    int accepted;     /* frames that have reached rank 0 */
+    atomic_int stop;  /* for the farm; never set */
 } load;
+
+/* @return what drawing a frame takes in seconds. */
+static double frame_s(const load *l, int frame)
+{
+    return l->varied ? l->draw_s * (0.5 + (frame * 7919L % 1000 + 0.5) / 1000) : l->draw_s;
+}
 
 /* Draw nothing: sleep as long as drawing would take. See sc_farm.draw. */
 static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result)
 {
-    const load *l = user;
+    load *l = user;
 
-    (void)frame;
     (void)row;
-    (void)rows;
     (void)image;
     (void)result;
+    l->units++;
     if (l->draw_s > 0)
-        sc_sleep_s(l->draw_s);
+        sc_sleep_s(frame_s(l, frame) * rows / HEIGHT_PX);
     return SC_OK;
 }
 
@@ -159,6 +171,7 @@ static int run(sc_comm *comm, load *l, int frames)
                     .height_px = HEIGHT_PX,
                     .partition = SC_PARTITION_FRAMES,
                     .frame_count = frames,
+                    .share_frames = l->varied,
                     .draw = draw,
                     .accept_frame = accept_frame,
                     .stop = &l->stop,
@@ -176,6 +189,7 @@ static int run(sc_comm *comm, load *l, int frames)
                sc_comm_size(comm), l->accepted, times.wall_s, l->accepted / times.wall_s,
                100 * times.gather_cpu_s / times.wall_s);
     free(numbers);
+    l->farm_s = times.wall_s;
     return status == SC_OK && (sc_comm_rank(comm) > 0 || l->accepted == frames) ? 0 : 1;
 }
 
@@ -200,6 +214,49 @@ static int simulate(int workers, double rate, int frames)
     return code;
 }
 
+/* Run the farm with sleeping ranks, simulate it, and print both on rank 0. @return an exit code: 1
+ * if the farm or the simulation failed, or not every frame was drawn once. */
+static int compare(sc_comm *comm, int frames, double mean_s, double message_s, double notice_s)
+{
+    const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
+    const int ranks = sc_comm_size(comm);
+    load l = {.draw_s = mean_s, .varied = true};
+    double *costs = malloc((size_t)frames * sizeof *costs);
+    int *units = malloc((size_t)ranks * sizeof *units), mine, drawn = 0;
+    const sc_sim_film film = {.frames = frames,
+                              .gop_frames = 1,
+                              .width_px = WIDTH_PX,
+                              .height_px = HEIGHT_PX,
+                              .partition = SC_PARTITION_FRAMES,
+                              .draw_cpu_s = costs};
+    const sc_sim_machine machine = {.ranks = ranks,
+                                    .ranks_per_node = ranks,
+                                    .threads = 1,
+                                    .message_s = message_s,
+                                    .notice_s = notice_s,
+                                    .slow_node = -1};
+    sc_sim_result predicted;
+    int code = run(comm, &l, frames);
+
+    mine = l.units;
+    sc_comm_gather(comm, &mine, sizeof mine, units);
+    for (int k = 0; k < frames; k++)
+        costs[k] = frame_s(&l, k);
+    if (sc_comm_rank(comm) == 0) {
+        code |= sc_simulate(&ctx, &film, &machine, &predicted) != SC_OK;
+        for (int rank = 0; rank < ranks; rank++)
+            drawn += units[rank];
+        if (!code)
+            printf("measured %.3f s, predicted %.3f s, %+.1f %%; units drawn %d, predicted %ld\n",
+                   l.farm_s, predicted.farm_s, 100 * (predicted.farm_s / l.farm_s - 1), drawn,
+                   predicted.units);
+        code |= drawn != predicted.units;
+    }
+    free(costs);
+    free(units);
+    return code;
+}
+
 int main(int argc, char **argv)
 {
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
@@ -209,13 +266,16 @@ int main(int argc, char **argv)
 
     if (argc == 5 && !strcmp(argv[1], "simulate"))
         return simulate(atoi(argv[2]), atof(argv[3]), atoi(argv[4]));
-    if (argc != 3 || strcmp(argv[1], "ranks") != 0) {
-        fprintf(stderr, "usage: farm_load simulate WORKERS RATE FRAMES | farm_load ranks FRAMES\n");
+    if ((argc != 3 || strcmp(argv[1], "ranks") != 0) &&
+        (argc != 6 || strcmp(argv[1], "compare") != 0)) {
+        fprintf(stderr, "usage: farm_load simulate WORKERS RATE FRAMES | ranks FRAMES | compare "
+                        "FRAMES MEAN_S MESSAGE_S NOTICE_S\n");
         return 64;
     }
     if (sc_comm_open(&ctx, true, &comm) != SC_OK)
         return 70;
-    code = run(comm, &l, atoi(argv[2]));
+    code = argc == 3 ? run(comm, &l, atoi(argv[2]))
+                     : compare(comm, atoi(argv[2]), atof(argv[3]), atof(argv[4]), atof(argv[5]));
     sc_comm_close(comm);
     return code;
 }
