@@ -289,6 +289,7 @@ sc_status sc_cmd_still(sc_app *app);
 sc_status sc_cmd_views(sc_app *app);
 sc_status sc_cmd_check(sc_app *app);
 sc_status sc_cmd_plan(sc_app *app);
+sc_status sc_cmd_calibrate(sc_app *app);
 sc_status sc_cmd_info(sc_app *app);
 sc_status sc_cmd_init(sc_app *app);
 sc_status sc_cmd_phantom(sc_app *app);

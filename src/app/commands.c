@@ -22,6 +22,13 @@ const sc_command sc_commands[] = {
      "about a tenth of the job, and half a minute at most unless two frames take longer. Nothing "
      "is written.",
      sc_cmd_plan, false},
+    {"calibrate", "", "measure what segcast plan needs to know of this machine, and keep it",
+     "Takes a second or two. Measures copying, writing and sleeping; under mpirun or srun with two "
+     "ranks or more also messages, and with two nodes the network, between rank 0 and the last "
+     "rank. What is not measured is assumed. The numbers are kept in the user's cache directory "
+     "($XDG_CACHE_HOME/segcast, or ~/.cache/segcast), for this processor and version; segcast plan "
+     "reads them. Run it once on the machine where jobs are to run.",
+     sc_cmd_calibrate, true},
     {"still", "JOB.yaml", "draw one frame of a job as PNG", NULL, sc_cmd_still, false},
     {"views", "VOLUME", "draw the three regular slices beside the picture as PNG", NULL,
      sc_cmd_views, false},

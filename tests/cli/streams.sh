@@ -19,6 +19,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     study) echo study.yaml -o "study$RANDOM$RANDOM" ;;
     init) echo heart.nrrd -o - ;;
     keys) echo render ;;
+    calibrate) ;;
     help | version | -*) ;;
     *) fail "the command $1 is new: say here what makes it print" ;;
     esac
