@@ -8,15 +8,15 @@
 
 /* Unit costs, as sc_simulate takes them. */
 typedef struct sc_unit_costs {
-    double notice_s;          /* until a thread that sleeps notices a message, in the mean */
-    double message_s;         /* CPU time of rank 0 for a message */
-    double latency_s;         /* of a message between two nodes */
-    double link_bytes_per_s;  /* between two nodes */
-    double copy_bytes_per_s;  /* of one thread in memory */
-    double file_bytes_per_s;  /* written and flushed, in the cache directory */
-    bool measured;            /* false: all are assumed */
-    bool messages_measured;   /* message_s is measured, with at least two ranks, */
-    bool network_measured;    /* and so are latency_s and link_bytes_per_s, with two nodes */
+    double notice_s;         /* until a thread that sleeps notices a message, in the mean */
+    double message_s;        /* CPU time of rank 0 for a message */
+    double latency_s;        /* of a message between two nodes */
+    double link_bytes_per_s; /* between two nodes */
+    double copy_bytes_per_s; /* of one thread in memory */
+    double file_bytes_per_s; /* written and flushed, in the cache directory */
+    bool measured;           /* false: all are assumed */
+    bool messages_measured;  /* message_s is measured, with at least two ranks, */
+    bool network_measured;   /* and so are latency_s and link_bytes_per_s, with two nodes */
 } sc_unit_costs;
 
 /* @return costs of a usual machine of a cluster, for where nothing was measured. */
@@ -26,8 +26,8 @@ sc_unit_costs sc_unit_costs_assumed(void);
  * SC_ERR_CREATE if the environment names no such directory, SC_ERR_MEMORY. Caller owns *out:
  * sc_free. */
 sc_status sc_calibration_path(const sc_ctx *ctx, char **out);
-/* Read the costs of this machine; not collective. What is damaged, or is not a file of this user for
- * this processor and version, is told in a warning. @return the assumed costs, if there is no
+/* Read the costs of this machine; not collective. What is damaged, or is not a file of this user
+ * for this processor and version, is told in a warning. @return the assumed costs, if there is no
  * file or not such a one. */
 sc_unit_costs sc_calibration_load(const sc_ctx *ctx);
 /* Make the directory of the file at @p path, as far as it is not there: for the user alone. @return

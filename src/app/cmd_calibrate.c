@@ -158,8 +158,9 @@ static sc_status print_costs(const sc_ctx *ctx, const sc_unit_costs *c, bool as_
     return SC_OK;
 }
 
-/* On rank 0: say what is wrong with a file that is there, make its directory, and measure what needs
- * no other rank; writing first, so that a directory which cannot be written to is told at once. @param path receives the name of the file; the caller owns it. */
+/* On rank 0: say what is wrong with a file that is there, make its directory, and measure what
+ * needs no other rank; writing first, so that a directory which cannot be written to is told at
+ * once. @param path receives the name of the file; the caller owns it. */
 static sc_status begin(const sc_ctx *ctx, char *block, sc_unit_costs *costs, char **path)
 {
     sc_status status;

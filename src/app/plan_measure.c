@@ -5,10 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bands of this many rows, a tile high or less, are drawn of so many frames at full size: of each
- * frame every STRIDE-th band. Pictures of a smaller size would not do: a larger share of their
- * pixels lies on edges, which take more rays, so that they cost two to three times as much. */
-enum { PROBES = 12, STRIDE = 16, BAND_ROWS = 16 };
+/* Bands of this many rows, a tile high or less, are drawn of SC_PLAN_PLACES frames at full size:
+ * of each frame every STRIDE-th band. Pictures of a smaller size would not do: a larger share of
+ * their pixels lies on edges, which take more rays, so that they cost two to three times as much.
+ */
+enum { STRIDE = 16, BAND_ROWS = 16 };
 
 /* How many frames are drawn whole and encoded. A frame depends on those before it, so they come in
  * runs of neighbours: RUN frames at up to PLACES places of the animation. */
@@ -53,7 +54,7 @@ static sc_status measure_drawing(sc_app *app, sc_session *session, sc_image *ima
                                  sc_plan_probe *out)
 {
     const int frames = session->job.animation.frames;
-    const int probes = frames < PROBES ? frames : PROBES;
+    const int probes = frames < SC_PLAN_PLACES ? frames : SC_PLAN_PLACES;
     double cpu_s = 0, rows = 0, unused_s = 0, unused = 0;
     sc_status status;
 
@@ -61,9 +62,11 @@ static sc_status measure_drawing(sc_app *app, sc_session *session, sc_image *ima
     SC_TRY(draw_bands(app, session, frames / 2, STRIDE / 2, image, &unused_s, &unused));
     for (int i = 0; i < probes; i++) {
         const int k = (int)(((long)frames * (2 * i + 1)) / (2 * probes));
+        const double before_s = cpu_s, before = rows;
 
         sc_stage_add(app->ctx, 1);
         SC_TRY(draw_bands(app, session, k, 7 * i + STRIDE / 2, image, &cpu_s, &rows));
+        out->place_cpu_s[i] = (cpu_s - before_s) / (rows - before) * session->job.output.size_px[1];
     }
     out->draw_cpu_s = rows > 0 ? cpu_s / rows * session->job.output.size_px[1] : 0;
     out->partly_drawn = probes;

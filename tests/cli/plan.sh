@@ -11,9 +11,17 @@ jq -e '.schema == "segcast-plan-1" and .frames == 24 and .size == [160, 120] and
     (.memory | .prepared_bytes > 0 and .derived_bytes > 0 and .program_bytes > 0 and .renderer_bytes > 0) and
     ([.runs[].nodes] == [1, 4, 16]) and ([.runs[] | .ranks_per_node == 1 and .threads_per_rank >= 1 and
         .wall_s >= .prepare_s and .wall_s >= .root_encode_s and .wall_s >= .draw_s and
-        (.limited_by | IN("drawing", "encoding", "preparing")) and .first_node_bytes > .other_node_bytes] | all)' \
+        (.limited_by | IN("drawing", "encoding", "encoding on rank 0", "preparing", "starting the ranks",
+            "too few work units", "sending the volume to all nodes", "joining the video")) and .efficiency > 0 and .efficiency <= 1 and .first_node_bytes > .other_node_bytes] | all)' \
     plan.json >/dev/null || fail "plan --json: $(cat plan.json)"
 [ "$(ls)" = $'job.yaml\nplan.json' ] || fail "segcast plan has written files: $(ls)"
+
+# Scaling: a row for 1, 2, 4, ... nodes, each with its best ranks x threads; core hours are those of all cores.
+jq -e '.scaling | .costs_measured == false and ([.nodes[].nodes] == [1, 2, 4, 8, 16, 32, 64]) and
+    (.pays_to_nodes as $n | [.nodes[].nodes] | index($n) != null) and
+    ([.nodes[] | .ranks_per_node >= 1 and .threads_per_rank >= 1 and (.encode | IN("auto", "segments")) and .wall_s > 0 and
+        .efficiency > 0 and .efficiency <= 1 and .core_hours * 3600 >= .wall_s * .nodes * 0.99 and
+        (.limited_by | length > 3)] | all)' plan.json >/dev/null || fail "the scaling: $(cat plan.json)"
 
 # near WHAT SAID IS PERCENT: what the plan said is as near to what is.
 near() {
@@ -44,9 +52,9 @@ near 'bytes of long records' "$(said disk.records_bytes)" "$(bytes_of long/*.jso
 
 # On other nodes; a job without video is not encoded, one without any output writes its records alone.
 "$SEGCAST" plan job.yaml -q --nodes 5 --ranks 3 --threads 2 >plan.txt
-[ "$(grep -cE '^wall time +[0-9]+ s on 5 nodes, 3 ranks of 2 threads each; limited by (drawing|encoding|preparing)$' plan.txt)" = 1 ] &&
+[ "$(grep -cE '^wall time +[0-9]+ s on 5 nodes, 3 ranks of 2 threads each; limited by [a-z0 ]+$' plan.txt)" = 1 ] &&
     [ "$(grep -c '^wall time' plan.txt)" = 1 ] || fail "plan --nodes: $(cat plan.txt)"
-for word in frames kernel volume measured preparing drawing encoding 'in all' disk; do
+for word in frames kernel volume measured preparing drawing encoding 'in all' disk scaling; do
     [ "$(grep -c "^$word  " plan.txt)" = 1 ] || fail "plan does not say $word: $(cat plan.txt)"
 done
 "$SEGCAST" plan job.yaml -q --json --nodes 6 --ranks 2 --threads 1 --set farm.encode=segments >plan.json
@@ -67,3 +75,5 @@ for value in 0 -1 x 1.5 '' 65537; do
         one_error
     done
 done
+expect 64 '4294967296 ranks in all, expected at most 65536; choose fewer' "$SEGCAST" plan job.yaml --nodes 65536 --ranks 65536
+one_error

@@ -153,6 +153,80 @@ static void segments_and_partial_gops_need_room_beside_the_video(void **state)
     assert_true(small.records < disk.records); /* so are the pictures of the report */
 }
 
+static void a_simulated_run_agrees_with_the_sum_where_nothing_waits(void **state)
+{
+    const sc_job job = long_job();
+    const sc_unit_costs costs = sc_unit_costs_assumed();
+
+    (void)state;
+    for (int nodes = 1; nodes <= 4; nodes *= 2) {
+        const sc_plan_run sum = sc_plan_run_on(&job, &probe, nodes, 1, 8, 0);
+        sc_plan_run run = sum;
+
+        assert_ok(sc_plan_simulate(&quiet, &job, &probe, &costs, 8, &run));
+        assert_true(run.wall_s >= sum.draw_s + sum.prepare_s - 1e-6);
+        assert_true(run.wall_s < 1.1 * sum.wall_s + 2); /* messages, the network, starting */
+        assert_near(run.efficiency, 1262 / (8 * nodes * run.wall_s), 1e-6);
+        assert_string_equal(run.limit, "drawing");
+    }
+}
+
+static void costs_follow_the_places_that_were_measured(void **state)
+{
+    const sc_unit_costs costs = sc_unit_costs_assumed();
+    sc_plan_probe equal = probe, varied;
+    sc_job job = long_job();
+    sc_plan_run even, uneven;
+
+    (void)state;
+    strcpy(job.output.video, "none");
+    job.farm.partition = SC_PARTITION_FRAMES;
+    job.animation.frames = 48;
+    equal.first = equal.next = (sc_plan_cost){0};
+    varied = equal;
+    uneven = even = sc_plan_run_on(&job, &equal, 16, 1, 1, 0);
+    for (int i = 0; i < 12; i++)
+        varied.place_cpu_s[i] = i == 11 ? 12 : 1; /* the mean stays that of draw_cpu_s, 2 s */
+    assert_ok(sc_plan_simulate(&quiet, &job, &equal, &costs, 1, &even));
+    assert_ok(sc_plan_simulate(&quiet, &job, &varied, &costs, 1, &uneven));
+    assert_true(uneven.wall_s > even.wall_s + 4); /* a frame of 12 s comes last */
+}
+
+static void the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay(void **state)
+{
+    const sc_unit_costs costs = sc_unit_costs_assumed();
+    sc_plan_nodes nodes = {.most = 64, .cores = 8, .memory_bytes = (uint64_t)64 << 30};
+    sc_job job = long_job();
+    sc_plan_scale scale, poor;
+
+    (void)state;
+    assert_ok(sc_plan_scale_to(&quiet, &job, &probe, &costs, &nodes, &scale));
+    assert_int_equal(scale.count, 7);
+    for (int i = 0; i < scale.count; i++) {
+        const sc_plan_row *row = &scale.rows[i];
+
+        assert_int_equal(row->run.nodes, 1 << i);
+        assert_true(row->run.ranks * row->run.threads <= 8);
+        assert_near(row->core_hours, row->run.wall_s * row->run.nodes * 8 / 3600, 1e-9);
+        assert_true(i == 0 || row->run.wall_s < 1.1 * row[-1].run.wall_s);
+    }
+    assert_true(scale.pays_to >= 8 && scale.pays_to < 64);
+    nodes.memory_bytes =
+        scale.rows[0].run.first_node_bytes / 2; /* one rank is tried all the same */
+    assert_ok(sc_plan_scale_to(&quiet, &job, &probe, &costs, &nodes, &poor));
+    for (int i = 0; i < poor.count; i++)
+        assert_int_equal(poor.rows[i].run.ranks, 1);
+    nodes.ranks = 2;
+    nodes.threads = 3;
+    job.farm.encode = SC_ENCODE_ROOT;
+    assert_ok(sc_plan_scale_to(&quiet, &job, &probe, &costs, &nodes, &scale));
+    for (int i = 0; i < scale.count; i++) {
+        assert_int_equal(scale.rows[i].run.ranks, 2);
+        assert_int_equal(scale.rows[i].run.threads, 3);
+        assert_int_equal(scale.rows[i].encode, SC_ENCODE_ROOT);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -162,6 +236,9 @@ int main(void)
         cmocka_unit_test(more_nodes_are_never_slower_where_ranks_encode),
         cmocka_unit_test(memory_is_that_of_the_farm_and_of_the_encoders),
         cmocka_unit_test(segments_and_partial_gops_need_room_beside_the_video),
+        cmocka_unit_test(a_simulated_run_agrees_with_the_sum_where_nothing_waits),
+        cmocka_unit_test(costs_follow_the_places_that_were_measured),
+        cmocka_unit_test(the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay),
     };
 
     return RUN(tests);
