@@ -2,9 +2,9 @@
 /* What segcast plan tells of other machines: runs that are simulated. */
 #include "plan.h"
 
-/* Rows that a band costs beside its own: those above and below, of which pixels at edges are traced
- * again. */
-#define BAND_ROWS_MORE 2.0
+/* Rows that a band costs beside its own: pixels at its edges are compared with neighbours that are
+ * traced again. With bands of 16 rows the phantom takes 2.75 % more samples. */
+#define BAND_ROWS_MORE 0.44
 /* Until the ranks of an MPI program run: assumed, see docs/usage.md. */
 #define START_S 1.0
 #define START_NODE_S 0.002
@@ -49,8 +49,7 @@ static sc_sim_film film_of(const sc_job *job, const sc_plan_probe *p, const sc_p
         .gops = run->gops,
         .draw_cpu_s = costs,
         .band_rows = BAND_ROWS_MORE,
-        .encode_cpu_s =
-            factor * (firsts * first->cpu_s + (1 - firsts) * next->cpu_s + png->cpu_s),
+        .encode_cpu_s = factor * (firsts * first->cpu_s + (1 - firsts) * next->cpu_s + png->cpu_s),
         .encode_wall_s =
             factor * (firsts * first->wall_s + (1 - firsts) * next->wall_s + png->wall_s),
         .frame_file_bytes = firsts * first->bytes + (1 - firsts) * next->bytes + png->bytes,
@@ -111,8 +110,7 @@ typedef struct trial {
 static sc_status try_run(const trial *t, const sc_job *job, int count, int ranks, sc_plan_row *best)
 {
     const sc_plan_nodes *nodes = t->nodes;
-    sc_plan_run run =
-        sc_plan_run_on(job, t->probe, count, ranks, nodes->cores, nodes->threads);
+    sc_plan_run run = sc_plan_run_on(job, t->probe, count, ranks, nodes->cores, nodes->threads);
     sc_status status;
 
     if (best->run.nodes > 0 && run.first_node_bytes > nodes->memory_bytes)
@@ -138,7 +136,8 @@ static sc_status find_best(const trial *t, const sc_job *job, int count, sc_plan
     for (size_t way = 0; way < (is_open ? SC_COUNT_OF(encodes) : 1); way++) {
         if (is_open)
             tried.farm.encode = encodes[way];
-        for (int ranks = first; ranks <= last && (long)ranks * count <= SC_PLAN_RANKS_MOST; ranks *= 2)
+        for (int ranks = first; ranks <= last && (long)ranks * count <= SC_PLAN_RANKS_MOST;
+             ranks *= 2)
             SC_TRY(try_run(t, &tried, count, ranks, best));
     }
 out:
