@@ -28,11 +28,18 @@ SC_MUST_USE sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads
 void sc_team_close(sc_team *team);
 /** @return how many ranks the team has. */
 int sc_team_ranks(const sc_team *team);
+/** @return how many threads this rank uses, as given to sc_team_open. */
+int sc_team_threads(const sc_team *team);
+/** @return whether this rank is the first one of the team, which does what only one can do. */
+bool sc_team_is_first(const sc_team *team);
 /** @return the bytes of the arrays that the team holds now: once, whatever its ranks. */
 uint64_t sc_team_bytes(const sc_team *team);
 /** @return on every rank the smallest return code that any rank of the team has passed. Blocks
  *  until all have called it; what they wrote to arrays before can be read then. Collective. */
 SC_MUST_USE sc_status sc_team_agree(sc_team *team, sc_status mine);
+/** @return whether the memory that the ranks share has room for so many bytes, and still for what
+ *  others need there; the same on all ranks; true for a rank alone. Collective. */
+bool sc_team_has_room(sc_team *team, uint64_t bytes);
 /** Allocate an array of @p count elements of @p size bytes that all ranks of the team see, aligned
  *  to 64 bytes, all bytes 0. Collective. @return SC_ERR_MEMORY, logged, the same on all ranks: they
  *  can still be told to do without each other. The team owns *out; each rank may free it before:
@@ -41,6 +48,11 @@ SC_MUST_USE sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t cou
                                     void **out);
 /** Free @p data, an array of the team, on this rank. Not collective; NULL is allowed. */
 void sc_team_free(sc_team *team, void *data);
+/** Copy @p bytes (the same number on all ranks) of each rank's @p mine to *all, [ranks][bytes], in
+ *  an order of ranks that is the same on all of them. Collective. @return as of sc_team_alloc, and
+ *  *all is owned as there. */
+SC_MUST_USE sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine,
+                                      size_t bytes, void **all);
 /** Call @p body for all of [0, count), in chunks of @p chunk items that all threads of all ranks
  *  claim one after the other; returns when all items are done on all ranks, and what @p body wrote
  *  to arrays of the team can be read by all. Which rank and thread does which chunk differs from
@@ -48,5 +60,9 @@ void sc_team_free(sc_team *team, void *data);
  *  its rank. @param user of this rank; what it points to is not shared, but for arrays of the team.
  *  Collective. */
 void sc_team_for(sc_team *team, size_t count, size_t chunk, sc_range_fn *body, void *user);
+/** As sc_team_for, and count what all ranks have done as @p worth of the stage of @p ctx, while it
+ *  goes on: see sc_stage_for. */
+void sc_team_stage_for(const sc_ctx *ctx, uint64_t worth, sc_team *team, size_t count, size_t chunk,
+                       sc_range_fn *body, void *user);
 
 #endif

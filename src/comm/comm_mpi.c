@@ -180,13 +180,18 @@ out:
     return status;
 }
 
+/* @return what must stay free in SHARED_MEMORY. */
+static size_t spare_bytes_of(const sc_comm *comm)
+{
+    return SPARE_BYTES + (size_t)comm->node_size * (size_t)SPARE_BYTES_PER_RANK;
+}
+
 /* Find room for shared->bytes that the ranks of this node really share, first in memory, then as a
  * file in @p folder if it is not NULL. Sets data and place. Collective in comm->node, where all get
  * the same result. @return SC_ERR_MEMORY, not logged. */
 static sc_status find_common_place(mpi_comm *comm, const char *folder, sc_shared *shared)
 {
-    const size_t spare_bytes =
-        SPARE_BYTES + (size_t)comm->base.node_size * (size_t)SPARE_BYTES_PER_RANK;
+    const size_t spare_bytes = spare_bytes_of(&comm->base);
 
     shared->place = SC_SHARED_IN_MEMORY;
     if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data) == SC_OK)
@@ -268,6 +273,12 @@ static sc_status mpi_node_share(const sc_ctx *ctx, sc_comm *base, size_t bytes, 
     else
         sc_free(block);
     return status;
+}
+
+static bool mpi_has_room(const sc_comm *comm, uint64_t bytes)
+{
+    return bytes <= SIZE_MAX &&
+           sc_shared_folder_has_room(SHARED_MEMORY, (size_t)bytes, spare_bytes_of(comm));
 }
 
 /* Copy the block between the first ranks of the nodes, and where every rank has a copy, from the
@@ -499,6 +510,7 @@ static const sc_comm_ops mpi_ops = {
     .publish = mpi_publish,
     .node_agree = mpi_node_agree,
     .node_share = mpi_node_share,
+    .has_room = mpi_has_room,
     .post = mpi_post,
     .pending = mpi_pending,
     .flush = mpi_flush,

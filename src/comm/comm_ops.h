@@ -6,7 +6,7 @@
 
 #include "segcast/comm.h"
 
-/* One function for each of sc_comm_* and sc_shared_*, with the same contract, and two for teams
+/* One function for each of sc_comm_* and sc_shared_*, with the same contract, and three for teams
  * (segcast/team.h); none is NULL. */
 typedef struct sc_comm_ops {
     void (*close)(sc_comm *comm);
@@ -26,6 +26,8 @@ typedef struct sc_comm_ops {
      * logged. */
     sc_status (*node_share)(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
                             sc_shared **out);
+    /* Has the memory in which node_share puts blocks room for so many bytes? */
+    bool (*has_room)(const sc_comm *comm, uint64_t bytes);
     void (*post)(sc_comm *comm, int target, int tag, const void *data, size_t bytes);
     int (*pending)(sc_comm *comm);
     void (*flush)(sc_comm *comm);

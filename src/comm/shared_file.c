@@ -9,9 +9,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-/* @return whether the file system of @p folder has room for @p bytes and then still for @p spare,
- * or for half of what it has now if that is less; true if it does not say. */
-static bool has_room(const char *folder, size_t bytes, size_t spare)
+bool sc_shared_folder_has_room(const char *folder, size_t bytes, size_t spare)
 {
     struct statvfs info;
     uint64_t room;
@@ -30,7 +28,7 @@ sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_byt
     int length, file;
 
     sc_remove_temporaries(folder, false);
-    if (!has_room(folder, bytes, spare_bytes))
+    if (!sc_shared_folder_has_room(folder, bytes, spare_bytes))
         return SC_ERR_MEMORY;
     if (getentropy(&random, sizeof random))
         return SC_ERR_CREATE;

@@ -23,6 +23,9 @@ typedef struct sc_shared_name {
  * (sc_shared_file_remove) as soon as all have opened it, and closes *out. */
 sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_bytes,
                               sc_shared_name *name, int *out);
+/* @return whether the file system of @p folder has room for @p bytes and then still for @p spare,
+ * or for half of what it has now if that is less; true if it does not say. */
+bool sc_shared_folder_has_room(const char *folder, size_t bytes, size_t spare);
 /* Open the file that another process has made. @return SC_ERR_MISSING. Caller closes *out. */
 sc_status sc_shared_file_open(const sc_shared_name *name, int *out);
 /* Remove the name; the file stays as long as it is open or mapped somewhere. Only in the process

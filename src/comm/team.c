@@ -4,6 +4,8 @@
 
 #include "comm_ops.h"
 
+#include <string.h>
+
 /* What the ranks claim chunks from: one counter for the present loop and one for the next, so that
  * a counter is set back when nobody can be using it. */
 typedef struct team_counters {
@@ -35,6 +37,16 @@ int sc_team_ranks(const sc_team *team)
     return team->comm ? team->comm->node_size : 1;
 }
 
+int sc_team_threads(const sc_team *team)
+{
+    return team->threads;
+}
+
+bool sc_team_is_first(const sc_team *team)
+{
+    return !team->comm || team->comm->node_rank == 0;
+}
+
 uint64_t sc_team_bytes(const sc_team *team)
 {
     uint64_t bytes = 0;
@@ -47,6 +59,14 @@ uint64_t sc_team_bytes(const sc_team *team)
 sc_status sc_team_agree(sc_team *team, sc_status mine)
 {
     return team->comm ? team->comm->ops->node_agree(team->comm, mine) : mine;
+}
+
+bool sc_team_has_room(sc_team *team, uint64_t bytes)
+{
+    const bool fits =
+        !sc_team_is_first(team) || !team->comm || team->comm->ops->has_room(team->comm, bytes);
+
+    return sc_team_agree(team, fits ? SC_OK : SC_ERR_MEMORY) == SC_OK;
 }
 
 /* Free an array that is in no list any more. */
@@ -113,6 +133,20 @@ void sc_team_free(sc_team *team, void *data)
     }
 }
 
+sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine, size_t bytes,
+                          void **all)
+{
+    const size_t rank = team->comm ? (size_t)team->comm->node_rank : 0;
+    void *block;
+    sc_status status = sc_team_alloc(ctx, team, (size_t)sc_team_ranks(team), bytes, &block);
+
+    if (status != SC_OK)
+        return status;
+    memcpy((char *)block + rank * bytes, mine, bytes);
+    *all = block;
+    return sc_team_agree(team, SC_OK);
+}
+
 sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads, const char *folder,
                        sc_team **out)
 {
@@ -156,12 +190,27 @@ typedef struct team_loop {
     size_t count, chunk;
     sc_range_fn *body;
     void *user;
+    const sc_ctx *ctx; /* whose stage counts what is done */
+    uint64_t worth;    /* of the loop in that stage */
+    _Atomic uint64_t counted;
 } team_loop;
+
+/* Count, in the stage, what is done when all items before @p end have been done by any rank. */
+static void count_up(team_loop *loop, size_t end)
+{
+    const uint64_t done = (uint64_t)((double)loop->worth * (double)end / (double)loop->count);
+    uint64_t before = atomic_load(&loop->counted);
+
+    while (before < done && !atomic_compare_exchange_weak(&loop->counted, &before, done)) {
+    }
+    if (before < done)
+        sc_stage_add(loop->ctx, done - before);
+}
 
 /* Claim chunks until none is left; an sc_range_fn on a team_loop, called once per thread. */
 static void claim_chunks(void *user, size_t begin, size_t end, int thread)
 {
-    const team_loop *loop = user;
+    team_loop *loop = user;
     const size_t chunks = (loop->count + loop->chunk - 1) / loop->chunk;
 
     (void)begin;
@@ -170,19 +219,23 @@ static void claim_chunks(void *user, size_t begin, size_t end, int thread)
         const uint64_t mine = atomic_fetch_add(loop->next, 1);
         const size_t first = (size_t)mine * loop->chunk;
         const size_t rest = loop->count - first;
+        const size_t last = first + (rest < loop->chunk ? rest : loop->chunk);
 
         if (mine >= chunks)
             return;
-        loop->body(loop->user, first, first + (rest < loop->chunk ? rest : loop->chunk), thread);
+        loop->body(loop->user, first, last, thread);
+        count_up(loop, last);
     }
 }
 
-void sc_team_for(sc_team *team, size_t count, size_t chunk, sc_range_fn *body, void *user)
+void sc_team_stage_for(const sc_ctx *ctx, uint64_t worth, sc_team *team, size_t count, size_t chunk,
+                       sc_range_fn *body, void *user)
 {
-    team_loop loop = {.count = count, .chunk = chunk, .body = body, .user = user};
+    team_loop loop = {
+        .count = count, .chunk = chunk, .body = body, .user = user, .ctx = ctx, .worth = worth};
 
     if (!team->comm) {
-        sc_parallel_for(team->threads, count, chunk, body, user);
+        sc_stage_for(ctx, worth, team->threads, count, chunk, body, user);
         return;
     }
     loop.next = &team->counters->next[team->loops++ % 2];
@@ -191,4 +244,10 @@ void sc_team_for(sc_team *team, size_t count, size_t chunk, sc_range_fn *body, v
     if (team->comm->node_rank == 0)
         atomic_store(&team->counters->next[team->loops % 2], 0);
     team->comm->ops->node_agree(team->comm, SC_OK);
+    sc_stage_add(ctx, worth - atomic_load(&loop.counted)); /* the last chunk was another rank's */
+}
+
+void sc_team_for(sc_team *team, size_t count, size_t chunk, sc_range_fn *body, void *user)
+{
+    sc_team_stage_for(NULL, 0, team, count, chunk, body, user);
 }

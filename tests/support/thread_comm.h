@@ -123,6 +123,11 @@ static sc_status thread_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, co
     return SC_OK;
 }
 
+static bool thread_has_room(const sc_comm *comm, uint64_t bytes)
+{
+    return ((const thread_comm *)comm)->world->shares && bytes <= SIZE_MAX / 2;
+}
+
 static void thread_publish(sc_comm *comm, sc_shared *shared)
 {
     (void)shared;
@@ -195,6 +200,7 @@ static const sc_comm_ops thread_ops = {.agree = thread_agree,
                                        .publish = thread_publish,
                                        .node_agree = thread_agree,
                                        .node_share = thread_share,
+                                       .has_room = thread_has_room,
                                        .post = thread_send,
                                        .pending = thread_pending,
                                        .flush = thread_flush,
