@@ -88,7 +88,9 @@ typedef struct sc_prepare_settings {
     const bool *hidden;   /**< [label_count]: the hidden labels, which the caller has turned into
                                background; only noted in the result. NULL: none. Borrowed during
                                the call. */
-    int threads;          /**< how many to use, at least 1 */
+    int threads;          /**< how many to use, at least 1, if there is no team */
+    sc_team *team;        /**< the ranks that prepare the volume together; borrowed until
+                               sc_preparation_free. NULL: this rank alone, by its threads */
 } sc_prepare_settings;
 /** The strongest smoothing. */
 #define SC_SMOOTH_MAX 2.5
@@ -106,21 +108,28 @@ static inline bool sc_strength_is_same(sc_vec3 a, sc_vec3 b)
 typedef struct sc_preparation sc_preparation;
 
 /** Preprocess a volume. A boundary voxel is one whose 3x3x3 neighbourhood holds another label
- *  (paper, section 2.3). Blocks until @p settings->threads threads are done. The result does not
- *  depend on their number. @param volume stays borrowed until sc_preparation_free.
+ *  (paper, section 2.3). Blocks until all threads are done. The result does not depend on their
+ *  number, nor on that of the ranks. Collective in settings->team, whose ranks pass the same
+ *  settings and the same volume; only the labels of the first rank's volume are read.
+ *  @param volume stays borrowed until sc_preparation_free.
  *  @param out caller owns: sc_preparation_free.
- *  @return SC_ERR_MEMORY, also for more vertices near an interface than 32 bits can count;
- *  SC_ERR_DATA for more than SC_SMOOTH_KINDS_MAX strengths. */
+ *  @return the same on all ranks of the team: SC_ERR_MEMORY, also for more vertices near an
+ * interface than 32 bits can count; SC_ERR_DATA for more than SC_SMOOTH_KINDS_MAX strengths. */
 SC_MUST_USE sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
                                  const sc_prepare_settings *settings, sc_preparation **out);
-/** Free a preparation; the volume is left alone. NULL is allowed. */
+/** Free a preparation; the volume and the team of the settings are left alone. Not collective; NULL
+ *  is allowed. */
 void sc_preparation_free(sc_preparation *preparation);
 /** @return the size in bytes of the block that sc_preparation_pack fills. */
 size_t sc_preparation_bytes(const sc_preparation *preparation);
 /** Copy everything into one block, which may be moved or mapped to any 64-byte aligned address and
  *  needs neither the preparation nor the volume any more. Read it by sc_prepared_view.
- *  @param block of sc_preparation_bytes, 64-byte aligned. */
+ *  Not collective: of a team, the first rank does it. @param block of sc_preparation_bytes, 64-byte
+ *  aligned. */
 void sc_preparation_pack(const sc_preparation *preparation, void *block);
+/** As sc_preparation_pack, by all ranks of the team together, whose blocks are one and the same
+ *  memory. Returns when all is copied. Collective in the team. */
+void sc_preparation_pack_together(const sc_preparation *preparation, void *block);
 /** Write the same block as a file, with a checksum: the prepared file (.segc). It can be read by
  *  this version of segcast on machines of the same byte order. The file appears whole or not at
  *  all. @param replace as of sc_outfile_open.

@@ -205,22 +205,18 @@ static void find_layers(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Add the statistics of all threads to those of the preparation. */
-static void merge_stats(const finder *f)
+/* Add @p parts statistics of all labels, [parts][label_count], to @p sums [label_count]. */
+static void add_stats(const sc_label_stats *stats, int parts, int labels, sc_label_stats *sums)
 {
-    const int labels = f->p->volume->label_count;
+    for (int i = 0; i < parts * labels; i++) {
+        const sc_label_stats *from = &stats[i];
+        sc_label_stats *to = &sums[i % labels];
 
-    for (int thread = 0; thread < f->p->settings.threads; thread++) {
-        for (int id = 0; id < labels; id++) {
-            const sc_label_stats *from = &f->stats[thread * labels + id];
-            sc_label_stats *to = &f->p->stats[id];
-
-            to->voxels += from->voxels;
-            to->boundary_voxels += from->boundary_voxels;
-            for (int i = 0; i < 3; i++) {
-                to->low[i] = from->low[i] < to->low[i] ? from->low[i] : to->low[i];
-                to->high[i] = from->high[i] > to->high[i] ? from->high[i] : to->high[i];
-            }
+        to->voxels += from->voxels;
+        to->boundary_voxels += from->boundary_voxels;
+        for (int axis = 0; axis < 3; axis++) {
+            to->low[axis] = from->low[axis] < to->low[axis] ? from->low[axis] : to->low[axis];
+            to->high[axis] = from->high[axis] > to->high[axis] ? from->high[axis] : to->high[axis];
         }
     }
 }
@@ -233,50 +229,145 @@ static void clear_stats(sc_label_stats *stats, size_t count)
     }
 }
 
+/* Add the statistics of all threads of all ranks to those of the preparation. @param sums room for
+ * those of all labels on this rank. Returns SC_ERR_MEMORY. */
+static sc_status merge_stats(const sc_ctx *ctx, const finder *f, sc_label_stats *sums)
+{
+    const int labels = f->p->volume->label_count;
+    void *all = NULL;
+    sc_status status;
+
+    clear_stats(sums, (size_t)labels);
+    add_stats(f->stats, f->p->settings.threads, labels, sums);
+    status = sc_team_collect(ctx, f->p->team, sums, (size_t)labels * sizeof *sums, &all);
+    if (status == SC_OK)
+        add_stats(all, sc_team_ranks(f->p->team), labels, f->p->stats);
+    sc_team_free(f->p->team, all);
+    return status;
+}
+
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
 {
     const sc_volume *v = p->volume;
     const size_t labels = (size_t)v->label_count, threads = (size_t)p->settings.threads;
     finder f = {.p = p};
-    void *block = NULL, *rows = NULL, *stats = NULL;
-    sc_status status;
+    void *block = NULL, *rows = NULL, *stats = NULL, *sums = NULL;
+    sc_status status = sc_alloc(ctx, labels, sizeof(sc_label_stats), &block);
 
-    SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof(uint64_t), &block));
-    p->near = block;
-    SC_TRY(sc_alloc(ctx, labels, sizeof(sc_label_stats), &block));
     p->stats = block;
-    SC_TRY(sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats));
-    SC_TRY(sc_alloc(ctx, threads * (size_t)v->size[0], sizeof(uint16_t), &rows));
+    if (status == SC_OK)
+        status = sc_alloc(ctx, labels, sizeof(sc_label_stats), &sums);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, threads * (size_t)v->size[0], sizeof(uint16_t), &rows);
+    SC_TRY(sc_team_agree(p->team, status));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
+    p->near = block;
     f.stats = stats;
     f.rows = rows;
     clear_stats(p->stats, labels);
     clear_stats(f.stats, labels * threads);
-    sc_stage_for(ctx, SC_WORTH_BOUNDARY, p->settings.threads, (size_t)p->bricks[2], 1, find_layers,
-                 &f);
-    merge_stats(&f);
+    if (sc_team_is_first(p->team)) /* while the others begin with the loop */
+        p->volume_hash = sc_volume_hash(v);
+    sc_team_stage_for(ctx, SC_WORTH_BOUNDARY, p->team, (size_t)p->bricks[2], 1, find_layers, &f);
+    status = merge_stats(ctx, &f, sums);
 out:
+    sc_free(sums);
     sc_free(stats);
     sc_free(rows);
     return status;
 }
 
+enum { NUMBERED = 4096 /* bricks that a thread numbers at a time */ };
+
+/* A numbering of bricks, which the threads share. */
+typedef struct numbering {
+    const sc_preparation *p;
+    bool by_vertex;   /* count vertices near an interface; else bricks with such a vertex */
+    uint64_t *counts; /* [chunks], of the team */
+    uint32_t *out;    /* as of sc_number_bricks, or near_start if by_vertex */
+} numbering;
+
+/* @return what a brick counts. */
+static uint32_t count_of(const numbering *n, size_t brick)
+{
+    const uint64_t near = n->p->near[brick];
+
+    return n->by_vertex ? sc_count_bits(near) : near != 0;
+}
+
+/* Count what is in the bricks [begin, end), which are one chunk; an sc_range_fn on a numbering. */
+static void count_bricks(void *user, size_t begin, size_t end, int thread)
+{
+    const numbering *n = user;
+    uint64_t count = 0;
+
+    (void)thread;
+    for (size_t brick = begin; brick < end; brick++)
+        count += count_of(n, brick);
+    n->counts[begin / NUMBERED] = count;
+}
+
+/* Number the bricks [begin, end), which are one chunk; an sc_range_fn on a numbering. */
+static void number_chunk(void *user, size_t begin, size_t end, int thread)
+{
+    const numbering *n = user;
+    uint64_t count = 0;
+
+    (void)thread;
+    for (size_t chunk = 0; chunk < begin / NUMBERED; chunk++)
+        count += n->counts[chunk];
+    for (size_t brick = begin; brick < end; brick++) {
+        const uint32_t more = count_of(n, brick);
+
+        n->out[brick] = n->by_vertex ? (uint32_t)count : more ? (uint32_t)count + 1 : 0;
+        count += more;
+    }
+}
+
+/* As sc_number_bricks, or for near_start if @p by_vertex. */
+static sc_status number(const sc_ctx *ctx, const sc_preparation *p, bool by_vertex, uint32_t **out,
+                        uint64_t *count)
+{
+    const size_t chunks = (p->brick_count + NUMBERED - 1) / NUMBERED;
+    numbering n = {.p = p, .by_vertex = by_vertex};
+    void *block = NULL, *counts = NULL;
+    uint64_t sum = 0;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, p->team, chunks, sizeof *n.counts, &counts));
+    n.counts = counts;
+    SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof **out, &block));
+    n.out = block;
+    sc_team_for(p->team, p->brick_count, NUMBERED, count_bricks, &n);
+    for (size_t chunk = 0; chunk < chunks; chunk++)
+        sum += n.counts[chunk];
+    sc_team_for(p->team, p->brick_count, NUMBERED, number_chunk, &n);
+    *out = n.out;
+    *count = sum;
+out:
+    sc_team_free(p->team, counts);
+    return status;
+}
+
+sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
+                           uint64_t *count)
+{
+    return number(ctx, p, false, out, count);
+}
+
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p)
 {
-    void *block;
-    sc_status status = sc_alloc(ctx, p->brick_count, sizeof(uint32_t), &block);
+    const sc_status status = number(ctx, p, true, &p->near_start, &p->near_count);
 
     if (status != SC_OK)
         return status;
-    p->near_start = block;
-    for (size_t brick = 0; brick < p->brick_count; brick++) {
-        p->near_start[brick] = (uint32_t)p->near_count;
-        p->near_count += sc_count_bits(p->near[brick]);
-        if (p->near_count > UINT32_MAX)
-            return sc_fail(ctx, SC_ERR_MEMORY,
-                           "more than %u grid vertices lie near an interface, but their indices "
-                           "have 32 bits; crop or coarsen the volume",
-                           UINT32_MAX);
-    }
+    if (p->near_count > UINT32_MAX)
+        return sc_fail(ctx, SC_ERR_MEMORY,
+                       "more than %u grid vertices lie near an interface, but their indices "
+                       "have 32 bits; crop or coarsen the volume",
+                       UINT32_MAX);
     for (int id = 1; id < p->volume->label_count; id++)
         p->boundary_count += p->stats[id].boundary_voxels;
     return SC_OK;

@@ -185,9 +185,12 @@ sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p)
     void *layers = NULL, *shown = NULL;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, count, sizeof(int), &layers));
-    SC_TRY(sc_alloc(ctx, count, sizeof(double), &shown));
-    SC_TRY(sc_find_covers(ctx, p->volume, NULL, layers, shown));
+    status = sc_alloc(ctx, count, sizeof(int), &layers);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, count, sizeof(double), &shown);
+    if (status == SC_OK)
+        status = sc_find_covers(ctx, p->volume, NULL, layers, shown);
+    SC_TRY(sc_team_agree(p->team, status));
     for (size_t id = 0; id < count; id++) {
         p->stats[id].cover_layer = ((const int *)layers)[id];
         p->stats[id].shown = ((const double *)shown)[id];

@@ -476,11 +476,10 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
  * being zero. @param worth as of sc_stage_for. Returns SC_ERR_MEMORY. */
 static sc_status fill_records(const sc_ctx *ctx, filters *f, uint64_t worth)
 {
-    sc_status status = fill_filters(ctx, f);
+    const sc_status status = sc_team_agree(f->p->team, fill_filters(ctx, f));
 
     if (status == SC_OK)
-        sc_stage_for(ctx, worth, f->p->settings.threads, f->p->brick_count, 1024, fields_of_bricks,
-                     f);
+        sc_team_stage_for(ctx, worth, f->p->team, f->p->brick_count, 1024, fields_of_bricks, f);
     sc_free(f->weight_tables);
     sc_free(f->wide.table);
     sc_free(f->narrow.table);
@@ -493,7 +492,7 @@ sc_status sc_find_fields(const sc_ctx *ctx, sc_preparation *p)
     void *block;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, SC_RECORD_BYTES, &block));
     p->records = block;
     SC_TRY(fill_records(ctx, &f, SC_WORTH_FIELDS));
 out:

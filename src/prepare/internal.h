@@ -7,10 +7,14 @@
 #include "segcast/brick.h"
 #include "segcast/prepare.h"
 
-/* The arrays are owned, NULL until their stage has run, and have the shapes of sc_prepared. */
+/* The arrays are NULL until their stage has run, and have the shapes of sc_prepared. Those of
+ * bricks, vertices and voxels are the team's; all others are owned, and the same on all ranks. */
 struct sc_preparation {
     const sc_volume *volume;      /* borrowed */
-    sc_prepare_settings settings; /* its hidden and tissue_smooth are NULL */
+    sc_prepare_settings settings; /* its hidden and tissue_smooth are NULL, and threads is how many
+                                     the team has on this rank */
+    sc_team *team;                /* that of the settings, or own_team */
+    sc_team *own_team;            /* owned: of this rank alone; NULL if the settings name a team */
     sc_vec3 *smooth;              /* [label_count] strength of each label; 0 for the background */
     sc_vec3 kinds[SC_SMOOTH_KINDS_MAX]; /* [kind_count], 1 at least: the different strengths, the
                                            weakest first */
@@ -24,8 +28,8 @@ struct sc_preparation {
     uint8_t *records, *thickness; /* thickness is NULL unless settings.local_thickness */
     uint64_t near_count, boundary_count;
     sc_label_stats *stats;
-    uint64_t volume_hash;
-    uint8_t *hidden; /* [label_count] */
+    uint64_t volume_hash; /* of the first rank; 0 on the others */
+    uint8_t *hidden;      /* [label_count] */
 };
 
 /* The dense id of the voxel at an index of the volume, which is not checked. */
@@ -109,12 +113,18 @@ enum {
     SC_WORTH_THICKNESS = 30000
 };
 /* The stages, in their order. Each allocates and fills what it names, in the preparation, and may
- * read what the ones before it filled. It blocks until its settings.threads threads are done.
- * Returns SC_ERR_MEMORY; after an error the preparation can only be freed. */
+ * read what the ones before it filled. They are collective in the team, and block until its threads
+ * are done. Returns on all ranks the same: SC_ERR_MEMORY; after an error the preparation can only
+ * be freed. */
 
 /* Find the vertices near an interface: near; and in stats all but thickness and surface, which are
  * set to 0. */
 sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p);
+/* Number the bricks with a vertex near an interface, in their order from 1 on: allocate *out
+ * [brick_count], of the team, with 0 for all others, and set *count to how many there are.
+ * Collective in the team. Returns SC_ERR_MEMORY. */
+sc_status sc_number_bricks(const sc_ctx *ctx, const sc_preparation *p, uint32_t **out,
+                           uint64_t *count);
 /* Number the vertex records: near_start, near_count and boundary_count. SC_ERR_MEMORY also if there
  * are more than 32 bits can count. */
 sc_status sc_index_boundary(const sc_ctx *ctx, sc_preparation *p);

@@ -133,6 +133,41 @@ static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
     memcpy(out, sources, sizeof sources);
 }
 
+enum { COPIED_BYTES = 1 << 20 /* that a thread copies at a time */ };
+
+/* A section that is being copied, which the threads share. */
+typedef struct copying {
+    const char *from;
+    char *to;
+} copying;
+
+/* Copy the bytes [begin, end) of a section; an sc_range_fn on a copying. */
+static void copy_bytes(void *user, size_t begin, size_t end, int thread)
+{
+    const copying *c = user;
+
+    (void)thread;
+    memcpy(c->to + begin, c->from + begin, end - begin);
+}
+
+/* Is this the section of an array of the team, which may be large? */
+static bool is_of_team(int section)
+{
+    return section == IDS || section == NEAR || section == NEAR_START || section == RECORDS ||
+           section == THICKNESS;
+}
+
+/* Copy the header and those sections that every rank has for itself. */
+static void pack_own(const block_header *h, const void *const sources[SECTIONS],
+                     const uint64_t bytes[SECTIONS], void *block)
+{
+    memcpy(block, h, sizeof *h);
+    for (int i = 0; i < SECTIONS; i++) {
+        if (bytes[i] && !is_of_team(i))
+            memcpy((char *)block + h->offset[i], sources[i], bytes[i]);
+    }
+}
+
 void sc_preparation_pack(const sc_preparation *p, void *block)
 {
     uint64_t bytes[SECTIONS];
@@ -140,10 +175,29 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
     const void *sources[SECTIONS];
 
     sources_of(p, sources);
-    memcpy(block, &h, sizeof h);
+    pack_own(&h, sources, bytes, block);
     for (int i = 0; i < SECTIONS; i++) {
-        if (bytes[i])
-            memcpy((char *)block + h.offset[i], sources[i], bytes[i]);
+        copying c = {sources[i], (char *)block + h.offset[i]};
+
+        if (is_of_team(i))
+            sc_parallel_for(p->settings.threads, bytes[i], COPIED_BYTES, copy_bytes, &c);
+    }
+}
+
+void sc_preparation_pack_together(const sc_preparation *p, void *block)
+{
+    uint64_t bytes[SECTIONS];
+    const block_header h = header_of(p, bytes);
+    const void *sources[SECTIONS];
+
+    sources_of(p, sources);
+    if (sc_team_is_first(p->team))
+        pack_own(&h, sources, bytes, block);
+    for (int i = 0; i < SECTIONS; i++) {
+        copying c = {sources[i], (char *)block + h.offset[i]};
+
+        if (is_of_team(i))
+            sc_team_for(p->team, bytes[i], COPIED_BYTES, copy_bytes, &c);
     }
 }
 

@@ -31,7 +31,7 @@ typedef struct entry {
     uint32_t label;
 } entry;
 
-/* What the threads share. The arrays are owned. */
+/* What the threads share. The arrays are of the team. */
 typedef struct polish {
     const sc_preparation *p; /* borrowed; its records are changed */
     uint32_t *slot; /* [bricks]: where a brick's entries are; all bricks without any share slot 0 */
@@ -318,19 +318,15 @@ static void polish_bricks(void *user, size_t begin, size_t end, int thread)
  * Returns SC_ERR_MEMORY; what has been allocated until then is in @p w, for the caller to free. */
 static sc_status allocate(const sc_ctx *ctx, polish *w)
 {
+    uint64_t used = 0;
     void *block;
     sc_status status;
 
-    SC_TRY(sc_zalloc(ctx, w->p->brick_count, sizeof *w->slot, &block));
-    w->slot = block;
-    w->slot_count = 1;
-    for (size_t brick = 0; brick < w->p->brick_count; brick++) {
-        if (w->p->near[brick])
-            w->slot[brick] = (uint32_t)w->slot_count++;
-    }
-    SC_TRY(sc_zalloc(ctx, w->slot_count * ENTRIES, sizeof(entry), &block));
+    SC_TRY(sc_number_bricks(ctx, w->p, &w->slot, &used));
+    w->slot_count = 1 + (size_t)used;
+    SC_TRY(sc_team_alloc(ctx, w->p->team, w->slot_count * ENTRIES, sizeof(entry), &block));
     w->entries = block;
-    SC_TRY(sc_zalloc(ctx, w->slot_count * ENTRIES, sizeof(entry), &block));
+    SC_TRY(sc_team_alloc(ctx, w->p->team, w->slot_count * ENTRIES, sizeof(entry), &block));
     w->spread = block;
 out:
     return status;
@@ -358,7 +354,6 @@ static void fill_weights(polish *w)
 sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
 {
     polish w = {.p = p};
-    const int threads = p->settings.threads;
     const uint64_t each = SC_WORTH_POLISH / (SPREADS + 2); /* there are so many loops */
     sc_status status;
 
@@ -366,18 +361,18 @@ sc_status sc_polish_fields(const sc_ctx *ctx, sc_preparation *p)
         return SC_OK;
     SC_TRY(allocate(ctx, &w));
     fill_weights(&w);
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, sum_bricks, &w);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, sum_bricks, &w);
     for (int i = 0; i < SPREADS; i++) {
         entry *swap = w.entries;
 
-        sc_stage_for(ctx, each, threads, p->brick_count, 4096, spread_bricks, &w);
+        sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, spread_bricks, &w);
         w.entries = w.spread;
         w.spread = swap;
     }
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, polish_bricks, &w);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, polish_bricks, &w);
 out:
-    sc_free(w.slot);
-    sc_free(w.entries);
-    sc_free(w.spread);
+    sc_team_free(p->team, w.slot);
+    sc_team_free(p->team, w.entries);
+    sc_team_free(p->team, w.spread);
     return status;
 }

@@ -13,8 +13,10 @@ static uint64_t worth_of(const sc_preparation *p)
            (s->thickness || s->local_thickness ? SC_WORTH_THICKNESS : 0);
 }
 
-sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
-                     const sc_prepare_settings *settings, sc_preparation **out)
+/* Make what a rank has for itself before the stages: all but the arrays that they fill. @param out
+ * caller owns: sc_preparation_free. @return SC_ERR_MEMORY; SC_ERR_DATA of sc_find_strengths. */
+static sc_status begin(const sc_ctx *ctx, const sc_volume *volume,
+                       const sc_prepare_settings *settings, sc_preparation **out)
 {
     sc_preparation *p = NULL;
     void *block = NULL;
@@ -24,10 +26,13 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     p = block;
     p->volume = volume;
     p->settings = *settings;
+    if (!settings->team)
+        SC_TRY(sc_team_open(ctx, NULL, settings->threads, NULL, &p->own_team));
+    p->team = settings->team ? settings->team : p->own_team;
+    p->settings.threads = sc_team_threads(p->team);
     for (int i = 0; i < 3; i++)
         p->bricks[i] = sc_bricks_along(volume->size[i]);
     p->brick_count = sc_brick_count(p->bricks);
-    p->volume_hash = sc_volume_hash(volume);
     SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, 1, &block));
     p->hidden = block;
     for (int id = 0; settings->hidden && id < volume->label_count; id++)
@@ -35,6 +40,22 @@ sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
     SC_TRY(sc_find_strengths(ctx, p));
     p->settings.hidden = NULL; /* were only borrowed for this call */
     p->settings.tissue_smooth = NULL;
+    *out = p;
+    return SC_OK;
+out:
+    sc_preparation_free(p);
+    return status;
+}
+
+sc_status sc_prepare(const sc_ctx *ctx, const sc_volume *volume,
+                     const sc_prepare_settings *settings, sc_preparation **out)
+{
+    sc_preparation *p = NULL;
+    sc_status status = begin(ctx, volume, settings, &p);
+
+    if (settings->team)
+        status = sc_team_agree(settings->team, status);
+    SC_TRY(status);
     sc_stage_begin(ctx, "preparing", 0, worth_of(p));
     SC_TRY(sc_find_boundary(ctx, p));
     SC_TRY(sc_index_boundary(ctx, p));
@@ -58,10 +79,13 @@ void sc_preparation_free(sc_preparation *p)
 {
     if (!p)
         return;
-    sc_free(p->near);
-    sc_free(p->near_start);
-    sc_free(p->records);
-    sc_free(p->thickness);
+    if (p->team) {
+        sc_team_free(p->team, p->near);
+        sc_team_free(p->team, p->near_start);
+        sc_team_free(p->team, p->records);
+        sc_team_free(p->team, p->thickness);
+    }
+    sc_team_close(p->own_team);
     sc_free(p->stats);
     sc_free(p->hidden);
     sc_free(p->smooth);

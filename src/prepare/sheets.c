@@ -33,13 +33,12 @@ enum {
 /* Those of AROUND, as bits, that lie beside a face. */
 #define FACES (1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22)
 
-/* What the threads share. */
+/* What the threads share. The arrays are of the team. */
 typedef struct sheets {
     sc_preparation *p; /* borrowed; its records are changed by the last pass */
-    uint8_t *marks; /* [near_count], owned: 0, or the new weight of a voxel of a sheet, and SAME */
-    uint8_t
-        *weights;   /* [near_count], owned: the new weight of a vertex, or 0 if it keeps its own */
-    uint8_t *found; /* [brick_count], owned: 1 if a brick has marks */
+    uint8_t *marks;    /* [near_count]: 0, or the new weight of a voxel of a sheet, and SAME */
+    uint8_t *weights;  /* [near_count]: the new weight of a vertex, or 0 if it keeps its own */
+    uint8_t *found;    /* [brick_count]: 1 if a brick has marks */
 } sheets;
 
 /* Does (x, y, z) lie in the volume? */
@@ -327,25 +326,24 @@ static void store_bricks(void *user, size_t begin, size_t end, int thread)
 sc_status sc_close_sheets(const sc_ctx *ctx, sc_preparation *p)
 {
     sheets s = {.p = p};
-    const int threads = p->settings.threads;
     const uint64_t each = SC_WORTH_SHEETS / 3; /* there are so many loops */
     void *block;
     sc_status status;
 
     if (!sc_is_smoothed(p))
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
     s.marks = block;
-    SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
     s.weights = block;
-    SC_TRY(sc_zalloc(ctx, p->brick_count, 1, &block));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, 1, &block));
     s.found = block;
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, mark_bricks, &s);
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, weigh_bricks, &s);
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, store_bricks, &s);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, mark_bricks, &s);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, weigh_bricks, &s);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, store_bricks, &s);
 out:
-    sc_free(s.marks);
-    sc_free(s.weights);
-    sc_free(s.found);
+    sc_team_free(p->team, s.marks);
+    sc_team_free(p->team, s.weights);
+    sc_team_free(p->team, s.found);
     return status;
 }

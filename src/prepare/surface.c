@@ -77,12 +77,11 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
     const sc_affine *to_mm = &p->volume->to_ras_mm;
     const size_t labels = (size_t)p->volume->label_count;
     surface_sum s = {.p = p};
-    void *block = NULL;
+    void *block = NULL, *all = NULL;
     double largest_mm2 = 0;
     sc_status status = sc_zalloc(ctx, labels * (size_t)p->settings.threads, sizeof *s.sums, &block);
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(sc_team_agree(p->team, status));
     s.sums = block;
     for (int axis = 0; axis < 3; axis++) {
         s.face[axis] = sc_vec3_cross(sc_affine_column(to_mm, (axis + 1) % 3),
@@ -90,14 +89,19 @@ sc_status sc_measure_surface(const sc_ctx *ctx, sc_preparation *p)
         largest_mm2 = fmax(largest_mm2, sc_vec3_length(s.face[axis]));
     }
     s.units_per_mm2 = UNITS_PER_FACE / largest_mm2;
-    sc_stage_for(ctx, SC_WORTH_SURFACE, p->settings.threads, p->brick_count, 4096, add_bricks, &s);
+    sc_team_stage_for(ctx, SC_WORTH_SURFACE, p->team, p->brick_count, 4096, add_bricks, &s);
+    for (size_t i = labels; i < labels * (size_t)p->settings.threads; i++)
+        s.sums[i % labels] += s.sums[i];
+    SC_TRY(sc_team_collect(ctx, p->team, s.sums, labels * sizeof *s.sums, &all));
     for (size_t id = 0; id < labels; id++) {
-        uint64_t units = 0; /* whole numbers first: their sum does not depend on the threads */
+        uint64_t units = 0; /* whole numbers first: their sum does not depend on who has added */
 
-        for (int thread = 0; thread < p->settings.threads; thread++)
-            units += s.sums[(size_t)thread * labels + id];
+        for (size_t rank = 0; rank < (size_t)sc_team_ranks(p->team); rank++)
+            units += ((const uint64_t *)all)[rank * labels + id];
         p->stats[id].surface_mm2 = (double)units / s.units_per_mm2;
     }
+out:
+    sc_team_free(p->team, all);
     sc_free(block);
-    return SC_OK;
+    return status;
 }

@@ -80,7 +80,7 @@ typedef struct brick_work {
 /* What the threads share. */
 typedef struct tapers {
     sc_preparation *p;      /* borrowed; its records are changed */
-    uint8_t *found;         /* [brick_count], owned: HERE and BEYOND, see find_layer */
+    uint8_t *found;         /* [brick_count], of the team: HERE and BEYOND, see find_layer */
     float weight[NEAR + 1]; /* Gaussian, by distance along an axis */
 } tapers;
 
@@ -510,21 +510,20 @@ static void fade_bricks(void *user, size_t begin, size_t end, int thread)
 sc_status sc_fade_tapers(const sc_ctx *ctx, sc_preparation *p)
 {
     tapers t = {.p = p};
-    const int threads = p->settings.threads;
     const uint64_t each = SC_WORTH_TAPERS / 2; /* there are so many loops */
     void *block;
     sc_status status;
 
     if (!sc_is_smoothed(p))
         return SC_OK;
-    status = sc_zalloc(ctx, p->brick_count, 1, &block);
+    status = sc_team_alloc(ctx, p->team, p->brick_count, 1, &block);
     if (status != SC_OK)
         return status;
     t.found = block;
     for (int i = 0; i <= NEAR; i++)
         t.weight[i] = (float)exp(-i * i / (2 * COVER_WIDTH * COVER_WIDTH));
-    sc_stage_for(ctx, each, threads, p->brick_count, 4096, find_layers, &t);
-    sc_stage_for(ctx, each, threads, p->brick_count, 1024, fade_bricks, &t);
-    sc_free(t.found);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 4096, find_layers, &t);
+    sc_team_stage_for(ctx, each, p->team, p->brick_count, 1024, fade_bricks, &t);
+    sc_team_free(p->team, t.found);
     return SC_OK;
 }

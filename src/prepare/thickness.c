@@ -22,7 +22,7 @@ __extension__ typedef unsigned __int128 wide;
  * sc_measure_thickness. */
 typedef struct transform {
     const sc_preparation *p; /* borrowed; thickness and stats are filled */
-    uint16_t *distance;      /* [size z][y][x], in units; 0 in the background */
+    uint16_t *distance;      /* [size z][y][x], of the team, in units; 0 in the background */
     double step_units[3];    /* length of one voxel along each axis */
     float flank_units[27];   /* rise to a neighbour that makes a voxel lie on a flank: is_medial */
     int axis;                /* axis of the present pass: 1 or 2 */
@@ -326,39 +326,51 @@ static void run_passes(const sc_ctx *ctx, transform *t)
     const sc_volume *v = t->p->volume;
     const size_t rows = (size_t)v->size[1] * (size_t)v->size[2];
     const size_t blocks = ((size_t)v->size[0] + COLUMNS - 1) / COLUMNS;
-    const int threads = t->p->settings.threads;
+    sc_team *team = t->p->team;
     const uint64_t each = SC_WORTH_THICKNESS / 5; /* there are so many loops */
 
-    sc_stage_for(ctx, each, threads, rows, 64, rows_pass, t);
+    sc_team_stage_for(ctx, each, team, rows, 64, rows_pass, t);
     t->axis = 1;
-    sc_stage_for(ctx, each, threads, blocks * (size_t)v->size[2], 8, lines_pass, t);
+    sc_team_stage_for(ctx, each, team, blocks * (size_t)v->size[2], 8, lines_pass, t);
     t->axis = 2;
-    sc_stage_for(ctx, each, threads, blocks * (size_t)v->size[1], 8, lines_pass, t);
-    sc_stage_for(ctx, each, threads, rows, 64, sum_medial, t);
+    sc_team_stage_for(ctx, each, team, blocks * (size_t)v->size[1], 8, lines_pass, t);
+    sc_team_stage_for(ctx, each, team, rows, 64, sum_medial, t);
     if (t->p->thickness)
-        sc_stage_for(ctx, each, threads, t->p->brick_count, 1024, local_bricks, t);
+        sc_team_stage_for(ctx, each, team, t->p->brick_count, 1024, local_bricks, t);
 }
 
 /* Store the thickness of each label in thickness_mm of its stats; a label without medial voxels,
  * and the background, keep 0. It is twice the mean depth of the medial voxels, each weighted by the
  * square of its depth. In a tube that square is proportional to the tissue around the medial voxel,
  * and the small depths that rough surfaces cause hardly count. Depth is measured to the centre of
- * the next tissue's voxel, which is half a voxel beyond the surface. */
-static void store_thickness(const transform *t)
+ * the next tissue's voxel, which is half a voxel beyond the surface. Returns SC_ERR_MEMORY. */
+static sc_status store_thickness(const sc_ctx *ctx, const transform *t)
 {
-    const int labels = t->p->volume->label_count;
+    const int labels = t->p->volume->label_count, ranks = sc_team_ranks(t->p->team);
+    const wide *all;
+    void *block;
+    sc_status status;
 
+    for (int i = 2 * labels; i < 2 * labels * t->p->settings.threads; i++)
+        t->sums[i % (2 * labels)] += t->sums[i];
+    status =
+        sc_team_collect(ctx, t->p->team, t->sums, 2 * (size_t)labels * sizeof *t->sums, &block);
+    if (status != SC_OK)
+        return status;
+    all = block;
     for (int id = 1; id < labels; id++) {
-        wide squared = 0, cubed = 0; /* whole: their sums do not depend on the threads */
+        wide squared = 0, cubed = 0; /* whole: their sums do not depend on who has added */
 
-        for (int thread = 0; thread < t->p->settings.threads; thread++) {
-            squared += t->sums[2 * (thread * labels + id)];
-            cubed += t->sums[2 * (thread * labels + id) + 1];
+        for (int rank = 0; rank < ranks; rank++) {
+            squared += all[2 * (rank * labels + id)];
+            cubed += all[2 * (rank * labels + id) + 1];
         }
         if (squared > 0)
             t->p->stats[id].thickness_mm =
                 t->smallest_mm * (2 * (double)cubed / (double)squared / UNITS_PER_VOXEL - 1);
     }
+    sc_team_free(t->p->team, block);
+    return SC_OK;
 }
 
 sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
@@ -387,18 +399,21 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
     if (p->settings.local_thickness) {
         void *block;
 
-        SC_TRY(sc_zalloc(ctx, p->near_count, 1, &block));
+        SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, 1, &block));
         p->thickness = block;
     }
     if (!p->boundary_count) { /* background alone, of which a small file can promise a lot */
         sc_stage_add(ctx, SC_WORTH_THICKNESS);
         return SC_OK;
     }
-    SC_TRY(sc_alloc(ctx, sc_volume_voxels(v), sizeof(uint16_t), &distance));
-    SC_TRY(sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch));
-    SC_TRY(sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse));
-    SC_TRY(sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads, 2 * sizeof(wide),
-                     &sums));
+    status = sc_alloc(ctx, t.scratch_bytes * (size_t)p->settings.threads, 1, &scratch);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, (size_t)longest + 2, sizeof(float), &inverse);
+    if (status == SC_OK)
+        status = sc_zalloc(ctx, (size_t)v->label_count * (size_t)p->settings.threads,
+                           2 * sizeof(wide), &sums);
+    SC_TRY(sc_team_agree(p->team, status));
+    SC_TRY(sc_team_alloc(ctx, p->team, sc_volume_voxels(v), sizeof(uint16_t), &distance));
     t.distance = distance;
     t.scratch = scratch;
     t.half_inverse = inverse;
@@ -406,9 +421,9 @@ sc_status sc_measure_thickness(const sc_ctx *ctx, sc_preparation *p)
         t.half_inverse[i] = i ? 0.5f / (float)i : 0;
     t.sums = sums;
     run_passes(ctx, &t);
-    store_thickness(&t);
+    status = store_thickness(ctx, &t);
 out:
-    sc_free(distance);
+    sc_team_free(p->team, distance);
     sc_free(scratch);
     sc_free(inverse);
     sc_free(sums);

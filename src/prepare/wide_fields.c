@@ -519,7 +519,7 @@ static sc_status fill_crowded(const sc_ctx *ctx, const filters *f)
     if (!crowded)
         return SC_OK;
     sc_warn(
-        ctx,
+        sc_team_is_first(p->team) ? ctx : NULL,
         "more than %d labels meet in %zu of %zu blocks of 4 x 4 x 4 voxels at borders, too many "
         "for strong smoothing; they are smoothed by a strength of at most 1",
         LABELS_MAX, crowded, bricks);
@@ -539,19 +539,22 @@ sc_status sc_find_wide_fields(const sc_ctx *ctx, sc_preparation *p)
     void *block;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, p->near_count, SC_RECORD_BYTES, &block));
+    SC_TRY(sc_team_alloc(ctx, p->team, p->near_count, SC_RECORD_BYTES, &block));
     p->records = block;
-    SC_TRY(sc_zalloc(ctx, 1, sizeof *f, &block));
-    f = block;
-    f->p = p;
-    SC_TRY(sc_zalloc(ctx, p->brick_count, sizeof *crowded, &block));
-    f->crowded = crowded = block;
-    SC_TRY(sc_wide_filters_fill(ctx, f));
-    sc_stage_for(ctx, SC_WORTH_FIELDS, p->settings.threads, p->brick_count, 64, fields_of_bricks,
-                 f);
+    SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof *crowded, &block));
+    crowded = block;
+    status = sc_zalloc(ctx, 1, sizeof *f, &block);
+    if (status == SC_OK) {
+        f = block;
+        f->p = p;
+        f->crowded = crowded;
+        status = sc_wide_filters_fill(ctx, f);
+    }
+    SC_TRY(sc_team_agree(p->team, status));
+    sc_team_stage_for(ctx, SC_WORTH_FIELDS, p->team, p->brick_count, 64, fields_of_bricks, f);
     SC_TRY(fill_crowded(ctx, f));
 out:
-    sc_free(crowded);
+    sc_team_free(p->team, crowded);
     if (f)
         sc_wide_filters_clear(f);
     sc_free(f);

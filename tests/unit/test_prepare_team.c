@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Volumes prepared by the ranks of a team together: the same bytes as by one rank alone, and no
+ * rank that waits for another which has no memory. The ranks are threads here. */
+#include "check.h"
+
+#include "shapes.h"
+#include "thread_comm.h"
+
+#include <unistd.h>
+
+/* More bricks than a thread claims at a time, and areas that binary fractions do not hold. */
+static const int size[3] = {62, 60, 100};
+static const double spacing_mm[3] = {0.7, 1.1, 1.3};
+
+static int random_id(double x, double y, double z)
+{
+    uint64_t seed = 1 + (uint64_t)(x / 5) * 7919 + (uint64_t)(y / 4) * 104729 + (uint64_t)(z / 9);
+
+    random_bits(&seed);
+    return (int)(random_bits(&seed) >> 60) % 4;
+}
+
+typedef struct scenario {
+    const sc_volume *volume;
+    sc_prepare_settings settings;
+    int threads;
+    int poor_rank; /* has memory for @p budget allocations only; -1: none */
+    long budget;
+    void *block; /* what was prepared, of @p bytes: rank 0 frees it */
+    size_t bytes;
+    sc_status outcomes[THREAD_RANKS_MAX];
+} scenario;
+
+/* Pack a preparation to s->block, which rank 0 allocates, by all ranks together. */
+static sc_status pack(scenario *s, sc_comm *comm, sc_team *team, const sc_preparation *p)
+{
+    if (sc_comm_rank(comm) == 0) {
+        s->bytes = sc_preparation_bytes(p);
+        assert_ok(sc_zalloc(&quiet, s->bytes, 1, &s->block));
+    }
+    assert_ok(sc_team_agree(team, SC_OK));
+    assert_int_equal(sc_preparation_bytes(p), s->bytes);
+    sc_preparation_pack_together(p, s->block);
+    return SC_OK;
+}
+
+static void run_rank(sc_comm *comm, void *user)
+{
+    scenario *s = user;
+    const int rank = sc_comm_rank(comm);
+    long budget = rank == s->poor_rank ? s->budget : 1000000;
+    const sc_ctx ctx = {.alloc_budget = &budget};
+    sc_prepare_settings settings = s->settings;
+    sc_volume volume = *s->volume;
+    sc_preparation *p = NULL;
+    sc_status status;
+
+    SC_TRY(sc_team_open(&ctx, comm, s->threads, NULL, &settings.team));
+    if (rank > 0)
+        volume.labels = NULL; /* which the first rank alone needs */
+    SC_TRY(sc_prepare(&ctx, &volume, &settings, &p));
+    status = pack(s, comm, settings.team, p);
+out:
+    sc_preparation_free(p);
+    sc_team_close(settings.team);
+    s->outcomes[rank] = status;
+}
+
+/* @return the return code, which must be the same on all ranks. */
+static sc_status run(scenario *s, int ranks)
+{
+    alarm(240); /* ends a team that hangs, which makes the test fail */
+    run_ranks(ranks, true, run_rank, s);
+    alarm(0);
+    for (int rank = 1; rank < ranks; rank++)
+        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
+    return s->outcomes[0];
+}
+
+/* Compare what 1, 2 and 3 ranks prepare with what one prepares without a team. */
+static void compare(const sc_volume *volume, sc_prepare_settings settings)
+{
+    sc_preparation *p;
+    size_t bytes;
+    void *alone;
+
+    settings.threads = 1;
+    assert_ok(sc_prepare(&quiet, volume, &settings, &p));
+    bytes = sc_preparation_bytes(p);
+    assert_ok(sc_zalloc(&quiet, bytes, 1, &alone));
+    sc_preparation_pack(p, alone);
+    sc_preparation_free(p);
+    for (int ranks = 1; ranks <= 3; ranks++) {
+        scenario s = {
+            .volume = volume, .settings = settings, .threads = 1 + ranks % 2, .poor_rank = -1};
+
+        assert_ok(run(&s, ranks));
+        assert_int_equal(s.bytes, bytes);
+        assert_memory_equal(s.block, alone, bytes);
+        sc_free(s.block);
+    }
+    sc_free(alone);
+}
+
+static void any_ranks_prepare_the_same_bytes(void **state)
+{
+    static const sc_vec3 strengths[4] = {{0}, {1, 1, 1}, {2, 2, 2}, {0.5, 0.5, 0.5}};
+    const sc_prepare_settings all = {
+        .smooth = {1, 1, 1}, .thickness = true, .local_thickness = true, .surface = true};
+    sc_prepare_settings wide = all;
+
+    (void)state;
+    wide.tissue_smooth = strengths;
+    for (int label_bytes = 1; label_bytes <= 2; label_bytes++) {
+        sc_volume volume = shape_volume(size, spacing_mm, label_bytes, 4, random_id);
+
+        compare(&volume, label_bytes == 1 ? all : wide);
+        compare(&volume, (sc_prepare_settings){.smooth = {0}});
+        sc_volume_clear(&volume);
+    }
+}
+
+static void a_rank_without_memory_ends_all(void **state)
+{
+    const int small[3] = {9, 8, 10};
+    sc_volume volume = shape_volume(small, spacing_mm, 1, 4, random_id);
+    const sc_prepare_settings all = {
+        .smooth = {1, 1, 1}, .thickness = true, .local_thickness = true, .surface = true};
+    sc_status outcome = SC_ERR_MEMORY;
+    long budget = 0;
+
+    (void)state;
+    for (; outcome != SC_OK; budget++) {
+        scenario s = {.volume = &volume,
+                      .settings = all,
+                      .threads = 1,
+                      .poor_rank = (int)(budget % 2),
+                      .budget = budget / 2};
+
+        outcome = run(&s, 2);
+        assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
+        sc_free(s.block);
+    }
+    assert_true(budget > 40); /* every allocation has failed, on either rank */
+    sc_volume_clear(&volume);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(any_ranks_prepare_the_same_bytes),
+        cmocka_unit_test(a_rank_without_memory_ends_all),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
