@@ -169,15 +169,29 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session);
  * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
  * others get its result. */
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
-/* On this rank alone: read the volume of session->job into @p volume and prepare what the job shows
+/* A volume that was read for a job, and how it is to be prepared. */
+typedef struct sc_volume_input {
+    sc_volume volume;             /* owned */
+    sc_prepare_settings settings; /* hidden and tissue_smooth are the arrays below; no team yet */
+    bool *hidden;                 /* [label_count], owned: labels that became background */
+    sc_vec3 *tissue_smooth;       /* [label_count], owned */
+} sc_volume_input;
+/* On this rank alone: read the volume of session->job, hide what the job does not show of it, none
+ * if session->measure, and bring it to the grid on which it was drawn, if the job wants that.
+ * @param measure_all have also measured what this job does not need. @param times the durations are
+ * added to it, unless NULL. @param out caller owns, also after an error: sc_volume_input_clear. Not
+ * collective. */
+sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
+                          sc_volume_input *out, sc_rank_record *times);
+/* Free what @p input owns. */
+void sc_volume_input_clear(sc_volume_input *input);
+/* On this rank alone: read the volume of session->job into @p input and prepare what the job shows
  * of it; all of it if session->measure. @param measure_all measure also what this job does not
  * need.
- * @param preparation borrows @p volume. Caller owns both outputs, also after an error:
- * sc_preparation_free, then sc_volume_clear. @param times the durations are added to it, unless
- * NULL. Not collective. */
+ * @param preparation borrows @p input. Caller owns both outputs, also after an error:
+ * sc_preparation_free, then sc_volume_input_clear. Not collective. */
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
-                             sc_volume *volume, sc_preparation **preparation,
-                             sc_rank_record *times);
+                             sc_volume_input *input, sc_preparation **preparation);
 /* Add to @p times, unless it is NULL, what @p phase took since the given times of sc_wall_s and
  * sc_cpu_s; and to the trace, for a phase before the drawing. Not collective. */
 void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, double wall_s,

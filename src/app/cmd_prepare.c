@@ -18,7 +18,7 @@ sc_status sc_cmd_prepare(sc_app *app)
     const char *path = app->options.output ? app->options.output : "prepared.segc";
     const char *job = is_job(app->options.input) ? app->options.input : NULL;
     sc_session session = {0};
-    sc_volume volume = {0};
+    sc_volume_input input = {0};
     sc_preparation *preparation = NULL;
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     sc_status status;
@@ -33,7 +33,7 @@ sc_status sc_cmd_prepare(sc_app *app)
             sc_fail(app->ctx, SC_ERR_USAGE, "%s: is a prepared file already", session.job.volume);
         goto out;
     }
-    SC_TRY(sc_session_prepare(app, &session, true, &volume, &preparation, NULL));
+    SC_TRY(sc_session_prepare(app, &session, true, &input, &preparation));
     SC_TRY(sc_preparation_save(app->ctx, preparation, path, app->options.overwrite));
     sc_info(app->ctx, "%s: %.1f MB, prepared in %.2f s, %.2f CPU s", path,
             (double)sc_preparation_bytes(preparation) * 1e-6, sc_wall_s() - wall_s,
@@ -42,7 +42,7 @@ sc_status sc_cmd_prepare(sc_app *app)
     sc_print_made(path);
 out:
     sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
+    sc_volume_input_clear(&input);
     sc_session_clear(&session);
     return status;
 }

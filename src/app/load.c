@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The volume of a job, prepared, on every rank: mapped from a prepared file, or read and prepared
- * by rank 0 and shared. */
+/* The volume of a job: mapped by every rank from a prepared file, or read by rank 0 and brought to
+ * the grid on which it was drawn. */
 #include "app.h"
 
 #include "segcast/phantom.h"
@@ -463,37 +463,54 @@ out:
     return status;
 }
 
-sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
-                             sc_volume *volume, sc_preparation **preparation, sc_rank_record *times)
+sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
+                          sc_volume_input *out, sc_rank_record *times)
 {
-    sc_prepare_settings settings;
     double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     bool resampled = session->mapped && session->volume.resampled, as_drawn = false;
+    sc_volume *volume = &out->volume;
     needs n = {0};
     sc_status status;
 
     SC_TRY(read_volume(app, session, volume));
     SC_TRY(find_needs(app, session, volume->labels, volume->label_count, &n));
+    out->hidden = n.hidden;
+    out->tissue_smooth = n.tissue_smooth;
     sc_volume_hide(volume, n.hidden, app->threads);
     sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     if (n.resample && !resampled)
         SC_TRY(resample_volume(app, session->job.volume, volume, &resampled, &as_drawn));
-    settings = (sc_prepare_settings){.smooth = n.smooth,
-                                     .tissue_smooth = n.tissue_smooth,
-                                     .resampled = resampled,
-                                     .as_drawn = as_drawn,
-                                     .thickness = n.thickness || measure_all,
-                                     .local_thickness = n.local_thickness,
-                                     .surface = n.surface || measure_all,
-                                     .hidden = n.hidden,
-                                     .threads = app->threads};
-    SC_TRY(sc_prepare(app->ctx, volume, &settings, preparation));
+    out->settings = (sc_prepare_settings){.smooth = n.smooth,
+                                          .tissue_smooth = n.tissue_smooth,
+                                          .resampled = resampled,
+                                          .as_drawn = as_drawn,
+                                          .thickness = n.thickness || measure_all,
+                                          .local_thickness = n.local_thickness,
+                                          .surface = n.surface || measure_all,
+                                          .hidden = n.hidden,
+                                          .threads = app->threads};
     sc_add_time(app, times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
-    clear_needs(&n);
     return status;
+}
+
+void sc_volume_input_clear(sc_volume_input *input)
+{
+    sc_volume_clear(&input->volume);
+    sc_free(input->hidden);
+    sc_free(input->tissue_smooth);
+    *input = (sc_volume_input){0};
+}
+
+sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
+                             sc_volume_input *input, sc_preparation **preparation)
+{
+    const sc_status status = sc_session_read(app, session, measure_all, input, NULL);
+
+    return status == SC_OK ? sc_prepare(app->ctx, &input->volume, &input->settings, preparation)
+                           : status;
 }
 
 const char *sc_temporary_folder(void)
@@ -501,97 +518,4 @@ const char *sc_temporary_folder(void)
     const char *folder = getenv("TMPDIR");
 
     return folder && folder[0] ? folder : "/tmp";
-}
-
-/* Tell on rank 0 if a node does not hold the prepared volume once in its shared memory, for want of
- * room. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
-static sc_status tell_place(const sc_app *app, const sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    const size_t ranks = (size_t)sc_comm_size(app->comm);
-    const int32_t mine = sc_shared_place_of(session->shared);
-    const double mb = (double)session->shared_bytes / 1e6;
-    int in_file = 0, copied = 0;
-    void *all = NULL;
-    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
-
-    SC_TRY(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &mine, sizeof mine, all);
-    for (size_t i = 0; first && i < ranks; i++) {
-        in_file += ((int32_t *)all)[i] == SC_SHARED_IN_FILE;
-        copied += ((int32_t *)all)[i] == SC_SHARED_COPIED;
-    }
-    if (in_file)
-        sc_warn(app->ctx,
-                "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
-                "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
-                "`segcast prepare` needs none",
-                mb, in_file, ranks, sc_temporary_folder());
-    if (copied)
-        sc_warn(app->ctx,
-                "neither /dev/shm nor %s has room for the prepared volume (%.0f MB): %d of %zu "
-                "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
-                "from `segcast prepare` saves that memory",
-                sc_temporary_folder(), mb, copied, ranks);
-out:
-    sc_free(all);
-    return status;
-}
-
-/* Prepare the volume on rank 0 while the others wait, and copy it to one block on each node: fills
- * session->shared and session->volume. Collective. */
-static sc_status share_volume(sc_app *app, sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_volume volume = {0};
-    sc_preparation *preparation = NULL;
-    uint64_t bytes = 0;
-    sc_status status = SC_OK;
-
-    if (first)
-        status = sc_session_prepare(app, session, false, &volume, &preparation, &session->times);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    if (!first)
-        sc_add_time(app, &session->times, SC_PHASE_IDLE, wall_s, cpu_s);
-    wall_s = sc_wall_s();
-    cpu_s = sc_cpu_s();
-    bytes = first ? sc_preparation_bytes(preparation) : 0;
-    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
-    session->shared_bytes = bytes;
-    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &session->shared));
-    SC_TRY(tell_place(app, session));
-    sc_stage_begin(app->ctx, "sharing", 0, 0);
-    if (first)
-        sc_preparation_pack(preparation, sc_shared_data(session->shared));
-    sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
-    preparation = NULL;
-    sc_shared_publish(app->comm, session->shared);
-    status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
-                                                       bytes, &session->volume));
-    sc_add_time(app, &session->times, SC_PHASE_SHARE, wall_s, cpu_s);
-out:
-    sc_preparation_free(preparation);
-    sc_volume_clear(&volume);
-    return status;
-}
-
-sc_status sc_session_load(sc_app *app, sc_session *session)
-{
-    uint8_t is_prepared = 0;
-    bool usable = false;
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    sc_status status;
-
-    if (sc_comm_rank(app->comm) == 0)
-        is_prepared = sc_is_prepared_file(session->job.volume);
-    sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
-    if (!is_prepared)
-        return share_volume(app, session);
-    status = sc_session_map(app, session, &usable);
-    sc_add_time(app, &session->times, SC_PHASE_READ, wall_s, cpu_s);
-    if (status != SC_OK || usable)
-        return status;
-    return share_volume(app, session);
 }

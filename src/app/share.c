@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The volume of a job, prepared, on every rank: mapped from a prepared file, or read by rank 0,
+ * prepared by the ranks of its node together, and shared. */
+#include "app.h"
+
+#include <string.h>
+
+/* Tell on rank 0 if a node does not hold the prepared volume once in its shared memory, for want of
+ * room. Collective. @return SC_ERR_MEMORY, the same on all ranks. */
+static sc_status tell_place(const sc_app *app, const sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const size_t ranks = (size_t)sc_comm_size(app->comm);
+    const int32_t mine = sc_shared_place_of(session->shared);
+    const double mb = (double)session->shared_bytes / 1e6;
+    int in_file = 0, copied = 0;
+    void *all = NULL;
+    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
+
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    for (size_t i = 0; first && i < ranks; i++) {
+        in_file += ((int32_t *)all)[i] == SC_SHARED_IN_FILE;
+        copied += ((int32_t *)all)[i] == SC_SHARED_COPIED;
+    }
+    if (in_file)
+        sc_warn(app->ctx,
+                "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
+                "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "
+                "`segcast prepare` needs none",
+                mb, in_file, ranks, sc_temporary_folder());
+    if (copied)
+        sc_warn(app->ctx,
+                "neither /dev/shm nor %s has room for the prepared volume (%.0f MB): %d of %zu "
+                "ranks hold a copy each; a larger /dev/shm (docker run --shm-size) or a volume "
+                "from `segcast prepare` saves that memory",
+                sc_temporary_folder(), mb, copied, ranks);
+out:
+    sc_free(all);
+    return status;
+}
+
+/* ---- preparing together ---- */
+
+/* What the ranks of rank 0's node prepare together, as rank 0 tells it to the others. */
+typedef struct told_volume {
+    int size[3];
+    int label_bytes, label_count;
+    sc_affine to_ras_mm;
+    bool oriented;
+    sc_prepare_settings settings; /* its pointers say only whether there is an array */
+} told_volume;
+
+/* The ranks of rank 0's node while they prepare a volume, as one of them sees it. */
+typedef struct preparing {
+    sc_team *team;                /* NULL: no other rank takes part */
+    sc_volume volume;             /* borrowed from the team, or from what rank 0 has read */
+    sc_prepare_settings settings; /* with arrays that are borrowed in the same way */
+    sc_preparation *preparation;  /* owned; NULL on ranks that have no part in it */
+} preparing;
+
+/* Give the ranks of p->team what the first one has in p->volume and p->settings, in arrays of the
+ * team; the labels stay with the first rank alone. Collective in the team. @return SC_ERR_MEMORY,
+ * the same on all ranks, with nothing changed. */
+static sc_status share_input(const sc_ctx *ctx, preparing *p)
+{
+    const sc_volume *v = &p->volume;
+    const told_volume mine = {.size = {v->size[0], v->size[1], v->size[2]},
+                              .label_bytes = v->label_bytes,
+                              .label_count = v->label_count,
+                              .to_ras_mm = v->to_ras_mm,
+                              .oriented = v->oriented,
+                              .settings = p->settings};
+    const told_volume *told;
+    size_t labels, bytes;
+    void *block, *ids, *hidden, *smooth;
+    sc_status status;
+
+    SC_TRY(sc_team_collect(ctx, p->team, &mine, sizeof mine, &block));
+    told = block;
+    labels = (size_t)told->label_count;
+    bytes = (size_t)told->size[0] * (size_t)told->size[1] * (size_t)told->size[2] *
+            (size_t)told->label_bytes;
+    SC_TRY(sc_team_alloc(ctx, p->team, bytes, 1, &ids));
+    SC_TRY(sc_team_alloc(ctx, p->team, labels, sizeof(bool), &hidden));
+    SC_TRY(sc_team_alloc(ctx, p->team, labels, sizeof(sc_vec3), &smooth));
+    if (sc_team_is_first(p->team)) {
+        memcpy(ids, v->ids, bytes);
+        memcpy(hidden, p->settings.hidden, labels * sizeof(bool));
+        memcpy(smooth, p->settings.tissue_smooth, labels * sizeof(sc_vec3));
+    }
+    SC_TRY(sc_team_agree(p->team, SC_OK));
+    p->volume = (sc_volume){.label_bytes = told->label_bytes,
+                            .ids = ids,
+                            .label_count = told->label_count,
+                            .labels = p->volume.labels,
+                            .to_ras_mm = told->to_ras_mm,
+                            .oriented = told->oriented};
+    memcpy(p->volume.size, told->size, sizeof told->size);
+    p->settings = told->settings;
+    p->settings.hidden = hidden;
+    p->settings.tissue_smooth = smooth;
+out:
+    return status;
+}
+
+/* Have all ranks of this node, which is rank 0's, prepare the volume that rank 0 has read, if the
+ * memory that they share has room for it. What they share then, beside the prepared volume itself,
+ * are its voxels once more, the vertex records and the distances for the thickness. @param input
+ * on rank 0: its voxels are freed as soon as the team has them. Collective on the node. @return the
+ * same on all its ranks: SC_ERR_MEMORY, SC_ERR_DATA. */
+static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, sc_volume_input *input,
+                                  preparing *p)
+{
+    const uint64_t each = 4 + 2 * (uint64_t)p->volume.label_bytes; /* bytes for a voxel, at most */
+    sc_status status;
+
+    SC_TRY(sc_team_open(ctx, app->comm, app->threads, NULL, &p->team));
+    if (sc_team_ranks(p->team) == 1 ||
+        !sc_team_has_room(p->team, each * sc_volume_voxels(&p->volume)))
+        return SC_ERR_MEMORY;
+    SC_TRY(share_input(ctx, p));
+    sc_free(input->volume.ids);
+    input->volume.ids = NULL;
+    p->settings.team = p->team;
+    status = sc_prepare(ctx, &p->volume, &p->settings, &p->preparation);
+out:
+    return status;
+}
+
+/* Pass on all messages but errors to the sc_ctx @p user. */
+static void write_no_errors(void *user, sc_log_level level, const char *text)
+{
+    const sc_ctx *ctx = user;
+
+    if (level != SC_LOG_ERROR && ctx->write)
+        ctx->write(ctx->user, level, text);
+}
+
+/* Prepare the volume that rank 0 has read: all ranks of its node together, or, should that fail,
+ * rank 0 alone, which says why if it cannot. @param input filled on rank 0, empty on the others.
+ * Collective on rank 0's node. @return of others than rank 0: SC_OK. */
+static sc_status prepare_volume(const sc_app *app, sc_volume_input *input, preparing *p)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_ctx lenient = *app->ctx;
+    sc_status status = SC_ERR_MEMORY;
+
+    lenient.write = write_no_errors;
+    lenient.user = (void *)(uintptr_t)app->ctx;
+    *p = (preparing){.volume = input->volume, .settings = input->settings};
+    if (sc_comm_size(app->comm) > 1)
+        status = prepare_together(app, &lenient, input, p);
+    if (status == SC_OK || !first)
+        return SC_OK;
+    p->settings.team = NULL;
+    p->settings.threads = app->threads;
+    return sc_prepare(app->ctx, &p->volume, &p->settings, &p->preparation);
+}
+
+/* Copy what was prepared to the block of this node, which is rank 0's. Where every rank has a block
+ * of its own, only that of rank 0 counts. Collective on the node. */
+static void pack(const sc_app *app, const sc_session *session, const preparing *p)
+{
+    if (p->settings.team && sc_shared_place_of(session->shared) != SC_SHARED_COPIED)
+        sc_preparation_pack_together(p->preparation, sc_shared_data(session->shared));
+    else if (sc_comm_rank(app->comm) == 0)
+        sc_preparation_pack(p->preparation, sc_shared_data(session->shared));
+}
+
+/* Free what @p p owns. */
+static void clear_preparing(preparing *p)
+{
+    sc_preparation_free(p->preparation);
+    sc_team_close(p->team);
+    *p = (preparing){0};
+}
+
+/* Read the volume on rank 0, prepare it on the ranks of its node while the others wait, and copy it
+ * to one block on each node: fills session->shared and session->volume. Collective. */
+static sc_status share_volume(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0, near = sc_comm_is_near_root(app->comm);
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_volume_input input = {0};
+    preparing p = {0};
+    uint64_t bytes = 0;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_session_read(app, session, false, &input, &session->times);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    if (!first)
+        sc_add_time(app, &session->times, SC_PHASE_IDLE, wall_s, cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    if (near)
+        status = prepare_volume(app, &input, &p);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_add_time(app, &session->times, p.preparation ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,
+                cpu_s);
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
+    bytes = first ? sc_preparation_bytes(p.preparation) : 0;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    session->shared_bytes = bytes;
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, bytes, sc_temporary_folder(), &session->shared));
+    SC_TRY(tell_place(app, session));
+    sc_stage_begin(app->ctx, "sharing", 0, 0);
+    pack(app, session, &p);
+    clear_preparing(&p);
+    sc_volume_input_clear(&input);
+    sc_shared_publish(app->comm, session->shared);
+    status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
+                                                       bytes, &session->volume));
+    sc_add_time(app, &session->times, SC_PHASE_SHARE, wall_s, cpu_s);
+out:
+    clear_preparing(&p);
+    sc_volume_input_clear(&input);
+    return status;
+}
+
+sc_status sc_session_load(sc_app *app, sc_session *session)
+{
+    uint8_t is_prepared = 0;
+    bool usable = false;
+    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    if (sc_comm_rank(app->comm) == 0)
+        is_prepared = sc_is_prepared_file(session->job.volume);
+    sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
+    if (!is_prepared)
+        return share_volume(app, session);
+    status = sc_session_map(app, session, &usable);
+    sc_add_time(app, &session->times, SC_PHASE_READ, wall_s, cpu_s);
+    if (status != SC_OK || usable)
+        return status;
+    return share_volume(app, session);
+}
