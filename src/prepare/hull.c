@@ -25,16 +25,37 @@ static bool is_visible(const hull_finder *h, int x, int y, int z, bool near)
     return h->show[id] & (near ? SC_SHOW_BOUNDARY : SC_SHOW_INTERIOR);
 }
 
+/* The bricks of a row of bricks from low to high; none if low is above high. */
+typedef struct brick_range {
+    int low, high;
+} brick_range;
+
+/* @return the first and the last brick that can hold a visible vertex of the rows of grid layer @p
+ * z which share the bricks of row @p y: most of a row of bricks is empty. */
+static brick_range used_bricks(const hull_finder *h, int y, int z)
+{
+    const sc_prepared *v = h->volume;
+    const uint64_t *row = v->near + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
+    const uint64_t layer = (uint64_t)SC_BRICK_LAYER_BITS << sc_brick_bit(0, 0, z);
+    brick_range used = {0, v->bricks[0] - 1};
+
+    while (!h->interior && used.low <= used.high && !(row[used.low] & layer))
+        used.low++;
+    while (!h->interior && used.low <= used.high && !(row[used.high] & layer))
+        used.high--;
+    return used;
+}
+
 /* @return the x of the first (or the last) visible vertex of row (y, z) of the grid; -1 if there is
- * none. */
-static int row_end(const hull_finder *h, int y, int z, bool last)
+ * none. @param used of used_bricks. */
+static int row_end(const hull_finder *h, brick_range used, int y, int z, bool last)
 {
     const sc_prepared *v = h->volume;
     const int shift = sc_brick_bit(0, y, z);
     const uint64_t *row = v->near + sc_brick_index(v->bricks, 0, sc_brick_of(y), sc_brick_of(z));
 
-    for (int i = 0; i < v->bricks[0]; i++) {
-        const int brick = last ? v->bricks[0] - 1 - i : i;
+    for (int i = 0; i <= used.high - used.low; i++) {
+        const int brick = last ? used.high - i : used.low + i;
         const unsigned near = (unsigned)(row[brick] >> shift) & SC_BRICK_ROW_BITS;
         unsigned left = h->interior ? SC_BRICK_ROW_BITS : near;
 
@@ -91,11 +112,14 @@ static void find_corners(void *user, size_t begin, size_t end, int thread)
     for (size_t z = begin; z < end; z++) {
         int32_t(*ends)[2] = h->ends + z * (size_t)rows;
         /* The room of the layer in the second half of the array. */
+        brick_range used = {0, -1};
         int32_t *chain = h->ends[(size_t)h->volume->size[2] * (size_t)rows + z * (size_t)rows];
 
         for (int y = 0; y < rows; y++) {
-            ends[y][0] = row_end(h, y + 1, (int)z + 1, false);
-            ends[y][1] = ends[y][0] < 0 ? -1 : row_end(h, y + 1, (int)z + 1, true);
+            if (y == 0 || !((y + 1) & SC_BRICK_MASK))
+                used = used_bricks(h, y + 1, (int)z + 1);
+            ends[y][0] = row_end(h, used, y + 1, (int)z + 1, false);
+            ends[y][1] = ends[y][0] < 0 ? -1 : row_end(h, used, y + 1, (int)z + 1, true);
         }
         h->counts[z] = keep_corners(ends, rows, 0, chain);
         h->counts[z] += keep_corners(ends, rows, 1, chain);
