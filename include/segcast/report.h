@@ -86,6 +86,7 @@ extern const uint8_t sc_series_colors[SC_SERIES_COLORS][3];
 typedef struct sc_axis {
     double low, high, step;
     int decimals; /**< that the labels of ticks need */
+    bool doubles; /**< logarithmic: low, high and step are logarithms to the base 2 */
 } sc_axis;
 /** @return an axis on which @p low and @p high lie, with about @p ticks steps (at least 1) of 1, 2
  *  or 5 times a power of ten. Of values that are equal or not finite: an axis from 0 to 1 or around
@@ -94,10 +95,16 @@ sc_axis sc_axis_make(double low, double high, int ticks);
 /** @return an axis from 0 to exactly @p high, with ticks as of sc_axis_make, which need not reach
  * its end. @param whole they are whole numbers. */
 sc_axis sc_axis_to(double high, int ticks, bool whole);
-/** @return where @p value lies, in percent of the axis from its beginning. */
+/** @return a logarithmic axis on which @p low and @p high lie, both above 0, with ticks at powers
+ * of two, at most 12. Of other values: an axis from 1 to 2. */
+sc_axis sc_axis_doubling(double low, double high);
+/** @return where @p value lies, in percent of the axis from its beginning; on a logarithmic axis 0
+ *  for values that are not above 0. */
 double sc_axis_percent(const sc_axis *axis, double value);
 /** @return the number of ticks. */
 int sc_axis_ticks(const sc_axis *axis);
+/** @return the value at the tick @p i, counted from 0. */
+double sc_axis_tick(const sc_axis *axis, int i);
 
 /* ---- plots ---- */
 
@@ -121,6 +128,8 @@ void sc_plot_line(sc_plot *plot, const double *x, const double *y, int count, in
 /** Fill what lies between @p low and @p high [count] at @p x; all are finite. */
 void sc_plot_band(sc_plot *plot, const double *x, const double *low, const double *high, int count,
                   int color);
+/** Draw a dot at each point (x[i], y[i]), i below @p count; all are finite. */
+void sc_plot_points(sc_plot *plot, const double *x, const double *y, int count, int color);
 /** Mark places of the horizontal axis by lines. */
 void sc_plot_marks(sc_plot *plot, const double *x, int count);
 /** End the plot. */
@@ -142,6 +151,10 @@ sc_row_chart sc_rows_begin(sc_page *page, const char *caption, sc_axis axis, boo
 void sc_row_begin(sc_row_chart *rows, const char *label, const char *description);
 /** Draw a bar from one value of the axis to another. */
 void sc_row_bar(sc_row_chart *rows, double from, double to, int color);
+/** Draw dots at @p values [count], those of which a bar shows the median. */
+void sc_row_dots(sc_row_chart *rows, const double *values, int count);
+/** Draw a line from @p low to @p high over a bar: how exactly its end is known. */
+void sc_row_interval(sc_row_chart *rows, double low, double high);
 /** Draw what happened when: kinds[i], i below @p count, is what was done in the i-th of @p count
  *  equal parts of the axis, as index of a colour, or -1; begins[i]: something new begins there. */
 void sc_row_strip(sc_row_chart *rows, const int8_t *kinds, const bool *begins, int count);

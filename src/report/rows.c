@@ -34,6 +34,25 @@ void sc_row_bar(sc_row_chart *rows, double from, double to, int color)
                     color, begin, end - begin);
 }
 
+void sc_row_dots(sc_row_chart *rows, const double *values, int count)
+{
+    for (int i = 0; i < count; i++)
+        sc_page_add(rows->page, "<circle class=\"dot\" cx=\"%.3f%%\" cy=\"50%%\" r=\"3\"/>",
+                    sc_axis_percent(&rows->axis, values[i]));
+}
+
+void sc_row_interval(sc_row_chart *rows, double low, double high)
+{
+    const double begin = sc_axis_percent(&rows->axis, low);
+    const double end = sc_axis_percent(&rows->axis, high);
+
+    sc_page_add(rows->page,
+                "<line class=\"interval\" x1=\"%.3f%%\" x2=\"%.3f%%\" y1=\"50%%\" y2=\"50%%\"/>"
+                "<line class=\"interval\" x1=\"%.3f%%\" x2=\"%.3f%%\" y1=\"25%%\" y2=\"75%%\"/>"
+                "<line class=\"interval\" x1=\"%.3f%%\" x2=\"%.3f%%\" y1=\"25%%\" y2=\"75%%\"/>",
+                begin, end, begin, begin, end, end);
+}
+
 /* Add one path for all that was done of a kind. Where something new begins, a thin gap is left, if
  * what follows is longer than that. */
 static void add_kind(sc_page *page, const int8_t *kinds, const bool *begins, int count, int kind)
@@ -86,7 +105,7 @@ void sc_rows_end(sc_row_chart *rows, const char *label)
 
     sc_page_add(page, "<div class=\"row\"><span></span><svg class=\"scale\" aria-hidden=\"true\">");
     for (int i = 0; i < sc_axis_ticks(&rows->axis); i++) {
-        const double value = rows->axis.low + i * rows->axis.step;
+        const double value = sc_axis_tick(&rows->axis, i);
         const double at = sc_axis_percent(&rows->axis, value);
 
         sc_page_add(page,

@@ -48,8 +48,23 @@ sc_axis sc_axis_to(double high, int ticks, bool whole)
     return axis;
 }
 
+sc_axis sc_axis_doubling(double low, double high)
+{
+    enum { TICKS_MOST = 12 };
+    sc_axis axis = {.low = 0, .high = 1, .step = 1, .doubles = true};
+
+    if (isfinite(low) && isfinite(high) && low > 0 && high >= low) {
+        axis.low = floor(log2(low) + 1e-9);
+        axis.high = fmax(axis.low + 1, ceil(log2(high) - 1e-9));
+    }
+    axis.step = ceil((axis.high - axis.low + 1) / TICKS_MOST);
+    return axis;
+}
+
 double sc_axis_percent(const sc_axis *axis, double value)
 {
+    if (axis->doubles)
+        value = value > 0 ? log2(value) : axis->low;
     return 100 * (value - axis->low) / (axis->high - axis->low);
 }
 
@@ -58,30 +73,46 @@ int sc_axis_ticks(const sc_axis *axis)
     return (int)floor((axis->high - axis->low) / axis->step + 1e-6) + 1;
 }
 
+double sc_axis_tick(const sc_axis *axis, int i)
+{
+    const double at = axis->low + i * axis->step;
+
+    return axis->doubles ? exp2(at) : at;
+}
+
 /* ---- plots ---- */
+
+/* Write the label of a tick. */
+static void label_tick(const sc_axis *axis, int i, char text[32])
+{
+    if (axis->doubles)
+        snprintf(text, 32, "%g", sc_axis_tick(axis, i));
+    else
+        snprintf(text, 32, "%.*f", axis->decimals, sc_axis_tick(axis, i));
+}
 
 /* Draw grid lines and the labels of ticks. */
 static void draw_axes(const sc_plot *plot, const char *x_label)
 {
     sc_page *page = plot->page;
+    char text[32];
 
     for (int i = 0; i < sc_axis_ticks(&plot->y); i++) {
-        const double value = plot->y.low + i * plot->y.step;
-        const double at = 100 - sc_axis_percent(&plot->y, value);
+        const double at = 100 - sc_axis_percent(&plot->y, sc_axis_tick(&plot->y, i));
 
-        sc_page_add(
-            page,
-            "<line class=\"grid\" x1=\"0\" x2=\"100%%\" y1=\"%.2f%%\" y2=\"%.2f%%\"/>"
-            "<text x=\"0\" y=\"%.2f%%\" dx=\"-8\" dy=\"4\" text-anchor=\"end\">%.*f</text>\n",
-            at, at, at, plot->y.decimals, value);
+        label_tick(&plot->y, i, text);
+        sc_page_add(page,
+                    "<line class=\"grid\" x1=\"0\" x2=\"100%%\" y1=\"%.2f%%\" y2=\"%.2f%%\"/>"
+                    "<text x=\"0\" y=\"%.2f%%\" dx=\"-8\" dy=\"4\" text-anchor=\"end\">%s</text>\n",
+                    at, at, at, text);
     }
     for (int i = 0; i < sc_axis_ticks(&plot->x); i++) {
-        const double value = plot->x.low + i * plot->x.step;
-        const double at = sc_axis_percent(&plot->x, value);
+        const double at = sc_axis_percent(&plot->x, sc_axis_tick(&plot->x, i));
 
+        label_tick(&plot->x, i, text);
         sc_page_add(page,
-                    "<text x=\"%.2f%%\" y=\"100%%\" dy=\"18\" text-anchor=\"middle\">%.*f</text>\n",
-                    at, plot->x.decimals, value);
+                    "<text x=\"%.2f%%\" y=\"100%%\" dy=\"18\" text-anchor=\"middle\">%s</text>\n",
+                    at, text);
     }
     sc_page_add(page, "<text x=\"50%%\" y=\"100%%\" dy=\"36\" text-anchor=\"middle\">");
     sc_page_text(page, x_label);
@@ -163,6 +194,21 @@ void sc_plot_band(sc_plot *plot, const double *x, const double *low, const doubl
     for (int i = count - 1; i >= 0; i--)
         add_point(plot, x[i], low[i]);
     sc_page_add(page, "z\"/>");
+    end_stretched(page);
+}
+
+void sc_plot_points(sc_plot *plot, const double *x, const double *y, int count, int color)
+{
+    sc_page *page = plot->page;
+
+    begin_stretched(page);
+    sc_page_add(page, "<path class=\"c%d dots\" d=\"", color);
+    for (int i = 0; i < count; i++) { /* lines without length, of which the round ends are seen */
+        sc_page_add(page, "M");
+        add_point(plot, x[i], y[i]);
+        sc_page_add(page, "h0");
+    }
+    sc_page_add(page, "\"/>");
     end_stretched(page);
 }
 

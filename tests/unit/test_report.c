@@ -140,6 +140,52 @@ static void axes_of_nothing(void **state)
     assert_int_equal(sc_axis_ticks(&(sc_axis){.high = 90, .step = 20}), 5);
 }
 
+/* A logarithmic axis has its ticks at powers of two, at even distances, and not too many. */
+static void axes_double(void **state)
+{
+    const sc_axis axis = sc_axis_doubling(1, 64), wide = sc_axis_doubling(0.3, 1e6);
+    const sc_axis one = sc_axis_doubling(8, 8), none = sc_axis_doubling(0, NAN);
+
+    (void)state;
+    assert_int_equal(sc_axis_ticks(&axis), 7);
+    for (int i = 0; i < 7; i++) {
+        assert_near(sc_axis_tick(&axis, i), 1 << i, 0);
+        assert_near(sc_axis_percent(&axis, 1 << i), i / 6.0 * 100, 1e-9);
+    }
+    assert_near(sc_axis_percent(&axis, 0), 0, 0);
+    assert_near(sc_axis_tick(&wide, 0), 0.25, 0);
+    assert_true(sc_axis_ticks(&wide) <= 12 && sc_axis_percent(&wide, 1e6) <= 100);
+    assert_int_equal(sc_axis_ticks(&one), 2);
+    assert_near(sc_axis_tick(&none, 1), 2, 0);
+}
+
+static void dots_and_intervals_lie_on_the_axis(void **state)
+{
+    const double x[] = {1, 4}, y[] = {0.5, 1}, times[] = {1, 3};
+    sc_page page = {.ctx = &quiet};
+    const sc_plot_words words = {"c", "e", "f"};
+    sc_plot plot =
+        sc_plot_begin(&page, &words, sc_axis_doubling(1, 16), (sc_axis){.high = 1, .step = 1});
+    sc_row_chart rows;
+
+    (void)state;
+    sc_plot_points(&plot, x, y, 2, 3);
+    sc_plot_end(&plot);
+    rows = sc_rows_begin(&page, "c", sc_axis_to(4, 4, true), false);
+    sc_row_begin(&rows, "r", "d");
+    sc_row_dots(&rows, times, 2);
+    sc_row_interval(&rows, 1, 2);
+    sc_row_end(&rows, "2");
+    sc_rows_end(&rows, "s");
+    assert_ok(page.status);
+    assert_non_null(strstr(page.text.data, ">16</text>"));
+    assert_non_null(strstr(page.text.data, "class=\"c3 dots\" d=\"M0.0 500.0 h0M500.0 0.0 h0\""));
+    assert_non_null(strstr(page.text.data, "cx=\"25.000%\" cy=\"50%\""));
+    assert_non_null(strstr(page.text.data, "cx=\"75.000%\" cy=\"50%\""));
+    assert_non_null(strstr(page.text.data, "x1=\"25.000%\" x2=\"50.000%\" y1=\"50%\""));
+    sc_page_clear(&page);
+}
+
 static void tables_name_their_cells(void **state)
 {
     static const char *const heads[] = {"name", "a < b"};
@@ -219,6 +265,8 @@ int main(void)
         cmocka_unit_test(the_first_error_stays),
         cmocka_unit_test(axes_have_nice_ticks),
         cmocka_unit_test(axes_of_nothing),
+        cmocka_unit_test(axes_double),
+        cmocka_unit_test(dots_and_intervals_lie_on_the_axis),
         cmocka_unit_test(tables_name_their_cells),
         cmocka_unit_test(lines_have_gaps),
         cmocka_unit_test(strips_show_what_begins),
