@@ -21,6 +21,8 @@ typedef struct sc_design {
     uint64_t hash; /**< of the study: results of another one are not mixed with it */
     sc_design_axis *axes;
     int axis_count;
+    bool whole_jobs; /**< measurements are of whole jobs, not of frames alone */
+    bool by_wall;    /**< wall time had to be known exactly, not CPU time */
 } sc_design;
 /** Free what a design owns; harmless on a zeroed struct. */
 void sc_design_clear(sc_design *design);
@@ -62,6 +64,8 @@ typedef struct sc_measurement {
 typedef struct sc_study_run {
     char begin[32];
     char host[128], processor[128], mpi[128], version[64], commit[64], batch_job[64];
+    char kernel[32]; /**< the variant of kernels that `render.cpu: auto` stands for; empty: unknown
+                      */
     int32_t ranks, nodes, cores; /**< cores: that rank 0 may use */
 } sc_study_run;
 

@@ -208,6 +208,8 @@ static sc_status fill_design(sc_study_state *state)
     void *block;
     sc_status status;
 
+    state->design.whole_jobs = study->measure == SC_STUDY_JOB;
+    state->design.by_wall = study->metric == SC_STUDY_WALL;
     SC_TRY(sc_text_copy(ctx, study->title, &state->design.title));
     SC_TRY(sc_zalloc(ctx, (size_t)study->axis_count + 1, sizeof(sc_design_axis), &block));
     state->design.axes = block;

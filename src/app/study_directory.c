@@ -2,6 +2,8 @@
 /* The directory of a study: its measurements, and the tables that follow from them. */
 #include "study.h"
 
+#include "segcast/kernel.h"
+
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -93,6 +95,16 @@ static sc_status resume(sc_study_records *r, const char *path, uint64_t *whole_b
     return status;
 }
 
+/* @return the variant of kernels that `render.cpu: auto` stands for. */
+static const char *best_kernel(void)
+{
+    const char *const *name = sc_cpu_names + 1; /* the first one is auto itself */
+
+    while (name[1] && !sc_cpu_has(*name))
+        name++;
+    return *name;
+}
+
 /* Describe this run for the file of measurements. */
 static sc_study_run describe_run(const sc_app *app)
 {
@@ -112,6 +124,7 @@ static sc_study_run describe_run(const sc_app *app)
     sc_comm_library(run.mpi, sizeof run.mpi);
     snprintf(run.version, sizeof run.version, "%s", sc_version());
     snprintf(run.commit, sizeof run.commit, "%s", sc_commit());
+    snprintf(run.kernel, sizeof run.kernel, "%s", best_kernel());
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
     return run;
 }

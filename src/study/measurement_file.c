@@ -75,7 +75,7 @@ static json_t *run_json(const sc_study_run *run)
     if (json && set_text(json, "begin", run->begin) && set_text(json, "host", run->host) &&
         set_text(json, "processor", run->processor) && set_text(json, "mpi", run->mpi) &&
         set_text(json, "version", run->version) && set_text(json, "commit", run->commit) &&
-        set_text(json, "batch_job", run->batch_job))
+        set_text(json, "batch_job", run->batch_job) && set_text(json, "kernel", run->kernel))
         return json;
     json_decref(json);
     return NULL;
@@ -195,10 +195,12 @@ sc_status sc_measurement_file_create(const sc_ctx *ctx, const char *path, const 
     snprintf(digits, sizeof digits, "%016llx", (unsigned long long)design->hash);
     axes = axes_json(design);
     SC_TRY(write_line(ctx, file,
-                      axes ? json_pack("{s:s, s:s, s:s, s:o}", "schema", "segcast-study-1", "study",
-                                       digits, "title", design->title ? design->title : "", "axes",
-                                       axes)
-                           : NULL));
+                      axes
+                          ? json_pack("{s:s, s:s, s:s, s:s, s:s, s:o}", "schema", "segcast-study-1",
+                                      "study", digits, "title", design->title ? design->title : "",
+                                      "measure", design->whole_jobs ? "job" : "frames", "metric",
+                                      design->by_wall ? "wall" : "cpu", "axes", axes)
+                          : NULL));
     SC_TRY(write_run(ctx, file, run));
     *out = file;
     return SC_OK;

@@ -92,6 +92,7 @@ static bool read_run(const json_t *object, sc_study_run *out)
     read_text(object, "version", out->version, sizeof out->version);
     read_text(object, "commit", out->commit, sizeof out->commit);
     read_text(object, "batch_job", out->batch_job, sizeof out->batch_job);
+    read_text(object, "kernel", out->kernel, sizeof out->kernel);
     return json_is_object(object) &&
            read_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
            read_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&
@@ -137,6 +138,14 @@ out:
     return status;
 }
 
+/* @return whether the member @p key is the text @p value; it may be missing. */
+static bool has_text(const json_t *object, const char *key, const char *value)
+{
+    const char *text = json_string_value(json_object_get(object, key));
+
+    return text && !strcmp(text, value);
+}
+
 /* Read the first line into @p out, which owns what is read, also after an error. */
 static sc_status read_design(const sc_ctx *ctx, const json_t *line, sc_design *out, bool *good)
 {
@@ -151,6 +160,8 @@ static sc_status read_design(const sc_ctx *ctx, const json_t *line, sc_design *o
             count <= AXES_MAX && read_hash(json_object_get(line, "study"), &out->hash);
     if (!*good)
         return SC_OK;
+    out->whole_jobs = has_text(line, "measure", "job");
+    out->by_wall = has_text(line, "metric", "wall");
     SC_TRY(copy_string(ctx, json_object_get(line, "title"), &out->title));
     SC_TRY(sc_zalloc(ctx, count, sizeof *out->axes, &block));
     out->axes = block;

@@ -10,10 +10,11 @@
 
 static char *methods[] = {"none", "leap, \"fast\""}, *ranks[] = {"1", "2", "4"};
 static sc_design_axis axes[] = {{"render.skip", methods, 2}, {"ranks", ranks, 3}};
-static const sc_design design = {"a study", 0x1234, axes, 2};
+static const sc_design design = {"a study", 0x1234, axes, 2, .by_wall = true};
 static const sc_study_run run = {.begin = "2026-01-01T00:00:00Z",
                                  .host = "node\xff",
                                  .processor = "one",
+                                 .kernel = "avx2",
                                  .ranks = 4,
                                  .nodes = 1,
                                  .cores = 4};
@@ -70,7 +71,9 @@ static void what_is_written_is_read(void **state)
     assert_int_equal(all.design.axis_count, 2);
     assert_string_equal(all.design.axes[0].values[1], "leap, \"fast\"");
     assert_int_equal(all.design.hash, 0x1234);
+    assert_true(all.design.by_wall && !all.design.whole_jobs);
     assert_int_equal(all.run_count, 1);
+    assert_string_equal(all.runs[0].kernel, "avx2");
     assert_true(all.complete);
     sc_measurements_clear(&all);
     unlink("m.jsonl");
