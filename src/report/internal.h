@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to report. Files call only functions of files that are named further down here:
- * compare_page.c, run_page.c, activity.c, frames.c, rows.c, svg.c, html.c, style.c. */
+ * compare_page.c, run_page.c, activity.c, frames.c, parts.c, rows.c, svg.c, html.c, style.c. */
 #ifndef SC_REPORT_INTERNAL_H
 #define SC_REPORT_INTERNAL_H
 
@@ -16,6 +16,18 @@ void sc_report_activity(sc_page *page, const char *path, const sc_run_stats *sta
 
 /* Add the section with the cost along the film to @p page. */
 void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stats *stats);
+
+/* ---- parts.c: parts that several pages have ---- */
+
+enum { SC_REPORT_PATH_BYTES = 4096 };
+/* Write a size as people read it, "12.3 MB", into @p text. @return it. */
+const char *sc_report_size(uint64_t bytes, char text[32]);
+/* Add an item of a list with a link to a file of the directory, if the file is there. @param what
+ * it holds, as HTML. */
+void sc_report_link(sc_page *page, const char *directory, const char *name, const char *what);
+/* Add the text of a file of the directory, which is shown when @p summary is chosen. @param name
+ * and @param summary as HTML. */
+void sc_report_file(sc_page *page, const char *directory, const char *name, const char *summary);
 
 /* ---- style.c ---- */
 

@@ -8,11 +8,9 @@
 
 enum {
     PATH_BYTES = 4096,
-    RANKS_SHOWN = 24,        /* most ranks in the chart of phases */
-    RUNS_SHOWN = 50,         /* most runs in the table: the last ones */
-    SLOWEST_SHOWN = 3,       /* frames that are named */
-    JOB_BYTES_MAX = 1 << 20, /* the largest job that is read, and how much of it is shown */
-    JOB_BYTES_SHOWN = 1 << 16
+    RANKS_SHOWN = 24, /* most ranks in the chart of phases */
+    RUNS_SHOWN = 50,  /* most runs in the table: the last ones */
+    SLOWEST_SHOWN = 3 /* frames that are named */
 };
 
 /* Write the path of "STEM.ENDING" in the directory, or that of the slice, into @p path; @p name
@@ -55,21 +53,6 @@ static double phase_wall_s(const sc_run_stats *stats, sc_phase phase)
         most = wall_s > most ? wall_s : most;
     }
     return most;
-}
-
-/* Write a size as people read it: "12.3 MB". */
-static const char *size_text(uint64_t bytes, char text[32])
-{
-    static const char *const units[] = {"bytes", "kB", "MB", "GB", "TB"};
-    double value = (double)bytes;
-    size_t unit = 0;
-
-    while (value >= 999.5 && unit + 1 < SC_COUNT_OF(units)) {
-        value /= 1000;
-        unit++;
-    }
-    snprintf(text, 32, "%.*f %s", unit && value < 99.95 ? 1 : 0, value, units[unit]);
-    return text;
 }
 
 /* ---- the summary ---- */
@@ -186,11 +169,12 @@ static void add_facts(sc_page *page, const sc_run_stats *stats)
         sc_fact(page, "Frames per second", "%.3f", stats->frames_per_s);
         sc_fact(page, "Million rays per CPU second", "%.2f", stats->mrays_per_cpu_s);
         sc_fact(page, "Imbalance of ranks", "%.1f %%", 100 * sc_run_imbalance(&stats->run));
-        sc_fact(page, "Peak memory of a rank", "%s", size_text(peak, text));
+        sc_fact(page, "Peak memory of a rank", "%s", sc_report_size(peak, text));
     }
-    sc_fact(page, "Volume", "%s", size_text(stats->run.volume_bytes, text));
-    sc_fact(page, "Prepared volume", "%s", size_text(stats->run.prepared_bytes, text));
-    sc_fact(page, "Derived from it for drawing", "%s", size_text(stats->run.derived_bytes, text));
+    sc_fact(page, "Volume", "%s", sc_report_size(stats->run.volume_bytes, text));
+    sc_fact(page, "Prepared volume", "%s", sc_report_size(stats->run.prepared_bytes, text));
+    sc_fact(page, "Derived from it for drawing", "%s",
+            sc_report_size(stats->run.derived_bytes, text));
     sc_fact(page, "segcast", "%s%s%s", stats->version, last->commit[0] ? ", commit " : "",
             last->commit);
     sc_facts_end(page);
@@ -332,40 +316,9 @@ static void add_runs(sc_page *page, const sc_history *history)
 /* Add the job as it was resolved. */
 static void add_settings(sc_page *page, const sc_report_run *run)
 {
-    const sc_ctx looking = sc_quiet(page->ctx);
-    char path[PATH_BYTES];
-    char *text = NULL;
-    size_t bytes = 0;
-    sc_status status = page->status;
-
-    snprintf(path, sizeof path, "%s/job.yaml", run->directory);
-    if (status == SC_OK)
-        status = sc_file_read(&looking, path, JOB_BYTES_MAX, &text, &bytes);
     sc_page_section(page, "Settings");
-    if (status == SC_OK) {
-        sc_page_add(page, "<details><summary>The job with all its settings</summary>\n<pre>");
-        sc_page_textf(page, "%.*s", JOB_BYTES_SHOWN, text);
-        sc_page_add(page, "</pre>\n%s</details>\n",
-                    bytes > JOB_BYTES_SHOWN ? "<p>The rest stands in job.yaml.</p>\n" : "");
-    } else if (sc_is_of_input(status)) {
-        sc_page_add(page, "<p>job.yaml cannot be read.</p>\n");
-    } else {
-        page->status = status;
-    }
-    sc_free(text);
+    sc_report_file(page, run->directory, "job.yaml", "The job with all its settings");
     sc_page_section_end(page);
-}
-
-/* Add an item with a link to a file, if it is there. */
-static void add_link(sc_page *page, const char *path, const char *name, const char *what)
-{
-    if (access(path, R_OK) != 0)
-        return;
-    sc_page_add(page, "<li><a href=\"");
-    sc_page_address(page, name);
-    sc_page_add(page, "\">");
-    sc_page_text(page, name);
-    sc_page_add(page, "</a>: %s</li>\n", what);
 }
 
 /* Add links to the files from which the page was made. */
@@ -384,10 +337,9 @@ static void add_files(sc_page *page, const sc_report_run *run)
     sc_page_add(page, "<ul>\n");
     for (size_t i = 0; i < SC_COUNT_OF(files); i++) {
         record_path(run, files[i].stem, files[i].ending, path, &name);
-        add_link(page, path, name, files[i].what);
+        sc_report_link(page, run->directory, name, files[i].what);
     }
-    snprintf(path, sizeof path, "%s/job.yaml", run->directory);
-    add_link(page, path, "job.yaml", "the job with all its settings");
+    sc_report_link(page, run->directory, "job.yaml", "the job with all its settings");
     sc_page_add(page, "</ul>\n");
     sc_page_section_end(page);
 }
