@@ -236,14 +236,28 @@ sc_table sc_table_begin(sc_page *page, const char *caption, const char *const *h
     return (sc_table){.page = page, .heads = heads, .columns = columns};
 }
 
+/* Is it a number, several with few words, or short? Then no line may break within a word. */
+SC_PRINTF(1, 0)
+static bool is_short(const char *fmt, va_list args)
+{
+    char text[32];
+    const int length = vsnprintf(text, sizeof text, fmt, args);
+
+    return length <= 10 || (length < (int)sizeof text && *text >= '0' && *text <= '9');
+}
+
 void sc_table_cell(sc_table *table, const char *fmt, ...)
 {
     sc_page *page = table->page;
     const char *tag = table->column == 0 ? "th" : "td";
+    bool numbers;
     va_list args;
 
-    sc_page_add(page, "%s<%s%s data-head=\"", table->column == 0 ? "<tr>" : "", tag,
-                table->column == 0 ? " scope=\"row\"" : "");
+    va_start(args, fmt);
+    numbers = table->column > 0 && is_short(fmt, args);
+    va_end(args);
+    sc_page_add(page, "%s<%s%s%s data-head=\"", table->column == 0 ? "<tr>" : "", tag,
+                table->column == 0 ? " scope=\"row\"" : "", numbers ? " class=\"n\"" : "");
     sc_page_text(page, table->heads[table->column]);
     sc_page_add(page, "\">");
     va_start(args, fmt);

@@ -198,7 +198,7 @@ static void tables_name_their_cells(void **state)
     sc_table_end(&table);
     assert_ok(page.status);
     assert_non_null(strstr(page.text.data, "<tr><th scope=\"row\" data-head=\"name\">&lt;x&gt;</th>"
-                                           "<td data-head=\"a &lt; b\">3</td></tr>"));
+                                           "<td class=\"n\" data-head=\"a &lt; b\">3</td></tr>"));
     sc_page_clear(&page);
 }
 
