@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  Reports: pages of HTML that need nothing but themselves. A page is text with its style in it and
- *  its plots as inline SVG; it has no script, and names no file that is not in its own directory.
- * It is well-formed XML, too. The blocks of which pages are made come first: text, tables, plots
- * and rows of bars; then the pages themselves. All functions are local, one call at a time per
- * page.
+ *  Reports of runs and studies: pages of HTML that need nothing but themselves. A page is text with
+ * its style in it and its plots as inline SVG; it has no script, and names no file that is not in
+ * its own directory. It is well-formed XML, too. The blocks of which pages are made come first:
+ * text, tables, plots and rows of bars; then the pages themselves. All functions are local, one
+ * call at a time per page.
  *
  *  Plots have no size of their own: positions in them are shares of their width and height, so that
  *  letters and lines stay as large as they are on a telephone and on a wide screen. */
 #ifndef SEGCAST_REPORT_H
 #define SEGCAST_REPORT_H
 
+#include "segcast/measurements.h"
 #include "segcast/study.h"
 
 /* ---- text ---- */
@@ -183,6 +184,19 @@ typedef struct sc_report_run {
  *  @return SC_ERR_MISSING, SC_ERR_DATA: stats.json; SC_ERR_MEMORY. Caller owns @p out:
  *  sc_text_clear. */
 SC_MUST_USE sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *out);
+
+/** Make the page of a timing study from its measurements, with links to the files of @p directory.
+ *  The same measurements give the same bytes. @return SC_ERR_MEMORY. Caller owns @p out:
+ *  sc_text_clear. */
+SC_MUST_USE sc_status sc_report_study(const sc_ctx *ctx, const char *directory,
+                                      const sc_measurements *measurements, sc_text *out);
+
+/** Make a page that compares several studies, cell by cell of the same name, with the first one.
+ *  @param directories [count], at least 1: their names. @param measurements [count], theirs.
+ *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
+SC_MUST_USE sc_status sc_report_compare_studies(const sc_ctx *ctx, const char *const *directories,
+                                                const sc_measurements *measurements, int count,
+                                                sc_text *out);
 
 /** Make a page that compares the last runs in @p directories [count], at least 1, by what their
  *  stats.json say; they are named as given. @return SC_ERR_MISSING, SC_ERR_DATA, naming the first

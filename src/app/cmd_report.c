@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast report: the page of a run made anew from its directory, or a page that compares several.
- */
+/* segcast report: the page of a run or of a study made anew from its directory, or a page that
+ * compares several. */
 #include "run.h"
 #include "segcast/report.h"
+#include "study.h"
 
 #include <dirent.h>
 #include <stdlib.h>
@@ -79,6 +80,24 @@ static sc_status make_slices(const sc_ctx *ctx, const char *directory, const sc_
     return status;
 }
 
+/* Make the page of the study in a directory. */
+static sc_status report_study(const sc_app *app, const char *directory)
+{
+    const sc_ctx *ctx = app->ctx;
+    sc_measurements all = {0};
+    char *path = NULL;
+    sc_status status;
+
+    SC_TRY(sc_study_read(ctx, directory, &all));
+    SC_TRY(sc_path_join(ctx, directory, SC_STUDY_PAGE, &path));
+    SC_TRY(sc_study_write_page(ctx, directory, &all));
+    sc_print_made(path);
+out:
+    sc_measurements_clear(&all);
+    sc_free(path);
+    return status;
+}
+
 /* Make the page of a directory, or of all slices if it was drawn in slices. */
 static sc_status report_one(sc_app *app)
 {
@@ -87,7 +106,7 @@ static sc_status report_one(sc_app *app)
     char version[64];
     sc_job job = {0};
     sc_store_job store_job;
-    bool whole;
+    bool whole, is_study = false;
     int slices = 0;
     sc_status status;
 
@@ -95,6 +114,11 @@ static sc_status report_one(sc_app *app)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "-o names the page that compares several directories; that of one is "
                        "report.html in it, because it shows the film beside it");
+    SC_TRY(sc_study_is_in(ctx, directory, &is_study));
+    if (is_study) {
+        status = report_study(app, directory);
+        goto out;
+    }
     SC_TRY(sc_read_directory(app, directory, &job, &store_job, version));
     SC_TRY(is_there(ctx, directory, "stats.json", &whole));
     sc_stage_begin(ctx, "reporting", 0, 0);
@@ -112,35 +136,96 @@ out:
     return status;
 }
 
-/* Make the page that compares all directories of the command line. */
-static sc_status report_several(sc_app *app)
+/* Refuse directories of runs that cannot be compared, and compare the others. */
+static sc_status compare_runs(const sc_app *app, sc_text *out)
 {
     const sc_options *o = &app->options;
     const sc_ctx *ctx = app->ctx;
-    const char *output = o->output ? o->output : "comparison.html";
     char version[64];
-    sc_outfile file = {0};
-    sc_text text = {0};
-    sc_status status;
+    sc_status status = SC_OK;
 
-    SC_TRY(sc_check_ending(ctx, output, ".html", "a page"));
-    SC_TRY(sc_outfile_check(ctx, output, o->overwrite, ", or --overwrite to replace it"));
     for (int i = 0; i < o->input_count; i++) {
         sc_store_job job = {0};
         bool there = false;
 
         SC_TRY(sc_store_identify(ctx, o->inputs[i], &job, version));
         SC_TRY(is_there(ctx, o->inputs[i], "stats.json", &there));
-        if (!there) {
-            status = sc_fail(ctx, SC_ERR_INCOMPLETE,
-                             "%s: has no stats.json to compare: it was drawn in slices, or no run "
-                             "has begun to draw there yet",
-                             o->inputs[i]);
-            goto out;
-        }
+        if (!there)
+            return sc_fail(ctx, SC_ERR_INCOMPLETE,
+                           "%s: has no stats.json to compare: it was drawn in slices, or no run "
+                           "has begun to draw there yet",
+                           o->inputs[i]);
     }
     sc_stage_begin(ctx, "reporting", 0, 0);
-    SC_TRY(sc_report_compare(ctx, o->inputs, o->input_count, &text));
+    status = sc_report_compare(ctx, o->inputs, o->input_count, out);
+out:
+    return status;
+}
+
+/* Compare the studies in all directories. */
+static sc_status compare_studies(const sc_app *app, sc_text *out)
+{
+    const sc_options *o = &app->options;
+    sc_measurements *all = NULL;
+    void *block;
+    int read = 0;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)o->input_count, sizeof *all, &block));
+    all = block;
+    for (; read < o->input_count; read++)
+        SC_TRY(sc_study_read(app->ctx, o->inputs[read], &all[read]));
+    sc_stage_begin(app->ctx, "reporting", 0, 0);
+    status = sc_report_compare_studies(app->ctx, o->inputs, all, read, out);
+out:
+    for (int i = 0; i < read; i++)
+        sc_measurements_clear(&all[i]);
+    sc_free(all);
+    return status;
+}
+
+/* Find out whether the directories hold studies. @return SC_ERR_USAGE if only some of them do. */
+static sc_status are_studies(const sc_app *app, bool *out)
+{
+    const sc_options *o = &app->options;
+    int study = -1, other = -1;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < o->input_count; i++) {
+        bool is_study = false;
+
+        SC_TRY(sc_study_is_in(app->ctx, o->inputs[i], &is_study));
+        if (is_study)
+            study = i;
+        else
+            other = i;
+    }
+    if (study >= 0 && other >= 0)
+        return sc_fail(
+            app->ctx, SC_ERR_USAGE,
+            "%s holds a timing study, and %s does not: a page compares either studies or "
+            "runs; name directories of one kind",
+            o->inputs[study], o->inputs[other]);
+    *out = study >= 0;
+out:
+    return status;
+}
+
+/* Make the page that compares all directories of the command line. */
+static sc_status report_several(sc_app *app)
+{
+    const sc_options *o = &app->options;
+    const sc_ctx *ctx = app->ctx;
+    const char *output = o->output ? o->output : "comparison.html";
+    bool studies = false;
+    sc_outfile file = {0};
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(sc_check_ending(ctx, output, ".html", "a page"));
+    SC_TRY(sc_outfile_check(ctx, output, o->overwrite, ", or --overwrite to replace it"));
+    SC_TRY(are_studies(app, &studies));
+    SC_TRY(studies ? compare_studies(app, &text) : compare_runs(app, &text));
     SC_TRY(sc_outfile_open(ctx, output, o->overwrite, &file));
     fwrite(text.data, 1, text.length_bytes, file.stream);
     SC_TRY(sc_outfile_commit(ctx, &file));

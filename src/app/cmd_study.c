@@ -372,6 +372,23 @@ out:
     return status;
 }
 
+/* Write report.html from what is on disk, so that segcast report makes the same page. What was
+ * measured is kept: a page that cannot be made does not fail the study. */
+static void write_page(const director *d)
+{
+    const sc_ctx *ctx = d->state->app->ctx;
+    const char *directory = d->records.directory;
+    sc_measurements all = {0};
+    sc_status status = sc_study_read(ctx, directory, &all);
+
+    if (status == SC_OK)
+        status = sc_study_write_page(ctx, directory, &all);
+    if (status != SC_OK)
+        sc_warn(ctx, "the page with the report was not made; `segcast report %s` makes it",
+                directory);
+    sc_measurements_clear(&all);
+}
+
 /* On rank 0: write the tables, print the results and say how it ended. @return @p outcome, or a
  * more severe error. */
 static sc_status end(director *d, sc_status outcome)
@@ -389,6 +406,7 @@ static sc_status end(director *d, sc_status outcome)
     SC_TRY(sc_study_write_tables(&d->records));
     if (outcome == SC_OK)
         SC_TRY(sc_measurement_file_complete(app->ctx, d->records.file));
+    write_page(d);
     tell_state(d, outcome == SC_OK ? "complete" : "incomplete");
     sc_display_end_stage(app);
     SC_TRY(print_results(d));

@@ -68,8 +68,9 @@ const sc_command sc_commands[] = {
      "with "
      "--resume, also with another number of ranks. docs/studies.md explains study files.",
      sc_cmd_study, true},
-    {"report", "DIR...", "make the page of a run anew, or one that compares several",
-     "Every segcast render ends with report.html in its directory; this makes it again from what "
+    {"report", "DIR...", "make the page of a run or of a study anew, or one that compares several",
+     "Every segcast render and study ends with report.html in its directory; this makes it again "
+     "from what "
      "the directory holds. Of several directories it writes one page with their speed, cost, "
      "phases and memory side by side.",
      sc_cmd_report, false},

@@ -62,6 +62,10 @@ void sc_study_clear_cells(sc_study_state *state);
 
 /* ---- study_directory.c: what is written, on rank 0 ---- */
 
+/* The names of its measurements and of its page. */
+#define SC_STUDY_MEASUREMENTS "measurements.jsonl"
+#define SC_STUDY_PAGE "report.html"
+
 /* The directory of a study. */
 typedef struct sc_study_records {
     sc_study_state *state;
@@ -83,6 +87,20 @@ sc_status sc_study_write_tables(const sc_study_records *r);
 sc_status sc_study_write_state(const sc_study_records *r, const sc_progress_report *report);
 /* Close the file, and free the results. A zeroed struct is allowed. */
 void sc_study_close(sc_study_records *r);
+
+/* ---- study_report.c: pages, on rank 0 ---- */
+
+/* Make the page of a study, and put it into its directory, in place of an earlier one. @return
+ * SC_ERR_CREATE also if the name is that of something else than a file; SC_ERR_WRITE,
+ * SC_ERR_MEMORY. */
+sc_status sc_study_write_page(const sc_ctx *ctx, const char *directory,
+                              const sc_measurements *measurements);
+/* Find out whether a directory holds a study, which may be damaged. @return SC_ERR_WRITE,
+ * SC_ERR_MEMORY. */
+sc_status sc_study_is_in(const sc_ctx *ctx, const char *directory, bool *out);
+/* Read the measurements in a directory. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY. Caller
+ * owns *out: sc_measurements_clear. */
+sc_status sc_study_read(const sc_ctx *ctx, const char *directory, sc_measurements *out);
 
 /* ---- study_schedule.c: which cell is measured next, on rank 0; pure but for its arrays ---- */
 

@@ -11,9 +11,9 @@
 #include <unistd.h>
 
 /* The files of a study's directory. */
-static const char measurements_name[] = "measurements.jsonl";
-static const char *const file_names[] = {measurements_name, "cells.csv", "extrap.jsonl",
-                                         "study.yaml", "status.json"};
+static const char measurements_name[] = SC_STUDY_MEASUREMENTS;
+static const char *const file_names[] = {measurements_name, "cells.csv",   "extrap.jsonl",
+                                         "study.yaml",      "status.json", SC_STUDY_PAGE};
 
 /* ---- the directory ---- */
 

@@ -38,6 +38,52 @@ expect 73 'already holds a study' "$SEGCAST" study study.yaml -o out -q; one_err
 expect 0 '' "$SEGCAST" study out/study.yaml -o out --resume -q
 [ "$(measurements out)" = 8 ] || fail "a complete study was measured again"
 
+# The study ends with its page, which is made anew with the same bytes; what is in its way is not touched.
+check_page() { ! command -v python3 >/dev/null || python3 "$SUPPORT/check_page.py" "$@" || fail "a page is wrong (above)"; }
+has() { # FILE WORDS...
+    local words page=$1
+    shift
+    for words; do grep -q "$words" "$page" || fail "$page does not hold: $words"; done
+}
+check_page out/report.html
+has out/report.html '<h1>A small study</h1>' '8 measurements of 4 of 6 cells. The study is complete' 'times as fast as none' \
+    'All pixels agree' 'What limited the cells' 'needs 4096 threads a rank' 'too few for a confidence interval' 'What the axes do' \
+    'Where it was measured' 'Energy' 'href="cells.csv"' 'href="extrap.jsonl"' 'least: 2'
+[ "$(grep -o '<circle class="dot"' out/report.html | wc -l)" = 8 ] || fail "the page does not show 8 measurements"
+[ "$(jq -r 'select(.run).run.kernel' out/measurements.jsonl)" ] || fail "the kernel of the processor is not noted"
+cp out/report.html page.html
+echo damaged >out/report.html
+expect 0 '' "$SEGCAST" report out
+[ "$(cat stdout.txt)" = out/report.html ] || fail "report does not print the path of the page: $(cat stdout.txt)"
+cmp out/report.html page.html || fail "report made another page"
+rm out/report.html
+ln -s ../page.html out/report.html
+expect 73 'out/report.html: was not made by segcast' "$SEGCAST" report out; one_error
+[ -L out/report.html ] || fail "a link was replaced"
+rm out/report.html
+expect 0 '' "$SEGCAST" report out/
+expect 64 '-o names the page that compares several directories' "$SEGCAST" report out -o x.html; one_error
+# Of several, a comparison; with other pixels it says so. Of damaged ones and of mixtures, one message.
+cp -r out other
+sed '0,/"pixels_hash":"[0-9a-f]*"/s//"pixels_hash":"0123456789abcdef"/' out/measurements.jsonl >other/measurements.jsonl
+expect 0 '' "$SEGCAST" report other
+has other/report.html 'The pixels do not agree'
+expect 0 '' "$SEGCAST" report out out -o same.html
+check_page same.html
+has same.html 'takes 1.000 times the time of out' 'over 4 cells' 'All of them have the same pixels'
+expect 0 '' "$SEGCAST" report out other -o same.html --overwrite
+has same.html '1 of them have other pixels'
+sed -i 's/"pixels_hash":"./"pixels_hash":"x/' other/measurements.jsonl
+expect 65 'other/measurements.jsonl:[0-9]*: this is no line' "$SEGCAST" report other; one_error
+expect 65 'other/measurements.jsonl:[0-9]*: this is no line' "$SEGCAST" report out other -o x.html; one_error
+echo '{"schema":"another"}' >other/measurements.jsonl
+expect 65 'other/measurements.jsonl:1: this is not the first line' "$SEGCAST" report other; one_error
+small_job run.yaml
+"$SEGCAST" render run.yaml -o run -q >/dev/null
+expect 64 'out holds a timing study, and run does not' "$SEGCAST" report run out -o x.html; one_error
+expect 64 'out holds a timing study, and nowhere does not' "$SEGCAST" report out nowhere -o x.html; one_error
+[ ! -e x.html ] || fail "a page was left by a mistake"
+
 # The document lists the keys that there are.
 sed -n 's/^\([a-z]*\):.*/\1/p' out/study.yaml | sort >keys.txt
 sed -n '/^| key |/,/^$/p' "$SOURCE/docs/studies.md" | cut -d'|' -f2 | grep -o '`[a-z]*`' | tr -d '`' | sort >documented.txt
@@ -58,6 +104,7 @@ wait $pid || code=$?
 grep -q 'run again with --resume' stderr.txt || fail "a stop: $(cat stderr.txt)"
 expect 75 '' "$SEGCAST" status stopped --json
 jq -e '.condition == "incomplete" and .cells == 6' stdout.txt >/dev/null || fail "status --json: $(cat stdout.txt)"
+has stopped/report.html 'The study is not complete'
 jq -e '.state == "incomplete"' stopped/status.json >/dev/null || fail "$(cat stopped/status.json)"
 cp stopped/measurements.jsonl before.jsonl
 printf '{"measurement":{"cell":0,"rou' >>stopped/measurements.jsonl # as after a power failure
@@ -84,7 +131,10 @@ expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign -q; on
 [ "$(cat foreign/cells.csv)" = mine ] || fail "a foreign file was changed"
 expect 73 'cells.csv: is in the way' "$SEGCAST" study one.yaml -o foreign --overwrite -q; one_error
 
-mkdir -p others/work links
+mkdir -p others/work links pages
+echo mine >pages/report.html
+expect 73 'pages/report.html: is in the way' "$SEGCAST" study one.yaml -o pages -q; one_error
+[ "$(cat pages/report.html)" = mine ] || fail "a foreign page was changed"
 expect 73 'others/work: is in the way' "$SEGCAST" study one.yaml -o others -q; one_error
 ln -s nowhere links/cells.csv
 expect 73 'links/cells.csv: is in the way' "$SEGCAST" study one.yaml -o links -q; one_error

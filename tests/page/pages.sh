@@ -14,6 +14,18 @@ sed -i 's/video: none/fps: 4/' job.yaml
 "$SEGCAST" render job.yaml -o out -q --threads 2 --set "output.title=A film with aratherlongwordinitthatcannotbebrokenanywhere" >/dev/null
 "$SEGCAST" render job.yaml -o another/directory/with/a/rather/long/name -q --set output.video=none --set output.frames=png >/dev/null
 "$SEGCAST" report out another/directory/with/a/rather/long/name -o compared.html >/dev/null
+cat >study.yaml <<YAML
+title: "A study with aratherlongwordinitthatcannotbebrokenanywhere"
+set: {volume: "phantom:32x24x32", output: {size: 64x64}, animation: {frames: 4}}
+sweep: {render.skip: [none, octree, leap], output.size: [32x32, 64x64], ranks: [1, 64]}
+least: 6
+most: 6
+budget: 20 min
+YAML
+"$SEGCAST" study study.yaml -o scaling -q >/dev/null
+sed -i 's/, ranks: .*}/}/' study.yaml
+"$SEGCAST" study study.yaml -o methods -q >/dev/null
+"$SEGCAST" report methods scaling -o studies.html >/dev/null
 
 # A script at the end of a copy of the page measures it, and sends what it finds to the page around it.
 cat >measure.js <<'JS'
@@ -59,7 +71,7 @@ open_page() { # open_page FILE OPTION...: run the browser on a file, with what i
         --no-first-run --disable-background-networking --disable-component-update --disable-extensions \
         --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr --hide-scrollbars "$@" "file://$file" 2>browser.txt
 }
-for page in out/report.html compared.html; do
+for page in methods/report.html scaling/report.html studies.html out/report.html compared.html; do
     folder=$PWD/$(dirname "$page")
     { sed 's|</body>.*||' "$page" | sed '/<\/html>/d'; echo "<script>$(cat measure.js)</script></body></html>"; } |
         sed '1s/.*/<!DOCTYPE html>/' >"$folder/measured.html"
