@@ -191,6 +191,13 @@ SC_MUST_USE sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run
 SC_MUST_USE sc_status sc_report_study(const sc_ctx *ctx, const char *directory,
                                       const sc_measurements *measurements, sc_text *out);
 
+/** Write the results of a study as tables in Markdown: the values of one axis (the skip methods, or
+ *  the last axis of the job) as columns, with times, work, preparation and memory; of a study over
+ *  ranks or threads a row for each cell. If the two methods of the paper are compared, its times
+ *  stand beside them. @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
+SC_MUST_USE sc_status sc_report_study_markdown(const sc_ctx *ctx,
+                                               const sc_measurements *measurements, sc_text *out);
+
 /** Make a page that compares several studies, cell by cell of the same name, with the first one.
  *  @param directories [count], at least 1: their names. @param measurements [count], theirs.
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */

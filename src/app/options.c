@@ -342,6 +342,8 @@ static const sc_option option_rows[] = {
     {"json", 0, NULL, "as JSON, for machines", "info keys plan calibrate status", store_flag,
      AT(json), ""},
     {"markdown", 0, NULL, "as the document docs/job.md", "keys", store_flag, AT(markdown), ""},
+    {"markdown", 0, NULL, "print the tables of a study in Markdown, and make no page", "report",
+     store_flag, AT(markdown), ""},
     {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",
      store_flag, AT(schema), ""},
     {"man", 0, NULL, "as a manual page: segcast-job(5)", "keys", store_flag, AT(man), ""},

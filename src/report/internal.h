@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to report. Files call only functions of files that are named further down here:
- * compare_page.c, run_page.c, study_compare.c, study_page.c, study_words.c, study_plots.c,
- * study_view.c, activity.c, frames.c, parts.c, rows.c, svg.c, html.c, style.c. */
+ * compare_page.c, run_page.c, study_compare.c, study_markdown.c, study_page.c, study_words.c,
+ * study_plots.c, study_view.c, activity.c, frames.c, parts.c, rows.c, svg.c, html.c, style.c. */
 #ifndef SC_REPORT_INTERNAL_H
 #define SC_REPORT_INTERNAL_H
 

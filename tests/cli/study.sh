@@ -63,6 +63,24 @@ expect 73 'out/report.html: was not made by segcast' "$SEGCAST" report out; one_
 rm out/report.html
 expect 0 '' "$SEGCAST" report out/
 expect 64 '-o names the page that compares several directories' "$SEGCAST" report out -o x.html; one_error
+# As tables in Markdown, for documents: methods as columns, beside the times of the paper where both of its are there.
+expect 0 '' "$SEGCAST" report out --markdown
+grep -qxE '\| opaque \| [0-9.e-]+ \| [0-9.e-]+ \([0-9.]+\) \|' stdout.txt && grep -qx '|  | none | leap |' stdout.txt ||
+    fail "the table of methods: $(cat stdout.txt)"
+grep -q '^| all: samples per ray | [0-9.]* | [0-9.]* |$' stdout.txt && grep -q 'Medians of 2 measurements. Measured on' stdout.txt ||
+    fail "the table of work: $(cat stdout.txt)"
+! grep -q 'the paper' stdout.txt || fail "a study without the paper's methods shows its times"
+sed '1s/"leap"/"interior"/' out/measurements.jsonl >tables.jsonl
+mkdir tables
+mv tables.jsonl tables/measurements.jsonl
+expect 0 '' "$SEGCAST" report out tables --markdown
+grep -qx '| the paper, its heart and computer | 3.3 | 2.1 (1.57) |' stdout.txt || fail "the times of the paper: $(cat stdout.txt)"
+sed '1s/"layers"/"ranks"/' out/measurements.jsonl >tables/measurements.jsonl
+expect 0 '' "$SEGCAST" report tables --markdown
+grep -q '^| | seconds a frame | CPU seconds a frame | speed-up ' stdout.txt || fail "the table of scaling: $(cat stdout.txt)"
+expect 64 'give either it or -o' "$SEGCAST" report out --markdown -o x.html; one_error
+mkdir nothing
+expect 66 'nothing: holds no timing study' "$SEGCAST" report nothing --markdown; one_error
 # Of several, a comparison; with other pixels it says so. Of damaged ones and of mixtures, one message.
 cp -r out other
 sed '0,/"pixels_hash":"[0-9a-f]*"/s//"pixels_hash":"0123456789abcdef"/' out/measurements.jsonl >other/measurements.jsonl
