@@ -121,6 +121,51 @@ static void draw_curve(sc_page *page, const sc_run_stats *stats, int frames, con
     sc_plot_end(&plot);
 }
 
+/* ---- cost against what was met ---- */
+
+/* Add the plot of what each frame cost against how many boundary voxels its rays met: one dot for
+ * each frame that was measured, of many every so many. */
+static void draw_dots(sc_page *page, const sc_history *history)
+{
+    const int every = (history->frame_count + POINTS - 1) / POINTS;
+    double x[POINTS], y[POINTS], most[2] = {0, 0}, sums[2] = {0, 0}, squares[3] = {0, 0, 0};
+    sc_plot_words words = {"CPU seconds of drawing each frame against the boundary voxels that its "
+                           "rays met (contributions)",
+                           "", "contributions, in millions"};
+    char text[160];
+    sc_plot plot;
+    int count = 0;
+
+    for (int i = 0; i < history->frame_count && count < POINTS; i += every) {
+        const sc_past_frame *past = &history->frames[i];
+
+        if (!past->measured || !is_known(past))
+            continue;
+        x[count] = (double)past->result.contributions / 1e6;
+        y[count] = past->result.render_cpu_s;
+        most[0] = fmax(most[0], x[count]);
+        most[1] = fmax(most[1], y[count]);
+        sums[0] += x[count];
+        sums[1] += y[count];
+        squares[0] += x[count] * x[count];
+        squares[1] += y[count] * y[count];
+        squares[2] += x[count] * y[count];
+        count++;
+    }
+    if (count < 2)
+        return;
+    for (int i = 0; i < 2; i++)
+        squares[i] -= sums[i] * sums[i] / count;
+    squares[2] -= sums[0] * sums[1] / count;
+    snprintf(text, sizeof text, "%d frames; the coefficient of correlation is %.2f.", count,
+             squares[0] > 0 && squares[1] > 0 ? squares[2] / sqrt(squares[0] * squares[1]) : 0);
+    words.description = text;
+    plot = sc_plot_begin(page, &words, sc_axis_make(0, most[0], 6), sc_axis_make(0, most[1], 4));
+    sc_plot_points(&plot, x, y, count, sc_phase_color(SC_PHASE_RENDER));
+    sc_plot_end(&plot);
+    sc_page_add(page, "<p class=\"note\">%s</p>\n", text);
+}
+
 /* ---- the pictures ---- */
 
 /* Frames that are shown, in rising order. */
@@ -288,6 +333,7 @@ void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stat
         add_picture(&g, i);
     if (g.found)
         sc_page_add(page, "</div>\n");
+    draw_dots(page, &stats->history);
 out:
     if (page->status == SC_OK)
         page->status = g.status;
