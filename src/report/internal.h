@@ -5,6 +5,7 @@
 #ifndef SC_REPORT_INTERNAL_H
 #define SC_REPORT_INTERNAL_H
 
+#include "segcast/core_time.h"
 #include "segcast/report.h"
 
 /* ---- activity.c: what each thread did when ---- */
@@ -29,6 +30,13 @@ void sc_report_link(sc_page *page, const char *directory, const char *name, cons
 /* Add the text of a file of the directory, which is shown when @p summary is chosen. @param name
  * and @param summary as HTML. */
 void sc_report_file(sc_page *page, const char *directory, const char *name, const char *summary);
+
+/* @return what a cause of overhead is called; static. */
+const char *sc_report_cause(sc_cause cause);
+/* Begin rows of bars, each of which splits 100 % of the time of cores by cause, with a legend; add
+ * such a row, with the share of drawing at its end. The caller ends the rows. */
+sc_row_chart sc_report_core_begin(sc_page *page);
+void sc_report_core_row(sc_row_chart *rows, const char *label, const sc_core_time *time);
 
 /* ---- style.c ---- */
 

@@ -71,3 +71,74 @@ void sc_report_file(sc_page *page, const char *directory, const char *name, cons
     }
     sc_free(text);
 }
+
+/* What a cause is called, and its colour; -1: none, because nothing is known of it. */
+static const struct {
+    const char *word;
+    int color;
+} causes[SC_CAUSE_COUNT] = {
+    [SC_CAUSE_DRAW] = {"drawing", SC_PHASE_RENDER},
+    [SC_CAUSE_READ] = {"reading", SC_PHASE_READ},
+    [SC_CAUSE_PREPARE] = {"preparing", SC_PHASE_PREPARE},
+    [SC_CAUSE_SHARE] = {"sharing the volume", SC_PHASE_SHARE},
+    [SC_CAUSE_WAIT] = {"waiting for other ranks", SC_PHASE_IDLE},
+    [SC_CAUSE_IDLE] = {"idle, without a work unit", SC_PHASE_IDLE},
+    [SC_CAUSE_GATHER] = {"passing messages", SC_PHASE_GATHER},
+    [SC_CAUSE_ENCODE] = {"encoding and writing", SC_PHASE_ENCODE},
+    [SC_CAUSE_THREADS] = {"threads waiting for each other or for a core", SC_PHASE_WRITE},
+    [SC_CAUSE_OTHER] = {"all else", -1}};
+
+const char *sc_report_cause(sc_cause cause)
+{
+    return causes[cause].word;
+}
+
+void sc_report_core_row(sc_row_chart *rows, const char *label, const sc_core_time *time)
+{
+    double at = 0, sum_s = 0;
+    char what[700], value[32];
+    size_t used = 0;
+
+    for (int i = 0; i < SC_CAUSE_COUNT; i++)
+        sum_s += time->causes_s[i];
+    sum_s = sum_s > 0 ? sum_s : 1;
+    what[0] = '\0';
+    for (int i = 0; i < SC_CAUSE_COUNT && used < sizeof what; i++) {
+        if (time->causes_s[i] > 0)
+            used +=
+                (size_t)snprintf(what + used, sizeof what - used, "%s%s %.1f %%", used ? ", " : "",
+                                 causes[i].word, 100 * time->causes_s[i] / sum_s);
+    }
+    sc_row_begin(rows, label, what);
+    for (int i = 0; i < SC_CAUSE_COUNT; i++) {
+        const double share = 100 * time->causes_s[i] / sum_s;
+
+        if (causes[i].color >= 0)
+            sc_row_bar(rows, at, at + share, sc_phase_color((sc_phase)causes[i].color));
+        at += share;
+    }
+    snprintf(value, sizeof value, "%.1f %%", 100 * time->causes_s[SC_CAUSE_DRAW] / sum_s);
+    sc_row_end(rows, value);
+}
+
+sc_row_chart sc_report_core_begin(sc_page *page)
+{
+    static const char *const names[] = {"drawing",
+                                        "reading",
+                                        "preparing",
+                                        "sharing the volume",
+                                        "passing messages",
+                                        "encoding and writing",
+                                        "threads waiting for each other or for a core",
+                                        "waiting for other ranks, or idle"};
+    static const sc_phase phases[] = {SC_PHASE_RENDER, SC_PHASE_READ,   SC_PHASE_PREPARE,
+                                      SC_PHASE_SHARE,  SC_PHASE_GATHER, SC_PHASE_ENCODE,
+                                      SC_PHASE_WRITE,  SC_PHASE_IDLE};
+    int colors[SC_COUNT_OF(phases)];
+
+    for (size_t i = 0; i < SC_COUNT_OF(phases); i++)
+        colors[i] = sc_phase_color(phases[i]);
+    sc_legend(page, names, colors, SC_COUNT_OF(phases));
+    return sc_rows_begin(page, "Where the time of the cores went: what is not drawing is overhead",
+                         sc_axis_to(100, 5, false), false);
+}

@@ -230,6 +230,27 @@ static void add_phase_table(sc_page *page, const sc_run_stats *stats)
     sc_table_end(&table);
 }
 
+/* Add how the time of all cores is split by cause, as a bar and as a table. */
+static void add_core_time(sc_page *page, const sc_run_stats *stats)
+{
+    static const char *const heads[] = {"Cause", "Core time, s", "Share"};
+    const sc_core_time time = sc_run_core_time(&stats->run);
+    sc_row_chart rows = sc_report_core_begin(page);
+    sc_table table;
+
+    sc_report_core_row(&rows, "all ranks", &time);
+    sc_rows_end(&rows, "percent");
+    table = sc_table_begin(page, "Time of all cores: wall time, ranks and threads multiplied",
+                           heads, SC_COUNT_OF(heads));
+    for (int i = 0; i < SC_CAUSE_COUNT; i++) {
+        sc_table_cell(&table, "%s", sc_report_cause(i));
+        sc_table_cell(&table, "%.2f", time.causes_s[i]);
+        sc_table_cell(&table, "%.1f %%",
+                      time.core_s > 0 ? 100 * time.causes_s[i] / time.core_s : 0);
+    }
+    sc_table_end(&table);
+}
+
 /* Add the bars of the ranks: of many, some at even distances. */
 static void add_phases(sc_page *page, const sc_run_stats *stats)
 {
@@ -259,6 +280,7 @@ static void add_phases(sc_page *page, const sc_run_stats *stats)
                 "<p class=\"note\">Rank 0 encodes, writes and passes messages beside drawing, "
                 "so its bar may be longer than the run.</p>\n");
     add_phase_table(page, stats);
+    add_core_time(page, stats);
     sc_page_section_end(page);
 }
 

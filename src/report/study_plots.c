@@ -8,6 +8,7 @@
 enum {
     CURVES = 7,       /* most curves of a plot; the last colour stands for the ideal */
     CHARTS = 24,      /* most charts of bars */
+    BARS = 60,        /* most cells whose core time is shown */
     DOTS = 60,        /* most single measurements that a bar shows */
     CURVE_POINTS = 64 /* most cells of a curve */
 };
@@ -304,10 +305,40 @@ static void add_bars(sc_page *page, const sc_study_view *view)
     sc_page_section_end(page);
 }
 
+/* Add a bar for each cell that splits the time of its cores by cause. */
+static void add_core_times(sc_page *page, const sc_study_view *view)
+{
+    sc_row_chart rows;
+    int shown = 0;
+
+    sc_page_section(page, "Where the time went");
+    rows = sc_report_core_begin(page);
+    for (int i = 0; i < view->count; i++) {
+        const sc_core_time time =
+            sc_measurement_core_time(&view->cells[i].typical, view->m->design.whole_jobs);
+        char name[SC_CELL_NAME_BYTES];
+
+        if (!sc_study_has(view, i) || shown++ >= BARS)
+            continue;
+        sc_study_name(view, i, -1, "the only cell", name);
+        sc_report_core_row(&rows, name, &time);
+    }
+    sc_rows_end(&rows, "percent");
+    if (shown > BARS)
+        sc_page_add(
+            page, "<p class=\"note\">The first %d of %d cells are shown; cells.csv has all.</p>\n",
+            BARS, shown);
+    sc_page_add(page, "<p class=\"note\">Of the measurement of each cell that is nearest to the "
+                      "median. Cores: ranks times threads. The number at the end is the share of "
+                      "drawing.</p>\n");
+    sc_page_section_end(page);
+}
+
 void sc_report_study_plots(sc_page *page, const sc_study_view *view)
 {
     if (view->scale >= 0)
         add_scaling(page, view);
     else
         add_bars(page, view);
+    add_core_times(page, view);
 }

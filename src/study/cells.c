@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What the measurements of a study say of its cells. */
+#include "segcast/core_time.h"
 #include "segcast/measurements.h"
 
 #include <errno.h>
@@ -171,13 +172,14 @@ static const char columns[] =
     "wall_s_most,frames_per_s,mrays_per_cpu_s,samples_per_ray,imbalance,speedup,efficiency,"
     "serial_share,cost,draw_cpu_s,idle_mean_s,gather_mean_s,accept_s,read_s,prepare_s,share_s,"
     "prepare_cpu_s,derive_s,derive_cpu_s,prepared_bytes,peak_rss_most_bytes,peak_rss_sum_bytes,"
-    "energy_j,pixels_hash\r\n";
+    "energy_j,pixels_hash,core_s";
 
 /* Append the row of a cell. */
 static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_cell_result *r,
                           sc_text *text)
 {
     const sc_measurement *t = &r->typical;
+    const sc_core_time cores = sc_measurement_core_time(t, design->whole_jobs);
     sc_status status;
 
     for (int i = 0; i < design->axis_count; i++) {
@@ -198,10 +200,13 @@ static sc_status add_cell(const sc_ctx *ctx, const sc_design *design, const sc_c
     SC_TRY(sc_text_add(ctx, text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
                        t->draw_cpu_s, t->idle_mean_s, t->gather_mean_s, t->accept_s, t->read_s,
                        t->prepare_s, t->share_s, t->prepare_cpu_s, t->derive_s, t->derive_cpu_s));
-    status = sc_text_add(
-        ctx, text, ",%llu,%llu,%llu,%.9g,%016llx\r\n", (unsigned long long)t->prepared_bytes,
+    SC_TRY(sc_text_add(
+        ctx, text, ",%llu,%llu,%llu,%.9g,%016llx,%.9g", (unsigned long long)t->prepared_bytes,
         (unsigned long long)t->peak_rss_most_bytes, (unsigned long long)t->peak_rss_sum_bytes,
-        t->energy_j, (unsigned long long)t->pixels_hash);
+        t->energy_j, (unsigned long long)t->pixels_hash, cores.core_s));
+    for (int i = 0; i < SC_CAUSE_COUNT; i++)
+        SC_TRY(sc_text_add(ctx, text, ",%.9g", cores.causes_s[i]));
+    status = sc_text_add(ctx, text, "\r\n");
 out:
     return status;
 }
@@ -218,6 +223,9 @@ sc_status sc_cells_write_csv(const sc_ctx *ctx, const sc_measurements *measureme
         SC_TRY(sc_text_add(ctx, &text, ","));
     }
     SC_TRY(sc_text_add(ctx, &text, "%s", columns));
+    for (int i = 0; i < SC_CAUSE_COUNT; i++)
+        SC_TRY(sc_text_add(ctx, &text, ",core_%s", sc_cause_key(i)));
+    SC_TRY(sc_text_add(ctx, &text, "\r\n"));
     for (int i = 0; i < sc_design_cells(design); i++)
         SC_TRY(add_cell(ctx, design, &results[i], &text));
     status = sc_file_write(ctx, path, text.data, text.length_bytes);

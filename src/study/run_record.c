@@ -3,6 +3,7 @@
  * new reference that the caller owns, or NULL if there is no memory. */
 #include "internal.h"
 #include "rank_json.h"
+#include "segcast/core_time.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -259,6 +260,21 @@ static json_t *runs_json(const sc_run_record *run, const sc_run_entry *this_run)
     return append(runs, entry_json(this_run));
 }
 
+/* The object `core_time`. */
+static json_t *core_time_json(const sc_run_record *run)
+{
+    const sc_core_time time = sc_run_core_time(run);
+    json_t *json = json_pack("{s:f}", "core_s", time.core_s);
+
+    for (int i = 0; i < SC_CAUSE_COUNT && json; i++) {
+        if (json_object_set_new(json, sc_cause_key(i), json_real(time.causes_s[i]))) {
+            json_decref(json);
+            json = NULL;
+        }
+    }
+    return json;
+}
+
 /* All of stats.json. */
 static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
 {
@@ -277,7 +293,7 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
         "s:o}, "
-        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o}",
+        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, s:o}",
         "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
@@ -290,9 +306,9 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         "begin", entry->begin, "commit", known(entry->commit), "processor", known(entry->processor),
         "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",
         known(entry->batch_job), "hosts", hosts_json(entry), "farm_wall_s", run->farm_wall_s,
-        "wrote_png", run->wrote_png, "from_prepared", run->from_prepared, "per_rank",
-        sc_ranks_to_json(run->rank_records, run->ranks), "settings",
-        run->settings ? json_loads(run->settings, 0, NULL) : json_null());
+        "wrote_png", run->wrote_png, "from_prepared", run->from_prepared, "core_time",
+        core_time_json(run), "per_rank", sc_ranks_to_json(run->rank_records, run->ranks),
+        "settings", run->settings ? json_loads(run->settings, 0, NULL) : json_null());
 }
 
 /* Write stats.json under @p path. */

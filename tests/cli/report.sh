@@ -16,10 +16,13 @@ check "$page"
 grep -q '&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;' "$page" || fail "the title is not in the page"
 grep -q '<video .*src="a%20%22b%22%20%3Ci%3E%26c%3Ad.mp4"' "$page" || fail "the film is not in the page"
 [ "$(grep -o 'data:image/png;base64' "$page" | wc -l)" = 7 ] || fail "the page does not show 7 frames"
-for words in 'Limited by' 'Where the time went' 'Ranks and time' 'Cost along the film' 'The film' 'Runs on this job' \
+for words in 'Limited by' 'Where the time went' 'Time of all cores' 'threads waiting for each other' 'boundary voxels that its' 'Ranks and time' 'Cost along the film' 'The film' 'Runs on this job' \
     'Settings' 'stats.json' 'frames.csv' 'trace.json'; do
     grep -q "$words" "$page" || fail "the page does not hold: $words"
 done
+
+command -v jq >/dev/null && { jq -e '.core_time | (.core_s > 0) and (([.[]] | add) - .core_s) >= .core_s * 0.999' '<b>/out/stats.json' >/dev/null ||
+    fail "the causes do not add up to the time of cores: $(jq -c .core_time '<b>/out/stats.json')"; }
 
 # The page is made anew with the same bytes, whatever became of it, and stays proven.
 mv '<b>/out' out

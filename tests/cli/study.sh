@@ -26,6 +26,7 @@ grep -qE '^render.skip  layers +CPU s/frame +\+- +s/frame +n  times as fast as o
 [ "$(grep -cE '^(none|leap) +(opaque|all) +[0-9.e-]+ +[0-9.e-]+ +2' stdout.txt)" = 4 ] || fail "results: $(cat stdout.txt)"
 [ "$(grep -c 'needs 4096 threads a rank' stdout.txt)" = 2 ] || fail "cells that cannot run: $(cat stdout.txt)"
 [ "$(wc -l <out/cells.csv)" = 7 ] || fail "cells.csv: $(cat out/cells.csv)"
+head -1 out/cells.csv | grep -q ',core_s,core_draw_s,.*,core_other_s' || fail "cells.csv has no core time: $(head -1 out/cells.csv)"
 jq -e '.state == "complete" and .done == 8 and .total == 8' out/status.json >/dev/null || fail "$(cat out/status.json)"
 jq -es 'length == 16 and all(.value > 0)' out/extrap.jsonl >/dev/null || fail "extrap.jsonl"
 # Both methods draw the same pixels, and the layers others.
@@ -47,7 +48,7 @@ has() { # FILE WORDS...
 }
 check_page out/report.html
 has out/report.html '<h1>A small study</h1>' '8 measurements of 4 of 6 cells. The study is complete' 'times as fast as none' \
-    'All pixels agree' 'What limited the cells' 'needs 4096 threads a rank' 'too few for a confidence interval' 'What the axes do' \
+    'All pixels agree' 'What limited the cells' 'Where the time of the cores went' 'needs 4096 threads a rank' 'too few for a confidence interval' 'What the axes do' \
     'Where it was measured' 'Energy' 'href="cells.csv"' 'href="extrap.jsonl"' 'least: 2'
 [ "$(grep -o '<circle class="dot"' out/report.html | wc -l)" = 8 ] || fail "the page does not show 8 measurements"
 [ "$(jq -r 'select(.run).run.kernel' out/measurements.jsonl)" ] || fail "the kernel of the processor is not noted"

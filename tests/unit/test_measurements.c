@@ -3,6 +3,7 @@
  * cells are those of known times. */
 #include "check.h"
 
+#include "segcast/core_time.h"
 #include "segcast/measurements.h"
 
 #include <stdio.h>
@@ -267,13 +268,62 @@ static void other_pixels_are_found(void **state)
     sc_measurements_clear(&all);
 }
 
+/* The time of cores is split without a rest: drawing, waiting for work, and threads that waited. */
+static void core_time_adds_up(void **state)
+{
+    const sc_measurement m = {.ranks = 2,
+                              .threads = 4,
+                              .wall_s = 10,
+                              .cpu_s = 60,
+                              .draw_cpu_s = 40,
+                              .draw_mean_s = 7,
+                              .idle_mean_s = 1,
+                              .read_s = 0.5,
+                              .prepare_s = 1,
+                              .prepare_cpu_s = 10};
+    const sc_core_time frames = sc_measurement_core_time(&m, false);
+    const sc_core_time job = sc_measurement_core_time(&m, true);
+    sc_rank_record both[2] = {{.threads = 2, .farm_idle_s = 1}, {.threads = 2, .farm_idle_s = 2}};
+    const sc_run_record record = {.ranks = 2, .wall_s = 10, .rank_records = both};
+    sc_core_time c;
+    double sum = 0;
+
+    (void)state;
+    assert_near(frames.core_s, 80, 1e-12);
+    assert_near(frames.causes_s[SC_CAUSE_DRAW], 40, 1e-12);
+    assert_near(frames.causes_s[SC_CAUSE_IDLE], 8, 1e-12);
+    assert_near(frames.causes_s[SC_CAUSE_THREADS], 16, 1e-12); /* 7 s x 8 cores, less drawing */
+    assert_near(frames.causes_s[SC_CAUSE_OTHER], 16, 1e-12);
+    assert_near(job.causes_s[SC_CAUSE_READ], 4, 1e-12);
+    assert_near(job.causes_s[SC_CAUSE_PREPARE], 8, 1e-12);
+    assert_near(job.causes_s[SC_CAUSE_ENCODE], 10, 1e-12);
+    assert_near(job.causes_s[SC_CAUSE_THREADS], 6, 1e-12);
+    assert_near(job.causes_s[SC_CAUSE_OTHER], 4, 1e-12);
+
+    both[0].phases[SC_PHASE_PREPARE] = (sc_phase_time){2, 3};
+    both[0].phases[SC_PHASE_RENDER] = (sc_phase_time){6, 10};
+    both[0].phases[SC_PHASE_ENCODE] = (sc_phase_time){3, 1};
+    both[1].phases[SC_PHASE_IDLE] = (sc_phase_time){4, 0}; /* 2 s before the farm, 2 s in it */
+    both[1].phases[SC_PHASE_RENDER] = (sc_phase_time){6, 12};
+    c = sc_run_core_time(&record);
+    for (int i = 0; i < SC_CAUSE_COUNT; i++)
+        sum += c.causes_s[i];
+    assert_near(c.core_s, 40, 1e-12);
+    assert_near(sum, 40, 1e-12);
+    assert_near(c.causes_s[SC_CAUSE_DRAW], 22, 1e-12);
+    assert_near(c.causes_s[SC_CAUSE_PREPARE], 4, 1e-12);
+    assert_near(c.causes_s[SC_CAUSE_WAIT], 4, 1e-12);
+    assert_near(c.causes_s[SC_CAUSE_IDLE], 6, 1e-12);
+    assert_near(c.causes_s[SC_CAUSE_THREADS], 1, 1e-12); /* 12 - 10 - 1 */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_written_is_read),  cmocka_unit_test(a_killed_study_goes_on),
         cmocka_unit_test(damage_is_told),           cmocka_unit_test(results_of_known_times),
         cmocka_unit_test(more_work_for_more_ranks), cmocka_unit_test(tables_can_be_read_elsewhere),
-        cmocka_unit_test(other_pixels_are_found),
+        cmocka_unit_test(other_pixels_are_found),   cmocka_unit_test(core_time_adds_up),
     };
 
     return RUN(tests);
