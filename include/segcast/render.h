@@ -103,6 +103,13 @@ void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewp
 void sc_render_frame(sc_renderer *renderer, const sc_scene *scene, const sc_rows *rows,
                      sc_image *image, sc_render_stats *stats);
 
+/** Count what the ray through the middle of each pixel takes, in a picture of the scene of any
+ * size. Rays are marched one by one, so that wide kernels take longer for each than in a frame.
+ * Blocks until it is done; cannot fail. @param out [height_px][width_px], overwritten; 0 where
+ * nothing can be seen. @param stats overwritten: the sums. Threads: as sc_render_frame. */
+void sc_render_counts(sc_renderer *renderer, const sc_scene *scene, int width_px, int height_px,
+                      sc_march_counters *out, sc_render_stats *stats);
+
 /** When a thread began and ended to draw, by sc_wall_s(): the beginning of its first and the end
  *  of its last work, of all frames in between. Both 0 if it did not draw. */
 typedef struct sc_render_span {

@@ -467,6 +467,18 @@ static void cover_view(frame *f)
     f->cover = r->last_cover;
 }
 
+/* Set up light, clip planes, lens and map for a frame whose scene and viewport are set. */
+static void begin_view(frame *f)
+{
+    sc_renderer *r = f->renderer;
+
+    set_light_directions(r, &f->scene->camera);
+    set_depth_cue(r, &f->scene->camera);
+    set_planes(r, f->scene);
+    sc_lens_init(&f->lens, r, f->scene, f->viewport);
+    cover_view(f);
+}
+
 void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats)
 {
@@ -488,17 +500,64 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
     if (row0 >= row1)
         return;
 
-    set_light_directions(r, &scene->camera);
-    set_depth_cue(r, &scene->camera);
-    set_planes(r, scene);
     memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
-    sc_lens_init(&f.lens, r, scene, viewport);
-    cover_view(&f);
+    begin_view(&f);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     for (int i = 0; i < r->settings.threads; i++) {
         sc_add_counters(&stats->counters, &r->stats[i].counters);
         stats->cpu_s += r->stats[i].cpu_s;
     }
+    stats->wall_s = sc_wall_s() - begin_s;
+}
+
+/* ---- counts for each pixel ---- */
+
+/* A frame whose work is counted pixel by pixel, into out [height of the viewport][width]. */
+typedef struct counting {
+    frame f;
+    sc_march_counters *out;
+} counting;
+
+/* Worker of sc_parallel_for: count rows [@p begin, @p end), marching each ray by itself. */
+static void count_rows(void *user, size_t begin, size_t end, int thread)
+{
+    const counting *c = user;
+    const frame *f = &c->f;
+    const sc_renderer *r = f->renderer;
+    const int width = f->viewport->width_px;
+    const double begin_s = sc_thread_cpu_s();
+
+    for (size_t y = begin; y < end && !is_given_up(f); y++) {
+        for (int x = 0; x < width; x++) {
+            sc_ray ray;
+            sc_radiance light;
+
+            if (sc_is_covered(&f->cover, x, (int)y) &&
+                sc_make_ray(&f->lens, x + 0.5, (double)y + 0.5, &ray))
+                r->kernel->march(&r->march, &ray, 1, &light,
+                                 &c->out[y * (size_t)width + (size_t)x]);
+        }
+    }
+    f->renderer->stats[thread].cpu_s += sc_thread_cpu_s() - begin_s;
+}
+
+void sc_render_counts(sc_renderer *r, const sc_scene *scene, int width_px, int height_px,
+                      sc_march_counters *out, sc_render_stats *stats)
+{
+    const sc_viewport viewport = {0, 0, width_px, height_px};
+    const size_t pixels = (size_t)width_px * (size_t)height_px;
+    const double begin_s = sc_wall_s();
+    counting c = {.f = {.renderer = r, .scene = scene, .viewport = &viewport}, .out = out};
+
+    *stats = (sc_render_stats){0};
+    memset(out, 0, pixels * sizeof *out);
+    begin_view(&c.f);
+    memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
+    sc_parallel_for(r->settings.threads, (size_t)height_px, 1, count_rows, &c);
+    for (size_t i = 0; i < pixels; i++)
+        sc_add_counters(&stats->counters, &out[i]);
+    for (int i = 0; i < r->settings.threads; i++)
+        stats->cpu_s += r->stats[i].cpu_s;
     stats->wall_s = sc_wall_s() - begin_s;
 }

@@ -244,6 +244,46 @@ static void a_quarter_turn_equals_permuted_axes(void **state)
     free_scene(&b);
 }
 
+/* What is counted pixel by pixel adds up to what a frame with one ray in each pixel took, with
+ * every skip method. */
+static void counts_of_pixels_add_up_to_the_frame(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 0.7);
+    const sc_scene scene = front_view(&s);
+    const size_t pixels = (size_t)s.settings.width_px * (size_t)s.settings.height_px;
+    sc_march_counters *counts;
+    void *block;
+
+    (void)state;
+    s.settings.samples = 1;
+    assert_ok(sc_alloc(&quiet, pixels, sizeof *counts, &block));
+    counts = block;
+    for (int skip = SC_SKIP_NONE; skip <= SC_SKIP_LEAP; skip++) {
+        sc_render_stats frame, stats;
+        sc_renderer *r;
+        sc_image image;
+        uint64_t samples = 0;
+
+        s.settings.skip = (sc_skip)skip;
+        image = draw_view(&s, &scene, &frame);
+        assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+        sc_render_counts(r, &scene, s.settings.width_px, s.settings.height_px, counts, &stats);
+        for (size_t i = 0; i < pixels; i++) {
+            samples += counts[i].cell_visits;
+            assert_true(counts[i].rays <= 1);
+        }
+        assert_true(samples > pixels / 10);
+        assert_int_equal(samples, frame.counters.cell_visits);
+        assert_int_equal(stats.counters.cell_visits, samples);
+        assert_int_equal(stats.counters.rays, frame.counters.rays);
+        assert_int_equal(stats.counters.contributions, frame.counters.contributions);
+        sc_renderer_free(r);
+        sc_image_clear(&image);
+    }
+    sc_free(counts);
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -253,6 +293,7 @@ int main(void)
         cmocka_unit_test(thick_slices_look_like_the_fine_volume),
         cmocka_unit_test(a_sweep_removes_more_with_every_frame),
         cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
+        cmocka_unit_test(counts_of_pixels_add_up_to_the_frame),
     };
 
     int failed = 0;
