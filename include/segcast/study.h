@@ -102,6 +102,35 @@ SC_MUST_USE sc_status sc_history_add(const sc_ctx *ctx, sc_history *history,
 /** Free both arrays; the history is empty then. An empty one is allowed. */
 void sc_history_clear(sc_history *history);
 
+/* ---- heat pictures ---- */
+
+/** The longer side of heat pictures, at most. */
+enum { SC_HEAT_SIDE = 200 };
+/** What a heat picture counts. */
+typedef enum sc_heat_kind {
+    SC_HEAT_SAMPLES,       /**< sc_march_counters.cell_visits */
+    SC_HEAT_CONTRIBUTIONS, /**< sc_march_counters.contributions */
+    SC_HEAT_KINDS
+} sc_heat_kind;
+/** The work of each pixel of a small picture of a frame. Zero-initialised there is none
+ *  (width_px 0). */
+typedef struct sc_heat {
+    int frame, width_px, height_px;
+    double cpu_s;                  /**< what it took to draw it */
+    uint8_t *codes[SC_HEAT_KINDS]; /**< [height_px][width_px] each: sc_heat_code of the counts;
+                                      owned: sc_heat_clear */
+} sc_heat;
+/** @return the code of a count: 0 of nothing, else its logarithm, exact to some 2 percent up to
+ *  60000, and 255 above. */
+uint8_t sc_heat_code(uint64_t count);
+/** @return the count that a code stands for. */
+double sc_heat_count(uint8_t code);
+/** Make a heat picture without any work. @param width_px, height_px 1 to SC_HEAT_SIDE. @return
+ *  SC_ERR_MEMORY. Caller owns *out: sc_heat_clear. */
+SC_MUST_USE sc_status sc_heat_new(const sc_ctx *ctx, int width_px, int height_px, sc_heat *out);
+/** Free what a heat picture owns; there is none then. Harmless on a zeroed struct. */
+void sc_heat_clear(sc_heat *heat);
+
 /* ---- this run ---- */
 
 /** A run as written to stats.json and frames.csv. All pointers are borrowed.
@@ -132,6 +161,7 @@ typedef struct sc_run_record {
                                   rank 0, which holds it once if its ranks can share it */
     uint64_t renderer_bytes; /**< memory that rank 0 had for itself to draw */
     double farm_wall_s;      /**< rank 0's sc_farm_times.wall_s; 0 if nothing was to be drawn */
+    const sc_heat *heat;     /**< of one of its frames; NULL: there is none */
     bool wrote_png;          /**< frames were written as PNG */
     bool from_prepared;      /**< the volume was mapped from a prepared file, as it was */
 } sc_run_record;
@@ -181,6 +211,7 @@ typedef struct sc_run_stats {
                               volume_bytes, prepared_bytes, derived_bytes, renderer_bytes, wrote_png,
                             from_prepared, frame_count,   without `frames`; texts and all else are
                             empty, see `history` */
+    sc_heat heat;        /**< of one of its frames, if there is one; owned */
     double frames_per_s; /**< of the last run */
     double mrays_per_cpu_s; /**< of the last run, while it drew */
 } sc_run_stats;

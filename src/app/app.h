@@ -208,6 +208,12 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
  * are the farm's. @return SC_ERR_INCOMPLETE if the frame was given up (sc_signals_give_up). */
 sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                                 sc_image *image, sc_frame_result *result);
+/* @return width divided by height of the picture in space within a frame. */
+double sc_session_aspect(const sc_session *session);
+/* Count the work of each pixel in a picture of frame @p k in space, of @p size_px; see
+ * sc_render_counts. Not collective. */
+void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                       sc_render_stats *stats);
 /* The second part of sc_session_volume: all but the volume, which is there. */
 sc_status sc_session_scene(sc_app *app, sc_session *session);
 /* Move the volume from one session to another, whose job needs it prepared in the same way. What

@@ -90,6 +90,13 @@ int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks);
 sc_status sc_read_directory(const sc_app *app, const char *directory, sc_job *job,
                             sc_store_job *out, char *version);
 
+/* ---- run_heat.c ---- */
+
+/* Draw the heat picture of a run that has ended, if it has drawn frames; one that has not keeps
+ * that of an earlier run in the stats.json under @p path. On rank 0. @param out zeroed; the caller
+ * owns it: sc_heat_clear. */
+void sc_run_draw_heat(sc_run *run, const char *path, sc_heat *out);
+
 /* ---- run_report.c: progress and timing records ---- */
 
 /* For sc_farm.on_progress: note how many frames are done. */

@@ -455,6 +455,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_run_record record;
     record_texts texts;
+    sc_heat heat = {0};
+    char *path = NULL;
     void *all = NULL;
     sc_status status;
 
@@ -472,8 +474,12 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
         goto out;
     if (run->results)
         qsort(run->results, (size_t)run->result_count, sizeof *run->results, by_frame);
-    if (run->keep_records)
+    if (run->keep_records) {
+        SC_TRY(record_path(app->ctx, run, "stats", "json", &path));
+        sc_run_draw_heat(run, path, &heat);
+        record.heat = &heat;
         SC_TRY(write_run(run, &record));
+    }
     if (run->keep_records)
         write_page(run);
     if (run->observe)
@@ -481,6 +487,8 @@ sc_status sc_run_write_records(sc_run *run, const sc_farm_times *times)
     else
         status = sc_run_summarise(app->ctx, &record);
 out:
+    sc_free(path);
+    sc_heat_clear(&heat);
     sc_free(all);
     return status;
 }

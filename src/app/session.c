@@ -384,6 +384,19 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
 }
 
+double sc_session_aspect(const sc_session *session)
+{
+    return picture_aspect(&session->job);
+}
+
+void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                       sc_render_stats *stats)
+{
+    const sc_scene scene = sc_timeline_scene(&session->timeline, k);
+
+    sc_render_counts(session->renderer, &scene, size_px[0], size_px[1], out, stats);
+}
+
 sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                                 sc_image *image, sc_frame_result *result)
 {

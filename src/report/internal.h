@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Private to report. Files call only functions of files that are named further down here:
  * compare_page.c, run_page.c, study_compare.c, study_markdown.c, study_page.c, study_words.c,
- * study_plots.c, study_view.c, activity.c, frames.c, parts.c, rows.c, svg.c, html.c, style.c. */
+ * study_plots.c, study_view.c, activity.c, frames.c, heat.c, parts.c, rows.c, svg.c, html.c,
+ * style.c. */
 #ifndef SC_REPORT_INTERNAL_H
 #define SC_REPORT_INTERNAL_H
 
@@ -18,6 +19,11 @@ void sc_report_activity(sc_page *page, const char *path, const sc_run_stats *sta
 
 /* Add the section with the cost along the film to @p page. */
 void sc_report_frames(sc_page *page, const sc_report_run *run, const sc_run_stats *stats);
+
+/* ---- heat.c: the work of each pixel ---- */
+
+/* Add the section with the heat pictures of a run to @p page, if there are any. */
+void sc_report_heat(sc_page *page, const sc_run_stats *stats);
 
 /* ---- parts.c: parts that several pages have ---- */
 

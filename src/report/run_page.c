@@ -386,6 +386,7 @@ sc_status sc_report_make(const sc_ctx *ctx, const sc_report_run *run, sc_text *o
     record_path(run, "trace", "json", path, &name);
     sc_report_activity(&page, path, &stats);
     sc_report_frames(&page, run, &stats);
+    sc_report_heat(&page, &stats);
     add_film(&page, run);
     add_runs(&page, &stats.history);
     add_settings(&page, run);

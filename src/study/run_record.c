@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes stats.json and frames.csv from the timing record of a run. All functions *_json return a
  * new reference that the caller owns, or NULL if there is no memory. */
+#include "heat_json.h"
 #include "internal.h"
 #include "rank_json.h"
 #include "segcast/core_time.h"
@@ -293,7 +294,8 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
     return json_pack(
         "{s:s, s:s, s:s, s:s, s:s, s:i, s:i, s:i, s:f, s:f, s:o, s:o, s:o, s:{s:I, s:I, s:I, s:I, "
         "s:o}, "
-        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, s:o}",
+        "s:{s:f, s:f}, s:f, s:s, s:s?, s:s?, s:s?, s:s?, s:s?, s:o, s:f, s:b, s:b, s:o, s:o, s:o, "
+        "s:o}",
         "schema", SC_STATS_SCHEMA, "version", run->version, "job_hash", job_hash, "volume_hash",
         volume_hash, "host", entry->host, "ranks", run->ranks, "threads",
         run->rank_records[0].threads, "nodes", run->nodes, "wall_s", run->wall_s, "cpu_s",
@@ -307,8 +309,9 @@ static json_t *run_json(const sc_run_record *run, const sc_run_entry *entry)
         "kernel", known(entry->kernel), "mpi", known(entry->mpi), "batch_job",
         known(entry->batch_job), "hosts", hosts_json(entry), "farm_wall_s", run->farm_wall_s,
         "wrote_png", run->wrote_png, "from_prepared", run->from_prepared, "core_time",
-        core_time_json(run), "per_rank", sc_ranks_to_json(run->rank_records, run->ranks),
-        "settings", run->settings ? json_loads(run->settings, 0, NULL) : json_null());
+        core_time_json(run), "heat", sc_heat_to_json(run->heat), "per_rank",
+        sc_ranks_to_json(run->rank_records, run->ranks), "settings",
+        run->settings ? json_loads(run->settings, 0, NULL) : json_null());
 }
 
 /* Write stats.json under @p path. */

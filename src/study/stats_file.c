@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reads all of a stats.json, for reports. Nothing in it is trusted, as in stats_read.c, which reads
  * the runs and frames. */
+#include "heat_json.h"
 #include "internal.h"
 #include "rank_json.h"
 
@@ -107,6 +108,8 @@ static sc_status read_last_run(const sc_ctx *ctx, const json_t *root, sc_run_sta
     *good = sc_ranks_from_json(per_rank, out->ranks, last->ranks) && read_figures(root, out) &&
             read_bool(root, "wrote_png", &out->run.wrote_png) &&
             read_bool(root, "from_prepared", &out->run.from_prepared);
+    if (*good)
+        SC_TRY(sc_heat_from_json(ctx, json_object_get(root, "heat"), &out->heat, good));
 out:
     return status;
 }
@@ -163,5 +166,6 @@ void sc_run_stats_clear(sc_run_stats *stats)
 {
     sc_history_clear(&stats->history);
     sc_free(stats->ranks);
+    sc_heat_clear(&stats->heat);
     *stats = (sc_run_stats){0};
 }

@@ -346,7 +346,74 @@ static void statistics_are_read_back(void **state)
     assert_int_equal(stats.history.frame_count, 1);
     assert_near(stats.frames_per_s, 0.25, 1e-9);
     assert_int_equal(sc_run_bottleneck(&stats.run), sc_run_bottleneck(&run));
+    assert_int_equal(stats.heat.width_px, 0);
     sc_run_stats_clear(&stats);
+}
+
+/* Counts keep their size within 3 percent, and 0 and the largest are told apart from all others. */
+static void heat_codes_keep_counts(void **state)
+{
+    uint8_t last = 0;
+
+    (void)state;
+    assert_int_equal(sc_heat_code(0), 0);
+    assert_int_equal(sc_heat_code(1), 1);
+    assert_int_equal(sc_heat_code(UINT64_MAX), 255);
+    assert_near(sc_heat_count(0), 0, 0);
+    for (uint64_t count = 1; count < 50000; count += 1 + count / 50) {
+        const uint8_t code = sc_heat_code(count);
+
+        assert_true(code >= last && code < 255);
+        assert_near(sc_heat_count(code) / (double)count, 1, 0.03);
+        last = code;
+    }
+}
+
+/* A heat picture is read back, and a damaged one is refused; statistics without one are whole. */
+static void heat_is_read_back(void **state)
+{
+    const char *const edits[] = {"\"width\": 3", "\"width\": 4", "\"01ff80\"",    "\"01ff8\"",
+                                 "\"01ff80\"",   "\"01fg80\"",   "\"height\": 2", "\"height\": 0"};
+    sc_rank_record rank = {.threads = 1, .host = "n1"};
+    sc_heat heat;
+    const sc_run_record run = {.version = "1",
+                               .host = "n1",
+                               .job = job,
+                               .ranks = 1,
+                               .nodes = 1,
+                               .rank_records = &rank,
+                               .heat = &heat};
+    sc_run_stats stats = {0};
+    char *text;
+    size_t bytes;
+
+    (void)state;
+    assert_ok(sc_heat_new(&quiet, 3, 2, &heat));
+    heat.frame = 7;
+    heat.cpu_s = 0.5;
+    memcpy(heat.codes[SC_HEAT_SAMPLES], "\x00\x00\x05\x01\xff\x80", 6);
+    heat.codes[SC_HEAT_CONTRIBUTIONS][4] = 9;
+    assert_ok(sc_run_write(&quiet, &run, "stats.json", "frames.csv"));
+    assert_ok(sc_run_stats_read(&quiet, "stats.json", &stats));
+    assert_int_equal(stats.heat.frame, 7);
+    assert_int_equal(stats.heat.width_px, 3);
+    assert_int_equal(stats.heat.height_px, 2);
+    for (int i = 0; i < SC_HEAT_KINDS; i++)
+        assert_memory_equal(stats.heat.codes[i], heat.codes[i], 6);
+    sc_run_stats_clear(&stats);
+    assert_ok(sc_file_read(&quiet, "stats.json", 1 << 20, &text, &bytes));
+    for (size_t i = 0; i < SC_COUNT_OF(edits); i += 2) {
+        char *at = strstr(text, edits[i]);
+        FILE *file = fopen("damaged.json", "wb");
+
+        assert_non_null(at);
+        fprintf(file, "%.*s%s%s", (int)(at - text), text, edits[i + 1], at + strlen(edits[i]));
+        fclose(file);
+        assert_int_equal(sc_run_stats_read(&quiet, "damaged.json", &stats), SC_ERR_DATA);
+    }
+    unlink("damaged.json");
+    sc_free(text);
+    sc_heat_clear(&heat);
 }
 
 /* Whatever byte of the file is another one, or where it ends: it is read or refused. */
@@ -444,6 +511,8 @@ int main(void)
         cmocka_unit_test(a_killed_run_is_listed_with_its_frames),
         cmocka_unit_test(forged_statistics_are_left_out),
         cmocka_unit_test(damaged_statistics_are_left_out),
+        cmocka_unit_test(heat_codes_keep_counts),
+        cmocka_unit_test(heat_is_read_back),
         cmocka_unit_test(statistics_are_read_back),
         cmocka_unit_test(damaged_statistics_are_refused),
         cmocka_unit_test(a_trace_is_read_back),
