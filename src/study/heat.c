@@ -63,7 +63,7 @@ static json_t *rows_to_json(const sc_heat *heat, const uint8_t *codes)
             text[2 * x] = digits[code >> 4];
             text[2 * x + 1] = digits[code & 15];
         }
-        if (json_array_append_new(rows, json_stringn(text, (size_t)(2 * heat->width_px)))) {
+        if (json_array_append_new(rows, json_stringn(text, 2 * (size_t)heat->width_px))) {
             json_decref(rows);
             rows = NULL;
         }
@@ -105,7 +105,7 @@ static bool rows_from_json(const json_t *rows, const sc_heat *heat, uint8_t *cod
         const json_t *row = json_array_get(rows, (size_t)y);
         const char *text = json_string_value(row);
 
-        if (!text || json_string_length(row) != (size_t)(2 * heat->width_px))
+        if (!text || json_string_length(row) != 2 * (size_t)heat->width_px)
             return false;
         for (int x = 0; x < heat->width_px; x++) {
             const int high = digit_value(text[2 * x]), low = digit_value(text[2 * x + 1]);

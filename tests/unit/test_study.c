@@ -372,8 +372,9 @@ static void heat_codes_keep_counts(void **state)
 /* A heat picture is read back, and a damaged one is refused; statistics without one are whole. */
 static void heat_is_read_back(void **state)
 {
-    const char *const edits[] = {"\"width\": 3", "\"width\": 4", "\"01ff80\"",    "\"01ff8\"",
-                                 "\"01ff80\"",   "\"01fg80\"",   "\"height\": 2", "\"height\": 0"};
+    const char *const edits[] = {"\"width\": 3",  "\"width\": 4", "\"01ff80\"", "\"01ff8\"",
+                                 "\"01ff80\"",    "\"01fg80\"",   "\"01ff80\"", "\"01ff8000\"",
+                                 "\"height\": 2", "\"height\": 0"};
     sc_rank_record rank = {.threads = 1, .host = "n1"};
     sc_heat heat;
     const sc_run_record run = {.version = "1",
