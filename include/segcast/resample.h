@@ -5,11 +5,12 @@
  * Surfaces are smooth if they are taken from the grid of the drawing, brought to voxels that are
  * about as long as wide.
  *
- *  None of the functions is collective. They start threads, and the result does not depend on their
- *  number. */
+ *  All functions but sc_find_drawn_grid_together are not collective. They start threads, and the
+ *  result does not depend on their number. */
 #ifndef SEGCAST_RESAMPLE_H
 #define SEGCAST_RESAMPLE_H
 
+#include "segcast/team.h"
 #include "segcast/volume.h"
 
 /** The grid on which the author of a segmentation drew it, as far as its voxels tell, and the grid
@@ -36,6 +37,10 @@ typedef struct sc_drawn_grid {
  * sc_parallel_for. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
                                          sc_drawn_grid *out);
+/** As sc_find_drawn_grid, by all ranks of a team, who pass the same volume. Collective in the team,
+ *  the same result on all its ranks. */
+SC_MUST_USE sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team,
+                                                  const sc_volume *volume, sc_drawn_grid *out);
 /** Slices are thick if they are more than this many times as far apart as their pixels are wide. */
 #define SC_THICK_RATIO 1.7
 

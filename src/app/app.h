@@ -5,6 +5,7 @@
 
 #include "options.h"
 #include "segcast/comm.h"
+#include "segcast/resample.h"
 #include "segcast/study.h"
 
 #include <pthread.h>
@@ -175,14 +176,20 @@ typedef struct sc_volume_input {
     sc_prepare_settings settings; /* hidden and tissue_smooth are the arrays below; no team yet */
     bool *hidden;                 /* [label_count], owned: labels that became background */
     sc_vec3 *tissue_smooth;       /* [label_count], owned */
+    bool resample; /* the job wants it on the grid on which it was drawn: sc_session_resample */
 } sc_volume_input;
-/* On this rank alone: read the volume of session->job, hide what the job does not show of it, none
- * if session->measure, and bring it to the grid on which it was drawn, if the job wants that.
- * @param measure_all have also measured what this job does not need. @param times the durations are
- * added to it, unless NULL. @param out caller owns, also after an error: sc_volume_input_clear. Not
- * collective. */
+/* On this rank alone: read the volume of session->job, and hide what the job does not show of it,
+ * none if session->measure. @param measure_all have also measured what this job does not need.
+ * @param times the durations are added to it, unless NULL. @param out caller owns, also after an
+ * error: sc_volume_input_clear. Not collective. */
 sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
                           sc_volume_input *out, sc_rank_record *times);
+/* On this rank alone: bring a volume of which input->resample is set to the grid on which it was
+ * drawn, and note in its settings what was done; resample becomes false. @param grid what was
+ * measured of the volume; NULL: that is done here. @return SC_ERR_MEMORY; then the volume can only
+ * be freed. Not collective. */
+sc_status sc_session_resample(const sc_app *app, const sc_session *session,
+                              const sc_drawn_grid *grid, sc_volume_input *input);
 /* Free what @p input owns. */
 void sc_volume_input_clear(sc_volume_input *input);
 /* On this rank alone: read the volume of session->job into @p input and prepare what the job shows

@@ -424,37 +424,39 @@ static void tell_grid(const sc_app *app, const char *path, const sc_volume *v,
             v->size[1], v->size[2]);
 }
 
-/* Bring the volume to the grid on which it was drawn. Only copied voxels are removed, with a
- * warning, where the rest would take more memory than is allowed. @param changed receives whether
- * the volume is another one now. @param as_drawn whether it is not, because nothing had to be
- * changed. */
-static sc_status resample_volume(const sc_app *app, const char *path, sc_volume *volume,
-                                 bool *changed, bool *as_drawn)
+sc_status sc_session_resample(const sc_app *app, const sc_session *session,
+                              const sc_drawn_grid *measured, sc_volume_input *input)
 {
     const sc_ctx silent = {.rank = 0, .memory_max_bytes = app->ctx->memory_max_bytes};
+    const char *path = session->job.volume;
+    sc_volume *volume = &input->volume;
     sc_drawn_grid grid;
     double bytes;
     int size[3];
     sc_status status;
 
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
-    SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+    if (measured)
+        grid = *measured;
+    else
+        SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
     SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
     sc_resampled_size(volume, &grid, size);
-    *as_drawn = !sc_is_resampled(&grid);
+    input->resample = false;
+    input->settings.as_drawn = !sc_is_resampled(&grid);
     if (sc_volume_memory_check(&silent, path, size, bytes) != SC_OK) {
         sc_warn(app->ctx,
                 "%s: --max-memory leaves no room for layers between its slices, nor to smooth its "
                 "borders, so slices and noise will show as steps",
                 path);
-        for (int i = 0; i < 3; i++) {
+        for (int i = 0; i < 3; i++) { /* copied voxels alone are removed */
             grid.split[i] = 1;
             grid.moved[i] = 0;
         }
         grid.noise = 0;
     }
-    *changed = sc_is_resampled(&grid);
-    if (!*changed)
+    input->settings.resampled = sc_is_resampled(&grid);
+    if (!input->settings.resampled)
         return SC_OK;
     sc_stage_begin(app->ctx, "resampling", 0, 0);
     SC_TRY(sc_resample(app->ctx, volume, &grid, app->threads));
@@ -466,8 +468,8 @@ out:
 sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
                           sc_volume_input *out, sc_rank_record *times)
 {
-    double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    bool resampled = session->mapped && session->volume.resampled, as_drawn = false;
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    const bool resampled = session->mapped && session->volume.resampled;
     sc_volume *volume = &out->volume;
     needs n = {0};
     sc_status status;
@@ -476,22 +478,17 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
     SC_TRY(find_needs(app, session, volume->labels, volume->label_count, &n));
     out->hidden = n.hidden;
     out->tissue_smooth = n.tissue_smooth;
+    out->resample = n.resample && !resampled;
     sc_volume_hide(volume, n.hidden, app->threads);
-    sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
-    wall_s = sc_wall_s();
-    cpu_s = sc_cpu_s();
-    if (n.resample && !resampled)
-        SC_TRY(resample_volume(app, session->job.volume, volume, &resampled, &as_drawn));
     out->settings = (sc_prepare_settings){.smooth = n.smooth,
                                           .tissue_smooth = n.tissue_smooth,
                                           .resampled = resampled,
-                                          .as_drawn = as_drawn,
                                           .thickness = n.thickness || measure_all,
                                           .local_thickness = n.local_thickness,
                                           .surface = n.surface || measure_all,
                                           .hidden = n.hidden,
                                           .threads = app->threads};
-    sc_add_time(app, times, SC_PHASE_PREPARE, wall_s, cpu_s);
+    sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
 out:
     return status;
 }
@@ -507,10 +504,14 @@ void sc_volume_input_clear(sc_volume_input *input)
 sc_status sc_session_prepare(const sc_app *app, const sc_session *session, bool measure_all,
                              sc_volume_input *input, sc_preparation **preparation)
 {
-    const sc_status status = sc_session_read(app, session, measure_all, input, NULL);
+    sc_status status;
 
-    return status == SC_OK ? sc_prepare(app->ctx, &input->volume, &input->settings, preparation)
-                           : status;
+    SC_TRY(sc_session_read(app, session, measure_all, input, NULL));
+    if (input->resample)
+        SC_TRY(sc_session_resample(app, session, NULL, input));
+    status = sc_prepare(app->ctx, &input->volume, &input->settings, preparation);
+out:
+    return status;
 }
 
 const char *sc_temporary_folder(void)

@@ -47,7 +47,7 @@ typedef struct told_volume {
     int size[3];
     int label_bytes, label_count;
     sc_affine to_ras_mm;
-    bool oriented;
+    bool oriented, resample;
     sc_prepare_settings settings; /* its pointers say only whether there is an array */
 } told_volume;
 
@@ -56,12 +56,13 @@ typedef struct preparing {
     sc_team *team;                /* NULL: no other rank takes part */
     sc_volume volume;             /* borrowed from the team, or from what rank 0 has read */
     sc_prepare_settings settings; /* with arrays that are borrowed in the same way */
+    bool resample;                /* as of sc_volume_input */
     sc_preparation *preparation;  /* owned; NULL on ranks that have no part in it */
 } preparing;
 
-/* Give the ranks of p->team what the first one has in p->volume and p->settings, in arrays of the
- * team; the labels stay with the first rank alone. Collective in the team. @return SC_ERR_MEMORY,
- * the same on all ranks, with nothing changed. */
+/* Give the ranks of p->team what the first one has in p->volume, p->settings and p->resample, in
+ * arrays of the team; the labels stay with the first rank alone. Collective in the team. @return
+ * SC_ERR_MEMORY, the same on all ranks, with nothing changed. */
 static sc_status share_input(const sc_ctx *ctx, preparing *p)
 {
     const sc_volume *v = &p->volume;
@@ -70,6 +71,7 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
                               .label_count = v->label_count,
                               .to_ras_mm = v->to_ras_mm,
                               .oriented = v->oriented,
+                              .resample = p->resample,
                               .settings = p->settings};
     const told_volume *told;
     size_t labels, bytes;
@@ -97,6 +99,7 @@ static sc_status share_input(const sc_ctx *ctx, preparing *p)
                             .to_ras_mm = told->to_ras_mm,
                             .oriented = told->oriented};
     memcpy(p->volume.size, told->size, sizeof told->size);
+    p->resample = told->resample;
     p->settings = told->settings;
     p->settings.hidden = hidden;
     p->settings.tissue_smooth = smooth;
@@ -104,13 +107,45 @@ out:
     return status;
 }
 
+/* Measure the grid on which the volume of a team was drawn, by all its ranks; then the first brings
+ * @p input to it, and if that has changed the voxels, all get them anew. Collective in the team.
+ * @param wrong set to the return code if the first rank could not resample, after which @p input
+ * can only be freed. @return the same on all ranks. */
+static sc_status resample_together(const sc_app *app, const sc_ctx *ctx, const sc_session *session,
+                                   sc_volume_input *input, preparing *p, sc_status *wrong)
+{
+    const bool first = sc_team_is_first(p->team);
+    sc_drawn_grid grid;
+    void *all;
+    sc_status status;
+
+    sc_stage_begin(ctx, "measuring the grid", 0, 0);
+    SC_TRY(sc_find_drawn_grid_together(ctx, p->team, &p->volume, &grid));
+    if (first)
+        *wrong = sc_session_resample(app, session, &grid, input);
+    SC_TRY(sc_team_agree(p->team, *wrong));
+    SC_TRY(sc_team_collect(ctx, p->team, &input->settings, sizeof input->settings, &all));
+    p->resample = false;
+    p->settings.resampled = ((const sc_prepare_settings *)all)->resampled;
+    p->settings.as_drawn = ((const sc_prepare_settings *)all)->as_drawn;
+    if (!p->settings.resampled)
+        return SC_OK;
+    sc_team_free(p->team, p->volume.ids);
+    p->volume = input->volume;
+    p->settings = input->settings;
+    status = share_input(ctx, p);
+out:
+    return status;
+}
+
 /* Have all ranks of this node, which is rank 0's, prepare the volume that rank 0 has read, if the
  * memory that they share has room for it. What they share then, beside the prepared volume itself,
  * are its voxels once more, the vertex records and the distances for the thickness. @param input
- * on rank 0: its voxels are freed as soon as the team has them. Collective on the node. @return the
- * same on all its ranks: SC_ERR_MEMORY, SC_ERR_DATA. */
-static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, sc_volume_input *input,
-                                  preparing *p)
+ * on rank 0: its voxels are freed as soon as the team has them. @param wrong as of
+ * resample_together. Collective on the node. @return the same on all its ranks: SC_ERR_MEMORY,
+ * SC_ERR_DATA. */
+static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, const sc_session *session,
+                                  sc_volume_input *input, preparing *p, sc_status *wrong)
 {
     const uint64_t each = 4 + 2 * (uint64_t)p->volume.label_bytes; /* bytes for a voxel, at most */
     sc_status status;
@@ -120,6 +155,8 @@ static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, sc_volum
         !sc_team_has_room(p->team, each * sc_volume_voxels(&p->volume)))
         return SC_ERR_MEMORY;
     SC_TRY(share_input(ctx, p));
+    if (p->resample)
+        SC_TRY(resample_together(app, ctx, session, input, p, wrong));
     sc_free(input->volume.ids);
     input->volume.ids = NULL;
     p->settings.team = p->team;
@@ -140,22 +177,30 @@ static void write_no_errors(void *user, sc_log_level level, const char *text)
 /* Prepare the volume that rank 0 has read: all ranks of its node together, or, should that fail,
  * rank 0 alone, which says why if it cannot. @param input filled on rank 0, empty on the others.
  * Collective on rank 0's node. @return of others than rank 0: SC_OK. */
-static sc_status prepare_volume(const sc_app *app, sc_volume_input *input, preparing *p)
+static sc_status prepare_volume(const sc_app *app, const sc_session *session,
+                                sc_volume_input *input, preparing *p)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_ctx lenient = *app->ctx;
-    sc_status status = SC_ERR_MEMORY;
+    sc_status status = SC_ERR_MEMORY, wrong = SC_OK;
 
     lenient.write = write_no_errors;
     lenient.user = (void *)(uintptr_t)app->ctx;
-    *p = (preparing){.volume = input->volume, .settings = input->settings};
+    *p = (preparing){
+        .volume = input->volume, .settings = input->settings, .resample = input->resample};
     if (sc_comm_size(app->comm) > 1)
-        status = prepare_together(app, &lenient, input, p);
+        status = prepare_together(app, &lenient, session, input, p, &wrong);
     if (status == SC_OK || !first)
         return SC_OK;
-    p->settings.team = NULL;
-    p->settings.threads = app->threads;
-    return sc_prepare(app->ctx, &p->volume, &p->settings, &p->preparation);
+    SC_TRY(wrong);
+    if (input->resample)
+        SC_TRY(sc_session_resample(app, session, NULL, input));
+    if (input->volume.ids) /* the team has not got them, or not for good */
+        p->volume = input->volume;
+    p->settings = input->settings;
+    status = sc_prepare(app->ctx, &p->volume, &p->settings, &p->preparation);
+out:
+    return status;
 }
 
 /* Copy what was prepared to the block of this node, which is rank 0's. Where every rank has a block
@@ -195,7 +240,7 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
     if (near)
-        status = prepare_volume(app, &input, &p);
+        status = prepare_volume(app, session, &input, &p);
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_add_time(app, &session->times, p.preparation ? SC_PHASE_PREPARE : SC_PHASE_IDLE, wall_s,
                 cpu_s);

@@ -33,7 +33,9 @@ typedef struct slices {
     uint32_t *borders;  /* [threads][pixels] */
     size_t pixels;      /* of a slice */
     size_t step;        /* every so manyeth slice is looked at */
-    double (*shift)[2]; /* [slices]: from the slice before, in pixels; NAN: unknown */
+    int threads;        /* that have scratch memory */
+    bool together;      /* all ranks of the team look at slices */
+    double (*shift)[2]; /* [slices], of the team: from the slice before, in pixels; NAN: unknown */
 } slices;
 
 /* Copy the labels of a slice to @p to, [y][x]. */
@@ -196,9 +198,22 @@ static bool do_jump(const slices *s, int count, const double *places)
            products <= MOST_CORRELATED * squares;
 }
 
+/* Do @p count items of find_shifts: by all ranks of the team; or by the first alone, with few
+ * threads, if the slices of all would take too much memory. Collective in the team. */
+static void find_all_shifts(sc_team *team, slices *s, size_t count, size_t chunk)
+{
+    if (s->together) {
+        sc_team_for(team, count, chunk, find_shifts, s);
+        return;
+    }
+    if (sc_team_is_first(team))
+        sc_parallel_for(s->threads, count, chunk, find_shifts, s);
+    sc_team_for(team, 0, 1, find_shifts, s); /* the others wait for it */
+}
+
 /* Look at pairs of slices here and there. @return whether they are moved to and fro so much that
  * all are worth a look. */
-static bool may_jump(slices *s, int count, int threads)
+static bool may_jump(sc_team *team, slices *s, int count)
 {
     double products = 0;
     int known = 0, moved = 0, pairs;
@@ -209,7 +224,7 @@ static bool may_jump(slices *s, int count, int threads)
         return true;
     }
     pairs = (count - 2) / (int)s->step + 1;
-    sc_parallel_for(threads, 2 * (size_t)pairs, 2, find_shifts, s);
+    find_all_shifts(team, s, 2 * (size_t)pairs, 2);
     for (int n = 1; n < pairs; n++) {
         const double *a = s->shift[(size_t)n * s->step], *b = a + 2;
 
@@ -239,7 +254,35 @@ static int least_threads(const drawn_view *view, size_t pixels, int threads)
     return (int)fmax(1, fmin(threads, bytes / each));
 }
 
-sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int axis, int threads,
+/* Set threads and together of @p s. Collective in the team. */
+static void share_work(sc_team *team, slices *s)
+{
+    const int threads = sc_team_threads(team), ranks = sc_team_ranks(team);
+    /* That all ranks have as many threads as this one is near enough. */
+    const bool fits = least_threads(s->view, s->pixels, threads * ranks) == threads * ranks;
+
+    s->together = sc_team_agree(team, fits ? SC_OK : SC_ERR_MEMORY) == SC_OK;
+    s->threads = s->together ? threads : least_threads(s->view, s->pixels, threads);
+}
+
+/* Allocate scratch and borders of @p s, and room for @p count * 3 numbers at *exact. Returns
+ * SC_ERR_MEMORY; the caller frees in any case. */
+static sc_status allocate(const sc_ctx *ctx, slices *s, int count, double **exact)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, (size_t)s->threads * 2 * s->pixels, sizeof *s->scratch, &block));
+    s->scratch = block;
+    SC_TRY(sc_alloc(ctx, (size_t)s->threads * s->pixels, sizeof *s->borders, &block));
+    s->borders = block;
+    SC_TRY(sc_alloc(ctx, (size_t)count * 3, sizeof **exact, &block));
+    *exact = block;
+out:
+    return status;
+}
+
+sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team, const drawn_view *view, int axis,
                                  int *places, int *moved)
 {
     const int count = view->size[axis];
@@ -254,18 +297,13 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int 
     s.pixels = (size_t)view->size[s.axes[0]] * (size_t)view->size[s.axes[1]];
     if (count < FEWEST_SLICES || s.pixels > INT_MAX)
         return SC_OK;
-    threads = least_threads(view, s.pixels, threads);
-    SC_TRY(sc_alloc(ctx, (size_t)threads * 2 * s.pixels, sizeof *s.scratch, &block));
-    s.scratch = block;
-    SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.borders, &block));
-    s.borders = block;
-    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *s.shift, &block));
+    share_work(team, &s);
+    SC_TRY(sc_team_agree(team, allocate(ctx, &s, count, &exact)));
+    SC_TRY(sc_team_alloc(ctx, team, (size_t)count, sizeof *s.shift, &block));
     s.shift = block;
-    SC_TRY(sc_alloc(ctx, (size_t)count * 3, sizeof *exact, &block));
-    exact = block;
-    if (!may_jump(&s, count, threads))
+    if (!may_jump(team, &s, count))
         goto out;
-    sc_parallel_for(threads, (size_t)count, 4, find_shifts, &s);
+    find_all_shifts(team, &s, (size_t)count, 4);
     for (int i = 0; i < 2; i++)
         find_places(&s, count, i, exact + 2 * count, exact + i * count);
     if (do_jump(&s, count, exact)) {
@@ -278,7 +316,7 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int 
 out:
     sc_free(s.scratch);
     sc_free(s.borders);
-    sc_free(s.shift);
+    sc_team_free(team, s.shift);
     sc_free(exact);
     return status;
 }
@@ -334,14 +372,16 @@ sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis, int
     drawn_view view = {0};
     slices s = {.view = &view, .axes = {axis == 0, axis == 2 ? 1 : 2, axis}};
     moving m = {&s, NULL, strides, v};
+    sc_team *team = NULL;
     int moved;
     void *block;
     sc_status status;
 
+    SC_TRY(sc_team_open(ctx, NULL, threads, NULL, &team));
     SC_TRY(sc_drawn_view_make(ctx, v, &whole, &view));
     SC_TRY(sc_alloc(ctx, (size_t)v->size[axis], 2 * sizeof *m.places, &block));
     m.places = block;
-    SC_TRY(sc_resample_find_moved(ctx, &view, axis, threads, block, &moved));
+    SC_TRY(sc_resample_find_moved(ctx, team, &view, axis, block, &moved));
     s.pixels = (size_t)view.size[s.axes[0]] * (size_t)view.size[s.axes[1]];
     threads = least_threads(&view, s.pixels, threads);
     SC_TRY(sc_alloc(ctx, (size_t)threads * s.pixels, sizeof *s.scratch, &block));
@@ -351,5 +391,6 @@ out:
     sc_free((void *)(uintptr_t)m.places);
     sc_free(s.scratch);
     sc_drawn_view_clear(&view);
+    sc_team_close(team);
     return status;
 }

@@ -219,34 +219,45 @@ static void find_planes(const int *at, int count, int axis, sc_drawn_grid *grid)
         grid->phase[axis] -= best.step;
 }
 
-sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int threads,
+/* Set those of @p flags [count] that are set in any of @p parts [part_count][count]. */
+static void add_flags(uint8_t *flags, const uint8_t *parts, int part_count, size_t count)
+{
+    for (size_t i = 0; i < (size_t)part_count * count; i++)
+        flags[i % count] |= parts[i];
+}
+
+sc_status sc_resample_find_copies(const sc_ctx *ctx, sc_team *team, const sc_volume *v,
                                   sc_drawn_grid *grid)
 {
     const size_t flags = flags_at(v, 3);
+    const int threads = sc_team_threads(team);
     edge_work w = {v, NULL};
     int *at = NULL;
-    void *block;
-    sc_status status;
+    void *block = NULL, *all = NULL;
+    sc_status status = sc_zalloc(ctx, (size_t)threads * flags, 1, &block);
 
-    SC_TRY(sc_zalloc(ctx, (size_t)threads * flags, 1, &block));
     w.of_threads = block;
-    SC_TRY(sc_alloc(ctx, flags, sizeof *at, &block));
-    at = block;
-    sc_parallel_for(threads, (size_t)v->size[2], 1, mark_slices, &w);
+    if (status == SC_OK) {
+        block = NULL;
+        status = sc_alloc(ctx, flags, sizeof *at, &block);
+        at = block;
+    }
+    SC_TRY(sc_team_agree(team, status));
+    sc_team_for(team, (size_t)v->size[2], 1, mark_slices, &w);
+    add_flags(w.of_threads, w.of_threads + flags, threads - 1, flags);
+    SC_TRY(sc_team_collect(ctx, team, w.of_threads, flags, &all));
+    add_flags(w.of_threads, all, sc_team_ranks(team), flags);
     for (int axis = 0; axis < 3; axis++) {
         int count = 0;
 
         for (int n = 0; n < v->size[axis]; n++) {
-            bool edge = false;
-
-            for (int t = 0; t < threads; t++)
-                edge = edge || w.of_threads[(size_t)t * flags + flags_at(v, axis) + (size_t)n];
-            if (edge)
+            if (w.of_threads[flags_at(v, axis) + (size_t)n])
                 at[count++] = n;
         }
         find_planes(at, count, axis, grid);
     }
 out:
+    sc_team_free(team, all);
     sc_free(w.of_threads);
     sc_free(at);
     return status;

@@ -5,6 +5,8 @@
 
 #include "segcast/resample.h"
 
+/* Functions that take a team are collective in it, and return the same on all its ranks. */
+
 /* @return the dense id of a voxel by its index. */
 static inline uint32_t id_of_voxel(const sc_volume *v, size_t index)
 {
@@ -14,7 +16,7 @@ static inline uint32_t id_of_voxel(const sc_volume *v, size_t index)
 
 /* Set copies and phase of those axes of @p grid along which voxels were copied. @return
  * SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_resample_find_copies(const sc_ctx *ctx, const sc_volume *v, int threads,
+SC_MUST_USE sc_status sc_resample_find_copies(const sc_ctx *ctx, sc_team *team, const sc_volume *v,
                                               sc_drawn_grid *grid);
 
 /* @return how many drawn voxels lie within @p size planes along an axis: see sc_drawn_grid. */
@@ -61,8 +63,9 @@ void sc_drawn_view_clear(drawn_view *view);
  * each slice by how many pixels its content lies off along the two other axes, in their order,
  * [size of the axis][2]: 0 where slices do not jump to and fro. @param moved receives how many
  * slices lie off. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_resample_find_moved(const sc_ctx *ctx, const drawn_view *view, int axis,
-                                             int threads, int *places, int *moved);
+SC_MUST_USE sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team,
+                                             const drawn_view *view, int axis, int *places,
+                                             int *moved);
 /* Move the slices across @p axis back by what sc_resample_find_moved finds, in place; at the edges
  * the last pixels are repeated. @return SC_ERR_MEMORY, the volume unchanged. */
 SC_MUST_USE sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, int axis,
@@ -70,8 +73,8 @@ SC_MUST_USE sc_status sc_resample_move_slices(const sc_ctx *ctx, sc_volume *v, i
 
 /* Measure the noise of the borders of labels: what share of the voxels at borders
  * sc_resample_remove_noise would give another label. Looks at a sample. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_resample_measure_noise(const sc_ctx *ctx, const drawn_view *view,
-                                                const double drawn_mm[3], int threads,
+SC_MUST_USE sc_status sc_resample_measure_noise(const sc_ctx *ctx, sc_team *team,
+                                                const drawn_view *view, const double drawn_mm[3],
                                                 double *share);
 /* Smooth the noise of the borders of labels, in place: noise.c tells how. @return SC_ERR_MEMORY,
  * the volume unchanged. */

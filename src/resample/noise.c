@@ -63,14 +63,14 @@ typedef struct block {
     int candidate_count;
 } block;
 
-/* What the threads share. The arrays are owned. */
+/* What the threads share. The arrays are owned, but for has_border. */
 typedef struct noise_work {
     const drawn_view *view;
     scale scales[SCALES];
     size_t blocks[3];      /* along each axis */
     block *scratch;        /* [threads] */
     size_t *sample;        /* blocks to measure, or NULL */
-    uint8_t *has_border;   /* of blocks that are looked at for the sample */
+    uint8_t *has_border;   /* of the team: of blocks that are looked at for the sample */
     uint64_t (*counts)[2]; /* [threads]: candidates, and those to change */
     void *out;             /* ids of the result, or NULL */
 } noise_work;
@@ -489,37 +489,48 @@ static void clear_work(noise_work *w)
     sc_free(w->scratch);
     sc_free(w->counts);
     sc_free(w->sample);
-    sc_free(w->has_border);
 }
 
-sc_status sc_resample_measure_noise(const sc_ctx *ctx, const drawn_view *view,
-                                    const double drawn_mm[3], int threads, double *share)
+sc_status sc_resample_measure_noise(const sc_ctx *ctx, sc_team *team, const drawn_view *view,
+                                    const double drawn_mm[3], double *share)
 {
+    const int threads = sc_team_threads(team), ranks = sc_team_ranks(team);
     noise_work w = {0};
     size_t looked, count = 0;
-    uint64_t candidates = 0, changed = 0;
-    void *block_;
-    sc_status status;
+    uint64_t found[2] = {0, 0}; /* candidates, and those to change */
+    const uint64_t *all;
+    void *block_ = NULL, *has_border = NULL;
+    sc_status status = make_work(ctx, view, drawn_mm, threads, &w);
 
-    SC_TRY(make_work(ctx, view, drawn_mm, threads, &w));
+    if (status == SC_OK)
+        status = sc_alloc(ctx, SAMPLE_BLOCKS, sizeof *w.sample, &block_);
+    w.sample = block_;
+    SC_TRY(sc_team_agree(team, status));
     looked = w.blocks[0] * w.blocks[1] * w.blocks[2];
     looked = looked < LOOKED_AT ? looked : LOOKED_AT;
-    SC_TRY(sc_zalloc(ctx, looked, 1, &block_));
-    w.has_border = block_;
-    sc_parallel_for(threads, looked, 64, look_for_borders, &w);
-    SC_TRY(sc_alloc(ctx, SAMPLE_BLOCKS, sizeof *w.sample, &block_));
-    w.sample = block_;
+    SC_TRY(sc_team_alloc(ctx, team, looked, 1, &has_border));
+    w.has_border = has_border;
+    sc_team_for(team, looked, 64, look_for_borders, &w);
     for (size_t n = 0; n < looked && count < SAMPLE_BLOCKS; n++) {
         if (w.has_border[n])
             w.sample[count++] = looked_at(&w, n);
     }
-    sc_parallel_for(threads, count, 4, do_blocks, &w);
+    sc_team_for(team, count, 4, do_blocks, &w);
     for (int t = 0; t < threads; t++) {
-        candidates += w.counts[t][0];
-        changed += w.counts[t][1];
+        found[0] += w.counts[t][0];
+        found[1] += w.counts[t][1];
     }
-    *share = candidates ? (double)changed / (double)candidates : 0;
+    SC_TRY(sc_team_collect(ctx, team, found, sizeof found, &block_));
+    all = block_;
+    found[0] = found[1] = 0;
+    for (int rank = 0; rank < ranks; rank++) {
+        found[0] += all[2 * rank];
+        found[1] += all[2 * rank + 1];
+    }
+    sc_team_free(team, block_);
+    *share = found[0] ? (double)found[1] / (double)found[0] : 0;
 out:
+    sc_team_free(team, has_border);
     clear_work(&w);
     return status;
 }

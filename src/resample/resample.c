@@ -14,16 +14,17 @@ enum { MOST_LAYERS = 15 }; /* into which a drawn voxel is split */
 #define LEAST_NOISE 0.008
 
 /* Write how many slices across each axis of a view jump to @p moved. @return SC_ERR_MEMORY. */
-static sc_status count_moved(const sc_ctx *ctx, const drawn_view *view, int threads, int moved[3])
+static sc_status count_moved(const sc_ctx *ctx, sc_team *team, const drawn_view *view, int moved[3])
 {
     sc_status status = SC_OK;
 
     for (int axis = 0; axis < 3 && status == SC_OK; axis++) {
         void *places = NULL;
 
-        status = sc_alloc(ctx, (size_t)view->size[axis], 2 * sizeof(int), &places);
+        status =
+            sc_team_agree(team, sc_alloc(ctx, (size_t)view->size[axis], 2 * sizeof(int), &places));
         if (status == SC_OK)
-            status = sc_resample_find_moved(ctx, view, axis, threads, places, &moved[axis]);
+            status = sc_resample_find_moved(ctx, team, view, axis, places, &moved[axis]);
         sc_free(places);
     }
     return status;
@@ -32,12 +33,24 @@ static sc_status count_moved(const sc_ctx *ctx, const drawn_view *view, int thre
 sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int threads,
                              sc_drawn_grid *out)
 {
+    sc_team *team = NULL;
+    sc_status status = sc_team_open(ctx, NULL, threads, NULL, &team);
+
+    if (status == SC_OK)
+        status = sc_find_drawn_grid_together(ctx, team, volume, out);
+    sc_team_close(team);
+    return status;
+}
+
+sc_status sc_find_drawn_grid_together(const sc_ctx *ctx, sc_team *team, const sc_volume *volume,
+                                      sc_drawn_grid *out)
+{
     sc_drawn_grid grid = {.copies = {1, 1, 1}, .split = {1, 1, 1}};
     drawn_view view = {0};
     double shortest = HUGE_VAL;
     sc_status status;
 
-    SC_TRY(sc_resample_find_copies(ctx, volume, threads, &grid));
+    SC_TRY(sc_resample_find_copies(ctx, team, volume, &grid));
     for (int i = 0; i < 3; i++) {
         grid.drawn_mm[i] = grid.copies[i] * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
         if (volume->size[i] > 1)
@@ -50,10 +63,10 @@ sc_status sc_find_drawn_grid(const sc_ctx *ctx, const sc_volume *volume, int thr
                ratio / grid.split[i] > LONGEST_LAYER && grid.split[i] < MOST_LAYERS)
             grid.split[i] += 2;
     }
-    SC_TRY(sc_drawn_view_make(ctx, volume, &grid, &view));
-    SC_TRY(count_moved(ctx, &view, threads, grid.moved));
+    SC_TRY(sc_team_agree(team, sc_drawn_view_make(ctx, volume, &grid, &view)));
+    SC_TRY(count_moved(ctx, team, &view, grid.moved));
     if (!grid.moved[0] && !grid.moved[1] && !grid.moved[2])
-        SC_TRY(sc_resample_measure_noise(ctx, &view, grid.drawn_mm, threads, &grid.noise));
+        SC_TRY(sc_resample_measure_noise(ctx, team, &view, grid.drawn_mm, &grid.noise));
     *out = grid;
 out:
     sc_drawn_view_clear(&view);

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grid of a volume, measured by the ranks of a team together: the same as by one rank alone,
+ * and no rank that waits for another which has no memory. The ranks are threads here. */
+#include "check.h"
+
+#include "segcast/resample.h"
+#include "shapes.h"
+#include "thread_comm.h"
+
+#include <unistd.h>
+
+typedef struct scenario {
+    const sc_volume *volume;
+    int threads;
+    int poor_rank; /* has memory for @p budget allocations only; -1: none */
+    long budget;
+    sc_drawn_grid grids[THREAD_RANKS_MAX];
+    sc_status outcomes[THREAD_RANKS_MAX];
+} scenario;
+
+static void run_rank(sc_comm *comm, void *user)
+{
+    scenario *s = user;
+    const int rank = sc_comm_rank(comm);
+    long budget = rank == s->poor_rank ? s->budget : 1000000;
+    const sc_ctx ctx = {.alloc_budget = &budget};
+    sc_team *team = NULL;
+    sc_status status;
+
+    SC_TRY(sc_team_open(&ctx, comm, s->threads, NULL, &team));
+    status = sc_find_drawn_grid_together(&ctx, team, s->volume, &s->grids[rank]);
+out:
+    sc_team_close(team);
+    s->outcomes[rank] = status;
+}
+
+/* @return the return code, which must be the same on all ranks. */
+static sc_status run(scenario *s, int ranks)
+{
+    alarm(240); /* ends a team that hangs, which makes the test fail */
+    run_ranks(ranks, true, run_rank, s);
+    alarm(0);
+    for (int rank = 1; rank < ranks; rank++)
+        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
+    return s->outcomes[0];
+}
+
+/* @return @p at moved by up to 2 voxels, to and fro, by the number of the slice. */
+static double jumped(double at, double z)
+{
+    uint64_t seed = 7 + (uint64_t)z;
+
+    random_bits(&seed);
+    return at + (double)(random_bits(&seed) >> 62) - 1.5;
+}
+
+static int ball_id(double x, double y, double z)
+{
+    return hypot(hypot(x - 30.4, y - 31.1), z - 29.7) < 22 ? 1 + (x > y) : 0;
+}
+
+/* The ball with a rough border. */
+static int noisy_id(double x, double y, double z)
+{
+    uint64_t seed = 1 + (uint64_t)x * 7919 + (uint64_t)y * 104729 + (uint64_t)z;
+    double rough;
+
+    random_bits(&seed);
+    rough = (double)(random_bits(&seed) >> 54) / 512 - 1;
+    return hypot(hypot(x - 30.4, y - 31.1), z - 29.7) < 22 + rough ? 1 : 0;
+}
+
+static int jumping_id(double x, double y, double z)
+{
+    return ball_id(jumped(x, z), jumped(y, z + 100), z / 4);
+}
+
+static int copied_id(double x, double y, double z)
+{
+    return ball_id(floor(x / 2) * 2, floor(y / 3) * 3, z);
+}
+
+static void any_ranks_measure_the_same_grid(void **state)
+{
+    static int (*const ids[4])(double, double, double) = {ball_id, noisy_id, jumping_id, copied_id};
+    const double spacing_mm[3] = {1, 1, 1};
+    int noisy = 0, moved = 0, copied = 0;
+
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        const int size[3] = {61, 60, ids[i] == jumping_id ? 240 : 62};
+        sc_volume volume = shape_volume(size, spacing_mm, 1 + i % 2, 4, ids[i]);
+        sc_drawn_grid alone;
+
+        assert_ok(sc_find_drawn_grid(&quiet, &volume, 1, &alone));
+        noisy += sc_is_noisy(&alone);
+        moved += alone.moved[2] > 0;
+        copied += alone.copies[0] > 1;
+        for (int ranks = 1; ranks <= 3; ranks++) {
+            scenario s = {.volume = &volume, .threads = 1 + ranks % 2, .poor_rank = -1};
+
+            assert_ok(run(&s, ranks));
+            for (int rank = 0; rank < ranks; rank++)
+                assert_memory_equal(&s.grids[rank], &alone, sizeof alone);
+        }
+        sc_volume_clear(&volume);
+    }
+    /* The volumes were good for something. */
+    assert_true(noisy && moved && copied);
+}
+
+static void a_rank_without_memory_ends_all(void **state)
+{
+    const int size[3] = {16, 15, 40};
+    const double spacing_mm[3] = {1, 1, 1};
+    sc_volume volume = shape_volume(size, spacing_mm, 1, 4, noisy_id);
+    sc_status outcome = SC_ERR_MEMORY;
+    long budget = 0;
+
+    (void)state;
+    for (; outcome != SC_OK; budget++) {
+        scenario s = {
+            .volume = &volume, .threads = 1, .poor_rank = (int)(budget % 2), .budget = budget / 2};
+
+        outcome = run(&s, 2);
+        assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
+    }
+    assert_true(budget > 30); /* every allocation has failed, on either rank */
+    sc_volume_clear(&volume);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(any_ranks_measure_the_same_grid),
+        cmocka_unit_test(a_rank_without_memory_ends_all),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
