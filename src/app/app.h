@@ -185,11 +185,11 @@ typedef struct sc_volume_input {
 sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
                           sc_volume_input *out, sc_rank_record *times);
 /* On this rank alone: bring a volume of which input->resample is set to the grid on which it was
- * drawn, and note in its settings what was done; resample becomes false. @param grid what was
+ * drawn, and note in its settings what was done; resample becomes false. @param measured what was
  * measured of the volume; NULL: that is done here. @return SC_ERR_MEMORY; then the volume can only
  * be freed. Not collective. */
 sc_status sc_session_resample(const sc_app *app, const sc_session *session,
-                              const sc_drawn_grid *grid, sc_volume_input *input);
+                              const sc_drawn_grid *measured, sc_volume_input *input);
 /* Free what @p input owns. */
 void sc_volume_input_clear(sc_volume_input *input);
 /* On this rank alone: read the volume of session->job into @p input and prepare what the job shows
