@@ -46,17 +46,6 @@ bool sc_video_size_ok(int width_px, int height_px)
                                NULL) >= 0;
 }
 
-double sc_video_encoder_bytes_least(const sc_video_settings *settings)
-{
-    static const double fixed_bytes = 30, frame_bytes = 2.4; /* for each pixel */
-    enum { FRAMES_AHEAD = 30, FRAMES_AHEAD_ULTRAFAST = 7 };
-    const int most = strcmp(settings->preset, "ultrafast") ? FRAMES_AHEAD : FRAMES_AHEAD_ULTRAFAST;
-    const int gop = sc_video_gop_frames(settings);
-
-    return (double)settings->width_px * settings->height_px *
-           (fixed_bytes + frame_bytes * (gop < most ? gop : most));
-}
-
 void sc_video_libraries(char *text, size_t size)
 {
     const unsigned format = avformat_version(), codec = avcodec_version();

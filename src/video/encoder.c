@@ -182,6 +182,17 @@ int sc_video_gop_frames(const sc_video_settings *settings)
     return settings->fps;
 }
 
+double sc_video_encoder_bytes_least(const sc_video_settings *settings)
+{
+    static const double fixed_bytes = 30, frame_bytes = 2.4; /* for each pixel */
+    enum { FRAMES_AHEAD = 30, FRAMES_AHEAD_ULTRAFAST = 7 };
+    const int most = strcmp(settings->preset, "ultrafast") ? FRAMES_AHEAD : FRAMES_AHEAD_ULTRAFAST;
+    const int gop = sc_video_gop_frames(settings);
+
+    return (double)settings->width_px * settings->height_px *
+           (fixed_bytes + frame_bytes * (gop < most ? gop : most));
+}
+
 /* Copy a frame into @p padded, which has its size rounded up to even numbers; where a side is
  * odd, its last column or row is repeated. */
 static void pad(const sc_image *image, sc_image *padded)
