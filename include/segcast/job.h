@@ -174,6 +174,7 @@ typedef enum sc_keys_format {
     SC_KEYS_JSON,     /**< an array with an object for each key */
     SC_KEYS_MARKDOWN, /**< docs/job.md */
     SC_KEYS_SCHEMA,   /**< JSON schema (draft 7) of a job file */
+    SC_KEYS_STUDY,    /**< JSON schema (draft 7) of a study file */
     SC_KEYS_MAN       /**< segcast-job(5) */
 } sc_keys_format;
 /** Append a description of all keys to @p out. @param prefix only keys whose path begins with it;

@@ -93,6 +93,7 @@ sc_status sc_cmd_keys(sc_app *app)
 {
     const sc_options *o = &app->options;
     const sc_keys_format format = o->schema     ? SC_KEYS_SCHEMA
+                                  : o->study    ? SC_KEYS_STUDY
                                   : o->markdown ? SC_KEYS_MARKDOWN
                                   : o->man      ? SC_KEYS_MAN
                                   : o->json     ? SC_KEYS_JSON

@@ -346,6 +346,7 @@ static const sc_option option_rows[] = {
      store_flag, AT(markdown), ""},
     {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",
      store_flag, AT(schema), ""},
+    {"study-schema", 0, NULL, "the same of study files", "keys", store_flag, AT(study), ""},
     {"man", 0, NULL, "as a manual page: segcast-job(5)", "keys", store_flag, AT(man), ""},
     {"man", 0, NULL, "everything as a manual page: segcast(1)", "help", store_flag, AT(man), ""},
     {"bash", 0, NULL, "completions of the command line for bash", "help", store_flag, AT(bash), ""},

@@ -24,7 +24,7 @@ typedef struct sc_options {
     bool fast; /* --fast of segcast check */
     bool scan; /* the command reads all voxels, and tells all mistakes against them */
     bool help, version;
-    bool markdown, schema, man, bash, zsh, fish;
+    bool markdown, schema, study, man, bash, zsh, fish;
     double time_limit_s; /* --time-limit; 0: none */
     sc_setting settings[SC_SETTINGS_MAX];
     size_t setting_count;

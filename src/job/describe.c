@@ -109,13 +109,14 @@ static sc_status print_json(const sc_ctx *ctx, json_t *json, sc_text *out)
     return status;
 }
 
-/* Append the JSON schema of the whole file. */
-static sc_status write_schema(const sc_ctx *ctx, sc_text *out)
+/* Append the JSON schema of a whole file, which has these keys. */
+static sc_status write_schema(const sc_ctx *ctx, const sc_key *keys, const char *title,
+                              sc_text *out)
 {
-    json_t *schema = sc_keys_schema(sc_job_keys);
+    json_t *schema = sc_keys_schema(keys);
 
     json_object_set_new(schema, "$schema", json_string("http://json-schema.org/draft-07/schema#"));
-    json_object_set_new(schema, "title", json_string("segcast job"));
+    json_object_set_new(schema, "title", json_string(title));
     return print_json(ctx, schema, out);
 }
 
@@ -144,7 +145,9 @@ sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc_keys_format
 {
     switch (format) {
     case SC_KEYS_SCHEMA:
-        return write_schema(ctx, out);
+        return write_schema(ctx, sc_job_keys, "segcast job", out);
+    case SC_KEYS_STUDY:
+        return write_schema(ctx, sc_study_keys, "segcast study", out);
     case SC_KEYS_MARKDOWN:
         return sc_keys_markdown(ctx, out);
     case SC_KEYS_MAN:

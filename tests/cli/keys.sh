@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The documents that are made from the table of keys are what the program prints, and the JSON schema
 # agrees with the program on which job files are right.
-for pair in docs/job.md:--markdown jobs/job.schema.json:--schema; do
+for pair in docs/job.md:--markdown jobs/job.schema.json:--schema jobs/studies/study.schema.json:--study-schema; do
     file=${pair%%:*} option=${pair##*:}
     "$SEGCAST" keys "$option" | diff "$SOURCE/$file" - >&2 ||
         fail "$file differs from the table of keys: segcast keys $option >$file"
@@ -15,6 +15,10 @@ expect 64 'no key is "rendr"' "$SEGCAST" keys rendr; one_error
 for job in "$SOURCE"/jobs/*.yaml; do
     head -1 "$job" | grep -qx '# yaml-language-server: $schema=job.schema.json' ||
         fail "$job does not name its schema"
+done
+for study in "$SOURCE"/jobs/studies/*.yaml; do
+    head -1 "$study" | grep -qx '# yaml-language-server: $schema=study.schema.json' ||
+        fail "$study does not name its schema"
 done
 
 # Every key that is in the default job, set to its own default, changes nothing.
@@ -41,17 +45,25 @@ done
 "$SEGCAST" keys --schema >schema.json
 cat >validate.py <<'PY'
 import json, sys, jsonschema, yaml
-schema = json.load(open("schema.json"))
+schema = json.load(open(sys.argv[1]))
 jsonschema.Draft7Validator.check_schema(schema)
 validator = jsonschema.Draft7Validator(schema)
-for name in sys.argv[1:]:
+for name in sys.argv[2:]:
     errors = list(validator.iter_errors(yaml.safe_load(open(name))))
     if errors:
         print(name, "refused:", errors[0].message[:100])
 PY
-validate() { "$python" validate.py "$@"; }
+validate() { "$python" validate.py schema.json "$@"; }
 refused=$(validate "$SOURCE"/jobs/*.yaml)
 [ -z "$refused" ] || fail "$refused"
+"$SEGCAST" keys --study-schema >study.schema.json
+refused=$("$python" validate.py study.schema.json "$SOURCE"/jobs/studies/*.yaml)
+[ -z "$refused" ] || fail "$refused"
+for line in 'swep: {ranks: [1, 2]}' 'least: many' 'measure: frame' 'precision: 2 mm' 'budget: []' 'sweep: 3'; do
+    printf 'title: wrong\n%s\n' "$line" >wrong.yaml
+    [ -n "$("$python" validate.py study.schema.json wrong.yaml)" ] || fail "the schema of studies accepts: $line"
+    expect 65 'wrong.yaml:2' "$SEGCAST" study wrong.yaml -o wrong
+done
 
 # What the schema has to refuse, the program refuses, too.
 count=0
