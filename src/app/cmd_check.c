@@ -62,6 +62,7 @@ sc_status sc_cmd_check(sc_app *app)
     app->options.scan = !app->options.fast;
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(check_cpu(app, job));
+    SC_TRY(sc_run_check_encoder(app->ctx, job));
     sc_warn_of_outputs(app, job);
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));
     SC_TRY(sc_session_tissues(app, &session));

@@ -449,6 +449,8 @@ static sc_status begin_run(sc_run *run, const char *job_path)
     /* From here on the first error ends the run. Threads that work at the same time, and the last
      * status.json, can fail for the same reason. */
     app->terminal->one_error = true;
+    SC_TRY(sc_comm_agree(app->comm,
+                         first ? sc_run_check_encoder(app->ctx, &run->session.job) : SC_OK));
     SC_TRY(sc_comm_agree(app->comm, allocate_records(run)));
     SC_TRY(sc_comm_agree(app->comm, first ? prepare_run(run) : SC_OK));
     if (first && run->keep_records)

@@ -76,6 +76,9 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
                             const sc_payload *payload);
 /* @return the video settings of a job; their texts are borrowed from it. */
 sc_video_settings sc_run_video_settings(const sc_job *job);
+/* @return SC_ERR_SYSTEM, logged, if the encoder of the job's video takes more memory than is
+ * allowed; otherwise SC_OK. */
+SC_MUST_USE sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
 /* @return how many of @p whole GOPs are encoded by the ranks that draw them, of @p ranks ranks that
  * do a job with all its records; rank 0 encodes the rest. */

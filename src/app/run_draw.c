@@ -2,6 +2,7 @@
 /* The callbacks of the farm: frames and GOPs are drawn on any rank and accepted on rank 0. */
 #include "run.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,6 +18,24 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
                                .crf = job->output.crf,
                                .preset = sc_job_preset(job),
                                .title = job->output.title};
+}
+
+sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
+    const sc_video_settings settings = sc_run_video_settings(job);
+    const double bytes = sc_video_encoder_bytes_least(&settings);
+
+    if (!sc_run_has_video(job) || ctx->memory_max_bytes == 0 ||
+        bytes <= (double)ctx->memory_max_bytes)
+        return SC_OK;
+    return sc_fail(
+        ctx, SC_ERR_SYSTEM,
+        "output.size is %d x %d: to encode a video of that size takes %.1f GiB of memory "
+        "or more, over the limit of %.1f GiB; choose a smaller one, or video: none with "
+        "frames: png, or raise the limit where there is more memory: --max-memory %.0fG",
+        settings.width_px, settings.height_px, bytes / gib, (double)ctx->memory_max_bytes / gib,
+        ceil(bytes / gib));
 }
 
 bool sc_run_has_video(const sc_job *job)

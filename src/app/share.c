@@ -151,9 +151,14 @@ static sc_status prepare_together(const sc_app *app, const sc_ctx *ctx, const sc
     sc_status status;
 
     SC_TRY(sc_team_open(ctx, app->comm, app->threads, NULL, &p->team));
-    if (sc_team_ranks(p->team) == 1 ||
-        !sc_team_has_room(p->team, each * sc_volume_voxels(&p->volume)))
+    if (sc_team_ranks(p->team) == 1)
         return SC_ERR_MEMORY;
+    if (!sc_team_has_room(p->team, each * sc_volume_voxels(&p->volume))) {
+        if (sc_team_is_first(p->team))
+            sc_info(ctx, "/dev/shm is too small for the ranks of a node to prepare the volume "
+                         "together: rank 0 prepares it alone");
+        return SC_ERR_MEMORY;
+    }
     SC_TRY(share_input(ctx, p));
     if (p->resample)
         SC_TRY(resample_together(app, ctx, session, input, p, wrong));

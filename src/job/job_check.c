@@ -54,30 +54,6 @@ static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return status;
 }
 
-/* A video whose encoder takes more memory than is allowed. */
-static sc_status check_encoder_memory(const sc_ctx *ctx, const sc_job *job)
-{
-    static const double gib = 1024.0 * 1024 * 1024;
-    const sc_video_settings settings = {.width_px = job->output.size_px[0],
-                                        .height_px = job->output.size_px[1],
-                                        .fps = job->output.fps,
-                                        .preset = sc_job_preset(job)};
-    double bytes;
-
-    if (!strcmp(job->output.video, "none"))
-        return SC_OK;
-    bytes = sc_video_encoder_bytes_least(&settings);
-    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
-        return SC_OK;
-    return sc_fail(
-        ctx, SC_ERR_SYSTEM,
-        "output.size is %d x %d: to encode a video of that size takes %.1f GiB of memory "
-        "or more, over the limit of %.1f GiB; choose a smaller one, or video: none with "
-        "frames: png, or raise the limit where there is more memory: --max-memory %.0fG",
-        settings.width_px, settings.height_px, bytes / gib, (double)ctx->memory_max_bytes / gib,
-        ceil(bytes / gib));
-}
-
 /* Not more different strengths of smoothing than tables are made for. */
 static sc_status check_strengths(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
@@ -287,5 +263,5 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,
                                            job->output.directory));
-    return status == SC_OK ? check_encoder_memory(ctx, job) : status;
+    return status;
 }

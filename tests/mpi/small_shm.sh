@@ -37,6 +37,7 @@ run "enough room" $((4 * kb)) "$PWD/tmp" mpirun -n 2 "$SEGCAST" render job.yaml
 ! grep -q 'has no room' stderr.txt || fail "a warning although there is room"
 run "a file" $kb "$PWD/tmp" mpirun -n 2 "$SEGCAST" render job.yaml
 told '/dev/shm has no room for the prepared volume .*: 2 of 2 ranks map a file'
+grep -q '/dev/shm is too small .*: rank 0 prepares it alone' stderr.txt || fail "nobody is told that one rank prepares"
 run "copies" $kb "$PWD/full" mpirun -n 3 "$SEGCAST" render job.yaml
 told 'neither /dev/shm nor .*/full has room for the prepared volume .*: 3 of 3 ranks hold a copy each'
 # Open MPI's own shared memory has no room there either.
