@@ -2,6 +2,7 @@
 /* segcast check: whether a job can run, found without preparing its volume, so that it may be
  * called on a login node. */
 #include "app.h"
+#include "run.h"
 
 /* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues, or of that
  * of the volume if no voxels were read. Caller owns *out: sc_free. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast plan: what a job will take, measured on some of its frames. */
 #include "plan.h"
+#include "run.h"
 
 #include <jansson.h>
 #include <stdlib.h>

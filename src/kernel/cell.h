@@ -51,9 +51,11 @@ enum {
 #define SC_ROOT_MARGIN 0.02f
 /* The gradients of two labels are taken as one field, partly from SC_OPPOSITE_FROM and fully from
  * SC_OPPOSITE_FROM + SC_OPPOSITE_RANGE: cosines of the angle between one gradient and the opposite
- * of the other. See sc_cell_normal. */
-#define SC_OPPOSITE_FROM 0.82f
-#define SC_OPPOSITE_RANGE 0.13f
+ * of the other. See sc_cell_normal. Beside a third tissue the angle changes from cell to cell, so
+ * that a narrower range mottles the light there; one that begins later bends the normals of tissue
+ * about a voxel thin. */
+#define SC_OPPOSITE_FROM 0.8f
+#define SC_OPPOSITE_RANGE 0.2f
 
 /* The cells whose corners lie outside of the volume along some axis, but not all of them, are cut
  * in two by a face of the volume. The corners outside of it count as copies of those opposite,

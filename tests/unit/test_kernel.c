@@ -455,6 +455,75 @@ static void shading_is_smooth(void **state)
     free_scene(&s);
 }
 
+/* The axes of bent_seam, oblique to the grid: along its seam, across it, and towards the viewer. */
+static void seam_axes(sc_vec3 axes[3])
+{
+    axes[0] = sc_vec3_unit((sc_vec3){0.91, 0.36, 0.21});
+    axes[2] = sc_vec3_unit(sc_vec3_cross((sc_vec3){-0.22, 0, 0.98}, axes[0]));
+    axes[1] = sc_vec3_cross(axes[0], axes[2]);
+}
+
+/* Two tissues side by side that meet in a valley: parts of two cylinders along the seam. */
+static int bent_seam(double x, double y, double z)
+{
+    const sc_vec3 from = {x - 24, y - 24, z - 24};
+    sc_vec3 axes[3];
+    double across, out;
+
+    seam_axes(axes);
+    across = sc_vec3_dot(from, axes[1]);
+    out = sc_vec3_dot(from, axes[2]);
+    if (hypot(across + 14, out + 40) < 44)
+        return 1;
+    return hypot(across - 14, out + 40) < 44 ? 2 : 0;
+}
+
+/* How much the light of row @p y of a picture varies from column @p begin to @p end: its standard
+ * deviation, in levels of sRGB. */
+static double variation_of_row(const sc_image *image, int y, int begin, int end)
+{
+    double mean = 0, squares = 0;
+
+    for (int x = begin; x < end; x++) {
+        const double level = pixel(image, x, y)[0];
+
+        mean += level / (end - begin);
+        squares += level * level / (end - begin);
+    }
+    return sqrt(fmax(squares - mean * mean, 0));
+}
+
+/* Two tissues of one colour lie side by side. Their light may change across the seam, but not along
+ * it, where nothing changes but how the surface lies in the grid. Nearer to the seam than two
+ * voxels it is uneven. */
+static void shading_is_even_along_a_seam(void **state)
+{
+    const int size[3] = {49, 49, 49};
+    const double spacing[3] = {1, 1, 1};
+    const sc_vec3 middle = {24, 24, 24};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 3, bent_seam), 1);
+    sc_scene scene = {.clip_set_count = 1};
+    sc_vec3 axes[3];
+    sc_image image;
+
+    (void)state;
+    seam_axes(axes);
+    for (int id = 1; id < 3; id++) {
+        for (int c = 0; c < 3; c++)
+            s.tissues[id].rgb_linear[c] = 0.4f;
+    }
+    s.settings.width_px = s.settings.height_px = 201;
+    scene.camera =
+        sc_camera_look(sc_vec3_along(middle, 80, axes[2]), middle, axes[1], SC_ORTHOGRAPHIC, 20);
+    image = draw_view(&s, &scene, NULL);
+    for (int y = 50; y < 150; y++) {
+        if (y < 77 || y >= 98)
+            assert_true(variation_of_row(&image, y, 60, 140) < 1.8);
+    }
+    sc_image_clear(&image);
+    free_scene(&s);
+}
+
 static void every_listed_kernel_is_found(void **state)
 {
     size_t count;
@@ -501,6 +570,7 @@ int main(void)
         cmocka_unit_test(every_voxel_keeps_its_label_at_any_strength_of_smoothing),
         cmocka_unit_test(cut_faces_are_solid),
         cmocka_unit_test(shading_is_smooth),
+        cmocka_unit_test(shading_is_even_along_a_seam),
         cmocka_unit_test(every_listed_kernel_is_found),
         cmocka_unit_test(a_volume_too_large_for_the_wide_kernels_is_marched_by_the_others),
     };
