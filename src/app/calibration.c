@@ -169,20 +169,20 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx)
 
 sc_status sc_calibration_make_directory(const sc_ctx *ctx, const char *path)
 {
-    char *folder = NULL, *end;
+    char *directory = NULL, *end;
     sc_status status;
 
-    SC_TRY(sc_text_copy(ctx, path, &folder));
-    *strrchr(folder, '/') = '\0';
-    end = strrchr(folder, '/');
+    SC_TRY(sc_text_copy(ctx, path, &directory));
+    *strrchr(directory, '/') = '\0';
+    end = strrchr(directory, '/');
     *end = '\0';
-    if (folder[0])
-        SC_TRY(sc_make_directory(ctx, folder));
+    if (directory[0])
+        SC_TRY(sc_make_directory(ctx, directory));
     *end = '/';
-    if (mkdir(folder, S_IRWXU) != 0 && errno != EEXIST)
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s cannot be made: %s", folder, strerror(errno));
+    if (mkdir(directory, S_IRWXU) != 0 && errno != EEXIST)
+        status = sc_fail(ctx, SC_ERR_CREATE, "%s cannot be made: %s", directory, strerror(errno));
 out:
-    sc_free(folder);
+    sc_free(directory);
     return status;
 }
 
