@@ -47,6 +47,16 @@ static double time_s(const studies *s, int study, int cell)
     return (wall ? r->wall_s.median : r->cpu_s.median) / r->typical.frames;
 }
 
+/* @return whether a measurement of @p cell has other pixels than @p pixels_hash. */
+static bool has_other_pixels(const sc_measurements *m, int cell, uint64_t pixels_hash)
+{
+    for (size_t i = 0; i < m->count; i++) {
+        if (m->items[i].cell == cell && m->items[i].pixels_hash != pixels_hash)
+            return true;
+    }
+    return false;
+}
+
 static beside compare(const studies *s, int study)
 {
     const bool wall = s->views[0].m->design.by_wall;
@@ -69,7 +79,8 @@ static beside compare(const studies *s, int study)
         b.farthest = fabs(log(ratio)) > fabs(log(b.farthest)) ? ratio : b.farthest;
         b.apart += p->low / x->typical.frames > q->high / y->typical.frames ||
                    q->low / y->typical.frames > p->high / x->typical.frames;
-        b.other_pixels += x->typical.pixels_hash != y->typical.pixels_hash;
+        b.other_pixels += has_other_pixels(s->views[0].m, x->cell, x->typical.pixels_hash) ||
+                          has_other_pixels(s->views[study].m, y->cell, x->typical.pixels_hash);
     }
     return b;
 }

@@ -85,6 +85,7 @@ expect 66 'nothing: holds no timing study' "$SEGCAST" report nothing --markdown;
 # Of several, a comparison; with other pixels it says so. Of damaged ones and of mixtures, one message.
 cp -r out other
 sed '0,/"pixels_hash":"[0-9a-f]*"/s//"pixels_hash":"0123456789abcdef"/' out/measurements.jsonl >other/measurements.jsonl
+[ "$(grep -c '"pixels_hash":"0123456789abcdef"' other/measurements.jsonl)" = 1 ] || fail "not one measurement was changed"
 expect 0 '' "$SEGCAST" report other
 has other/report.html 'The pixels do not agree'
 expect 0 '' "$SEGCAST" report out out -o same.html
