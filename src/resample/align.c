@@ -289,6 +289,7 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team, const drawn_v
     slices s = {.view = view, .axes = {axis == 0, axis == 2 ? 1 : 2, axis}};
     double *exact = NULL;
     void *block;
+    bool jumps;
     sc_status status;
 
     *moved = 0;
@@ -301,7 +302,9 @@ sc_status sc_resample_find_moved(const sc_ctx *ctx, sc_team *team, const drawn_v
     SC_TRY(sc_team_agree(team, allocate(ctx, &s, count, &exact)));
     SC_TRY(sc_team_alloc(ctx, team, (size_t)count, sizeof *s.shift, &block));
     s.shift = block;
-    if (!may_jump(team, &s, count))
+    jumps = may_jump(team, &s, count);
+    SC_TRY(sc_team_agree(team, SC_OK)); /* all have read the shifts, which are found anew */
+    if (!jumps)
         goto out;
     find_all_shifts(team, &s, (size_t)count, 4);
     for (int i = 0; i < 2; i++)
