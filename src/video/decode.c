@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Decodes a video, to check what was written. */
-#include "segcast/video.h"
+#include "internal.h"
 
 #include <errno.h>
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 #include <libswscale/swscale.h>
+#include <string.h>
 
 /* The state of decoding a video. sc_video_decode frees what is not borrowed; each may be NULL. */
 typedef struct decoder {
     const sc_ctx *ctx;
     const char *path; /* borrowed, as is ctx */
-    AVFormatContext *format;
+    FILE *file;
+    AVFormatContext *format; /* reads from file */
     AVCodecContext *codec;
     AVStream *stream; /* the video stream, borrowed from format */
     AVFrame *frame;   /* decoded last */
@@ -29,15 +29,23 @@ static sc_status fail_data(const decoder *d, const char *what)
 }
 
 /* Open the file and the decoder of its best video stream: sets all members but scaler and
- * image. @return SC_ERR_MISSING, SC_ERR_DATA; the caller frees what was opened. */
+ * image. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY; the caller frees what was opened. */
 static sc_status open_decoder(decoder *d)
 {
     const AVCodec *codec;
-    int index;
+    int index, error;
 
     av_log_set_level(AV_LOG_FATAL);
-    if (avformat_open_input(&d->format, d->path, NULL, NULL) < 0)
-        return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened as a video", d->path);
+    d->file = fopen(d->path, "rb");
+    if (!d->file)
+        return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", d->path,
+                       strerror(errno));
+    d->format = sc_input_begin(d->file);
+    if (!d->format)
+        return sc_fail(d->ctx, SC_ERR_MEMORY, "%s: there is no memory to read it", d->path);
+    error = sc_input_open(&d->format, d->path);
+    if (error < 0)
+        return sc_av_fail(d->ctx, SC_ERR_MISSING, d->path, "cannot be opened as a video", error);
     if (avformat_find_stream_info(d->format, NULL) < 0)
         return fail_data(d, "holds no stream that can be read");
     index = av_find_best_stream(d->format, AVMEDIA_TYPE_VIDEO, -1, -1, NULL, 0);
@@ -115,7 +123,9 @@ static void close_decoder(decoder *d)
     av_frame_free(&d->frame);
     av_packet_free(&d->packet);
     avcodec_free_context(&d->codec);
-    avformat_close_input(&d->format);
+    sc_input_end(&d->format);
+    if (d->file)
+        fclose(d->file);
 }
 
 sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn *on_frame,

@@ -41,6 +41,15 @@ bool sc_output_begin(AVFormatContext *format, sc_outfile *file);
 /* Write what libav still holds, and end what sc_output_begin began. Does nothing without it.
  * @return 0, or libav's code of the first error in writing. */
 int sc_output_end(AVFormatContext *format);
+/* Let libav read a video from @p stream, which stays borrowed until sc_input_end. libav opens no
+ * file by itself then. @return what sc_input_open takes; NULL if there is no memory. Caller owns
+ * it: sc_input_end. */
+AVFormatContext *sc_input_begin(FILE *stream);
+/* Find out the format of the video and read its header. @param name for libav, which also looks at
+ * its extension. @return 0, or libav's code of an error: *format is NULL then, all of it freed. */
+int sc_input_open(AVFormatContext **format, const char *name);
+/* Free what sc_input_begin has made, and set *format to NULL, which is allowed. */
+void sc_input_end(AVFormatContext **format);
 
 /* @return whether the extradata of H.264 are parameter sets as x264 writes them behind start codes:
  * one of the sequence, of which libavformat can read all in a moment, and at least one of

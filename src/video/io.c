@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An output file as libav writes it: libav gets functions instead of a name, so that it neither
- * opens a file by itself nor takes a name such as "http:a.mp4" for an address. */
+/* Files as libav writes and reads them: libav gets functions instead of a name, so that it neither
+ * opens a file by itself, such as one that a damaged video names, nor takes a name such as
+ * "http:a.mp4" for an address. */
 #include "internal.h"
 
 #include <errno.h>
@@ -10,8 +11,8 @@
 
 enum { BUFFER_BYTES = 1 << 16 };
 
-/* A place in the file from which libav reads back what it has written: it moves the pictures of an
- * MP4 file in order to put the index before them. */
+/* A place in a file from which libav reads: a video, or what it has itself written, since it moves
+ * the pictures of an MP4 file in order to put the index before them. */
 typedef struct reader {
     FILE *stream; /* borrowed */
     int64_t at;
@@ -93,37 +94,58 @@ static int64_t seek_reader(void *user, int64_t offset, int whence)
     return place;
 }
 
+/* @return a new reader at the begin of @p stream, which stays borrowed; NULL if there is no memory.
+ * Caller owns it: free_reader. */
+static AVIOContext *make_reader(FILE *stream)
+{
+    unsigned char *buffer = av_malloc(BUFFER_BYTES);
+    reader *r = av_mallocz(sizeof *r);
+    AVIOContext *context = NULL;
+
+    if (r && buffer) {
+        r->stream = stream;
+        context = avio_alloc_context(buffer, BUFFER_BYTES, 0, r, read_bytes, NULL, seek_reader);
+    }
+    if (!context) {
+        av_free(buffer);
+        av_free(r);
+    }
+    return context;
+}
+
 /* For AVFormatContext.io_open: open the file that is being written a second time, for reading.
  * Nothing else is opened. */
 static int open_reader(AVFormatContext *format, AVIOContext **out, const char *url, int flags,
                        AVDictionary **options)
 {
     const sc_outfile *file = format->opaque;
-    unsigned char *buffer;
-    reader *r;
 
     (void)url;
     (void)options;
+    *out = NULL;
     if (flags & AVIO_FLAG_WRITE)
         return AVERROR(EPERM);
-    r = av_mallocz(sizeof *r);
-    buffer = av_malloc(BUFFER_BYTES);
-    *out = NULL;
-    if (r && buffer) {
-        r->stream = file->stream;
-        *out = avio_alloc_context(buffer, BUFFER_BYTES, 0, r, read_bytes, NULL, seek_reader);
-    }
-    if (!*out) {
-        av_free(buffer);
-        av_free(r);
-        return AVERROR(ENOMEM);
-    }
-    return 0;
+    *out = make_reader(file->stream);
+    return *out ? 0 : AVERROR(ENOMEM);
 }
 
-/* Free what open_reader has made. */
+/* For AVFormatContext.io_open of a file that is read: a video consists of one file. */
+static int open_nothing(AVFormatContext *format, AVIOContext **out, const char *url, int flags,
+                        AVDictionary **options)
+{
+    (void)format;
+    (void)url;
+    (void)flags;
+    (void)options;
+    *out = NULL;
+    return AVERROR(EPERM);
+}
+
+/* Free what make_reader has made; NULL is allowed. */
 static void free_reader(AVIOContext *context)
 {
+    if (!context)
+        return;
     av_freep(&context->opaque);
     av_freep(&context->buffer);
     avio_context_free(&context);
@@ -178,4 +200,38 @@ int sc_output_end(AVFormatContext *format)
     av_freep(&format->pb->buffer);
     avio_context_free(&format->pb);
     return error;
+}
+
+AVFormatContext *sc_input_begin(FILE *stream)
+{
+    AVFormatContext *format = avformat_alloc_context();
+
+    if (!format)
+        return NULL;
+    format->pb = make_reader(stream);
+    if (!format->pb) {
+        avformat_free_context(format);
+        return NULL;
+    }
+    format->flags |= AVFMT_FLAG_CUSTOM_IO;
+    format->io_open = open_nothing;
+    return format;
+}
+
+int sc_input_open(AVFormatContext **format, const char *name)
+{
+    AVIOContext *input = (*format)->pb;
+    const int error = avformat_open_input(format, name, NULL, NULL);
+
+    if (error < 0)
+        free_reader(input); /* libav has freed all but this, and set *format to NULL */
+    return error;
+}
+
+void sc_input_end(AVFormatContext **format)
+{
+    AVIOContext *input = *format ? (*format)->pb : NULL;
+
+    avformat_close_input(format);
+    free_reader(input);
 }
