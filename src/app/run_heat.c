@@ -54,26 +54,21 @@ static int typical_frame(const sc_run *run)
 }
 
 /* Draw one of the frames of this run once more, small, to count the work of each pixel. There is
- * none after a stop, or without memory. On rank 0. */
-static void draw_heat(sc_run *run, sc_heat *out)
+ * none after a stop. On rank 0. @return SC_ERR_MEMORY. */
+static sc_status draw_heat(const sc_ctx *ctx, sc_run *run, sc_heat *out)
 {
-    const sc_ctx quiet = sc_quiet(run->app->ctx);
     int size_px[2];
     sc_march_counters *counts;
     sc_render_stats stats;
-    sc_heat heat;
-    void *block;
+    sc_heat heat = {0};
+    void *block = NULL;
+    sc_status status;
 
     if (run->observe || run->result_count == 0 || *run->stop || *run->give_up ||
         !choose_heat_size(run, size_px))
-        return;
-    if (sc_heat_new(&quiet, size_px[0], size_px[1], &heat) != SC_OK)
-        return;
-    if (sc_alloc(&quiet, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block) !=
-        SC_OK) {
-        sc_heat_clear(&heat);
-        return;
-    }
+        return SC_OK;
+    SC_TRY(sc_heat_new(ctx, size_px[0], size_px[1], &heat));
+    SC_TRY(sc_alloc(ctx, (size_t)size_px[0] * (size_t)size_px[1], sizeof *counts, &block));
     counts = block;
     heat.frame = run->results[typical_frame(run)].frame;
     sc_session_counts(&run->session, heat.frame, size_px, counts, &stats);
@@ -82,32 +77,41 @@ static void draw_heat(sc_run *run, sc_heat *out)
         heat.codes[SC_HEAT_SAMPLES][i] = sc_heat_code(counts[i].cell_visits);
         heat.codes[SC_HEAT_CONTRIBUTIONS][i] = sc_heat_code(counts[i].contributions);
     }
-    sc_free(block);
-    if (*run->give_up)
-        sc_heat_clear(&heat); /* it was not finished */
-    else
+    if (!*run->give_up) { /* otherwise it was not finished */
         *out = heat;
+        heat = (sc_heat){0};
+    }
+out:
+    sc_free(block);
+    sc_heat_clear(&heat);
+    return status;
 }
 
 /* Take over the heat picture of an earlier run on the job, if the stats.json under @p path has one.
- */
-static void keep_heat(const sc_run *run, const char *path, sc_heat *out)
+ * @return SC_ERR_MEMORY, or SC_ERR_READ. */
+static sc_status keep_heat(const sc_ctx *ctx, const sc_run *run, const char *path, sc_heat *out)
 {
-    const sc_ctx quiet = sc_quiet(run->app->ctx);
     sc_run_stats stats = {0};
+    const sc_status status = sc_run_stats_read(ctx, path, &stats);
 
-    if (sc_run_stats_read(&quiet, path, &stats) == SC_OK &&
-        stats.run.job.job == run->store_job.job_hash &&
+    if (status == SC_OK && stats.run.job.job == run->store_job.job_hash &&
         stats.run.job.volume == run->store_job.volume_hash) {
         *out = stats.heat;
         stats.heat = (sc_heat){0};
     }
     sc_run_stats_clear(&stats);
+    return sc_is_of_input(status) ? SC_OK : status;
 }
 
 void sc_run_draw_heat(sc_run *run, const char *path, sc_heat *out)
 {
-    draw_heat(run, out);
-    if (out->width_px == 0 && run->result_count == 0 && run->app->options.resume)
-        keep_heat(run, path, out);
+    /* The film is made: if the picture cannot be, there is a warning instead of errors. */
+    const sc_ctx silent = {.alloc_budget = run->app->ctx->alloc_budget};
+    sc_status status = draw_heat(&silent, run, out);
+
+    if (status == SC_OK && out->width_px == 0 && run->result_count == 0 && run->app->options.resume)
+        status = keep_heat(&silent, run, path, out);
+    if (status != SC_OK)
+        sc_warn(run->app->ctx, "the picture of the work of each pixel was not made: %s",
+                status == SC_ERR_MEMORY ? "there is no memory" : "reading failed");
 }
