@@ -4,9 +4,7 @@
 #include "check.h"
 
 #include "shapes.h"
-#include "thread_comm.h"
-
-#include <unistd.h>
+#include "thread_team.h"
 
 /* More bricks than a thread claims at a time, and areas that binary fractions do not hold. */
 static const int size[3] = {62, 60, 100};
@@ -23,16 +21,12 @@ static int random_id(double x, double y, double z)
 typedef struct scenario {
     const sc_volume *volume;
     sc_prepare_settings settings;
-    int threads;
-    int poor_rank; /* has memory for @p budget allocations only; -1: none */
-    long budget;
-    void *block; /* what was prepared, of @p bytes: rank 0 frees it */
+    void *block; /* what was prepared, of @p bytes: rank 0 allocates it, and the test frees it */
     size_t bytes;
-    sc_status outcomes[THREAD_RANKS_MAX];
 } scenario;
 
-/* Pack a preparation to s->block, which rank 0 allocates, by all ranks together. */
-static sc_status pack(scenario *s, sc_comm *comm, sc_team *team, const sc_preparation *p)
+/* Pack a preparation to s->block by all ranks together. */
+static void pack(scenario *s, sc_comm *comm, sc_team *team, const sc_preparation *p)
 {
     if (sc_comm_rank(comm) == 0) {
         s->bytes = sc_preparation_bytes(p);
@@ -41,40 +35,25 @@ static sc_status pack(scenario *s, sc_comm *comm, sc_team *team, const sc_prepar
     assert_ok(sc_team_agree(team, SC_OK));
     assert_int_equal(sc_preparation_bytes(p), s->bytes);
     sc_preparation_pack_together(p, s->block);
-    return SC_OK;
 }
 
-static void run_rank(sc_comm *comm, void *user)
+/* Prepare the volume of a scenario; a team_work_fn. */
+static sc_status prepare(const sc_ctx *ctx, sc_comm *comm, sc_team *team, void *user)
 {
     scenario *s = user;
-    const int rank = sc_comm_rank(comm);
-    long budget = rank == s->poor_rank ? s->budget : 1000000;
-    const sc_ctx ctx = {.alloc_budget = &budget};
     sc_prepare_settings settings = s->settings;
     sc_volume volume = *s->volume;
     sc_preparation *p = NULL;
     sc_status status;
 
-    SC_TRY(sc_team_open(&ctx, comm, s->threads, NULL, &settings.team));
-    if (rank > 0)
+    settings.team = team;
+    if (sc_comm_rank(comm) > 0)
         volume.labels = NULL; /* which the first rank alone needs */
-    SC_TRY(sc_prepare(&ctx, &volume, &settings, &p));
-    status = pack(s, comm, settings.team, p);
+    SC_TRY(sc_prepare(ctx, &volume, &settings, &p));
+    pack(s, comm, team, p);
 out:
     sc_preparation_free(p);
-    sc_team_close(settings.team);
-    s->outcomes[rank] = status;
-}
-
-/* @return the return code, which must be the same on all ranks. */
-static sc_status run(scenario *s, int ranks)
-{
-    alarm(240); /* ends a team that hangs, which makes the test fail */
-    run_ranks(ranks, true, run_rank, s);
-    alarm(0);
-    for (int rank = 1; rank < ranks; rank++)
-        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
-    return s->outcomes[0];
+    return status;
 }
 
 /* Compare what 1, 2 and 3 ranks prepare with what one prepares without a team. */
@@ -91,10 +70,10 @@ static void compare(const sc_volume *volume, sc_prepare_settings settings)
     sc_preparation_pack(p, alone);
     sc_preparation_free(p);
     for (int ranks = 1; ranks <= 3; ranks++) {
-        scenario s = {
-            .volume = volume, .settings = settings, .threads = 1 + ranks % 2, .poor_rank = -1};
+        scenario s = {.volume = volume, .settings = settings};
+        thread_team team = {.work = prepare, .user = &s, .threads = 1 + ranks % 2};
 
-        assert_ok(run(&s, ranks));
+        assert_ok(run_team(&team, ranks));
         assert_int_equal(s.bytes, bytes);
         assert_memory_equal(s.block, alone, bytes);
         sc_free(s.block);
@@ -131,13 +110,15 @@ static void a_rank_without_memory_ends_all(void **state)
 
     (void)state;
     for (; outcome != SC_OK; budget++) {
-        scenario s = {.volume = &volume,
-                      .settings = all,
-                      .threads = 1,
-                      .poor_rank = (int)(budget % 2),
-                      .budget = budget / 2};
+        scenario s = {.volume = &volume, .settings = all};
+        thread_team team = {.work = prepare,
+                            .user = &s,
+                            .threads = 1,
+                            .scarce = true,
+                            .poor_rank = (int)(budget % 2),
+                            .budget = budget / 2};
 
-        outcome = run(&s, 2);
+        outcome = run_team(&team, 2);
         assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
         sc_free(s.block);
     }

@@ -5,44 +5,19 @@
 
 #include "segcast/resample.h"
 #include "shapes.h"
-#include "thread_comm.h"
-
-#include <unistd.h>
+#include "thread_team.h"
 
 typedef struct scenario {
     const sc_volume *volume;
-    int threads;
-    int poor_rank; /* has memory for @p budget allocations only; -1: none */
-    long budget;
-    sc_drawn_grid grids[THREAD_RANKS_MAX];
-    sc_status outcomes[THREAD_RANKS_MAX];
+    sc_drawn_grid grids[THREAD_RANKS_MAX]; /* what each rank has found */
 } scenario;
 
-static void run_rank(sc_comm *comm, void *user)
+/* Measure the grid of the volume of a scenario; a team_work_fn. */
+static sc_status measure(const sc_ctx *ctx, sc_comm *comm, sc_team *team, void *user)
 {
     scenario *s = user;
-    const int rank = sc_comm_rank(comm);
-    long budget = rank == s->poor_rank ? s->budget : 1000000;
-    const sc_ctx ctx = {.alloc_budget = &budget};
-    sc_team *team = NULL;
-    sc_status status;
 
-    SC_TRY(sc_team_open(&ctx, comm, s->threads, NULL, &team));
-    status = sc_find_drawn_grid_together(&ctx, team, s->volume, &s->grids[rank]);
-out:
-    sc_team_close(team);
-    s->outcomes[rank] = status;
-}
-
-/* @return the return code, which must be the same on all ranks. */
-static sc_status run(scenario *s, int ranks)
-{
-    alarm(240); /* ends a team that hangs, which makes the test fail */
-    run_ranks(ranks, true, run_rank, s);
-    alarm(0);
-    for (int rank = 1; rank < ranks; rank++)
-        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
-    return s->outcomes[0];
+    return sc_find_drawn_grid_together(ctx, team, s->volume, &s->grids[sc_comm_rank(comm)]);
 }
 
 /* @return @p at moved by up to 2 voxels, to and fro, by the number of the slice. */
@@ -97,9 +72,10 @@ static void any_ranks_measure_the_same_grid(void **state)
         moved += alone.moved[2] > 0;
         copied += alone.copies[0] > 1;
         for (int ranks = 1; ranks <= 3; ranks++) {
-            scenario s = {.volume = &volume, .threads = 1 + ranks % 2, .poor_rank = -1};
+            scenario s = {.volume = &volume};
+            thread_team team = {.work = measure, .user = &s, .threads = 1 + ranks % 2};
 
-            assert_ok(run(&s, ranks));
+            assert_ok(run_team(&team, ranks));
             for (int rank = 0; rank < ranks; rank++)
                 assert_memory_equal(&s.grids[rank], &alone, sizeof alone);
         }
@@ -119,10 +95,15 @@ static void a_rank_without_memory_ends_all(void **state)
 
     (void)state;
     for (; outcome != SC_OK; budget++) {
-        scenario s = {
-            .volume = &volume, .threads = 1, .poor_rank = (int)(budget % 2), .budget = budget / 2};
+        scenario s = {.volume = &volume};
+        thread_team team = {.work = measure,
+                            .user = &s,
+                            .threads = 1,
+                            .scarce = true,
+                            .poor_rank = (int)(budget % 2),
+                            .budget = budget / 2};
 
-        outcome = run(&s, 2);
+        outcome = run_team(&team, 2);
         assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
     }
     assert_true(budget > 30); /* every allocation has failed, on either rank */

@@ -3,20 +3,9 @@
  * rank has no memory. The ranks are threads here. */
 #include "check.h"
 
-#include "segcast/team.h"
-#include "thread_comm.h"
-
-#include <unistd.h>
+#include "thread_team.h"
 
 enum { ITEMS = 1013, LOOPS = 7 };
-
-typedef struct scenario {
-    int threads;
-    int poor_rank; /* has memory for @p budget allocations only; -1: none */
-    long budget;
-    sc_status outcomes[THREAD_RANKS_MAX];
-    _Atomic int calls[THREAD_RANKS_MAX]; /* how often each rank has called the body of the loop */
-} scenario;
 
 typedef struct counting {
     uint32_t *counts; /* [ITEMS], of the team */
@@ -59,33 +48,19 @@ out:
     return status;
 }
 
-static void run_rank(sc_comm *comm, void *user)
+/* Count in loops, and then let rank 0 alone have an error; a team_work_fn on the number of calls of
+ * each rank. */
+static sc_status count(const sc_ctx *ctx, sc_comm *comm, sc_team *team, void *user)
 {
-    scenario *s = user;
+    _Atomic int *calls = user; /* how often each rank has called the body of the loop */
     const int rank = sc_comm_rank(comm);
-    long budget = rank == s->poor_rank ? s->budget : 1000000;
-    const sc_ctx ctx = {.alloc_budget = &budget};
-    sc_team *team = NULL;
     sc_status status;
 
-    SC_TRY(sc_team_open(&ctx, comm, s->threads, NULL, &team));
     assert_int_equal(sc_team_ranks(team), sc_comm_size(comm));
-    SC_TRY(count_in_loops(&ctx, team, &s->calls[rank]));
+    SC_TRY(count_in_loops(ctx, team, &calls[rank]));
     assert_int_equal(sc_team_agree(team, rank ? SC_OK : SC_ERR_DATA), SC_ERR_DATA);
 out:
-    sc_team_close(team);
-    s->outcomes[rank] = status;
-}
-
-/* @return the return code, which must be the same on all ranks. */
-static sc_status run(scenario *s, int ranks, bool shares)
-{
-    alarm(120); /* ends a team that hangs, which makes the test fail */
-    run_ranks(ranks, shares, run_rank, s);
-    alarm(0);
-    for (int rank = 1; rank < ranks; rank++)
-        assert_int_equal(s->outcomes[rank], s->outcomes[0]);
-    return s->outcomes[0];
+    return status;
 }
 
 static void every_item_is_done_once_by_any_ranks_and_threads(void **state)
@@ -93,11 +68,12 @@ static void every_item_is_done_once_by_any_ranks_and_threads(void **state)
     (void)state;
     for (int ranks = 1; ranks <= 4; ranks++) {
         for (int threads = 1; threads <= 3; threads++) {
-            scenario s = {.threads = threads, .poor_rank = -1};
+            _Atomic int calls[THREAD_RANKS_MAX] = {0};
+            thread_team team = {.work = count, .user = calls, .threads = threads};
 
-            assert_ok(run(&s, ranks, true));
+            assert_ok(run_team(&team, ranks));
             for (int rank = 0; rank < ranks; rank++)
-                assert_true(s.calls[rank] > 0);
+                assert_true(calls[rank] > 0);
         }
     }
 }
@@ -106,20 +82,26 @@ static void a_rank_without_memory_ends_all(void **state)
 {
     (void)state;
     for (long budget = 0; budget < 5; budget++) {
-        scenario s = {.threads = 1, .poor_rank = 1, .budget = budget};
-        const sc_status outcome = run(&s, 3, true);
+        _Atomic int calls[THREAD_RANKS_MAX] = {0};
+        thread_team team = {.work = count,
+                            .user = calls,
+                            .threads = 1,
+                            .scarce = true,
+                            .poor_rank = 1,
+                            .budget = budget};
 
-        assert_int_equal(outcome, budget < 4 ? SC_ERR_MEMORY : SC_OK);
+        assert_int_equal(run_team(&team, 3), budget < 4 ? SC_ERR_MEMORY : SC_OK);
     }
 }
 
 static void a_team_needs_room_that_ranks_share(void **state)
 {
-    scenario s = {.threads = 1, .poor_rank = -1};
+    _Atomic int calls[THREAD_RANKS_MAX] = {0};
+    thread_team team = {.work = count, .user = calls, .threads = 1, .separate = true};
 
     (void)state;
-    assert_int_equal(run(&s, 2, false), SC_ERR_MEMORY);
-    assert_ok(run(&s, 1, false)); /* a rank alone needs none */
+    assert_int_equal(run_team(&team, 2), SC_ERR_MEMORY);
+    assert_ok(run_team(&team, 1)); /* a rank alone needs none */
 }
 
 static void a_rank_without_a_communicator_is_a_team(void **state)
