@@ -18,11 +18,11 @@ typedef struct v_radiance {
 } v_radiance;
 
 /* Points to be lit, and those parts of the light that do not depend on the tissue: a crossing
- * lights two tissues at the same point. The caller sets point, normal, eye and depth_mm;
+ * lights two tissues at the same point. The caller sets point, normal, eye, depth_mm and rim;
  * v_light_spot sets the rest. */
 typedef struct v_spot {
-    vf point[3], normal[3], eye[3], depth_mm; /* see sc_spot */
-    vf key, fill, head;                       /* cosines between the normal and the lights */
+    vf point[3], normal[3], eye[3], depth_mm, rim; /* see sc_spot */
+    vf key, fill, head;                            /* cosines between the normal and the lights */
     vf open, lit; /* how much of the light from all around, and of the key light, arrives */
     vf shine;     /* cosine of the highlight */
 } v_spot;
@@ -335,7 +335,7 @@ static inline void v_light(const sc_march *m, vi label, const v_spot *spot, vm o
             spot->lit * spot->open;
     around = (l->ambient + l->fill * spot->fill + l->head * spot->head) * spot->open;
     for (int i = 0; i < 3; i++)
-        out[i] = out[i] * diffuse *
+        out[i] = out[i] * (diffuse * (1 - spot->rim)) *
                      (around + l->key * spot->key * spot->lit * (0.5f + 0.5f * spot->open)) +
                  shine;
     if (l->cue > 0)

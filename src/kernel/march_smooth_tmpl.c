@@ -98,9 +98,12 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     for (int i = 0; i < 3; i++)
         spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
     sc_face_eye(c->ray->toward_eye, spot.normal);
-    if (x->face)
-        sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
     point_at(c, t, spot.point);
+    if (x->face) {
+        sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
+        if (sc_has_rims(c->m))
+            spot.rim = sc_face_rim(c->m, x->face - 1, spot.point);
+    }
     if (left)
         add_surface(c, x->left, at, &spot);
     if (entered && c->light.transmittance >= c->m->opaque_below)

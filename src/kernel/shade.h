@@ -45,6 +45,12 @@
 /* By how much that share differs across a straight border, from half a width of the blur on one
  * side to half a width on the other. */
 #define SC_RIM_STRAIGHT 0.383f
+/* The rim of a face of the volume, by how steeply the share of the face around that is visible
+ * tissue falls, 1 at a straight border: as SC_RIM_FROM and SC_RIM_RANGE. The share is taken over
+ * SC_FACE_RIM_VOXELS to either side. */
+#define SC_FACE_RIM_FROM 0.2f
+#define SC_FACE_RIM_RANGE 0.6f
+enum { SC_FACE_RIM_VOXELS = 3, SC_FACE_RIM_TAPS = 2 * SC_FACE_RIM_VOXELS };
 
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
@@ -52,6 +58,7 @@ typedef struct sc_spot {
     float normal[3];  /* unit, RAS, towards the eye */
     const float *eye; /* [3] unit, RAS, towards the eye; borrowed from the ray */
     float depth_mm;   /* from the eye */
+    float rim;        /* share of its light that the rim of a cut face takes there, 0 elsewhere */
 } sc_spot;
 
 static inline float sc_dot3(const float a[3], const float b[3])
@@ -297,7 +304,7 @@ static inline void sc_light(const sc_march *m, const sc_march_tissue *tissue, co
     for (int i = 0; i < 3; i++) {
         const float around = (l->ambient + l->fill * fill + l->head * head) * open;
 
-        out[i] = tissue->rgb[i] * tissue->diffuse *
+        out[i] = tissue->rgb[i] * (tissue->diffuse * (1 - spot->rim)) *
                      (around + l->key * key * lit * (0.5f + 0.5f * open)) +
                  tissue->specular * shine * lit * open;
     }
@@ -345,14 +352,69 @@ static inline float sc_rim(const sc_march *m, const sc_march_tissue *tissue, con
                       (1 / SC_RIM_RANGE));
 }
 
-/* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
- * of the clip plane, towards the eye, as that of the spot, and darker along its rim. Slices have
- * the plain colour. */
-static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
-                                const sc_spot *spot, float out[3])
+/* Are the rims of cut faces dark in this frame? */
+static inline bool sc_has_rims(const sc_march *m)
 {
-    sc_march_tissue rim = *tissue;
+    return m->occlusion && m->light.occlusion > 0 && !m->light.flat;
+}
 
+/* The vertices around the coordinate @p at, the first of which is *@p low, in the window (1 -
+ * d^2 / r^2)^2 of the distance d: their weights, and the changes of these with @p at. */
+static inline void sc_face_window(float at, int *low, float weights[SC_FACE_RIM_TAPS],
+                                  float changes[SC_FACE_RIM_TAPS])
+{
+    const float scale = 1.0f / (SC_FACE_RIM_VOXELS * SC_FACE_RIM_VOXELS);
+
+    *low = (int)floorf(at) - (SC_FACE_RIM_VOXELS - 1);
+    for (int i = 0; i < SC_FACE_RIM_TAPS; i++) {
+        const float d = (float)(*low + i) - at, left = 1 - d * d * scale;
+
+        weights[i] = left * left;
+        changes[i] = 4 * scale * d * left;
+    }
+}
+
+/* How dark the rim is at a point on a face of the volume across axis @p axis, 0 to SC_RIM_DARK. A
+ * surface often meets the face at a flat angle, so that sc_rim would see no rim; here the labels of
+ * the face alone decide, those of the voxels that touch it. */
+static inline float sc_face_rim(const sc_march *m, int axis, const float point[3])
+{
+    const sc_prepared *v = m->volume;
+    const int across = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
+    float weights[2][SC_FACE_RIM_TAPS], changes[2][SC_FACE_RIM_TAPS], slope[2] = {0, 0};
+    int low[2], at[3];
+
+    at[axis] = point[axis] < 0.5f * (float)(v->size[axis] + 1) ? 1 : v->size[axis];
+    sc_face_window(point[across], &low[0], weights[0], changes[0]);
+    sc_face_window(point[up], &low[1], weights[1], changes[1]);
+    for (int j = 0; j < SC_FACE_RIM_TAPS; j++) {
+        float share = 0, change = 0;
+
+        at[up] = low[1] + j;
+        for (int i = 0; i < SC_FACE_RIM_TAPS; i++) {
+            at[across] = low[0] + i;
+            if (m->tissues[sc_id_at_vertex(v, at[0], at[1], at[2])].show & SC_SHOW_BOUNDARY) {
+                share += weights[0][i];
+                change += changes[0][i];
+            }
+        }
+        slope[0] += change * weights[1][j];
+        slope[1] += share * changes[1][j];
+    }
+    /* At a straight border the changes add up to 1, and the weights to 16 / 15 of the radius. */
+    return SC_RIM_DARK * m->light.occlusion *
+           sc_clamp01((sqrtf(slope[0] * slope[0] + slope[1] * slope[1]) *
+                           (15.0f / (16 * SC_FACE_RIM_VOXELS)) -
+                       SC_FACE_RIM_FROM) *
+                      (1 / SC_FACE_RIM_RANGE));
+}
+
+/* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
+ * of the clip plane, towards the eye, as that of the spot, and darker along its rim, which is set
+ * in the spot. Slices have the plain colour. */
+static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue, sc_spot *spot,
+                                float out[3])
+{
     if (m->only_caps || m->light.flat) {
         for (int i = 0; i < 3; i++)
             out[i] = tissue->rgb[i];
@@ -360,9 +422,9 @@ static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue
             sc_depth_cue(&m->light, spot->depth_mm, out);
         return;
     }
-    if (m->occlusion && m->light.occlusion > 0)
-        rim.diffuse *= 1 - sc_rim(m, tissue, spot);
-    sc_light(m, &rim, spot, out);
+    if (sc_has_rims(m))
+        spot->rim = sc_rim(m, tissue, spot);
+    sc_light(m, tissue, spot, out);
 }
 
 /* Opacity of a surface seen at an angle, between @p alpha and 1: the flatter a ray meets a thin

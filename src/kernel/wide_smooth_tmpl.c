@@ -229,17 +229,22 @@ static inline vm v_sees_on(const packet *p)
     return f_at_most(f_set(p->m->opaque_below), p->light.transmittance);
 }
 
-/* Set the normals of the lanes of @p on whose crossings are faces of the volume. */
-static void set_face_normals(const packet *p, const crossings *x, vm on, vf normal[3])
+/* Set the normals and rims of the spots of the lanes of @p on whose crossings are faces of the
+ * volume. */
+static void set_faces(const packet *p, const crossings *x, vm on, v_spot *spot)
 {
     for (uint32_t left = m_bits(m_without(on, i_equal(x->face, i_set(0)))); left;
          left &= left - 1) {
         const int lane = __builtin_ctz(left);
-        float n[3];
+        float n[3], point[3];
 
         sc_face_normal(p->m, x->face[lane] - 1, p->rays[lane].toward_eye, n);
-        for (int i = 0; i < 3; i++)
-            normal[i][lane] = n[i];
+        for (int i = 0; i < 3; i++) {
+            spot->normal[i][lane] = n[i];
+            point[i] = spot->point[i][lane];
+        }
+        if (sc_has_rims(p->m))
+            spot->rim[lane] = sc_face_rim(p->m, x->face[lane] - 1, point);
     }
 }
 
@@ -267,7 +272,8 @@ static void add_crossings(packet *p, const crossings *x, vm on)
         spot.point[i] = p->origin[i] + p->direction[i] * t;
     }
     v_face_eye(p->eye, spot.normal);
-    set_face_normals(p, x, either, spot.normal);
+    spot.rim = f_set(0);
+    set_faces(p, x, either, &spot);
     v_light_spot(p->m, &spot, either);
     v_add_surface(p, x->left, at, &spot, left);
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));

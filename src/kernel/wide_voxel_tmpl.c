@@ -269,6 +269,7 @@ static void v_add_boundary(packet *p, vi label, const vf at[3], vi record, vm on
                    spot.normal);
     v_face_eye(p->eye, spot.normal);
     spot.depth_mm = p->base_mm + v_distance(p, p->k);
+    spot.rim = f_set(0);
     alpha = v_boundary_alpha(p->m, label, record, on);
     v_light_spot(p->m, &spot, on);
     v_light(p->m, label, &spot, on, rgb);

@@ -400,6 +400,54 @@ static void tissue_at_the_border_of_the_volume_ends_in_a_flat_face(void **state)
     }
 }
 
+/* A large ball whose surface meets the border of the volume at 22 degrees. */
+static int dome(double x, double y, double z)
+{
+    return (x - 20) * (x - 20) + (y - 14) * (y - 14) + (z - 20) * (z - 20) < 28.6 * 28.6;
+}
+
+/* A face at the border of the volume is darker along its rim, at which a flat surface begins, and
+ * nowhere else, as far as there is occlusion. */
+static void faces_at_the_border_of_the_volume_have_a_rim(void **state)
+{
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+
+    (void)state;
+    for (int occlusion = 0; occlusion < 2; occlusion++) {
+        small_scene s = make_scene(shape_volume(size, spacing, 1, 2, dome), 1);
+        sc_scene scene = {.clip_set_count = 1};
+        sc_image image;
+        int middle;
+
+        s.settings.width_px = s.settings.height_px = 101;
+        s.settings.light.occlusion = occlusion;
+        scene.camera = sc_camera_look((sc_vec3){20, 100, 20}, (sc_vec3){20, 20, 20},
+                                      (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 20);
+        image = draw_view(&s, &scene, NULL);
+        middle = brightness(&image, 50, 50);
+        for (int direction = 0; direction < 4; direction++) {
+            const int x = direction == 0 ? 1 : direction == 1 ? -1 : 0;
+            const int y = direction == 2 ? 1 : direction == 3 ? -1 : 0;
+            int darkest = middle;
+
+            for (int r = 0; r < 28; r++) {
+                const int here = brightness(&image, 50 + r * x, 50 + r * y);
+
+                darkest = here < darkest ? here : darkest;
+                if (r < 18)
+                    assert_in_range(here, middle - 3, middle + 3);
+            }
+            if (occlusion)
+                assert_true(darkest < middle - 60);
+            else
+                assert_true(darkest >= middle - 3);
+        }
+        sc_image_clear(&image);
+        free_scene(&s);
+    }
+}
+
 /* A camera inside an opaque tissue sees its walls from within: without a clip plane there is no cut
  * face. */
 static void a_camera_inside_a_tissue_sees_its_walls(void **state)
@@ -457,6 +505,7 @@ int main(void)
         cmocka_unit_test(cut_faces_are_lit_and_have_a_rim),
         cmocka_unit_test(thin_walls_keep_their_colour_on_cut_faces),
         cmocka_unit_test(tissue_at_the_border_of_the_volume_ends_in_a_flat_face),
+        cmocka_unit_test(faces_at_the_border_of_the_volume_have_a_rim),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
         cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
     };
