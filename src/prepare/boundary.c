@@ -32,40 +32,60 @@ typedef struct finder {
     sc_preparation *p;     /* borrowed; its masks are filled */
     sc_label_stats *stats; /* [threads][label_count]: of the voxels that each thread has visited */
     uint16_t *rows;        /* [threads][size x]: room for the differences of one row each */
+    uint16_t *background;  /* [size x]: a row outside of the volume */
 } finder;
 
-/* Write to @p out, an array of labels of the width of the volume's, for each voxel of row (y, z)
- * the bits in which it differs from its neighbours. The row must not lie on a face of the volume.
- * Columns 0 and size x - 1 become 0. */
-static void difference_of_row(const sc_volume *v, int y, int z, void *out)
+/* @return the labels of row (y, z), which may lie outside of the volume. */
+static const void *row_or_background(const finder *f, int y, int z)
 {
-    const size_t nx = (size_t)v->size[0], each = (size_t)v->label_bytes;
-    const char *ids = v->ids;
-    const char *row = ids + ((size_t)z * (size_t)v->size[1] + (size_t)y) * nx * each;
+    const sc_volume *v = f->p->volume;
+
+    if (y < 0 || z < 0 || y >= v->size[1] || z >= v->size[2])
+        return f->background;
+    return (const char *)v->ids + ((size_t)z * (size_t)v->size[1] + (size_t)y) *
+                                      (size_t)v->size[0] * (size_t)v->label_bytes;
+}
+
+/* Write to @p out, an array of labels of the width of the volume's, for each voxel of row (y, z)
+ * the bits in which it differs from its neighbours. Columns 0 and size x - 1 become 0. */
+static void difference_of_row(const finder *f, int y, int z, void *out)
+{
+    const size_t nx = (size_t)f->p->volume->size[0], each = (size_t)f->p->volume->label_bytes;
+    const void *row = row_or_background(f, y, z);
 
     memset(out, 0, nx * each);
     for (int dz = -1; dz <= 1; dz++) {
         for (int dy = -1; dy <= 1; dy++) {
-            const char *other =
-                ids + ((size_t)(z + dz) * (size_t)v->size[1] + (size_t)(y + dy)) * nx * each;
+            const void *other = row_or_background(f, y + dy, z + dz);
 
             if (each == 1)
-                row_difference_8((const uint8_t *)row, (const uint8_t *)other, nx, out);
+                row_difference_8(row, other, nx, out);
             else
-                row_difference_16((const uint16_t *)row, (const uint16_t *)other, nx, out);
+                row_difference_16(row, other, nx, out);
         }
     }
 }
 
-/* Does the 3x3x3 neighbourhood of a voxel hold another label? The voxel may lie on a face of the
- * volume or just outside it. */
-static bool is_near(const sc_volume *v, int x, int y, int z)
+/* Does the 3x3x3 neighbourhood of a vertex on a face of the volume, or just outside it, hold two
+ * labels? Part of it lies outside and is background, so that any other label makes two. */
+static bool is_near_outside(const sc_volume *v, int x, int y, int z)
 {
-    const uint32_t id = sc_id_or_background(v, x, y, z);
+    const int at[3] = {x, y, z};
+    int low[3], high[3];
 
-    for (int n = 0; n < 27; n++) {
-        if (sc_id_or_background(v, x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1) != id)
-            return true;
+    for (int i = 0; i < 3; i++) {
+        low[i] = at[i] > 0 ? at[i] - 1 : 0;
+        high[i] = at[i] + 1 < v->size[i] ? at[i] + 1 : v->size[i] - 1;
+    }
+    for (int k = low[2]; k <= high[2]; k++) {
+        for (int j = low[1]; j <= high[1]; j++) {
+            const size_t row = ((size_t)k * (size_t)v->size[1] + (size_t)j) * (size_t)v->size[0];
+
+            for (int i = low[0]; i <= high[0]; i++) {
+                if (sc_id_at(v, row + (size_t)i))
+                    return true;
+            }
+        }
     }
     return false;
 }
@@ -166,22 +186,17 @@ static void mark_row(finder *f, int y, int z, uint16_t *difference, sc_label_sta
 {
     const sc_volume *v = f->p->volume;
     const int nx = v->size[0];
-    const bool on_face = y < 1 || z < 1 || y > v->size[1] - 2 || z > v->size[2] - 2;
-    const bool by_words =
-        !on_face && nx > 2; /* columns 1 to nx - 2, all neighbours of which exist */
     uint64_t *masks = masks_of_row(f, y, z);
 
     if (y >= 0 && y < v->size[1] && z >= 0 && z < v->size[2])
         count_row(f, y, z, stats);
     for (int x = -1; x <= nx; x++) {
-        if (by_words && x == 1)
+        if (x == 1 && nx > 2)
             x = nx - 1;
-        if (is_near(v, x, y, z))
+        if (is_near_outside(v, x, y, z))
             mark(v, masks, x, y, z, stats);
     }
-    if (!by_words)
-        return;
-    difference_of_row(v, y, z, difference);
+    difference_of_row(f, y, z, difference);
     for (int x = 1; x < nx - 1; x++) {
         x = next_difference(v, difference, x);
         if (x < nx - 1)
@@ -251,7 +266,7 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
     const sc_volume *v = p->volume;
     const size_t labels = (size_t)v->label_count, threads = (size_t)p->settings.threads;
     finder f = {.p = p};
-    void *block = NULL, *rows = NULL, *stats = NULL, *sums = NULL;
+    void *block = NULL, *rows = NULL, *background = NULL, *stats = NULL, *sums = NULL;
     sc_status status = sc_alloc(ctx, labels, sizeof(sc_label_stats), &block);
 
     p->stats = block;
@@ -261,11 +276,14 @@ sc_status sc_find_boundary(const sc_ctx *ctx, sc_preparation *p)
         status = sc_alloc(ctx, labels * threads, sizeof(sc_label_stats), &stats);
     if (status == SC_OK)
         status = sc_alloc(ctx, threads * (size_t)v->size[0], sizeof(uint16_t), &rows);
+    if (status == SC_OK)
+        status = sc_zalloc(ctx, (size_t)v->size[0], sizeof(uint16_t), &background);
     SC_TRY(sc_team_agree(p->team, status));
     SC_TRY(sc_team_alloc(ctx, p->team, p->brick_count, sizeof(uint64_t), &block));
     p->near = block;
     f.stats = stats;
     f.rows = rows;
+    f.background = background;
     clear_stats(p->stats, labels);
     clear_stats(f.stats, labels * threads);
     if (sc_team_is_first(p->team)) /* while the others begin with the loop */
@@ -276,6 +294,7 @@ out:
     sc_free(sums);
     sc_free(stats);
     sc_free(rows);
+    sc_free(background);
     return status;
 }
 
