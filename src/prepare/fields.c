@@ -185,15 +185,9 @@ static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
 
         if (x0 >= 0 && x0 + WINDOW <= v->size[0] && y >= 0 && z >= 0 && y < v->size[1] &&
             z < v->size[2]) {
-            const size_t at =
-                ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0;
-
-            if (v->label_bytes == 2) {
-                memcpy(w->ids[row], (const uint16_t *)v->ids + at, sizeof w->ids[row]);
-                continue;
-            }
-            for (int x = 0; x < WINDOW; x++)
-                w->ids[row][x] = ((const uint8_t *)v->ids)[at + (size_t)x];
+            sc_copy_ids(
+                v, ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0,
+                WINDOW, w->ids[row]);
             continue;
         }
         for (int x = 0; x < WINDOW; x++)

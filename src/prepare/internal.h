@@ -7,6 +7,11 @@
 #include "segcast/brick.h"
 #include "segcast/prepare.h"
 
+#include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 /* The arrays are NULL until their stage has run, and have the shapes of sc_prepared. Those of
  * bricks, vertices and voxels are the team's; all others are owned, and the same on all ranks. */
 struct sc_preparation {
@@ -37,6 +42,28 @@ static inline uint32_t sc_id_at(const sc_volume *volume, size_t index)
 {
     return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[index]
                                     : ((const uint16_t *)volume->ids)[index];
+}
+
+/* Copy the dense ids of @p count voxels, a multiple of eight, from an index of the volume on to
+ * @p to. */
+static inline void sc_copy_ids(const sc_volume *v, size_t index, int count, uint16_t *to)
+{
+    const uint8_t *bytes = (const uint8_t *)v->ids + index;
+
+    if (v->label_bytes == 2) {
+        memcpy(to, (const uint16_t *)v->ids + index, (size_t)count * sizeof *to);
+        return;
+    }
+#ifdef __SSE2__
+    for (int x = 0; x < count; x += 8) /* compilers copy bytes one by one: they might overlap */
+        _mm_storeu_si128(
+            (__m128i *)(void *)(to + x),
+            _mm_unpacklo_epi8(_mm_loadl_epi64((const __m128i *)(const void *)(bytes + x)),
+                              _mm_setzero_si128()));
+#else
+    for (int x = 0; x < count; x++)
+        to[x] = bytes[x];
+#endif
 }
 
 /* The dense id of a voxel; background outside of the volume. */

@@ -171,12 +171,8 @@ static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
                           (size_t)(inner ? x0 : 0);
         uint16_t *to = w->ids[row / SIDE][row % SIDE];
 
-        if (inner && v->label_bytes == 2) {
-            memcpy(to, (const uint16_t *)v->ids + at, SIDE * sizeof *to);
-            continue;
-        }
-        for (int x = 0; x < SIDE && inner; x++)
-            to[x] = ((const uint8_t *)v->ids)[at + (size_t)x];
+        if (inner)
+            sc_copy_ids(v, at, SIDE, to);
         for (int x = 0; x < SIDE && !inner; x++)
             to[x] = (uint16_t)sc_id_or_nearest(v, x0 + x, y, z);
     }
