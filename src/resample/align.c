@@ -137,15 +137,21 @@ static void find_shifts(void *user, size_t begin, size_t end, int thread)
 {
     const slices *s = user;
     uint16_t *slice = s->scratch + (size_t)thread * 2 * s->pixels, *before = slice + s->pixels;
+    size_t fetched = 0; /* which slice stands in slice; 0: none */
 
     for (size_t n = begin; n < end; n++) {
         const size_t z = s->step > 1 ? n / 2 * s->step + n % 2 : n;
+        uint16_t *last = slice;
 
         s->shift[z][0] = s->shift[z][1] = NAN;
         if (z == 0)
             continue;
-        fetch_slice(s, z - 1, before);
+        slice = before;
+        before = last;
+        if (fetched != z - 1 || fetched == 0)
+            fetch_slice(s, z - 1, before);
         fetch_slice(s, z, slice);
+        fetched = z;
         find_shift(s, slice, before, s->borders + (size_t)thread * s->pixels, s->shift[z]);
     }
 }
