@@ -22,6 +22,18 @@ pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash>=0.8.0)
 pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat>=58.76 libavcodec>=58.134 libavutil>=56.70
   libswscale>=5.9)
 
+# Optional: label tables in XML. SC_HAVE_EXPAT tells the code.
+find_package(EXPAT 2.2)
+add_library(Expat::expat INTERFACE IMPORTED)
+if(EXPAT_FOUND)
+  target_link_libraries(Expat::expat INTERFACE EXPAT::EXPAT)
+  target_compile_definitions(Expat::expat INTERFACE SC_HAVE_EXPAT=1)
+else()
+  message(WARNING "Expat is not here (Debian: libexpat1-dev): label tables in XML, among them the names that "
+    "TotalSegmentator writes into NIfTI files, will not be read")
+  target_compile_definitions(Expat::expat INTERFACE SC_HAVE_EXPAT=0)
+endif()
+
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
 find_library(TEEM_LIBRARY teem REQUIRED)

@@ -133,12 +133,15 @@ SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
 SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
 
-/** How a label table is written: one label a line. */
+/** How a label table is written: one label a line, or XML. */
 typedef enum sc_table_format {
     SC_TABLE_AUTO,       /**< to be guessed from the text */
     SC_TABLE_SLICER,     /**< id name R G B A, A = opacity, 0 to 255 */
     SC_TABLE_FREESURFER, /**< id name R G B T, T = transparency, 0 to 255 */
-    SC_TABLE_ITKSNAP     /**< id R G B A VIS MSH "name", A = opacity, 0 to 1 */
+    SC_TABLE_ITKSNAP,    /**< id R G B A VIS MSH "name", A = opacity, 0 to 1 */
+    SC_TABLE_XML         /**< the first LabelTable of a document of GIFTI or Connectome Workbench:
+                              elements Label with the name, and the attributes Key, Red, Green, Blue
+                              and Alpha, levels from 0 to 1 */
 } sc_table_format;
 
 /** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */

@@ -213,11 +213,9 @@ static const sc_key farm_keys[] = {
 
 /* ---- the whole file ---- */
 
-static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
-                                          {"slicer", SC_TABLE_SLICER},
-                                          {"freesurfer", SC_TABLE_FREESURFER},
-                                          {"itksnap", SC_TABLE_ITKSNAP},
-                                          {NULL, 0}};
+static const sc_choice table_formats[] = {
+    {"auto", SC_TABLE_AUTO},       {"slicer", SC_TABLE_SLICER}, {"freesurfer", SC_TABLE_FREESURFER},
+    {"itksnap", SC_TABLE_ITKSNAP}, {"xml", SC_TABLE_XML},       {NULL, 0}};
 
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,

@@ -1,60 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Label tables: colour tables of 3D Slicer, look-up tables of FreeSurfer, descriptions of ITK-SNAP.
+/* Label tables: colour tables of 3D Slicer, look-up tables of FreeSurfer, descriptions of ITK-SNAP,
+ * and, by label_xml.c, the XML of GIFTI and Connectome Workbench.
  * The first two look alike but mean the opposite by their sixth number. */
-#include "source.h"
+#include "label_xml.h"
 
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum {
-    TABLE_MAX_BYTES = 64 << 20, /* longer files are refused */
-    TABLE_MAX_ROWS = 1 << 20    /* so are more rows: 16 for each label that a volume can have */
-};
-
-void sc_name_read(const char *from, char *out, sc_name_count *count)
-{
-    const bool whole = sc_copy_name(from, out, SC_NAME_BYTES);
-
-    if (!whole && count->mended++ == 0)
-        memcpy(count->first, out, SC_NAME_BYTES);
-}
-
-void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count)
-{
-    if (count->mended)
-        sc_warn(ctx,
-                "%s: %d name%s not UTF-8 or longer than %d bytes, such as \"%s\"; what is no "
-                "UTF-8 is shown as U+FFFD, and what is too long is left out: save the table as "
-                "UTF-8, with shorter names",
-                path, count->mended, count->mended == 1 ? " is" : "s are", SC_NAME_BYTES - 1,
-                count->first);
-}
-
-void sc_label_table_clear(sc_label_table *table)
-{
-    sc_free(table->rows);
-    *table = (sc_label_table){0};
-}
-
-sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_label *row)
-{
-    if (table->count == table->capacity) {
-        const size_t capacity = table->capacity ? 2 * table->capacity : 64;
-        void *rows;
-        sc_status status = sc_alloc(ctx, capacity, sizeof *row, &rows);
-
-        if (status != SC_OK)
-            return status;
-        if (table->count)
-            memcpy(rows, table->rows, table->count * sizeof *row);
-        sc_free(table->rows);
-        table->rows = rows;
-        table->capacity = capacity;
-    }
-    table->rows[table->count++] = *row;
-    return SC_OK;
-}
 
 /* The next word of a line, which blanks or tabs separate, as a string of its own: the text is
  * cut behind it, and *at moves behind that. NULL at the end of the line. */
@@ -161,14 +113,16 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     return true;
 }
 
-/* By sc_table_format: the name for messages, and the parser; SC_TABLE_AUTO has none. */
+/* By sc_table_format: the name for messages, and the parser of lines; SC_TABLE_AUTO and
+ * SC_TABLE_XML have none. */
 static const struct {
     const char *name;
     bool (*parse)(char *line, sc_label *row, sc_name_count *names);
 } formats[] = {[SC_TABLE_AUTO] = {"", NULL},
                [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
                [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
-               [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap}};
+               [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap},
+               [SC_TABLE_XML] = {"GIFTI or Connectome Workbench (XML)", NULL}};
 
 static bool is_blank_or_comment(const char *line)
 {
@@ -222,13 +176,16 @@ static void weigh_line(const char *line, evidence *e)
 }
 
 /* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
- * the call and whole again after it. ITK-SNAP is known by its header or by names in quotes. The
- * tables of Slicer and FreeSurfer look alike, but most of their labels are opaque, which is 255 in
- * the one and 0 in the other; if neither is more frequent, Slicer is taken. */
+ * the call and whole again after it. XML begins with an element or its declaration. ITK-SNAP is
+ * known by its header or by names in quotes. The tables of Slicer and FreeSurfer look alike, but
+ * most of their labels are opaque, which is 255 in the one and 0 in the other; if neither is more
+ * frequent, Slicer is taken. */
 static sc_table_format guess(char *text)
 {
     evidence e = {0};
 
+    if (text[strspn(text, " \t\r\n")] == '<')
+        return SC_TABLE_XML;
     for (char *line = text; line && !e.itksnap;) {
         char *end = line + strcspn(line, "\r\n");
         const char ending = *end;
@@ -269,11 +226,11 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
         has_rows = true;
         if (row.value == 0) /* background is never shown: its name and colour do not matter */
             continue;
-        if (table->count == TABLE_MAX_ROWS)
+        if (table->count == SC_TABLE_ROWS_MAX)
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s:%d: more than %d rows, but a volume has at most %d labels; keep the "
                            "rows of the labels in the volume",
-                           path, number, TABLE_MAX_ROWS, SC_LABELS_MAX - 1);
+                           path, number, SC_TABLE_ROWS_MAX, SC_LABELS_MAX - 1);
         status = sc_label_table_add(ctx, table, &row);
     }
     if (status == SC_OK)
@@ -291,6 +248,19 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
     return status;
 }
 
+/* Read a table in XML as parse_lines reads others. */
+static sc_status parse_xml(const sc_ctx *ctx, const char *path, const char *text,
+                           sc_label_table *table)
+{
+    const char *begin = text + strspn(text, " \t\r\n"); /* before which XML allows no blanks */
+    char why[SC_XML_WHY_BYTES];
+    const sc_status status = sc_label_xml_parse(ctx, path, begin, strlen(begin), table, why);
+
+    return status == SC_ERR_DATA
+               ? sc_fail(ctx, status, "%s: is not a label table in XML: %s", path, why)
+               : status;
+}
+
 sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_format format,
                               sc_label_table *out)
 {
@@ -299,7 +269,7 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
     size_t bytes;
     sc_status status;
 
-    SC_TRY(sc_file_read(ctx, path, TABLE_MAX_BYTES, &text, &bytes));
+    SC_TRY(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &text, &bytes));
     begin = text;
     if (bytes >= 3 && !memcmp(begin, "\xef\xbb\xbf", 3)) /* UTF-8 byte order mark */
         begin += 3;
@@ -317,85 +287,14 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
         format = guess(begin);
         sc_info(ctx, "%s: read as a %s label table", path, formats[format].name);
     }
-    SC_TRY(parse_lines(ctx, path, format, begin, &table));
+    if (format == SC_TABLE_XML)
+        SC_TRY(parse_xml(ctx, path, begin, &table));
+    else
+        SC_TRY(parse_lines(ctx, path, format, begin, &table));
     *out = table;
     table = (sc_label_table){0};
 out:
     sc_label_table_clear(&table);
     sc_free(text);
     return status;
-}
-
-/* The label of a volume with this value, by binary search, borrowed from the volume; NULL if
- * there is none. Background is not found. */
-static sc_label *find_label(sc_volume *volume, int64_t value)
-{
-    int low = 1, high = volume->label_count - 1; /* all but background are sorted */
-
-    while (low <= high) {
-        const int middle = (low + high) / 2;
-
-        if (volume->labels[middle].value == value)
-            return &volume->labels[middle];
-        if (volume->labels[middle].value < value)
-            low = middle + 1;
-        else
-            high = middle - 1;
-    }
-    return NULL;
-}
-
-/* For qsort of sc_label: rising by value. */
-static int by_value(const void *a, const void *b)
-{
-    const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;
-
-    return (x > y) - (x < y);
-}
-
-sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
-{
-    const size_t most = (size_t)volume->label_count + table->count;
-    size_t count = (size_t)volume->label_count, distinct = 1;
-    sc_label *labels;
-    void *block;
-    sc_status status = sc_alloc(ctx, most, sizeof *labels, &block);
-
-    if (status != SC_OK)
-        return status;
-    labels = block;
-    memcpy(labels, volume->labels, count * sizeof *labels);
-    for (size_t i = 0; i < table->count; i++) {
-        if (table->rows[i].value != 0 && !find_label(volume, table->rows[i].value))
-            labels[count++] = sc_label_new(table->rows[i].value);
-    }
-    qsort(labels + 1, count - 1, sizeof *labels, by_value);
-    for (size_t i = 1; i < count; i++) { /* a table may name a value twice */
-        if (i == 1 || labels[i].value != labels[distinct - 1].value)
-            labels[distinct++] = labels[i];
-    }
-    sc_free(volume->labels);
-    volume->labels = labels;
-    volume->label_count = (int)distinct;
-    sc_volume_apply_table(volume, table);
-    return SC_OK;
-}
-
-void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
-{
-    for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
-        const sc_label *row = &table->rows[i];
-        sc_label *label = find_label(volume, row->value);
-
-        if (!label)
-            continue;
-        if (row->name[0])
-            memcpy(label->name, row->name, sizeof label->name);
-        if (row->has_color) {
-            memcpy(label->rgb, row->rgb, sizeof label->rgb);
-            label->has_color = true;
-        }
-        label->opacity = row->opacity >= 0 ? row->opacity : label->opacity;
-        label->hidden = row->hidden;
-    }
 }

@@ -2,7 +2,7 @@
 /* NIfTI-1 and NIfTI-2. The header is checked here first, because nifticlib does not check what it
  * reads. nifticlib then interprets it (byte order, sform, qform), and the voxels are read here, so
  * that a short or damaged stream is noticed and no value is changed silently. */
-#include "source.h"
+#include "nifti_extension.h"
 
 #include <errno.h>
 #include <nifti2_io.h>
@@ -330,7 +330,7 @@ out:
 }
 
 /* Let nifticlib interpret the header alone: it would also read the extensions, whose lengths it
- * believes, and which are not used here. @return an image of nifti_image_free; NULL if it cannot.
+ * believes; sc_nifti_labels reads them. @return an image of nifti_image_free; NULL if it cannot.
  */
 static nifti_image *interpret(const fields *f, const char *path)
 {
@@ -372,6 +372,9 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
     source.swapped = nim->byteorder != nifti_short_order() && sc_voxel_type_bytes(source.type) > 1;
     geometry(ctx, path, nim, &source);
     scaling(nim, &source);
+    SC_TRY(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,
+                           pair ? UINT64_MAX : (uint64_t)f.voxel_offset,
+                           nim->byteorder != nifti_short_order(), &source.table));
     *out = source;
     source = (sc_source){0};
 out:

@@ -8,6 +8,7 @@ LC_ALL=C sed '/^Segment[0-9]*_\(ID\|Name\):=/d' heart.nrrd >nameless.nrrd
 "$SEGCAST" info heart.nrrd --json |
     jq -r '.labels[] | "\(.value) \(.name | gsub(" "; "_")) 200 \(.value) 90 255"' >heart.ctbl
 printf '1 Left_Atrium 200 1 1 255\n2 left-atrium 1 200 1 255\n' >twins.ctbl
+printf '<LabelTable>' >broken.xml
 : >there.mp4
 mkdir sub
 

@@ -17,6 +17,11 @@ expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
 expect 65 'overlapping layers' "$SEGCAST" info "$DATA/real/slicerio/SegmentationOverlapping.seg.nrrd"
 
+expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
+"$SEGCAST" info "$DATA/real/totalsegmentator/example_seg.nii.gz" 2>&1 | grep -q 'built without Expat' ||
+    jq -e '.labels[] | select(.name == "liver") | .value == 5 and .color == [0, 255, 255]' info.json >/dev/null ||
+    fail "the liver of TotalSegmentator has not the name or colour of its file: $(jq -c '.labels[5]' info.json)"
+
 # Label tables of other programs.
 table() { # table VOLUME TABLE KIND NAME: the table is recognised as KIND and holds NAME
     "$SEGCAST" info "$DATA/real/$1" --labels "$DATA/real/$2" >stdout.txt 2>stderr.txt || fail "$2 cannot be read"

@@ -6,7 +6,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     const char *path = fuzz_write("input", data, size);
 
-    for (int format = SC_TABLE_AUTO; format <= SC_TABLE_ITKSNAP; format++) {
+    for (int format = SC_TABLE_AUTO; format <= SC_TABLE_XML; format++) {
         sc_label_table table = {0};
         sc_volume volume = {.size = {1, 1, 1}, .label_bytes = 1, .label_count = 1};
         const sc_status status =

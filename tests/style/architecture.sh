@@ -17,6 +17,7 @@ name_library() {
     PkgConfig::XXHASH) echo xxHash ;;
     Teem::teem) echo Teem ;;
     Nifti::nifti2) echo nifticlib ;;
+    Expat::expat) echo Expat ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
     PkgConfig::YAML) echo libyaml ;;

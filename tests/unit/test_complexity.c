@@ -412,6 +412,8 @@ static const parser parsers[] = {
     {"table of one line", parse_table, "1 ", "n%d", " 1 2 3 255\n", SC_TABLE_AUTO, SC_OK, 30000},
     {"names that are no UTF-8", parse_table, "", "%d \xff\xfe 1 2 3 255\n", "", SC_TABLE_AUTO,
      SC_OK, 3000},
+    {"table in XML", parse_table, "<LabelTable>", "<Label Key=\"%d\" Red=\"1\">n %d</Label>\n",
+     "</LabelTable>", SC_TABLE_XML, SC_HAVE_EXPAT ? SC_OK : SC_ERR_DATA, 3000},
     {"segments", parse_volume, NRRD, "Segment%d_ID:=s%d\nSegment%d_Name:=n\n", "\n", 0, SC_OK,
      3000},
     {"other keys of NRRD", parse_volume, NRRD, "key %d:=value %d\n", "\n", 0, SC_OK, 3000},

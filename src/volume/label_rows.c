@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The rows of label tables, of whatever format, and what a volume takes from them. */
+#include "source.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void sc_name_read(const char *from, char *out, sc_name_count *count)
+{
+    const bool whole = sc_copy_name(from, out, SC_NAME_BYTES);
+
+    if (!whole && count->mended++ == 0)
+        memcpy(count->first, out, SC_NAME_BYTES);
+}
+
+void sc_name_warn(const sc_ctx *ctx, const char *path, const sc_name_count *count)
+{
+    if (count->mended)
+        sc_warn(ctx,
+                "%s: %d name%s not UTF-8 or longer than %d bytes, such as \"%s\"; what is no "
+                "UTF-8 is shown as U+FFFD, and what is too long is left out: save the table as "
+                "UTF-8, with shorter names",
+                path, count->mended, count->mended == 1 ? " is" : "s are", SC_NAME_BYTES - 1,
+                count->first);
+}
+
+void sc_label_table_clear(sc_label_table *table)
+{
+    sc_free(table->rows);
+    *table = (sc_label_table){0};
+}
+
+sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table, const sc_label *row)
+{
+    if (table->count == table->capacity) {
+        const size_t capacity = table->capacity ? 2 * table->capacity : 64;
+        void *rows;
+        sc_status status = sc_alloc(ctx, capacity, sizeof *row, &rows);
+
+        if (status != SC_OK)
+            return status;
+        if (table->count)
+            memcpy(rows, table->rows, table->count * sizeof *row);
+        sc_free(table->rows);
+        table->rows = rows;
+        table->capacity = capacity;
+    }
+    table->rows[table->count++] = *row;
+    return SC_OK;
+}
+
+/* The label of a volume with this value, by binary search, borrowed from the volume; NULL if
+ * there is none. Background is not found. */
+static sc_label *find_label(sc_volume *volume, int64_t value)
+{
+    int low = 1, high = volume->label_count - 1; /* all but background are sorted */
+
+    while (low <= high) {
+        const int middle = (low + high) / 2;
+
+        if (volume->labels[middle].value == value)
+            return &volume->labels[middle];
+        if (volume->labels[middle].value < value)
+            low = middle + 1;
+        else
+            high = middle - 1;
+    }
+    return NULL;
+}
+
+/* For qsort of sc_label: rising by value. */
+static int by_value(const void *a, const void *b)
+{
+    const int64_t x = ((const sc_label *)a)->value, y = ((const sc_label *)b)->value;
+
+    return (x > y) - (x < y);
+}
+
+sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume, const sc_label_table *table)
+{
+    const size_t most = (size_t)volume->label_count + table->count;
+    size_t count = (size_t)volume->label_count, distinct = 1;
+    sc_label *labels;
+    void *block;
+    sc_status status = sc_alloc(ctx, most, sizeof *labels, &block);
+
+    if (status != SC_OK)
+        return status;
+    labels = block;
+    memcpy(labels, volume->labels, count * sizeof *labels);
+    for (size_t i = 0; i < table->count; i++) {
+        if (table->rows[i].value != 0 && !find_label(volume, table->rows[i].value))
+            labels[count++] = sc_label_new(table->rows[i].value);
+    }
+    qsort(labels + 1, count - 1, sizeof *labels, by_value);
+    for (size_t i = 1; i < count; i++) { /* a table may name a value twice */
+        if (i == 1 || labels[i].value != labels[distinct - 1].value)
+            labels[distinct++] = labels[i];
+    }
+    sc_free(volume->labels);
+    volume->labels = labels;
+    volume->label_count = (int)distinct;
+    sc_volume_apply_table(volume, table);
+    return SC_OK;
+}
+
+void sc_volume_apply_table(sc_volume *volume, const sc_label_table *table)
+{
+    for (size_t i = table->count; i-- > 0;) { /* backwards: the first row of a value wins */
+        const sc_label *row = &table->rows[i];
+        sc_label *label = find_label(volume, row->value);
+
+        if (!label)
+            continue;
+        if (row->name[0])
+            memcpy(label->name, row->name, sizeof label->name);
+        if (row->has_color) {
+            memcpy(label->rgb, row->rgb, sizeof label->rgb);
+            label->has_color = true;
+        }
+        label->opacity = row->opacity >= 0 ? row->opacity : label->opacity;
+        label->hidden = row->hidden;
+    }
+}

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Files that nibabel writes here are read with the geometry, labels, names and colours that it has put there.
+for python in /usr/bin/python3 python3 none; do
+    "$python" -c 'import nibabel' 2>/dev/null && break
+done
+[ "$python" != none ] || skip "nibabel is not installed for Python (Debian: python3-nibabel)"
+cat >make.py <<'PYTHON'
+import nibabel, numpy
+from nibabel import gifti
+labels = numpy.zeros((6, 5, 4), numpy.int16)
+labels[1:3, 1:4, 1:3] = 17
+labels[3:5, 1:4, 1:3] = 53
+affine = numpy.array([[0, 0, 2, -7.5], [-1, 0, 0, 4], [0, -1.5, 0, 9], [0, 0, 0, 1]])
+table = '<CaretExtension><VolumeInformation Index="0"><LabelTable>%s</LabelTable></VolumeInformation></CaretExtension>' % ''.join(
+    '<Label Key="%d" Red="%g" Green="%g" Blue="0" Alpha="1"><![CDATA[%s]]></Label>' % row
+    for row in ((17, 1, .5, 'Left-Hippocampus'), (53, 0, 1, 'Right-Hippocampus')))
+for name, kind in (('one.nii.gz', nibabel.Nifti1Image), ('two.nii', nibabel.Nifti2Image)):
+    image = kind(labels, affine)
+    image.header.extensions.append(nibabel.nifti1.Nifti1Extension(0, table.encode()))
+    nibabel.save(image, name)
+plain = nibabel.Nifti1Image(labels, affine)
+nibabel.save(plain, 'plain.nii')
+big = nibabel.Nifti1Image(labels, affine, nibabel.Nifti1Header(endianness='>'))
+big.header.extensions.append(nibabel.nifti1.Nifti1Extension(30, table.encode()))
+nibabel.save(big, 'big.nii')
+names = gifti.GiftiLabelTable()
+for key, name, color in ((0, '???', (1, 1, 1, 0)), (17, 'Left-Hippocampus', (1, .5, 0, 1)), (53, 'Right-Hippocampus', (0, 1, 0, 1))):
+    label = gifti.GiftiLabel(key, *color)
+    label.label = name
+    names.labels.append(label)
+array = gifti.GiftiDataArray(numpy.zeros(3, numpy.int32), 'NIFTI_INTENT_LABEL')
+nibabel.save(gifti.GiftiImage(darrays=[array], labeltable=names), 'names.label.gii')
+PYTHON
+"$python" make.py || fail "nibabel cannot write the files"
+
+# read_file FILE [OPTION...]: its labels and geometry are those of make.py.
+read_file() {
+    "$SEGCAST" info "$@" --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "$1 cannot be read"; }
+    jq -e '[.labels[1:][] | [.value, .name, .color]] == [[17, "Left-Hippocampus", [255, 128, 0]], [53, "Right-Hippocampus", [0, 255, 0]]]' \
+        info.json >/dev/null || fail "$1: labels $(jq -c '[.labels[] | [.value, .name, .color]]' info.json)"
+    jq -e '.axes == "PIR" and (.labels[1].voxels == 12)' info.json >/dev/null || fail "$1: axes $(jq -c .axes info.json)"
+}
+"$SEGCAST" info one.nii.gz >stdout.txt 2>stderr.txt || fail "one.nii.gz cannot be read"
+if grep -q 'built without Expat' stderr.txt; then
+    skip "segcast was built without Expat"
+fi
+read_file one.nii.gz
+read_file two.nii
+read_file big.nii
+read_file plain.nii --labels names.label.gii

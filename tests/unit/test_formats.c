@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What programs of several fields write: label tables in XML, in files of their own and in the
+ * header extensions of NIfTI. The files are written here, byte by byte. */
+#include "check.h"
+
+#include "segcast/volume.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <unistd.h>
+#include <zlib.h>
+
+static void write_file(const char *path, const void *data, size_t bytes)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    assert_int_equal(fwrite(data, 1, bytes, file), bytes);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void write_text(const char *path, const char *text)
+{
+    write_file(path, text, strlen(text));
+}
+
+/* ---- label tables in XML ---- */
+
+#define LABELS                                                                                     \
+    "<LabelTable>\n<Label Key=\"0\">none</Label>\n"                                                \
+    "<Label Key=\"2\" Red=\"0.0\" Green=\"0.5\" Blue=\"1.0\" Alpha=\"1\">"                         \
+    "<![CDATA[left & right]]></Label>\n"                                                           \
+    "<Label Key=\"-7\" Alpha=\"0.25\"> \n caf\xc3\xa9 &amp; co\n </Label>\n"                       \
+    "<Label Key=\"9\" Red=\"1\" Green=\"1\" Blue=\"1\" Alpha=\"0\"/></LabelTable>"
+
+/* Expect what LABELS holds. @return whether XML can be read: if not, so it was said. */
+static bool expect_labels(sc_status status, const sc_label_table *table, const heard *said)
+{
+    if (strstr(said->text, "built without Expat"))
+        return false;
+    assert_ok(status);
+    assert_int_equal(table->count, 3);
+    assert_int_equal(table->rows[0].value, 2);
+    assert_string_equal(table->rows[0].name, "left & right");
+    assert_true(table->rows[0].has_color && table->rows[0].rgb[1] == 128);
+    assert_int_equal(table->rows[0].rgb[2], 255);
+    assert_true(table->rows[0].opacity < 0 && !table->rows[0].hidden);
+    assert_int_equal(table->rows[1].value, -7);
+    assert_string_equal(table->rows[1].name, "caf\xc3\xa9 & co");
+    assert_false(table->rows[1].has_color);
+    assert_near(table->rows[1].opacity, 0.25, 1e-6);
+    assert_true(table->rows[2].hidden && !table->rows[2].name[0]);
+    return true;
+}
+
+static void tables_in_xml_are_known_by_their_first_character(void **state)
+{
+    static const char *const documents[] = {
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<!DOCTYPE GIFTI SYSTEM \"http://www.nitrc.org/frs/download.php/115/gifti.dtd\">\n"
+        "<GIFTI Version=\"1.0\" NumberOfDataArrays=\"0\">" LABELS
+        "<LabelTable><Label Key=\"2\">second</Label></LabelTable></GIFTI>\n",
+        "\xef\xbb\xbf\r\n " LABELS};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_label_table table = {0};
+        sc_status status;
+
+        write_text("f.xml", documents[i]);
+        status = sc_label_table_read(&ctx, "f.xml", SC_TABLE_AUTO, &table);
+        if (expect_labels(status, &table, &said))
+            assert_non_null(strstr(said.text, "read as a GIFTI"));
+        sc_label_table_clear(&table);
+    }
+    unlink("f.xml");
+}
+
+/* Nothing that an XML document says is believed, and entities are not expanded. */
+static void bad_xml_is_refused_with_its_line(void **state)
+{
+    static const struct {
+        const char *document, *message;
+    } cases[] = {
+        {"<a>\n<LabelTable></b>", "line 2 of the XML: mismatched tag"},
+        {"<LabelTable><Label Key=\"1\">x</Label>", "no element found"},
+        {"<GIFTI></GIFTI>", "has no LabelTable"},
+        {"<!DOCTYPE a [\n<!ENTITY b \"bb\"> <!ENTITY c \"&b;&b;\">]>\n<LabelTable>"
+         "<Label Key=\"1\">&c;</Label></LabelTable>",
+         "line 2 of the XML: it declares entities"},
+        {"<!DOCTYPE a [<!ENTITY b SYSTEM \"/etc/passwd\">]><LabelTable/>", "declares entities"},
+        {"<LabelTable><Label Key=\"1\">\xff</Label></LabelTable>", "not well-formed"}};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_table table = {0};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        write_text("f.xml", cases[i].document);
+        assert_int_equal(sc_label_table_read(&ctx, "f.xml", SC_TABLE_XML, &table), SC_ERR_DATA);
+        if (!strstr(said.text, cases[i].message) && !strstr(said.text, "built without Expat"))
+            fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
+    }
+    unlink("f.xml");
+}
+
+static void labels_that_cannot_be_read_are_left_out_with_one_warning(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_table table = {0};
+    sc_status status;
+
+    (void)state;
+    write_text("f.xml", "<LabelTable>\n<Label Key=\"one\">a</Label>\n"
+                        "<Label Key=\"2\" Red=\"255\" Green=\"0\" Blue=\"0\">b</Label>\n"
+                        "<Label Key=\"99999999999999999999\">c</Label>\n"
+                        "<Label Key=\"4\" Alpha=\"nan\">d</Label></LabelTable>");
+    status = sc_label_table_read(&ctx, "f.xml", SC_TABLE_XML, &table);
+    if (!strstr(said.text, "built without Expat")) {
+        assert_ok(status);
+        assert_int_equal(said.warnings, 1);
+        assert_non_null(strstr(said.text, "line 2 of its XML: 4 labels have"));
+        assert_int_equal(table.count, 2);
+        assert_int_equal(table.rows[0].value, 2);
+        assert_false(table.rows[0].has_color);
+        assert_string_equal(table.rows[1].name, "d");
+        assert_true(table.rows[1].opacity < 0);
+    }
+    sc_label_table_clear(&table);
+    unlink("f.xml");
+}
+
+/* ---- header extensions of NIfTI ---- */
+
+/* An extension in the byte order of this machine. */
+typedef struct extension {
+    int code, size; /* size 0: that of the text, filled up to a multiple of 16 */
+    const char *text;
+} extension;
+
+static void put16(unsigned char *at, int value)
+{
+    const int16_t v = (int16_t)value;
+
+    memcpy(at, &v, 2);
+}
+
+static void put32(unsigned char *at, int32_t value)
+{
+    memcpy(at, &value, 4);
+}
+
+static void put_real(unsigned char *at, float value)
+{
+    memcpy(at, &value, 4);
+}
+
+/* Write a volume of 3 x 1 x 1 voxels with the labels 0, 2 and 9, and extensions. */
+static void write_nifti(const char *path, const extension *extensions, size_t count)
+{
+    unsigned char bytes[4096] = {0};
+    size_t end = 352;
+
+    put32(bytes, 348);
+    put16(bytes + 40, 3);
+    put16(bytes + 42, 3);
+    for (size_t i = 44; i < 56; i += 2)
+        put16(bytes + i, 1);
+    put16(bytes + 70, 2);
+    put16(bytes + 72, 8);
+    for (size_t i = 76; i < 92; i += 4)
+        put_real(bytes + i, 1);
+    memcpy(bytes + 344, "n+1", 4);
+    put16(bytes + 254, 1); /* sform */
+    for (size_t i = 280; i < 328; i += 20)
+        put_real(bytes + i, 1);
+    bytes[348] = count > 0;
+    for (size_t i = 0; i < count; i++) {
+        const size_t size = (8 + strlen(extensions[i].text) + 15) / 16 * 16;
+
+        put32(bytes + end, extensions[i].size ? extensions[i].size : (int32_t)size);
+        put32(bytes + end + 4, extensions[i].code);
+        memcpy(bytes + end + 8, extensions[i].text, strlen(extensions[i].text));
+        end += size;
+    }
+    put_real(bytes + 108, (float)end);
+    bytes[end + 1] = 2;
+    bytes[end + 2] = 9;
+    write_file(path, bytes, end + 3);
+}
+
+/* Whatever the code of the extension is, as TotalSegmentator and Workbench differ in it. */
+static void names_come_from_an_extension_of_the_header(void **state)
+{
+    static const extension caret = {
+        0, 0, "<?xml version=\"1.0\"?> <CaretExtension>" LABELS "</CaretExtension>"};
+    const extension two[] = {{6, 0, "a comment"}, caret};
+
+    (void)state;
+    for (size_t skip = 0; skip < 2; skip++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        write_nifti("f.nii", two + skip, 2 - skip);
+        assert_ok(sc_volume_read(&ctx, "f.nii", &v));
+        assert_int_equal(v.label_count, 3);
+        if (!strstr(said.text, "built without Expat")) {
+            assert_string_equal(v.labels[1].name, "left & right");
+            assert_true(v.labels[1].has_color && v.labels[1].rgb[1] == 128);
+            assert_true(v.labels[2].hidden);
+        }
+        sc_volume_clear(&v);
+    }
+    unlink("f.nii");
+}
+
+/* The voxels are read in any case. */
+static void damaged_extensions_give_a_warning(void **state)
+{
+    static const struct {
+        extension extension;
+        const char *message; /* NULL: none */
+    } cases[] = {{{0, 0, "no table"}, NULL},
+                 {{0, 0, "<LabelTable><Label Key=\"2\">x</Label>"}, "no element found"},
+                 {{0, 7, "<LabelTable/>"}, "has 7 bytes, expected 8 to 32"},
+                 {{0, -16, "<LabelTable/>"}, "has -16 bytes"},
+                 {{0, 1 << 30, "<LabelTable/>"}, "has 1073741824 bytes"}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_label_scan scan = {0};
+
+        write_nifti("f.nii", &cases[i].extension, 1);
+        assert_ok(sc_volume_read_header(&ctx, "f.nii", &scan));
+        assert_int_equal(scan.volume.label_count, 1);
+        sc_label_scan_clear(&scan);
+        ctx = listening(&said);
+        ctx.level = SC_LOG_WARN;
+        assert_ok(sc_volume_scan_labels(&ctx, "f.nii", &scan));
+        assert_int_equal(scan.volume.label_count, 3);
+        assert_int_equal(said.warnings, cases[i].message != NULL);
+        if (cases[i].message && !strstr(said.text, cases[i].message) &&
+            !strstr(said.text, "built without Expat"))
+            fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
+        sc_label_scan_clear(&scan);
+    }
+    unlink("f.nii");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tables_in_xml_are_known_by_their_first_character),
+        cmocka_unit_test(bad_xml_is_refused_with_its_line),
+        cmocka_unit_test(labels_that_cannot_be_read_are_left_out_with_one_warning),
+        cmocka_unit_test(names_come_from_an_extension_of_the_header),
+        cmocka_unit_test(damaged_extensions_give_a_warning),
+    };
+
+    return RUN(tests);
+}
