@@ -219,8 +219,9 @@ static const sc_choice table_formats[] = {
 
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,
-     .help = "the labels: a file (NRRD, NIfTI, MetaImage, or prepared), phantom, or for example "
-             "phantom:128x96x128",
+     .help =
+         "the labels: a file (NRRD, NIfTI, MGH, MetaImage, or prepared), phantom, or for example "
+         "phantom:128x96x128",
      .bytes = SC_PATH_BYTES, .outside_identity = true, .required = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
      .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,

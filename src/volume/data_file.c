@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
 /* @return why a name is refused, whatever file it leads to; NULL if nothing is wrong with it. */
 static const char *bad_name(const char *name)
@@ -96,4 +97,28 @@ out:
     free(directories[1]);
     sc_free(joined);
     return status;
+}
+
+sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed)
+{
+    struct stat info;
+    gzFile file = gzopen(path, "rb");
+    sc_status status;
+    bool plain;
+
+    if (!file || stat(path, &info)) {
+        if (file)
+            gzclose_r(file);
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    }
+    plain = gzdirect(file);
+    status = sc_gzip_status(file);
+    gzclose_r(file);
+    if (status == SC_ERR_MEMORY)
+        return sc_fail(ctx, status, "%s: out of memory", path);
+    if (needed > (double)info.st_size * (plain ? 1 : SC_DEFLATE_RATIO_MAX))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the header promises %.0f bytes, more than the file can hold (%lld%s)",
+                       path, needed, (long long)info.st_size, plain ? "" : ", compressed");
+    return SC_OK;
 }

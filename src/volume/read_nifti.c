@@ -227,32 +227,6 @@ static sc_status voxel_file(const sc_ctx *ctx, const char *path, bool pair, char
                    path);
 }
 
-/* @return SC_ERR_DATA if the file cannot hold @p needed bytes, even if it is compressed as well
- * as possible; SC_ERR_MISSING if it cannot be opened, SC_ERR_MEMORY. */
-static sc_status check_file_size(const sc_ctx *ctx, const char *path, double needed)
-{
-    struct stat info;
-    gzFile file = gzopen(path, "rb");
-    sc_status status;
-    bool plain;
-
-    if (!file || stat(path, &info)) {
-        if (file)
-            gzclose_r(file);
-        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
-    }
-    plain = gzdirect(file);
-    status = sc_gzip_status(file);
-    gzclose_r(file);
-    if (status == SC_ERR_MEMORY)
-        return sc_fail(ctx, status, "%s: out of memory", path);
-    if (needed > (double)info.st_size * (plain ? 1 : SC_DEFLATE_RATIO_MAX))
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: the header promises %.0f bytes, more than the file can hold (%lld%s)",
-                       path, needed, (long long)info.st_size, plain ? "" : ", compressed");
-    return SC_OK;
-}
-
 /* Is the map finite, of plausible size, and invertible? */
 static bool usable(const nifti_dmat44 *m)
 {
@@ -320,7 +294,7 @@ static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, con
 
     source->file = file;
     SC_TRY(sc_grid_voxels(ctx, file, size, each, &voxels));
-    SC_TRY(check_file_size(ctx, file, f->voxel_offset + (double)voxels * (double)each));
+    SC_TRY(sc_check_file_bytes(ctx, file, f->voxel_offset + (double)voxels * (double)each));
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)size[i];
     source->encoding = SC_ENCODING_GZIP;

@@ -52,7 +52,7 @@ static bool holds_dicom(const char *directory)
 /* Log that @p path is a directory, with advice by what it holds. @return SC_ERR_MISSING always. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
-    const char *advice = "; give the path of a NRRD, NIfTI or MetaImage file in it";
+    const char *advice = "; give the path of a NRRD, NIfTI, MGH or MetaImage file in it";
 
     if (holds_file(path, ".zarray") || holds_file(path, ".zgroup") || holds_file(path, "zarr.json"))
         advice = " (Zarr); convert the label array to NIfTI or NRRD, for example in Python with "
@@ -128,6 +128,12 @@ static bool is_nifti(const head *h)
     return false;
 }
 
+/* MGH of FreeSurfer, compressed or not, has a version number only. */
+static bool is_mgh(const head *h)
+{
+    return starts_with(h, "\0\0\0\1", 4);
+}
+
 /* MetaImage has no mark: one of its keys stands first, or somewhere in the first bytes. */
 static bool is_meta(const head *h)
 {
@@ -143,7 +149,10 @@ static bool is_meta(const head *h)
 static const struct {
     bool (*probe)(const head *h);
     sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-} readers[] = {{is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti}, {is_meta, sc_open_meta}};
+} readers[] = {{is_nrrd, sc_open_nrrd},
+               {is_nifti, sc_open_nifti},
+               {is_mgh, sc_open_mgh},
+               {is_meta, sc_open_meta}};
 
 /* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
  * the message what it is and what to do instead. */
@@ -160,10 +169,6 @@ static const struct {
     {"DICM", 4, 128,
      "is DICOM; a segmentation object (DICOM SEG) is converted by `segimage2itkimage --inputDICOM "
      "FILE --outputType nrrd` of dcmqi, all else by 3D Slicer (save the segmentation as .nrrd)"},
-    {"\x00\x00\x00\x01\x00\x00", 6, 0,
-     "looks like FreeSurfer MGH/MGZ; convert it with `mri_convert -rt nearest FILE labels.nii.gz`, "
-     "or in Python with nibabel: nibabel.save(nibabel.Nifti1Image.from_image(nibabel.load("
-     "\"FILE\")), \"labels.nii.gz\")"},
     {"II*\x00", 4, 0,
      "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
      "> Nrrd)"},
@@ -207,11 +212,12 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     }
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
-    return sc_fail(ctx, SC_ERR_DATA,
-                   "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
-                   "(348 or 540) or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
-                   "many other formats as .nrrd or .nii.gz",
-                   path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
+        "(348 or 540), MGH or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
+        "many other formats as .nrrd or .nii.gz",
+        path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
 /* ---- geometry ---- */

@@ -88,6 +88,11 @@ sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes);
 
+/* Check that a file, which may be a gzip file, can hold @p needed bytes even if it is compressed as
+ * well as possible. @return SC_ERR_DATA if not; SC_ERR_MISSING if it cannot be opened,
+ * SC_ERR_MEMORY; all logged. */
+sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed);
+
 /* Read and check the header of a file whose first bytes are those of the format, and fill *out,
  * which the caller owns (sc_source_clear); *out is untouched after an error. The voxels
  * themselves are left in the file, except those of encodings which only a library can read. @p
@@ -95,6 +100,7 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
  * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY, all logged. */
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* The voxels of a source as whole numbers, block by block, in bounded memory. */

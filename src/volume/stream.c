@@ -14,6 +14,8 @@
 enum {
     GZIP_BUFFER_BYTES = 1 << 18, /* zlib's default of 8 KiB costs a call of read(2) each */
     PACKED_BYTES = 1 << 18,
+    REST_BLOCKS =
+        128, /* of sc_voxel_stream.raw: so much is unpacked behind the last voxel, 16 MiB */
     VOXEL_BYTES_MAX = 8
 };
 
@@ -235,7 +237,6 @@ static sc_status finish_zlib(sc_voxel_stream *s)
 sc_status sc_stream_finish(sc_voxel_stream *s)
 {
     struct stat info;
-    char rest[512];
     const char *reason;
     int error;
 
@@ -243,8 +244,10 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
         return finish_zlib(s);
     if (!s->gzip)
         return SC_OK;
-    /* Reading beyond the last voxel makes zlib verify the check sum of a stream that ends here. */
-    gzread(s->gzip, rest, sizeof rest);
+    /* Reading beyond the last voxel makes zlib verify the check sum of a stream that ends there,
+     * or, as in MGH, behind a few tags. */
+    for (int i = 0; i < REST_BLOCKS && gzread(s->gzip, s->raw, sizeof s->raw) > 0; i++) {
+    }
     reason = gzerror(s->gzip, &error);
     if (error < 0)
         return sc_fail(

@@ -23,6 +23,8 @@ nibabel.save(plain, 'plain.nii')
 big = nibabel.Nifti1Image(labels, affine, nibabel.Nifti1Header(endianness='>'))
 big.header.extensions.append(nibabel.nifti1.Nifti1Extension(30, table.encode()))
 nibabel.save(big, 'big.nii')
+for name, kind in (('int16.mgz', numpy.int16), ('uint8.mgh', numpy.uint8), ('int32.mgz', numpy.int32), ('float.mgz', numpy.float32)):
+    nibabel.save(nibabel.MGHImage(labels.astype(kind), affine), name)
 names = gifti.GiftiLabelTable()
 for key, name, color in ((0, '???', (1, 1, 1, 0)), (17, 'Left-Hippocampus', (1, .5, 0, 1)), (53, 'Right-Hippocampus', (0, 1, 0, 1))):
     label = gifti.GiftiLabel(key, *color)
@@ -48,3 +50,8 @@ read_file one.nii.gz
 read_file two.nii
 read_file big.nii
 read_file plain.nii --labels names.label.gii
+matrix=$(jq -c .to_ras_mm info.json)
+for file in int16.mgz uint8.mgh int32.mgz float.mgz; do
+    read_file "$file" --labels names.label.gii
+    [ "$(jq -c .to_ras_mm info.json)" = "$matrix" ] || fail "$file: geometry $(jq -c .to_ras_mm info.json), expected $matrix"
+done

@@ -17,6 +17,7 @@ expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
 expect 65 'overlapping layers' "$SEGCAST" info "$DATA/real/slicerio/SegmentationOverlapping.seg.nrrd"
 
+expect_labels real/niivue/aparc.a2009s+aseg.mgz 188 LIA
 expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
 "$SEGCAST" info "$DATA/real/totalsegmentator/example_seg.nii.gz" 2>&1 | grep -q 'built without Expat' ||
     jq -e '.labels[] | select(.name == "liver") | .value == 5 and .color == [0, 255, 255]' info.json >/dev/null ||
@@ -29,4 +30,5 @@ table() { # table VOLUME TABLE KIND NAME: the table is recognised as KIND and ho
     grep -q "$4" stdout.txt || fail "$2: expected a label named $4"
 }
 table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left'
+table niivue/aparc.a2009s+aseg.mgz label_tables/FreeSurferColorLUT.txt FreeSurfer Left-Hippocampus
 table allen_human/AllenAtlas.nii.gz allen_human/itksnap_label_description_Br.txt ITK-SNAP 'FI - 10329'

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What programs of several fields write: label tables in XML, in files of their own and in the
- * header extensions of NIfTI. The files are written here, byte by byte. */
+ * header extensions of NIfTI; MGH of FreeSurfer. The files are written here, byte by byte. */
 #include "check.h"
 
 #include "segcast/volume.h"
@@ -253,6 +253,172 @@ static void damaged_extensions_give_a_warning(void **state)
     unlink("f.nii");
 }
 
+/* ---- MGH ---- */
+
+enum { MGH_HEAD = 284 };
+
+static void put_big(unsigned char *at, uint32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        at[i] = (unsigned char)(value >> (24 - 8 * i));
+}
+
+static void put_big_real(unsigned char *at, float value)
+{
+    uint32_t bits;
+
+    memcpy(&bits, &value, 4);
+    put_big(at, bits);
+}
+
+/* The header of 3 x 2 x 1 voxels of type @p type: x runs to the left by 2 mm, y down by 3 mm, z to
+ * the front by 4 mm. */
+static void mgh_header(unsigned char h[MGH_HEAD], uint32_t type)
+{
+    static const float reals[] = {2, 3, 4, -1, 0, 0, 0, 0, -1, 0, 1, 0, 10, 20, 30};
+
+    memset(h, 0, MGH_HEAD);
+    put_big(h, 1);
+    put_big(h + 4, 3);
+    put_big(h + 8, 2);
+    put_big(h + 12, 1);
+    put_big(h + 16, 1);
+    put_big(h + 20, type);
+    h[29] = 1;
+    for (size_t i = 0; i < SC_COUNT_OF(reals); i++)
+        put_big_real(h + 30 + 4 * i, reals[i]);
+}
+
+/* Write the labels 0, 0, 0, 0, 0, 7 behind the header, and @p tags bytes of tags. */
+static void write_mgh(const char *path, const unsigned char h[MGH_HEAD], size_t each, size_t tags)
+{
+    static unsigned char bytes[1 << 22];
+    gzFile file = gzopen(path, strstr(path, ".mgz") ? "wb" : "wbT");
+    const size_t end = MGH_HEAD + 6 * each;
+    uint64_t random = 1;
+
+    memset(bytes, 0, sizeof bytes);
+    memcpy(bytes, h, MGH_HEAD);
+    bytes[end - 1] = 7;
+    for (size_t i = 0; i < tags; i++) /* which do not compress: zlib must not unpack all at once */
+        bytes[end + i] = (unsigned char)random_bits(&random);
+    assert_non_null(file);
+    assert_int_equal(gzwrite(file, bytes, (unsigned)(end + tags)), end + tags);
+    assert_int_equal(gzclose(file), Z_OK);
+}
+
+static void mgh_of_every_type_is_read(void **state)
+{
+    static const struct {
+        uint32_t type;
+        size_t bytes;
+    } types[] = {{0, 1}, {4, 2}, {10, 2}, {1, 4}};
+    static const double to_ras[12] = {-2, 0, 0, 13, 0, 0, 4, 18, 0, -3, 0, 33};
+
+    (void)state;
+    for (size_t i = 0; i < 2 * SC_COUNT_OF(types); i++) {
+        const char *path = i % 2 ? "f.mgz" : "f.mgh";
+        unsigned char h[MGH_HEAD];
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        mgh_header(h, types[i / 2].type);
+        write_mgh(path, h, types[i / 2].bytes, i / 2 * 30000);
+        assert_ok(sc_volume_read(&ctx, path, &v));
+        assert_int_equal(v.size[0], 3);
+        assert_int_equal(v.label_count, 2);
+        assert_int_equal(v.labels[1].value, 7);
+        assert_int_equal(((const uint8_t *)v.ids)[5], 1);
+        assert_true(v.oriented);
+        assert_int_equal(said.warnings, 0);
+        for (int k = 0; k < 12; k++)
+            assert_near(v.to_ras_mm.m[k / 4][k % 4], to_ras[k], 1e-5);
+        sc_volume_clear(&v);
+        unlink(path);
+    }
+}
+
+static void mgh_without_geometry_is_coronal(void **state)
+{
+    unsigned char h[MGH_HEAD];
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    mgh_header(h, 0);
+    h[29] = 0;
+    write_mgh("f.mgh", h, 1, 0);
+    assert_ok(sc_volume_read(&ctx, "f.mgh", &v));
+    assert_int_equal(said.warnings, 1);
+    assert_non_null(strstr(said.text, "does not give its geometry; read as FreeSurfer does"));
+    assert_near(v.to_ras_mm.m[0][0], -1, 0);
+    assert_near(v.to_ras_mm.m[1][2], 1, 0);
+    assert_near(v.to_ras_mm.m[2][1], -1, 0);
+    assert_near(v.to_ras_mm.m[0][3], 1.5, 0);
+    sc_volume_clear(&v);
+    unlink("f.mgh");
+}
+
+static void bad_mgh_is_refused(void **state)
+{
+    static const struct {
+        size_t at;
+        uint32_t value;
+        const char *message;
+    } cases[] = {{20, 2, "its type is 2, expected 0, 1, 3, 4 or 10"},
+                 {16, 5, "has 5 frames, expected one"},
+                 {16, 0, "has 0 frames"},
+                 {4, 0, "size 0 along axis 0"},
+                 {8, 0x80000000u, "size -2147483648 along axis 1"},
+                 {12, 0x7fffffff, "the header promises"},
+                 {30, 0, "its voxels measure 0 to 4 mm"},
+                 {78, 0x7fc00000, "geometry holds nan"}};
+    unsigned char h[MGH_HEAD];
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        mgh_header(h, 0);
+        put_big(h + cases[i].at, cases[i].value);
+        write_mgh("f.mgz", h, 1, 0);
+        assert_int_equal(sc_volume_read(&ctx, "f.mgz", &v), SC_ERR_DATA);
+        if (!strstr(said.text, cases[i].message))
+            fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
+    }
+    mgh_header(h, 1); /* voxels of four bytes are promised, and of one written */
+    write_mgh("f.mgh", h, 1, 0);
+    assert_int_equal(sc_volume_read(&ctx, "f.mgh", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "more than the file can hold"));
+    unlink("f.mgz");
+    unlink("f.mgh");
+}
+
+/* The check sum of a gzip file is verified although tags follow the voxels. */
+static void damage_behind_the_voxels_of_mgz_is_noticed(void **state)
+{
+    unsigned char h[MGH_HEAD];
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+    FILE *file;
+
+    (void)state;
+    mgh_header(h, 0);
+    write_mgh("f.mgz", h, 1, 3000000);
+    file = fopen("f.mgz", "rb+");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, -8, SEEK_END), 0); /* the check sum, then the length */
+    assert_true(fputs("1234", file) >= 0);
+    assert_int_equal(fclose(file), 0);
+    assert_int_equal(sc_volume_read(&ctx, "f.mgz", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "the compressed data are damaged"));
+    unlink("f.mgz");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -261,6 +427,10 @@ int main(void)
         cmocka_unit_test(labels_that_cannot_be_read_are_left_out_with_one_warning),
         cmocka_unit_test(names_come_from_an_extension_of_the_header),
         cmocka_unit_test(damaged_extensions_give_a_warning),
+        cmocka_unit_test(mgh_of_every_type_is_read),
+        cmocka_unit_test(mgh_without_geometry_is_coronal),
+        cmocka_unit_test(bad_mgh_is_refused),
+        cmocka_unit_test(damage_behind_the_voxels_of_mgz_is_noticed),
     };
 
     return RUN(tests);

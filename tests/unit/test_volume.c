@@ -779,7 +779,7 @@ static void what_is_refused_is_told_what_to_do(void **state)
         const char *advice;
     } files[] = {
         {"version https://git-lfs.github.com/spec/v1\n", 43, "git lfs pull"},
-        {"\0\0\0\1\0\0\0\1\0\0\0\1\0\0", 14, "mri_convert"},
+        {"\0\0\0\1\0\0\0\1\0\0\0\1\0\0", 14, "ends after 14 bytes, expected a header of 284"},
         {"II*\0\10\0\0\0", 8, "Fiji"},
         {"MM\0*\0\0\0\10", 8, "Fiji"},
         {"\x89HDF\r\n\x1a\n", 8, "h5py"},
