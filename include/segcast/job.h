@@ -93,6 +93,7 @@ typedef struct sc_job {
     int volume_size[3];         /**< to this many voxels along x, y, z */
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
     int labels_format;          /**< sc_table_format */
+    int overlap;                /**< sc_overlap */
     sc_output output;
     sc_render_options render;
     sc_lighting light;

@@ -81,12 +81,25 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
                                         const sc_affine *to_ras_mm);
 
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
- *  the file where it has some, else colours depend on the label value alone.
- *  Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory), SC_ERR_DATA
- *  (logged with what was found, what was expected, and for known other formats how to convert
- *  them), SC_ERR_MEMORY.
- *  Threads: the libraries behind it keep global state: one call at a time. */
+ *  the file where it has some, else colours depend on the label value alone. A directory with
+ *  volume files is one volume: each file is the mask of one tissue, which has the name of the file;
+ *  the labels are 1, 2, ... in the order of the names (of their bytes). All masks have one size and
+ *  geometry, and hold one label beside 0. Where masks overlap, the one with fewer voxels has the
+ *  voxel, and a warning tells of how many voxels that is so.
+ *  Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory without
+ * volumes), SC_ERR_DATA (logged with what was found, what was expected, and for known other formats
+ * how to convert them), SC_ERR_MEMORY. Threads: the libraries behind it keep global state: one call
+ * at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
+
+/** Which label a voxel gets where masks of a directory, or segments in layers, overlap. */
+typedef enum sc_overlap {
+    SC_OVERLAP_SMALLER, /**< that of the tissue with fewer voxels; of equal ones, the later */
+    SC_OVERLAP_ORDER    /**< that of the later, by name of the file or number of the segment */
+} sc_overlap;
+/** As sc_volume_read, which takes SC_OVERLAP_SMALLER, with another rule for overlaps. */
+SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+                                        sc_volume *out);
 
 /** Set *out to whether the volume file @p volume, or the file that its header names for the voxels,
  *  is @p path, by whatever symbolic or hard links: false for several data files, and, without a
@@ -121,12 +134,16 @@ typedef struct sc_label_scan {
 void sc_label_scan_clear(sc_label_scan *scan);
 
 /** Find the labels of a volume file in one pass over its voxels, in bounded memory (a few MB).
+ *  Masks of a directory take up to 2.25 bytes for each voxel.
  *  NRRD files in a rare form (encoding ascii, hex or bzip2; several data files; data counted
  *  from the end of a compressed file) are read whole by Teem first. Names, colours, warnings,
  *  errors and threads as of sc_volume_read: what the one refuses, the other refuses. Caller owns
  *  *out: sc_label_scan_clear. */
 SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
+/** As sc_volume_scan_labels, which takes SC_OVERLAP_SMALLER, with another rule for overlaps. */
+SC_MUST_USE sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+                                        sc_label_scan *out);
 /** Read the header of a volume file only: tallies stays NULL. The labels are background and
  *  those that the file's own label table names, which need not occur in the voxels; damage
  *  behind the header is not noticed. Else as sc_volume_scan_labels. */

@@ -35,16 +35,24 @@ static size_t stem_length(const char *name)
  * owns *out: sc_free. */
 static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
 {
-    const char *slash = strrchr(volume, '/'), *name = slash ? slash + 1 : volume;
-    sc_text text = {0};
+    size_t end = strlen(volume), begin;
+    sc_text text = {0}, name = {0};
     sc_status status;
+
+    while (end > 1 && volume[end - 1] == '/') /* of a directory */
+        end--;
+    for (begin = end; begin && volume[begin - 1] != '/';)
+        begin--;
+    SC_TRY(sc_text_add(ctx, &name, "%.*s", (int)(end - begin), volume + begin));
 
     if (sc_job_is_phantom(volume))
         status = sc_text_add(ctx, &text, "phantom");
     else
-        status = sc_text_add(ctx, &text, "%.*s", (int)stem_length(name), name);
+        status = sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data);
     if (status == SC_OK)
         *out = text.data;
+out:
+    sc_text_clear(&name);
     return status;
 }
 
@@ -208,6 +216,7 @@ static sc_status add_head(const sc_app *app, const char *path, const char *stem,
     const sc_ctx *ctx = app->ctx;
     const bool is_here = !strchr(path, '/');
     const char *labels = option_value(app, "labels"), *format = option_value(app, "labels_format");
+    const char *overlap = option_value(app, "overlap");
     sc_status status;
 
     SC_TRY(add_comments(ctx, path, out));
@@ -216,6 +225,8 @@ static sc_status add_head(const sc_app *app, const char *path, const char *stem,
         SC_TRY(add_path(ctx, "labels", labels, is_here, out));
     if (format)
         SC_TRY(sc_text_add(ctx, out, "labels_format: %s\n", format));
+    if (overlap)
+        SC_TRY(sc_text_add(ctx, out, "overlap: %s\n", overlap));
     SC_TRY(sc_text_add(ctx, out, "\noutput:\n"));
     SC_TRY(add_name(ctx, "directory", stem, "-out", out));
     SC_TRY(add_name(ctx, "video", stem, ".mp4", out));

@@ -103,7 +103,7 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
     else if (header_only)
         SC_TRY(sc_volume_read_header(app->ctx, job->volume, &scan));
     else
-        SC_TRY(sc_volume_scan_labels(app->ctx, job->volume, &scan));
+        SC_TRY(sc_volume_scan_by(app->ctx, job->volume, (sc_overlap)job->overlap, &scan));
     if (scan.tallies)
         SC_TRY(sc_apply_labels(app, job, &scan.volume));
     else

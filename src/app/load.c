@@ -400,7 +400,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
     else if (sc_job_is_phantom(job->volume))
         SC_TRY(make_phantom(app, job->volume, volume));
     else
-        SC_TRY(sc_volume_read(app->ctx, job->volume, volume));
+        SC_TRY(sc_volume_read_by(app->ctx, job->volume, (sc_overlap)job->overlap, volume));
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));

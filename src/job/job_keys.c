@@ -217,11 +217,14 @@ static const sc_choice table_formats[] = {
     {"auto", SC_TABLE_AUTO},       {"slicer", SC_TABLE_SLICER}, {"freesurfer", SC_TABLE_FREESURFER},
     {"itksnap", SC_TABLE_ITKSNAP}, {"xml", SC_TABLE_XML},       {NULL, 0}};
 
+static const sc_choice overlaps[] = {
+    {"smaller", SC_OVERLAP_SMALLER}, {"order", SC_OVERLAP_ORDER}, {NULL, 0}};
+
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,
-     .help =
-         "the labels: a file (NRRD, NIfTI, MGH, MetaImage, or prepared), phantom, or for example "
-         "phantom:128x96x128",
+     .help = "the labels: a file (NRRD, NIfTI, MGH, MetaImage, or prepared), a directory of masks, "
+             "phantom, or for example "
+             "phantom:128x96x128",
      .bytes = SC_PATH_BYTES, .outside_identity = true, .required = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
      .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
@@ -231,6 +234,11 @@ const sc_key sc_job_keys[] = {
      .help = "format of the label table; auto: by its content", .choices = table_formats,
      .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}},
+    {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
+     .help = "which tissue has a voxel that several masks of a directory cover: the one with fewer "
+             "voxels, or the last by name",
+     .choices = overlaps, .outside_identity = true,
+     .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}},
     {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
      .help =
          "the volume is brought to this many voxels, each with the label nearest to its centre, "

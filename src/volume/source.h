@@ -44,7 +44,15 @@ typedef struct sc_source {
     void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
                               NULL if only the header was asked for */
     void (*release)(void *data); /* frees data; NULL: nothing to free */
+    struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
+    size_t mask_count;
 } sc_source;
+
+/* One tissue of a directory of masks. The row of the table with the same index has its name. */
+typedef struct sc_mask {
+    char *file;      /* path, owned by the source */
+    uint64_t voxels; /* set by sc_load_masks */
+} sc_mask;
 
 /* Free the voxels, the file name and the table, and zero the source. A zeroed source is
  * allowed. */
@@ -93,15 +101,46 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
  * SC_ERR_MEMORY; all logged. */
 sc_status sc_check_file_bytes(const sc_ctx *ctx, const char *path, double needed);
 
-/* Read and check the header of a file whose first bytes are those of the format, and fill *out,
+/* Read and check the header of a file, whose first bytes are those of the format (sc_open_file: of
+ * any of them, else it is refused with advice), and fill *out,
  * which the caller owns (sc_source_clear); *out is untouched after an error. The voxels
  * themselves are left in the file, except those of encodings which only a library can read. @p
  * header_only: voxels will not be asked for, so these are not read either, and data stays NULL.
  * @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY, all logged. */
+sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+
+/* Find the masks in the directory @p path, files of a volume each, and check their headers. *out,
+ * to which as above the caller clears, has size, geometry and orientation of the first, the masks
+ * in the order of their names, and as table a row for each: the label 1 for the first, and so on,
+ * and as name that of the file without its ending. mask_count is 0 if the directory has no such
+ * file.
+ * @return SC_ERR_DATA if two masks differ in size or geometry or have the same name, or are more
+ * than SC_LABELS_MAX - 1; the errors of sc_open_file. */
+sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
+/* Read the masks of @p source one after the other into its data, which become labels in the bytes
+ * that they need; sets encoding, type, data, release, and the voxels of the masks. Where masks
+ * overlap, @p overlap decides, and a warning tells of it. Takes 1.25 or 2.25 bytes for each voxel.
+ * @return SC_ERR_DATA for a file with more than one label beside 0; the errors of sc_stream_next;
+ * SC_ERR_MEMORY, and SC_ERR_SYSTEM as sc_volume_memory_check. */
+sc_status sc_load_masks(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source);
+
+/* Which of two tissues gets a voxel that both cover: is it the one with so many voxels and this
+ * place in the order, not the other? */
+bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t other_voxels,
+                     size_t other_place);
+/* What was found out about overlaps. Zero-initialise. */
+typedef struct sc_overlap_count {
+    uint64_t voxels;      /* that more than one tissue covers */
+    uint64_t most;        /* voxels that one tissue has lost to one other, the most of all pairs */
+    size_t winner, loser; /* those two: indices of rows of the table */
+} sc_overlap_count;
+/* Warn of overlaps, if there are any. @param what the tissues are: "masks" or "segments". */
+void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_overlap overlap,
+                     const sc_overlap_count *count, const sc_label_table *table);
 
 /* The voxels of a source as whole numbers, block by block, in bounded memory. */
 typedef struct sc_voxel_stream sc_voxel_stream;

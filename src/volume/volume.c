@@ -55,6 +55,9 @@ void sc_source_clear(sc_source *source)
     if (source->release)
         source->release(source->data);
     sc_free(source->file);
+    for (size_t i = 0; i < source->mask_count; i++)
+        sc_free(source->masks[i].file);
+    sc_free(source->masks);
     sc_label_table_clear(&source->table);
     *source = (sc_source){0};
 }

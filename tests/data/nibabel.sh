@@ -5,7 +5,7 @@ for python in /usr/bin/python3 python3 none; do
 done
 [ "$python" != none ] || skip "nibabel is not installed for Python (Debian: python3-nibabel)"
 cat >make.py <<'PYTHON'
-import nibabel, numpy
+import os, nibabel, numpy
 from nibabel import gifti
 labels = numpy.zeros((6, 5, 4), numpy.int16)
 labels[1:3, 1:4, 1:3] = 17
@@ -25,6 +25,14 @@ big.header.extensions.append(nibabel.nifti1.Nifti1Extension(30, table.encode()))
 nibabel.save(big, 'big.nii')
 for name, kind in (('int16.mgz', numpy.int16), ('uint8.mgh', numpy.uint8), ('int32.mgz', numpy.int32), ('float.mgz', numpy.float32)):
     nibabel.save(nibabel.MGHImage(labels.astype(kind), affine), name)
+for folder in 'masks', 'shifted':
+    os.mkdir(folder)
+    for value, name in ((17, 'hippocampus_left'), (53, 'hippocampus_right')):
+        nibabel.save(nibabel.Nifti1Image((labels == value).astype(numpy.uint8), affine), folder + '/' + name + '.nii.gz')
+nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'masks/brain.nii.gz')
+affine[0, 3] += 1
+nibabel.save(nibabel.Nifti1Image((labels > 0).astype(numpy.uint8), affine), 'shifted/z.nii.gz')
+affine[0, 3] -= 1
 names = gifti.GiftiLabelTable()
 for key, name, color in ((0, '???', (1, 1, 1, 0)), (17, 'Left-Hippocampus', (1, .5, 0, 1)), (53, 'Right-Hippocampus', (0, 1, 0, 1))):
     label = gifti.GiftiLabel(key, *color)
@@ -55,3 +63,24 @@ for file in int16.mgz uint8.mgh int32.mgz float.mgz; do
     read_file "$file" --labels names.label.gii
     [ "$(jq -c .to_ras_mm info.json)" = "$matrix" ] || fail "$file: geometry $(jq -c .to_ras_mm info.json), expected $matrix"
 done
+
+# A directory of masks, as TotalSegmentator writes it, becomes a film without any further word; the brain
+# covers both hippocampi, which are smaller.
+"$SEGCAST" info masks --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "the masks cannot be read"; }
+jq -e '[.labels[1:][] | [.value, .name, .voxels]] == [[2, "hippocampus_left", 12], [3, "hippocampus_right", 12]]' info.json >/dev/null ||
+    fail "masks: $(jq -c '[.labels[] | [.value, .name, .voxels]]' info.json)"
+[ "$(jq -c .to_ras_mm info.json)" = "$matrix" ] || fail "masks: geometry $(jq -c .to_ras_mm info.json), expected $matrix"
+grep -q '24 voxels belong to several masks; each is shown as the smallest of them (overlap: smaller), most often as "hippocampus_left" and not "brain" (12)' stderr.txt ||
+    { cat stderr.txt >&2; fail "the overlap of the masks is not told"; }
+"$SEGCAST" orbit masks/ -o film.mp4 --size 64x48 --set animation.frames=2 2>stderr.txt >stdout.txt || { cat stderr.txt >&2; fail "no film of the masks"; }
+[ -s film.mp4 ] || fail "no film of the masks was written"
+expect 65 'shifted/z.nii.gz has another voxel size, origin or orientation than .*shifted/hippocampus_left.nii.gz; expected masks of one size and geometry' \
+    "$SEGCAST" info shifted
+one_error
+
+# A change of the masks is noticed by --resume.
+printf 'volume: masks\noverlap: order\noutput: {directory: out, size: [64, 48], frames: png, video: none}\nanimation: {frames: 2}\n' >job.yaml
+"$SEGCAST" render job.yaml -q || fail "the masks cannot be drawn"
+"$SEGCAST" render job.yaml -q --resume || fail "the masks cannot be drawn again"
+mv masks/brain.nii.gz masks/z.nii.gz # which is the last now, and covers the others
+expect 73 'volume' "$SEGCAST" render job.yaml --resume

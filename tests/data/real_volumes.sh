@@ -17,6 +17,7 @@ expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
 expect 65 'overlapping layers' "$SEGCAST" info "$DATA/real/slicerio/SegmentationOverlapping.seg.nrrd"
 
+expect_labels real/totalseg_s0327/masks 108 RAS
 expect_labels real/niivue/aparc.a2009s+aseg.mgz 188 LIA
 expect_labels real/totalsegmentator/example_seg.nii.gz 41 RAS
 "$SEGCAST" info "$DATA/real/totalsegmentator/example_seg.nii.gz" 2>&1 | grep -q 'built without Expat' ||

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What programs of several fields write: label tables in XML, in files of their own and in the
- * header extensions of NIfTI; MGH of FreeSurfer. The files are written here, byte by byte. */
+ * header extensions of NIfTI; MGH of FreeSurfer;
+ * directories of masks. The files are written here, byte by byte. */
 #include "check.h"
 
 #include "segcast/volume.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -419,6 +421,142 @@ static void damage_behind_the_voxels_of_mgz_is_noticed(void **state)
     unlink("f.mgz");
 }
 
+/* ---- directories of masks ---- */
+
+enum { MASK_VOXELS = 6 };
+
+/* Write a NRRD of 6 x 1 x 1 voxels, the bytes of @p voxels less '0', with an origin of @p x mm. */
+static void write_mask(const char *path, const char *voxels, double x)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fprintf(file,
+            "NRRD0004\ntype: uint8\ndimension: 3\nspace: RAS\nsizes: %zu 1 1\n"
+            "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (%.9g,0,0)\n"
+            "encoding: raw\n\n",
+            strlen(voxels), x);
+    for (; *voxels; voxels++)
+        fputc(*voxels - '0', file);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* Expect that @p v holds the labels @p values, as digits. */
+static void expect_voxels(const sc_volume *v, const char *values)
+{
+    for (int i = 0; i < MASK_VOXELS; i++)
+        assert_int_equal(v->labels[((const uint8_t *)v->ids)[i]].value, values[i] - '0');
+}
+
+static void masks_of_a_directory_become_labels_by_their_names(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_scan scan = {0};
+    sc_volume v = {0};
+    bool reads = false;
+
+    (void)state;
+    assert_int_equal(mkdir("m.dir", 0777), 0);
+    write_mask("m.dir/liver.nrrd", "011100", 3);
+    write_mask("m.dir/aorta.seg.nrrd", "000001", 3.0000001);
+    write_mask("m.dir/Spleen.nrrd", "000000", 3);
+    write_mask("m.dir/kidney left.nrrd", "500000", 3);
+    write_text("m.dir/.liver.nrrd", "hidden");
+    write_text("m.dir/statistics.json", "{}");
+    assert_ok(sc_volume_read(&ctx, "m.dir", &v));
+    assert_int_equal(said.warnings, 0);
+    assert_int_equal(v.label_count, 4); /* Spleen has 1, and no voxel */
+    expect_voxels(&v, "344402");
+    assert_string_equal(v.labels[1].name, "aorta");
+    assert_string_equal(v.labels[2].name, "kidney left");
+    assert_string_equal(v.labels[3].name, "liver");
+    assert_near(v.to_ras_mm.m[0][3], 3, 1e-6);
+    sc_volume_clear(&v);
+    assert_non_null(strstr(said.text, "1 of 4 masks is empty: Spleen"));
+    assert_ok(sc_volume_scan_labels(&ctx, "m.dir/", &scan));
+    assert_int_equal(scan.volume.label_count, 4);
+    assert_int_equal(scan.tallies[3].voxels, 3);
+    sc_label_scan_clear(&scan);
+    assert_ok(sc_volume_read_header(&ctx, "m.dir", &scan));
+    assert_int_equal(scan.volume.label_count, 5);
+    assert_string_equal(scan.volume.labels[1].name, "Spleen");
+    sc_label_scan_clear(&scan);
+    assert_ok(sc_volume_reads(&ctx, "m.dir", "m.dir/liver.nrrd", &reads));
+    assert_true(reads);
+    assert_ok(sc_volume_reads(&ctx, "m.dir", "m.dir/statistics.json", &reads));
+    assert_false(reads);
+    (void)!system("rm -r m.dir");
+}
+
+/* A tumour within a liver is seen, whatever their names; and each rule says how many voxels it
+ * decides. */
+static void overlaps_are_resolved_by_a_rule_and_told(void **state)
+{
+    static const struct {
+        sc_overlap overlap;
+        const char *labels, *message;
+    } cases[] = {
+        {SC_OVERLAP_SMALLER, "121333",
+         "m.dir: 4 voxels belong to several masks; each is shown as the smallest of them (overlap: "
+         "smaller), most often as \"tumour\" and not \"liver\" (3)"},
+        {SC_OVERLAP_ORDER, "122333",
+         "m.dir: 4 voxels belong to several masks; each is shown as the last of them (overlap: "
+         "order), most often as \"tumour\" and not \"liver\" (3)"}};
+
+    (void)state;
+    assert_int_equal(mkdir("m.dir", 0777), 0);
+    write_mask("m.dir/duct.nrrd", "101000", 0);
+    write_mask("m.dir/liver.nrrd", "011111", 0);
+    write_mask("m.dir/tumour.nrrd", "000111", 0);
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        assert_ok(sc_volume_read_by(&ctx, "m.dir", cases[i].overlap, &v));
+        assert_int_equal(said.warnings, 1);
+        assert_string_equal(said.text, cases[i].message);
+        expect_voxels(&v, cases[i].labels);
+        sc_volume_clear(&v);
+    }
+    (void)!system("rm -r m.dir");
+}
+
+static void masks_that_do_not_fit_together_are_refused(void **state)
+{
+    static const struct {
+        const char *name, *voxels, *message;
+        double x;
+    } cases[] = {
+        {"m.dir/b.nrrd", "01110", "m.dir/b.nrrd has 5 x 1 x 1 voxels, but m.dir/a.nrrd 6 x 1 x 1",
+         0},
+        {"m.dir/b.nrrd", "000001",
+         "m.dir/b.nrrd has another voxel size, origin or orientation than m.dir/a.nrrd", 0.1},
+        {"m.dir/b.nrrd", "012000", "m.dir/b.nrrd: holds the labels 1 and 2, expected the mask", 0},
+        {"m.dir/a.nii", "", "m.dir/a.nii and m.dir/a.nrrd name the same tissue", 0},
+        {"m.dir/b.mha", "", "m.dir/b.mha:", 0}};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    assert_int_equal(mkdir("m.dir", 0777), 0);
+    write_mask("m.dir/a.nrrd", "100000", 0);
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        said.errors = 0;
+        write_mask(cases[i].name, cases[i].voxels, cases[i].x);
+        assert_int_equal(sc_volume_read(&ctx, "m.dir", &v), SC_ERR_DATA);
+        assert_int_equal(said.errors, 1);
+        if (!strstr(said.text, cases[i].message))
+            fail_msg("case %zu: \"%s\", expected \"%s\"", i, said.text, cases[i].message);
+        unlink(cases[i].name);
+    }
+    ctx.memory_max_bytes = 20;
+    assert_int_equal(sc_volume_read(&ctx, "m.dir", &v), SC_ERR_SYSTEM);
+    (void)!system("rm -r m.dir");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -430,6 +568,9 @@ int main(void)
         cmocka_unit_test(mgh_of_every_type_is_read),
         cmocka_unit_test(mgh_without_geometry_is_coronal),
         cmocka_unit_test(bad_mgh_is_refused),
+        cmocka_unit_test(masks_of_a_directory_become_labels_by_their_names),
+        cmocka_unit_test(overlaps_are_resolved_by_a_rule_and_told),
+        cmocka_unit_test(masks_that_do_not_fit_together_are_refused),
         cmocka_unit_test(damage_behind_the_voxels_of_mgz_is_noticed),
     };
 

@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Which reader a file needs, found by its first bytes, and what to do with files of other kinds. */
+#include "source.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <zlib.h>
+
+enum { HEAD_BYTES = 1024 };
+
+/* The first bytes of a file, unpacked if it is a gzip file. */
+typedef struct head {
+    unsigned char bytes[HEAD_BYTES];
+    size_t count;    /* of the bytes, after unpacking; fewer than HEAD_BYTES of a short file */
+    bool compressed; /* the file on disk is a gzip file */
+} head;
+
+/* Read the first bytes of a file into *out. A gzip file that cannot be unpacked gives a count
+ * of 0 and SC_OK. @return SC_ERR_MISSING if there is no such file,
+ * SC_ERR_DATA if it is empty, SC_ERR_MEMORY, SC_ERR_WRITE if it cannot be read. */
+static sc_status read_head(const sc_ctx *ctx, const char *path, head *out)
+{
+    struct stat info;
+    gzFile file;
+    int count;
+    sc_status status;
+
+    if (stat(path, &info))
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    if (!S_ISREG(info.st_mode))
+        return sc_fail(ctx, SC_ERR_MISSING,
+                       "%s: is a pipe or a device, expected a file, which is read several times; "
+                       "write it to a file first",
+                       path);
+    if (info.st_size == 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is empty, expected a volume", path);
+    file = gzopen(path, "rb");
+    if (!file)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    *out = (head){0};
+    count = gzread(file, out->bytes, HEAD_BYTES);
+    out->compressed = !gzdirect(file);
+    out->count = count > 0 ? (size_t)count : 0;
+    status = sc_gzip_status(file);
+    gzclose_r(file);
+    if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
+        return sc_fail(ctx, status, "%s: cannot be read: %s", path,
+                       status == SC_ERR_MEMORY ? "out of memory" : "I/O error");
+    return SC_OK;
+}
+
+static bool starts_with(const head *h, const char *magic, size_t length)
+{
+    return h->count >= length && !memcmp(h->bytes, magic, length);
+}
+
+/* The probes of the formats: @return whether the file that begins with @p h is to be read as
+ * this format. They look for its mark only; the format's own reader checks the header. */
+static bool is_nrrd(const head *h)
+{
+    return !h->compressed && starts_with(h, "NRRD", 4);
+}
+
+/* Compressed or not. The first field is the header's own size, in either byte order. */
+static bool is_nifti(const head *h)
+{
+    static const unsigned char sizes[4][4] = {
+        {92, 1, 0, 0}, {0, 0, 1, 92}, {28, 2, 0, 0}, {0, 0, 2, 28}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(sizes); i++) {
+        if (h->count >= 4 && !memcmp(h->bytes, sizes[i], 4))
+            return true;
+    }
+    return false;
+}
+
+/* MGH of FreeSurfer, compressed or not, has a version number only. */
+static bool is_mgh(const head *h)
+{
+    return starts_with(h, "\0\0\0\1", 4);
+}
+
+/* MetaImage has no mark: one of its keys stands first, or somewhere in the first bytes. */
+static bool is_meta(const head *h)
+{
+    char text[HEAD_BYTES + 1];
+
+    memcpy(text, h->bytes, h->count);
+    text[h->count] = '\0';
+    return !h->compressed && (strstr(text, "ElementType") || strstr(text, "ElementDataFile") ||
+                              starts_with(h, "ObjectType", 10) || starts_with(h, "NDims", 5));
+}
+
+/* The formats that can be read; the first whose probe accepts a file reads it. */
+static const struct {
+    bool (*probe)(const head *h);
+    sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+} readers[] = {{is_nrrd, sc_open_nrrd},
+               {is_nifti, sc_open_nifti},
+               {is_mgh, sc_open_mgh},
+               {is_meta, sc_open_meta}};
+
+/* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
+ * the message what it is and what to do instead. */
+static const struct {
+    const char *magic;
+    size_t length, offset;
+    const char *advice;
+} known_files[] = {
+    {"version https://git-lfs", 23, 0,
+     "is a Git LFS pointer, not the volume itself; run \"git lfs pull\""},
+    {"\x00\x05\x16\x07", 4, 0,
+     "is a macOS companion file (AppleDouble), not the volume itself; use the file without \"._\" "
+     "before its name"},
+    {"DICM", 4, 128,
+     "is DICOM; a segmentation object (DICOM SEG) is converted by `segimage2itkimage --inputDICOM "
+     "FILE --outputType nrrd` of dcmqi, all else by 3D Slicer (save the segmentation as .nrrd)"},
+    {"II*\x00", 4, 0,
+     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
+     "> Nrrd)"},
+    {"MM\x00*", 4, 0,
+     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
+     "> Nrrd)"},
+    {"II+\x00", 4, 0, "is BigTIFF; open it in Fiji and save as NRRD (File > Save As > Nrrd)"},
+    {"\x89HDF", 4, 0,
+     "is HDF5; write its label array as NRRD, for example in Python with h5py and pynrrd: "
+     "nrrd.write(\"labels.nrrd\", h5py.File(\"FILE\")[\"NAME\"][:].T)"},
+    {"PK\x03\x04", 4, 0, "is a ZIP archive; unpack it and use the volume in it"},
+    {"BZh", 3, 0, "is packed by bzip2; unpack it with \"bunzip2\""},
+    {"\xfd"
+     "7zXZ",
+     5, 0, "is packed by xz; unpack it with \"unxz\""},
+    {"\x28\xb5\x2f\xfd", 4, 0, "is packed by Zstandard; unpack it with \"unzstd\""},
+    {"\x93NUMPY", 6, 0,
+     "is a NumPy array, which does not say its voxel size; write it as NRRD in Python with pynrrd: "
+     "nrrd.write(\"labels.nrrd\", numpy.load(\"FILE\").T)"},
+    {"# vtk DataFile", 14, 0,
+     "is a legacy VTK file; open it in 3D Slicer or ParaView and save as .nrrd or .mha"},
+    {"<?xml", 5, 0,
+     "is XML; a VTK image (.vti) is converted by opening it in 3D Slicer and saving as .nrrd"},
+    {"# AmiraMesh", 11, 0, "is AmiraMesh; export the label field from Amira as NRRD or NIfTI"},
+    {"\x89PNG", 4, 0,
+     "is a PNG picture, not a volume; a stack of pictures becomes a volume in Fiji (File > Import "
+     "> "
+     "Image Sequence, then File > Save As > Nrrd)"},
+};
+
+/* Log that no reader accepts the file, with advice if its kind is known. @return SC_ERR_DATA
+ * always. */
+static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(known_files); i++) {
+        const size_t end = known_files[i].offset + known_files[i].length;
+
+        if (h->count >= end &&
+            !memcmp(h->bytes + known_files[i].offset, known_files[i].magic, known_files[i].length))
+            return sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, known_files[i].advice);
+    }
+    if (h->count == 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
+        "(348 or 540), MGH or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
+        "many other formats as .nrrd or .nii.gz",
+        path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
+}
+
+sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    size_t which = 0;
+    head h;
+    const sc_status status = read_head(ctx, path, &h);
+
+    if (status != SC_OK)
+        return status;
+    while (which < SC_COUNT_OF(readers) && !readers[which].probe(&h))
+        which++;
+    if (which == SC_COUNT_OF(readers))
+        return refuse_file(ctx, path, &h);
+    return readers[which].open(ctx, path, header_only, out);
+}

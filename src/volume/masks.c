@@ -1,0 +1,354 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A directory of masks, one file for each tissue, as TotalSegmentator writes it. The masks are read
+ * one after the other, each once: what a mask covers is kept as bits until its size is known. */
+#include "source.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+/* ---- names ---- */
+
+/* @return the length of the name of a file without the ending that tells a volume; 0 if it has
+ * none, or nothing else. Hidden files are no masks: macOS leaves some behind. */
+static size_t stem_length(const char *name)
+{
+    static const char *const endings[] = {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr",
+                                          ".mha",    ".mhd", ".mgz",      ".mgh"};
+    const size_t length = strlen(name);
+
+    for (size_t i = 0; i < SC_COUNT_OF(endings) && name[0] != '.'; i++) {
+        const size_t n = strlen(endings[i]);
+
+        if (length > n && !strcasecmp(name + length - n, endings[i]))
+            return length - n;
+    }
+    return 0;
+}
+
+/* For qsort of sc_mask: rising by the bytes of the name without its ending, then of the whole. All
+ * are in one directory. */
+static int by_name(const void *a, const void *b)
+{
+    const char *x = strrchr(((const sc_mask *)a)->file, '/') + 1;
+    const char *y = strrchr(((const sc_mask *)b)->file, '/') + 1;
+    const size_t m = stem_length(x), n = stem_length(y);
+    const int order = memcmp(x, y, m < n ? m : n);
+
+    return order ? order : m != n ? (m > n) - (m < n) : strcmp(x, y);
+}
+
+/* Append a mask to the source, whose masks have room for *capacity. */
+static sc_status add_mask(const sc_ctx *ctx, const char *directory, const char *name,
+                          size_t *capacity, sc_source *source)
+{
+    sc_text text = {0};
+    sc_status status;
+
+    if (source->mask_count == SC_LABELS_MAX - 1)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has more than %d masks, expected at most so many",
+                       directory, SC_LABELS_MAX - 1);
+    if (source->mask_count == *capacity) {
+        void *block;
+
+        *capacity = *capacity ? 2 * *capacity : 64;
+        SC_TRY(sc_alloc(ctx, *capacity, sizeof *source->masks, &block));
+        if (source->mask_count)
+            memcpy(block, source->masks, source->mask_count * sizeof *source->masks);
+        sc_free(source->masks);
+        source->masks = block;
+    }
+    SC_TRY(sc_text_add(ctx, &text, "%s/%s", directory, name));
+    source->masks[source->mask_count++] = (sc_mask){.file = text.data};
+out:
+    return status;
+}
+
+/* Find the files that are named like volumes, and sort them. */
+static sc_status list_masks(const sc_ctx *ctx, const char *directory, sc_source *source)
+{
+    DIR *stream = opendir(directory);
+    const struct dirent *entry;
+    size_t capacity = 0;
+    sc_status status = SC_OK;
+
+    if (!stream)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", directory, strerror(errno));
+    while (status == SC_OK && (entry = readdir(stream))) {
+        if (stem_length(entry->d_name))
+            status = add_mask(ctx, directory, entry->d_name, &capacity, source);
+    }
+    closedir(stream);
+    if (status == SC_OK && source->mask_count)
+        qsort(source->masks, source->mask_count, sizeof *source->masks, by_name);
+    return status;
+}
+
+/* Make the rows of the table: label and name of each mask. @return SC_ERR_DATA if two have one
+ * name. */
+static sc_status name_masks(const sc_ctx *ctx, const char *path, sc_source *source)
+{
+    sc_name_count names = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < source->mask_count && status == SC_OK; i++) {
+        const char *name = strrchr(source->masks[i].file, '/') + 1;
+        sc_label row = {.value = (int64_t)i + 1, .opacity = -1};
+        char *stem = strndup(name, stem_length(name));
+
+        if (!stem)
+            return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
+        sc_name_read(stem, row.name, &names);
+        free(stem);
+        if (i && !strcmp(row.name, source->table.rows[i - 1].name))
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s and %s name the same tissue; expected one mask for each: move one "
+                           "out of the directory",
+                           source->masks[i - 1].file, source->masks[i].file);
+        status = sc_label_table_add(ctx, &source->table, &row);
+    }
+    if (status == SC_OK)
+        sc_name_warn(ctx, path, &names);
+    return status;
+}
+
+/* ---- headers ---- */
+
+/* Do two geometries put all corners of a volume of so many voxels at the same places, to a
+ * hundredth of a voxel? Programs round what they write. */
+static bool same_geometry(const int size[3], const sc_affine *a, const sc_affine *b)
+{
+    double spacing_mm = HUGE_VAL, most_mm = 0;
+
+    for (int i = 0; i < 3; i++)
+        spacing_mm = fmin(spacing_mm, sc_vec3_length(sc_affine_column(a, i)));
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? size[0] : 0, corner & 2 ? size[1] : 0,
+                            corner & 4 ? size[2] : 0};
+        const sc_vec3 x = sc_affine_point(a, at), y = sc_affine_point(b, at);
+
+        most_mm = fmax(most_mm, sc_vec3_length(sc_vec3_sub(x, y)));
+    }
+    return most_mm <= 0.01 * spacing_mm;
+}
+
+/* Check that a mask has the size and geometry of the first, which those of @p source are. */
+static sc_status check_geometry(const sc_ctx *ctx, const sc_source *source, const sc_source *mask,
+                                const char *file)
+{
+    static const char advice[] = "expected masks of one size and geometry: resample one to the "
+                                 "other, or move it out of the directory";
+    const int *a = source->size, *b = mask->size;
+
+    if (memcmp(a, b, sizeof source->size) != 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s has %d x %d x %d voxels, but %s %d x %d x %d; %s",
+                       file, b[0], b[1], b[2], source->masks[0].file, a[0], a[1], a[2], advice);
+    if (!same_geometry(a, &source->to_ras_mm, &mask->to_ras_mm))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s has another voxel size, origin or orientation than %s; %s", file,
+                       source->masks[0].file, advice);
+    return SC_OK;
+}
+
+sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
+{
+    sc_source source = {.slope = 1}, mask = {.slope = 1};
+    sc_ctx errors = *ctx; /* what is warned of one mask, is so of all */
+    sc_status status;
+
+    errors.level = SC_LOG_ERROR;
+    SC_TRY(list_masks(ctx, path, &source));
+    SC_TRY(name_masks(ctx, path, &source));
+    for (size_t i = 0; i < source.mask_count; i++) {
+        SC_TRY(sc_open_file(i ? &errors : ctx, source.masks[i].file, true, &mask));
+        if (i == 0) {
+            memcpy(source.size, mask.size, sizeof source.size);
+            source.to_ras_mm = mask.to_ras_mm;
+            source.oriented = mask.oriented;
+        }
+        SC_TRY(check_geometry(ctx, &source, &mask, source.masks[i].file));
+        sc_source_clear(&mask);
+        mask.slope = 1;
+    }
+    *out = source;
+    source = (sc_source){0};
+out:
+    sc_source_clear(&mask);
+    sc_source_clear(&source);
+    return status;
+}
+
+/* ---- voxels ---- */
+
+/* The masks while they are read. The arrays belong to sc_load_masks. */
+typedef struct painting {
+    const sc_ctx *ctx;
+    const char *path;
+    sc_overlap overlap;
+    sc_source *source;
+    size_t voxels;
+    int bytes;       /* of a label: 1 or 2 */
+    void *labels;    /* [voxels] of so many bytes: the labels found so far */
+    uint64_t *mask;  /* bits: what the current mask covers */
+    uint64_t *twice; /* bits: what more than one mask covers */
+    uint64_t *lost; /* [mask_count + 1]: of a mask, the voxels of each earlier one that it takes, or
+                       leaves to it */
+    sc_overlap_count count;
+} painting;
+
+static size_t words_of(size_t voxels)
+{
+    return (voxels + 63) / 64;
+}
+
+/* Read mask @p i into the bits of @p p, and count its voxels. */
+static sc_status read_mask(painting *p, size_t i, int64_t *block)
+{
+    sc_mask *mask = &p->source->masks[i];
+    sc_ctx errors = *p->ctx;
+    sc_source source = {.slope = 1};
+    sc_voxel_stream *stream = NULL;
+    int64_t value = 0;
+    sc_status status;
+
+    errors.level = SC_LOG_ERROR; /* its warnings were given when the headers were read */
+    memset(p->mask, 0, words_of(p->voxels) * sizeof *p->mask);
+    mask->voxels = 0;
+    SC_TRY(sc_open_file(&errors, mask->file, false, &source));
+    SC_TRY(check_geometry(p->ctx, p->source, &source, mask->file)); /* it may have changed */
+    SC_TRY(sc_stream_open(p->ctx, mask->file, &source, &stream));
+    for (size_t begin = 0; begin < p->voxels; begin += SC_STREAM_BLOCK) {
+        const size_t left = p->voxels - begin;
+        const size_t count = left < SC_STREAM_BLOCK ? left : SC_STREAM_BLOCK;
+
+        SC_TRY(sc_stream_next(stream, count, block));
+        for (size_t k = 0; k < count; k++) {
+            if (!block[k])
+                continue;
+            if (block[k] != value && value) {
+                status = sc_fail(
+                    p->ctx, SC_ERR_DATA,
+                    "%s: holds the labels %lld and %lld, expected the mask of one tissue, as the "
+                    "files of a directory are; give the path of the file to show it alone, or move "
+                    "it out of the directory",
+                    mask->file, (long long)value, (long long)block[k]);
+                goto out;
+            }
+            value = block[k];
+            p->mask[(begin + k) / 64] |= (uint64_t)1 << (begin + k) % 64;
+            mask->voxels++;
+        }
+        sc_stage_add(p->ctx, count);
+    }
+    status = sc_stream_finish(stream);
+out:
+    sc_stream_close(stream);
+    sc_source_clear(&source);
+    return status;
+}
+
+/* Give the voxels of mask @p i its label, but for those that an earlier one keeps. */
+static void paint(painting *p, size_t i)
+{
+    const sc_mask *masks = p->source->masks;
+    const size_t words = words_of(p->voxels);
+    uint8_t *narrow = p->bytes == 1 ? p->labels : NULL;
+    uint16_t *wide = p->bytes == 1 ? NULL : p->labels;
+
+    memset(p->lost, 0, (i + 1) * sizeof *p->lost);
+    for (size_t word = 0; word < words; word++) {
+        for (uint64_t bits = p->mask[word]; bits; bits &= bits - 1) {
+            const size_t at = word * 64 + (size_t)__builtin_ctzll(bits);
+            const size_t earlier = narrow ? narrow[at] : wide[at];
+
+            if (earlier) {
+                p->twice[word] |= bits & -bits;
+                p->lost[earlier]++;
+                if (!sc_overlap_wins(p->overlap, masks[i].voxels, i, masks[earlier - 1].voxels,
+                                     earlier - 1))
+                    continue;
+            }
+            if (narrow)
+                narrow[at] = (uint8_t)(i + 1);
+            else
+                wide[at] = (uint16_t)(i + 1);
+        }
+    }
+    for (size_t k = 1; k <= i; k++) {
+        const bool wins =
+            sc_overlap_wins(p->overlap, masks[i].voxels, i, masks[k - 1].voxels, k - 1);
+
+        if (p->lost[k] <= p->count.most)
+            continue;
+        p->count.most = p->lost[k];
+        p->count.winner = wins ? i : k - 1;
+        p->count.loser = wins ? k - 1 : i;
+    }
+}
+
+/* Tell which masks are empty, and what overlaps. */
+static sc_status report(painting *p)
+{
+    const sc_label *rows = p->source->table.rows;
+    sc_text names = {0};
+    size_t empty = 0;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < words_of(p->voxels); i++)
+        p->count.voxels += (uint64_t)__builtin_popcountll(p->twice[i]);
+    sc_overlap_warn(p->ctx, p->path, "masks", p->overlap, &p->count, &p->source->table);
+    for (size_t i = 0; i < p->source->mask_count; i++) {
+        if (p->source->masks[i].voxels == 0 && empty++ < 8)
+            SC_TRY(sc_text_add(p->ctx, &names, "%s%s", empty > 1 ? ", " : "", rows[i].name));
+    }
+    if (empty)
+        sc_info(p->ctx, "%s: %zu of %zu masks %s empty: %s%s", p->path, empty,
+                p->source->mask_count, empty == 1 ? "is" : "are", names.data,
+                empty > 8 ? ", ..." : "");
+out:
+    sc_text_clear(&names);
+    return status;
+}
+
+sc_status sc_load_masks(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source)
+{
+    painting p = {.ctx = ctx,
+                  .path = path,
+                  .overlap = overlap,
+                  .source = source,
+                  .voxels = sc_source_voxels(source),
+                  .bytes = source->mask_count > UINT8_MAX ? 2 : 1};
+    void *mask = NULL, *twice = NULL, *lost = NULL, *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_volume_memory_check(ctx, path, source->size, (double)p.voxels * (p.bytes + 0.25)));
+    SC_TRY(sc_zalloc(ctx, p.voxels, (size_t)p.bytes, &p.labels));
+    SC_TRY(sc_alloc(ctx, words_of(p.voxels), sizeof(uint64_t), &mask));
+    SC_TRY(sc_zalloc(ctx, words_of(p.voxels), sizeof(uint64_t), &twice));
+    SC_TRY(sc_alloc(ctx, source->mask_count + 1, sizeof(uint64_t), &lost));
+    SC_TRY(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof(int64_t), &block));
+    p.mask = mask;
+    p.twice = twice;
+    p.lost = lost;
+    sc_stage_begin(ctx, "reading", 0, p.voxels * source->mask_count);
+    for (size_t i = 0; i < source->mask_count; i++) {
+        SC_TRY(read_mask(&p, i, block));
+        paint(&p, i);
+    }
+    SC_TRY(report(&p));
+    source->encoding = SC_ENCODING_LOADED;
+    source->type = p.bytes == 1 ? SC_VOXEL_UINT8 : SC_VOXEL_UINT16;
+    source->data = p.labels;
+    source->release = sc_free;
+    p.labels = NULL;
+out:
+    sc_free(p.labels);
+    sc_free(mask);
+    sc_free(twice);
+    sc_free(lost);
+    sc_free(block);
+    return status;
+}
