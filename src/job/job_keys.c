@@ -235,8 +235,9 @@ const sc_key sc_job_keys[] = {
      .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}},
     {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
-     .help = "which tissue has a voxel that several masks of a directory cover: the one with fewer "
-             "voxels, or the last by name",
+     .help =
+         "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd, "
+         "cover: the one with fewer voxels, or the last",
      .choices = overlaps, .outside_identity = true,
      .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}},
     {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,

@@ -261,7 +261,8 @@ static sc_status read_key(const reading *r, char *key, char *value)
     } fields[] = {{"_ID", offsetof(sc_nrrd_segment, id)},
                   {"_LabelValue", offsetof(sc_nrrd_segment, value)},
                   {"_Name", offsetof(sc_nrrd_segment, name)},
-                  {"_Color", offsetof(sc_nrrd_segment, color)}};
+                  {"_Color", offsetof(sc_nrrd_segment, color)},
+                  {"_Layer", offsetof(sc_nrrd_segment, layer)}};
     sc_nrrd_segment *segment;
     size_t number;
     char *end;

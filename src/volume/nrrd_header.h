@@ -11,7 +11,7 @@
 /* The keys of one segment as 3D Slicer writes them; NULL where the header has none. Borrowed from
  * the header. */
 typedef struct sc_nrrd_segment {
-    const char *id, *value, *name, *color;
+    const char *id, *value, *name, *color, *layer;
 } sc_nrrd_segment;
 
 /* A header. Zero-initialise; sc_nrrd_header_clear frees. */

@@ -13,13 +13,17 @@ bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t
 void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_overlap overlap,
                      const sc_overlap_count *count, const sc_label_table *table)
 {
-    if (count->voxels)
-        sc_warn(
-            ctx,
-            "%s: %llu voxel%s to several %s; each is shown as the %s of them (overlap: %s), "
-            "most often as \"%s\" and not \"%s\" (%llu)",
+    sc_text pair = {0};
+
+    if (!count->voxels)
+        return;
+    if (count->most && sc_text_add(ctx, &pair, ", most often as \"%s\" and not \"%s\" (%llu)",
+                                   table->rows[count->winner].name, table->rows[count->loser].name,
+                                   (unsigned long long)count->most) != SC_OK)
+        return; /* the allocation has told so */
+    sc_warn(ctx, "%s: %llu voxel%s to several %s; each is shown as the %s of them (overlap: %s)%s",
             path, (unsigned long long)count->voxels, count->voxels == 1 ? " belongs" : "s belong",
             what, overlap == SC_OVERLAP_SMALLER ? "smallest" : "last",
-            overlap == SC_OVERLAP_SMALLER ? "smaller" : "order", table->rows[count->winner].name,
-            table->rows[count->loser].name, (unsigned long long)count->most);
+            overlap == SC_OVERLAP_SMALLER ? "smaller" : "order", pair.data ? pair.data : "");
+    sc_text_clear(&pair);
 }

@@ -61,11 +61,16 @@ static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_vo
 }
 
 /* Write to axes[3] the indices of the spatial axes, the fastest first: the first three whose
- * kind is domain, space, or not given. Further axes are left out if they have one sample.
- * @return SC_ERR_DATA if they have more, or if fewer than three axes are found. */
-static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd, int axes[3])
+ * kind is domain, space, or not given. Further axes are left out if they have one sample. The
+ * fastest may have the layers of @p segments segments, if there are any; *layers is their number,
+ * or
+ * 1. @return SC_ERR_DATA if other axes have more, or if fewer than three axes are found. */
+static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
+                              size_t segments, int axes[3], int *layers)
 {
     int found = 0;
+
+    *layers = 1;
 
     for (unsigned i = 0; i < nrrd->dim; i++) {
         const NrrdAxisInfo *axis = &nrrd->axis[i];
@@ -74,14 +79,17 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
 
         if (spatial && found < 3)
             axes[found++] = (int)i;
+        else if (i == 0 && segments && axis->size <= SC_LAYERS_MAX)
+            *layers = (int)axis->size;
         else if (axis->size != 1)
-            return sc_fail(
-                ctx, SC_ERR_DATA,
-                "%s: axis %u (%s) has %zu samples: overlapping layers or a series, expected "
-                "three spatial axes; in 3D Slicer's Segment Editor merge the segments "
-                "(Export to new labelmap) and save that, or take one layer with Teem: "
-                "`unu slice -a %u -p 0 -i IN -o OUT.nrrd`",
-                path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: axis %u (%s) has %zu samples: a series, or layers without segments "
+                           "or more than "
+                           "4096, expected three spatial axes, or the layers of a .seg.nrrd as the "
+                           "fastest; in 3D Slicer's Segment Editor merge the segments "
+                           "(Export to new labelmap) and save that, or take one layer with Teem: "
+                           "`unu slice -a %u -p 0 -i IN -o OUT.nrrd`",
+                           path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
     }
     if (found != 3)
         return sc_fail(ctx, SC_ERR_DATA, "%s: has %d spatial axes, expected 3", path, found);
@@ -219,25 +227,79 @@ static sc_status read_segment(const sc_ctx *ctx, const char *path, const sc_nrrd
     return sc_label_table_add(ctx, table, &row);
 }
 
-/* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to @p
- * table. @return SC_ERR_MEMORY only. */
+/* Note that the last row of the table is this segment of a file with layers. One whose layer the
+ * file has not is left out, with a warning. */
+static void place_segment(const sc_ctx *ctx, const char *path, const sc_nrrd_segment *segment,
+                          size_t index, sc_source *source)
+{
+    const size_t row = source->table.count - 1;
+    char *end = NULL;
+    const long layer = segment->layer ? strtol(segment->layer, &end, 10) : 0;
+
+    source->segments[row] =
+        (sc_segment){.layer = (int)layer, .value = source->table.rows[row].value, .row = row};
+    if (!segment->layer || (end != segment->layer && !*end && layer >= 0 && layer < source->layers))
+        return;
+    sc_warn(ctx, "%s: Segment%zu_Layer is \"%.40s\", expected 0 to %d; the segment is not shown",
+            path, index, segment->layer, source->layers - 1);
+    source->table.count--;
+}
+
+/* Give the segments of several layers labels: those of the file if no two have the same and they
+ * fit into two bytes, else their place in the header, from 1. */
+static void number_segments(const sc_ctx *ctx, const char *path, sc_source *source)
+{
+    uint8_t seen[(UINT16_MAX + 1) / 8] = {0};
+    bool distinct = true;
+
+    for (size_t i = 0; i < source->table.count && distinct; i++) {
+        const int64_t value = source->table.rows[i].value;
+
+        distinct = value > 0 && value <= UINT16_MAX && !(seen[value / 8] >> value % 8 & 1);
+        if (distinct)
+            seen[value / 8] |= (uint8_t)(1 << value % 8);
+    }
+    for (size_t i = 0; i < source->table.count && !distinct; i++)
+        source->table.rows[i].value = (int64_t)i + 1;
+    if (!distinct)
+        sc_info(ctx,
+                "%s: its layers use the same numbers for several segments; the labels are numbered "
+                "anew, from 1, in the order of the segments",
+                path);
+}
+
+/* Append the segments, from number 0 up to the first that has neither ID nor LabelValue, to the
+ * table of @p source, and set its segments if there are layers. @return SC_ERR_MEMORY only. */
 static sc_status read_segments(const sc_ctx *ctx, const char *path, const sc_nrrd_header *header,
-                               sc_label_table *table)
+                               sc_source *source)
 {
     sc_name_count names = {0};
+    sc_label_table *table = &source->table;
+    void *block;
     sc_status status = SC_OK;
 
-    for (size_t i = 0; i < header->segment_count && status == SC_OK; i++) {
+    if (source->layers > 1) {
+        SC_TRY(sc_zalloc(ctx, header->segment_count, sizeof(sc_segment), &block));
+        source->segments = block;
+    }
+    for (size_t i = 0; i < header->segment_count; i++) {
+        const size_t count = table->count;
+
         if (!header->segments[i].id && !header->segments[i].value)
             break;
-        status = read_segment(ctx, path, &header->segments[i], i, table, &names);
+        SC_TRY(read_segment(ctx, path, &header->segments[i], i, table, &names));
+        if (source->layers > 1 && table->count > count)
+            place_segment(ctx, path, &header->segments[i], i, source);
     }
-    if (status == SC_OK)
-        sc_name_warn(ctx, path, &names);
+    if (source->layers > 1)
+        number_segments(ctx, path, source);
+    sc_name_warn(ctx, path, &names);
+out:
     return status;
 }
 
-/* Set size and geometry of @p source, whose type is set, from the spatial axes. @return
+/* Set size, layers and geometry of @p source, whose type is set, from the axes; in the size, layers
+ * count as voxels along x. @return
  * SC_ERR_DATA if the axes, sizes, geometry or byte skip cannot be used, or if the data files
  * are too short for so many voxels even if they are compressed as well as their encoding
  * allows. */
@@ -254,10 +316,11 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
-    SC_TRY(spatial_axes(ctx, path, nrrd, axes));
+    SC_TRY(spatial_axes(ctx, path, nrrd, header->segment_count, axes, &source->layers));
     for (int i = 0; i < 3; i++)
         size[i] =
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
+    size[0] = size[0] > INT32_MAX ? size[0] : size[0] * source->layers;
     SC_TRY(sc_grid_voxels(ctx, path, size, bytes_each, &voxels));
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)size[i];
@@ -546,7 +609,7 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
     SC_TRY(read_fields(ctx, path, &header, nrrd, nio));
     SC_TRY(voxel_type(ctx, path, nrrd->type, &source.type));
     SC_TRY(check_sizes(ctx, path, &header, nrrd, nio, &source));
-    SC_TRY(read_segments(ctx, path, &header, &source.table));
+    SC_TRY(read_segments(ctx, path, &header, &source));
     if (is_streamable(&header, nio))
         SC_TRY(find_voxels(ctx, path, &header, nio, &source));
     else if (!header_only)
@@ -555,6 +618,7 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
         SC_TRY(load_ascii(ctx, path, &header, nio, &source));
     else if (!header_only && !source.file)
         SC_TRY(load_voxels(ctx, path, &header, &source));
+    source.size[0] /= source.layers; /* from now on they do not count */
     *out = source;
     source = (sc_source){0};
 out:

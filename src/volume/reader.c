@@ -153,6 +153,8 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, sc_overlap ove
         SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
     if (source.mask_count)
         SC_TRY(sc_load_masks(ctx, path, overlap, &source));
+    else if (source.layers > 1)
+        SC_TRY(sc_load_layers(ctx, path, overlap, &source));
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
     volume.to_ras_mm = source.to_ras_mm;
     volume.oriented = source.oriented;

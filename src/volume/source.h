@@ -44,9 +44,18 @@ typedef struct sc_source {
     void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
                               NULL if only the header was asked for */
     void (*release)(void *data); /* frees data; NULL: nothing to free */
+    int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
+    struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
 } sc_source;
+
+/* Which value in which layer is the tissue of a row of the table. */
+typedef struct sc_segment {
+    int layer;
+    int64_t value;
+    size_t row;
+} sc_segment;
 
 /* One tissue of a directory of masks. The row of the table with the same index has its name. */
 typedef struct sc_mask {
@@ -128,6 +137,12 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out);
  * SC_ERR_MEMORY, and SC_ERR_SYSTEM as sc_volume_memory_check. */
 sc_status sc_load_masks(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_source *source);
 
+/* Read the layers of @p source, which has several, into its data, as labels of two bytes; sets
+ * encoding, type, data, release and layers. Where segments overlap, @p overlap decides, and a
+ * warning tells of it, and of values that no segment has. @return as sc_load_masks. */
+sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+                         sc_source *source);
+
 /* Which of two tissues gets a voxel that both cover: is it the one with so many voxels and this
  * place in the order, not the other? */
 bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t other_voxels,
@@ -135,7 +150,8 @@ bool sc_overlap_wins(sc_overlap overlap, uint64_t voxels, size_t place, uint64_t
 /* What was found out about overlaps. Zero-initialise. */
 typedef struct sc_overlap_count {
     uint64_t voxels;      /* that more than one tissue covers */
-    uint64_t most;        /* voxels that one tissue has lost to one other, the most of all pairs */
+    uint64_t most;        /* voxels that one tissue has lost to one other, the most of all pairs;
+                               0: not known */
     size_t winner, loser; /* those two: indices of rows of the table */
 } sc_overlap_count;
 /* Warn of overlaps, if there are any. @param what the tissues are: "masks" or "segments". */
@@ -144,7 +160,10 @@ void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_o
 
 /* The voxels of a source as whole numbers, block by block, in bounded memory. */
 typedef struct sc_voxel_stream sc_voxel_stream;
-enum { SC_STREAM_BLOCK = 16384 /* most voxels that one call of sc_stream_next delivers */ };
+enum {
+    SC_STREAM_BLOCK = 16384, /* most voxels that one call of sc_stream_next delivers */
+    SC_LAYERS_MAX = 4096     /* most layers of segments; fewer than such voxels */
+};
 
 /* Begin at the first voxel. @p source was filled with header_only false. @p path: the volume as
  * the user named it, for messages. Both are borrowed until sc_stream_close, as is @p ctx.

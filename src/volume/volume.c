@@ -58,6 +58,7 @@ void sc_source_clear(sc_source *source)
     for (size_t i = 0; i < source->mask_count; i++)
         sc_free(source->masks[i].file);
     sc_free(source->masks);
+    sc_free(source->segments);
     sc_label_table_clear(&source->table);
     *source = (sc_source){0};
 }

@@ -15,7 +15,9 @@ expect_labels real/papaya_talairach/Talairach_labels_1mm.nii.gz 659 LAS
 expect_labels real/inia19_macaque/inia19-NeuroMaps.nii.gz 724 RAS
 expect_labels real/vtk_frog/frogtissue.mhd 25 LPS
 expect_labels real/pynrrd_samples/BallBinary30x30x30_bz2.nrrd 1 LPS
-expect 65 'overlapping layers' "$SEGCAST" info "$DATA/real/slicerio/SegmentationOverlapping.seg.nrrd"
+expect_labels real/slicerio/SegmentationOverlapping.seg.nrrd 8 RAS
+jq -e '.labels[8].name == "overlapping sphere" and .labels[8].voxels == 18648' info.json >/dev/null || fail "the sphere of the second layer is not whole"
+grep -q '15514 voxels belong to several segments' stderr.txt || fail "the overlap of the layers is not told"
 
 expect_labels real/totalseg_s0327/masks 108 RAS
 expect_labels real/niivue/aparc.a2009s+aseg.mgz 188 LIA

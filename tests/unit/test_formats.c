@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What programs of several fields write: label tables in XML, in files of their own and in the
  * header extensions of NIfTI; MGH of FreeSurfer;
- * directories of masks. The files are written here, byte by byte. */
+ * directories of masks; segments in layers. The files are written here, byte by byte. */
 #include "check.h"
 
 #include "segcast/volume.h"
@@ -557,6 +557,139 @@ static void masks_that_do_not_fit_together_are_refused(void **state)
     (void)!system("rm -r m.dir");
 }
 
+/* ---- segments in layers ---- */
+
+/* A segment of Slicer: value, layer, name. */
+#define SEGMENT(i, value, layer, name)                                                             \
+    "Segment" i "_ID:=s" i "\nSegment" i "_LabelValue:=" value "\nSegment" i "_Layer:=" layer "\n" \
+    "Segment" i "_Name:=" name "\nSegment" i "_Color:=1 0 0\n"
+
+/* Write 6 x 1 x 1 voxels with the values @p a in the first layer and @p b in the second. */
+static void write_layers(const char *path, const char *segments, const char *a, const char *b)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fprintf(file,
+            "NRRD0004\ntype: uint8\ndimension: 4\nspace: left-posterior-superior\n"
+            "sizes: 2 6 1 1\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n"
+            "kinds: list domain domain domain\nspace origin: (0,0,0)\nencoding: raw\n%s\n",
+            segments);
+    for (int i = 0; a[i] && b[i]; i++) {
+        fputc(a[i] - '0', file);
+        fputc(b[i] - '0', file);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+static void segments_in_layers_become_labels(void **state)
+{
+    static const struct {
+        const char *segments;
+        sc_overlap overlap;
+        const char *labels, *names[3], *message;
+    } cases[] = {
+        {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
+             SEGMENT("2", "3", "1", "tumour"),
+         SC_OVERLAP_SMALLER,
+         "113302",
+         {"liver", "aorta", "tumour"},
+         "f.seg.nrrd: 2 voxels belong to several segments; each is shown as the smallest of them "
+         "(overlap: smaller), most often as \"tumour\" and not \"liver\" (2)"},
+        {SEGMENT("0", "3", "1", "tumour") SEGMENT("1", "1", "0", "liver")
+             SEGMENT("2", "2", "0", "aorta"),
+         SC_OVERLAP_ORDER,
+         "111102",
+         {"liver", "aorta", NULL},
+         "f.seg.nrrd: 2 voxels belong to several segments; each is shown as the last of them "
+         "(overlap: order), most often as \"liver\" and not \"tumour\" (2)"},
+        {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "3", "1", "tumour"),
+         SC_OVERLAP_SMALLER,
+         "113300",
+         {"liver", "tumour", NULL},
+         "f.seg.nrrd: 1 voxels of its layers hold a value that no segment has; they are left out"},
+        {SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
+             SEGMENT("2", "3", "2", "tumour"),
+         SC_OVERLAP_SMALLER,
+         "111102",
+         {"liver", "aorta", NULL},
+         "f.seg.nrrd: 2 voxels of its layers hold a value that no segment has; they are left out"}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        write_layers("f.seg.nrrd", cases[i].segments, "111102", "003300");
+        assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd", cases[i].overlap, &v));
+        assert_string_equal(said.text, cases[i].message);
+        assert_int_equal(said.warnings, i < 2 ? 1 : 2);
+        assert_int_equal(v.size[0], MASK_VOXELS);
+        expect_voxels(&v, cases[i].labels);
+        for (int k = 1; k < v.label_count; k++) {
+            assert_string_equal(v.labels[k].name, cases[i].names[k - 1]);
+            assert_int_equal(v.labels[k].rgb[0], 255);
+        }
+        sc_volume_clear(&v);
+    }
+    unlink("f.seg.nrrd");
+}
+
+/* As 3D Slicer writes them: it begins with 1 in each layer. */
+static void numbers_that_layers_share_are_given_anew(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_label_scan scan = {0};
+    sc_volume v = {0};
+
+    (void)state;
+    write_layers("f.seg.nrrd",
+                 SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
+                     SEGMENT("2", "1", "1", "spleen"),
+                 "111002", "001100");
+    assert_ok(sc_volume_read(&ctx, "f.seg.nrrd", &v));
+    assert_int_equal(said.warnings, 1);
+    expect_voxels(&v, "113302"); /* spleen is smaller than liver */
+    sc_volume_clear(&v);
+    assert_ok(sc_volume_scan_labels(&ctx, "f.seg.nrrd", &scan));
+    assert_int_equal(scan.tallies[3].voxels, 2);
+    sc_label_scan_clear(&scan);
+    assert_ok(sc_volume_read_header(&ctx, "f.seg.nrrd", &scan));
+    assert_int_equal(scan.volume.label_count, 4);
+    assert_int_equal(scan.volume.size[0], MASK_VOXELS);
+    assert_string_equal(scan.volume.labels[3].name, "spleen");
+    assert_non_null(strstr(said.text, "numbered anew"));
+    sc_label_scan_clear(&scan);
+    unlink("f.seg.nrrd");
+}
+
+static void layers_that_cannot_be_read_are_refused(void **state)
+{
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    write_layers("f.seg.nrrd", "", "111102", "003300");
+    assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "axis 0 (list) has 2 samples: a series, or layers without"));
+    write_layers("f.seg.nrrd", SEGMENT("0", "1", "0", "a"), "11", "00");
+    assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
+    assert_int_equal(said.errors, 2);
+    write_layers("f.seg.nrrd", SEGMENT("0", "x", "0", "a"), "111102", "003300");
+    assert_ok(
+        sc_volume_read(&ctx, "f.seg.nrrd", &v)); /* no segment can be used: all is background */
+    assert_int_equal(v.label_count, 1);
+    sc_volume_clear(&v);
+    write_layers("f.seg.nrrd", SEGMENT("0", "1", "-1", "a"), "111102", "003300");
+    assert_ok(sc_volume_read(&ctx, "f.seg.nrrd", &v));
+    assert_int_equal(v.label_count, 1);
+    sc_volume_clear(&v);
+    unlink("f.seg.nrrd");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -571,6 +704,9 @@ int main(void)
         cmocka_unit_test(masks_of_a_directory_become_labels_by_their_names),
         cmocka_unit_test(overlaps_are_resolved_by_a_rule_and_told),
         cmocka_unit_test(masks_that_do_not_fit_together_are_refused),
+        cmocka_unit_test(segments_in_layers_become_labels),
+        cmocka_unit_test(numbers_that_layers_share_are_given_anew),
+        cmocka_unit_test(layers_that_cannot_be_read_are_refused),
         cmocka_unit_test(damage_behind_the_voxels_of_mgz_is_noticed),
     };
 
