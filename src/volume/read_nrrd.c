@@ -618,7 +618,8 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
         SC_TRY(load_ascii(ctx, path, &header, nio, &source));
     else if (!header_only && !source.file)
         SC_TRY(load_voxels(ctx, path, &header, &source));
-    source.size[0] /= source.layers; /* from now on they do not count */
+    if (source.layers > 1)
+        source.size[0] /= source.layers; /* from now on they do not count */
     *out = source;
     source = (sc_source){0};
 out:

@@ -91,7 +91,7 @@ static void bad_xml_is_refused_with_its_line(void **state)
         {"<GIFTI></GIFTI>", "has no LabelTable"},
         {"<!DOCTYPE a [\n<!ENTITY b \"bb\"> <!ENTITY c \"&b;&b;\">]>\n<LabelTable>"
          "<Label Key=\"1\">&c;</Label></LabelTable>",
-         "line 2 of the XML: it declares entities"},
+         "line 1 of the XML: its DOCTYPE declares entities"},
         {"<!DOCTYPE a [<!ENTITY b SYSTEM \"/etc/passwd\">]><LabelTable/>", "declares entities"},
         {"<LabelTable><Label Key=\"1\">\xff</Label></LabelTable>", "not well-formed"}};
     heard said;
