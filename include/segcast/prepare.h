@@ -34,6 +34,20 @@ typedef struct sc_label_stats {
     int64_t cover_layer; /**< 1 for the outermost cover, 2 for the next; 0: none */
 } sc_label_stats;
 
+/** What pictures of smooth surfaces are drawn from as long as every tissue is shown, as
+ *  sc_preparation_derive has made it. Plain pointers, borrowed. */
+typedef struct sc_stored {
+    const uint64_t *masks;      /**< of sc_visible_cells, with its shape; NULL: nothing is stored */
+    const uint32_t *cell_start; /**< as sc_cells.start */
+    const uint64_t *cells;      /**< [cell_count] as sc_cells.cells */
+    const uint8_t *distances;   /**< of sc_brick_distances */
+    const sc_vec3 *hull;        /**< [hull_count] of sc_hull_points */
+    const uint8_t (*occlusion)[2]; /**< as sc_occlusion.filled, for the opacities below; NULL: it is
+                                        not stored */
+    const float *opacity;          /**< [label_count] as of sc_occlusion_build; NULL as occlusion */
+    size_t cell_count, hull_count;
+} sc_stored;
+
 /** A prepared volume: pointers into one block of memory, which stays borrowed. Read-only, so that
  *  threads and, in a shared window, processes may share it.
  *
@@ -70,6 +84,7 @@ typedef struct sc_prepared {
                                 (sc_find_drawn_grid): there is nothing to resample */
     bool has_thickness, has_surface; /**< thickness_mm and surface_mm2 of stats were measured */
     const uint8_t *hidden;           /**< [label_count]: 1 for labels turned into background */
+    sc_stored stored;                /**< of a prepared file; else all NULL and 0 */
 } sc_prepared;
 
 /** What to prepare, and how. */
@@ -130,20 +145,32 @@ void sc_preparation_pack(const sc_preparation *preparation, void *block);
 /** As sc_preparation_pack, by all ranks of the team together, whose blocks are one and the same
  *  memory. Returns when all is copied. Collective in the team. */
 void sc_preparation_pack_together(const sc_preparation *preparation, void *block);
-/** Write the same block as a file, with a checksum: the prepared file (.segc). It can be read by
- *  this version of segcast on machines of the same byte order. The file appears whole or not at
+/** Derive what sc_stored holds, for the file that sc_preparation_save writes: a job that maps it
+ *  need not do so. Blocks hold nothing of it. Once per preparation; collective in its team.
+ *  @param opacity [label_count] as of sc_occlusion_build, the same on all ranks, borrowed during
+ *  the call; NULL: the occlusion is left out. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_preparation_derive(const sc_ctx *ctx, sc_preparation *preparation,
+                                            const float *opacity);
+/** @return a view of what a preparation holds, which borrows from it and from its volume. */
+sc_prepared sc_preparation_view(const sc_preparation *preparation);
+/** Write the same block, with what sc_preparation_derive has made, as a file, with a checksum: the
+ *  prepared file (.segc). It can be read by this version of segcast on machines of the same byte
+ *  order. The file appears whole or not at
  *  all. @param replace as of sc_outfile_open.
  *  @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *preparation,
                                           const char *path, bool replace);
+/** @return the size in bytes of the file that sc_preparation_save writes. */
+uint64_t sc_preparation_file_bytes(const sc_preparation *preparation);
 /** @return whether the file at @p path can be read and begins as a prepared file does. What follows
  *  is not looked at. Nothing is logged. */
 bool sc_is_prepared_file(const char *path);
 /** Check a prepared file, checksum and contents, for which all of it is read, and fill @p out with
  *  pointers into it. @param path for messages. @param block the whole mapped file, of @p bytes
  * bytes, 64-byte aligned; stays borrowed as long as @p out is used. @return SC_ERR_DATA if the file
- * is damaged, cut off, of another version or byte order, or holds what segcast never writes:
- * after a success it can be drawn without a crash, whoever has written it. */
+ * is damaged, cut off, of another version or byte order, or holds what segcast never writes.
+ * Files of the version before this one are read too; they have nothing stored. After a success the
+ * file can be drawn without a crash, whoever has written it. */
 SC_MUST_USE sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
                                             size_t bytes, sc_prepared *out);
 /** Fill @p out with pointers into a packed block, which stays borrowed as long as @p out is used.
@@ -273,15 +300,17 @@ SC_MUST_USE sc_status sc_cells_build(const sc_ctx *ctx, sc_team *team, const sc_
  *  estimate how much light reaches a point in a cavity, and shadows: the opacity of the voxels,
  *  blurred by two Gaussians; 255 stands for opaque tissue everywhere. */
 typedef struct sc_occlusion {
-    int size[3];               /**< bricks along each axis, the frame of empty ones included */
-    uint8_t (*filled)[2];      /**< [z][y][x], of a team: by the narrow [0] and the wide [1] blur */
-    float brick_offset;        /**< a grid coordinate / SC_BRICK + brick_offset is the coordinate
-                                    in this array, whole numbers being the middles of bricks */
-    double narrow_mm, wide_mm; /**< standard deviations of the blurs */
-    double mm_per_step;        /**< the shortest edge of a brick */
+    int size[3];                /**< bricks along each axis, the frame of empty ones included */
+    const uint8_t (*filled)[2]; /**< [z][y][x], of a team or stored with the volume: by the narrow
+                                   [0] and the wide [1] blur */
+    float brick_offset;         /**< a grid coordinate / SC_BRICK + brick_offset is the coordinate
+                                     in this array, whole numbers being the middles of bricks */
+    double narrow_mm, wide_mm;  /**< standard deviations of the blurs */
+    double mm_per_step;         /**< the shortest edge of a brick */
 } sc_occlusion;
-/** Fill @p out. @param opacity [label_count] by dense id, 0 to 1; 0 for tissues that are not
- * visible and for the background. @return SC_ERR_MEMORY. */
+/** Fill @p out; what is stored with the volume is taken if it was made for the same opacities.
+ * @param opacity [label_count] by dense id, 0 to 1; 0 for tissues that are not visible and for the
+ * background. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team,
                                          const sc_prepared *volume, const float *opacity,
                                          sc_occlusion *out);

@@ -124,7 +124,7 @@ static const char *wrong_with_masks(const sc_prepared *v)
                     return "a brick has its vertex records in the wrong place";
                 if (last && v->near[brick] & ~bits_of_grid(v, low))
                     return "a vertex outside of the grid is marked";
-                records += sc_count_bits(v->near[brick]);
+                records += v->near[brick] ? sc_count_bits(v->near[brick]) : 0;
             }
         }
     }
@@ -140,6 +140,76 @@ static const char *wrong_with_records(const sc_prepared *v)
     for (size_t i = 0; i < v->near_count; i++)
         found |= !(v->records[i * SC_RECORD_BYTES] & SC_RECORD_WEIGHT_MASK);
     return found ? "a vertex record has no weight" : NULL;
+}
+
+/* @return whether nothing is marked in @p count masks, whose cells begin at @p at. */
+static bool is_empty(const uint64_t *masks, const uint32_t *start, size_t count, uint64_t at)
+{
+    uint64_t wrong = 0;
+
+    for (size_t i = 0; i < count; i++)
+        wrong |= masks[i] | (start[i] ^ at);
+    return !wrong;
+}
+
+/* @return what is wrong with the cells that are stored, or NULL: only cells whose lowest vertex is
+ * near an interface are marked, so that none lies outside of the grid, and each brick's packed
+ * cells follow those of the brick before it. What the packed cells hold is only computed with, to
+ * numbers that stay small, and distances only lead to other bricks further along a ray. */
+static const char *wrong_with_cells(const sc_prepared *v)
+{
+    const size_t row = (size_t)sc_framed_row(v->bricks), nx = (size_t)v->bricks[0];
+    const size_t layer = (size_t)sc_framed_layer(v->bricks);
+    const uint64_t *masks = v->stored.masks, *near = v->near;
+    const uint32_t *start = v->stored.cell_start;
+    uint64_t cells = 0, outside = 0;
+    size_t at = 0;
+
+    /* What lies between the rows of bricks is the frame. */
+    for (int z = 0; z < v->bricks[2]; z++) {
+        for (int y = 0; y < v->bricks[1]; y++, near += nx) {
+            const size_t begin = ((size_t)z + 1) * layer + ((size_t)y + 1) * row + 1;
+
+            if (!is_empty(masks + at, start + at, begin - at, cells))
+                return "a cell outside of the grid is marked";
+            for (size_t x = 0; x < nx; x++) {
+                const uint64_t mask = masks[begin + x];
+
+                outside |= (mask & ~near[x]) | (start[begin + x] ^ cells);
+                cells += mask ? sc_count_bits(mask) : 0;
+            }
+            at = begin + nx;
+        }
+    }
+    if (!is_empty(masks + at, start + at, layer * ((size_t)v->bricks[2] + 2) - at, cells))
+        return "a cell outside of the grid is marked";
+    if (outside)
+        return "a brick has its cells in the wrong place";
+    return cells == v->stored.cell_count ? NULL : "it has not as many cells as are marked";
+}
+
+/* @return what is wrong with the points of the hull that are stored, or NULL: all lie within the
+ * sphere around the volume, as far as rounding allows. */
+static const char *wrong_with_hull(const sc_prepared *v)
+{
+    const sc_vec3 low = {-0.5, -0.5, -0.5};
+    const sc_vec3 high = {v->size[0] - 0.5, v->size[1] - 0.5, v->size[2] - 0.5};
+    const sc_vec3 middle =
+        sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(low, high), 0.5));
+    double radius_mm = 0;
+
+    for (int i = 0; i < 4; i++) {
+        const sc_vec3 corner = {i & 1 ? low.x : high.x, i & 2 ? low.y : high.y, high.z};
+        const sc_vec3 apart = sc_vec3_sub(sc_affine_point(&v->to_ras_mm, corner), middle);
+
+        radius_mm = fmax(radius_mm, sc_vec3_length(apart));
+    }
+    radius_mm += 1e-6 * (radius_mm + sc_vec3_length(middle));
+    for (size_t i = 0; i < v->stored.hull_count; i++) {
+        if (!is_within(sc_vec3_length(sc_vec3_sub(v->stored.hull[i], middle)), 0, radius_mm))
+            return "a point of its hull lies outside of the volume";
+    }
+    return NULL;
 }
 
 sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *v)
@@ -167,5 +237,9 @@ sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepar
         wrong = wrong_with_masks(v);
     if (!wrong)
         wrong = wrong_with_records(v);
+    if (!wrong && v->stored.masks)
+        wrong = wrong_with_cells(v);
+    if (!wrong && v->stored.masks)
+        wrong = wrong_with_hull(v);
     return wrong ? refuse(ctx, path, wrong) : SC_OK;
 }

@@ -35,6 +35,7 @@ struct sc_preparation {
     sc_label_stats *stats;
     uint64_t volume_hash; /* of the first rank; 0 on the others */
     uint8_t *hidden;      /* [label_count] */
+    sc_stored stored;     /* of sc_preparation_derive; its arrays are the team's, and owned */
 };
 
 /* The dense id of the voxel at an index of the volume, which is not checked. */
@@ -128,6 +129,9 @@ void sc_each_boundary(const sc_preparation *p, size_t begin, size_t end, sc_boun
  * that the file can be drawn without a crash, whoever has written it. Its sizes and sections have
  * been checked before. @param path for messages. Reads all voxels. @return SC_ERR_DATA. */
 sc_status sc_check_prepared(const sc_ctx *ctx, const char *path, const sc_prepared *view);
+
+/* Free the arrays of p->stored. */
+void sc_free_stored(sc_preparation *p);
 
 /* How long the stages take, as shares of their sum: roughly those of a large volume. */
 enum {

@@ -153,41 +153,67 @@ static void run_blur(sc_team *team, blur *b, const double brick_mm[3], double wi
     sc_team_for(team, rows, 64, store_rows, b);
 }
 
+/* @return whether what is stored with the volume was made for these opacities. */
+static bool is_stored(const sc_prepared *volume, const float *opacity)
+{
+    const float *stored = volume->stored.opacity;
+    bool same = stored != NULL;
+
+    for (int id = 0; id < volume->label_count && same; id++)
+        same = stored[id] >= opacity[id] && stored[id] <= opacity[id];
+    return same;
+}
+
+/* Fill in the occlusion: b->filled. @param brick_mm edges of a brick. @param mean_mm of an edge of
+ * equal bricks. Return code as of sc_occlusion_build. */
+static sc_status fill(const sc_ctx *ctx, sc_team *team, blur *b, const double brick_mm[3],
+                      double mean_mm)
+{
+    const size_t count = sc_brick_count(b->size);
+    void *from = NULL, *to = NULL, *filled;
+    sc_status status;
+
+    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &from));
+    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &to));
+    SC_TRY(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 2, &filled));
+    b->from = from;
+    b->to = to;
+    b->filled = filled;
+    sc_team_for(team, sc_brick_count(b->volume->bricks), 4096, fill_occupancy, b);
+    run_blur(team, b, brick_mm, NARROW_BRICKS * mean_mm);
+    b->which = 1; /* blurring the narrow result further: variances add up */
+    run_blur(team, b, brick_mm,
+             sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm);
+out:
+    sc_team_free(team, from);
+    sc_team_free(team, to);
+    return status;
+}
+
 sc_status sc_occlusion_build(const sc_ctx *ctx, sc_team *team, const sc_prepared *volume,
                              const float *opacity, sc_occlusion *out)
 {
     blur b = {.volume = volume, .opacity = opacity};
+    const uint8_t(*filled)[2] = volume->stored.occlusion;
     double brick_mm[3], mean_mm, least_mm = HUGE_VAL;
-    void *from = NULL, *to = NULL, *filled;
-    size_t count;
-    sc_status status;
+    sc_status status = SC_OK;
 
     sc_framed_size(volume->bricks, b.size);
-    count = sc_brick_count(b.size);
     for (int i = 0; i < 3; i++) {
         brick_mm[i] = SC_BRICK * sc_vec3_length(sc_affine_column(&volume->to_ras_mm, i));
         least_mm = fmin(least_mm, brick_mm[i]);
     }
     mean_mm = cbrt(brick_mm[0] * brick_mm[1] * brick_mm[2]);
-    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &from));
-    SC_TRY(sc_team_alloc(ctx, team, count, sizeof(float), &to));
-    SC_TRY(sc_team_alloc(ctx, team, count + SC_GATHER_BYTES, 2, &filled));
-    b.from = from;
-    b.to = to;
-    b.filled = filled;
-    sc_team_for(team, sc_brick_count(volume->bricks), 4096, fill_occupancy, &b);
-    run_blur(team, &b, brick_mm, NARROW_BRICKS * mean_mm);
-    b.which = 1; /* blurring the narrow result further: variances add up */
-    run_blur(team, &b, brick_mm,
-             sqrt(WIDE_BRICKS * WIDE_BRICKS - NARROW_BRICKS * NARROW_BRICKS) * mean_mm);
+    if (!is_stored(volume, opacity)) {
+        SC_TRY(fill(ctx, team, &b, brick_mm, mean_mm));
+        filled = (const uint8_t(*)[2])b.filled;
+    }
     *out = (sc_occlusion){.filled = filled,
                           .brick_offset = 1 - (SC_BRICK - 1) / (2.0f * SC_BRICK),
                           .narrow_mm = NARROW_BRICKS * mean_mm,
                           .wide_mm = WIDE_BRICKS * mean_mm,
                           .mm_per_step = least_mm};
-    memcpy(out->size, b.size, sizeof b.size);
+    memcpy(out->size, b.size, sizeof out->size);
 out:
-    sc_team_free(team, from);
-    sc_team_free(team, to);
     return status;
 }

@@ -8,9 +8,12 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { ALIGN_BYTES = 64, VERSION = 9, BYTE_ORDER_MARK = 0x01020304 };
+enum { ALIGN_BYTES = 64, VERSION = 10, BYTE_ORDER_MARK = 0x01020304 };
+/* The version before, which is read as well: a file of it has no sections from CELL_MASKS on, and
+ * its header ends with the offsets of the others and the checksum. */
+enum { OLD_VERSION = 9 };
 
-/* The arrays of sc_prepared, in their order in the block. */
+/* The arrays of sc_prepared, then those of its sc_stored, in their order in the block. */
 enum {
     IDS,
     LABELS,
@@ -21,8 +24,19 @@ enum {
     THICKNESS,
     HIDDEN,
     SMOOTH,
-    SECTIONS /* how many there are */
+    CELL_MASKS,
+    CELL_START,
+    CELLS,
+    DISTANCES,
+    HULL,
+    OCCLUSION,
+    OPACITY,
+    SECTIONS, /* how many there are */
+    OLD_SECTIONS = CELL_MASKS
 };
+
+/* What of sc_stored a file holds, as bits of a header: all but the occlusion, and that too. */
+enum { STORED_CELLS = 1, STORED_OCCLUSION = 2 };
 
 static const char magic[8] = "segcprep";
 
@@ -48,16 +62,60 @@ typedef struct block_header {
     sc_affine to_ras_mm;
     uint64_t volume_hash, boundary_count, near_count, total_bytes;
     uint64_t offset[SECTIONS]; /* by section, from the begin of the block */
-    uint64_t checksum;         /* of files: of the header with 0 here, then of each section */
+    uint64_t stored;           /* STORED_CELLS and STORED_OCCLUSION, or 0 */
+    uint64_t cell_count, hull_count;
+    uint64_t checksum; /* of files: of the header with 0 here, then of each section */
 } block_header;
 _Static_assert(sizeof(block_header) % sizeof(uint64_t) == 0 &&
                    offsetof(block_header, checksum) + sizeof(uint64_t) == sizeof(block_header),
                "the header ends with the checksum, without a gap");
 
+enum {
+    SUM_BYTES = sizeof(uint64_t),
+    /* of the header of the version before: so much of it is as now, then follows its checksum */
+    OLD_COMMON_BYTES = offsetof(block_header, offset) + OLD_SECTIONS * sizeof(uint64_t),
+    OLD_HEADER_BYTES = OLD_COMMON_BYTES + SUM_BYTES
+};
+
+/* Copy the header of a block of either version to @p h; what the version before has not becomes 0.
+ * @return false if the block is too short for it. Nothing else is checked. */
+static bool read_header(const void *block, size_t bytes, block_header *h)
+{
+    memset(h, 0, sizeof *h);
+    if (bytes < OLD_HEADER_BYTES)
+        return false;
+    memcpy(h, block, OLD_COMMON_BYTES);
+    if (h->version == OLD_VERSION)
+        memcpy(&h->checksum, (const char *)block + OLD_COMMON_BYTES, SUM_BYTES);
+    else if (bytes >= sizeof *h)
+        memcpy(h, block, sizeof *h);
+    else
+        return false;
+    return true;
+}
+
 /* @return @p bytes rounded up to a multiple of ALIGN_BYTES. */
 static uint64_t aligned(uint64_t bytes)
 {
     return (bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES;
+}
+
+/* Write the lengths of the sections of sc_stored to @p bytes. */
+static void measure_stored(const block_header *h, uint64_t bytes[SECTIONS])
+{
+    const bool cells = h->stored & STORED_CELLS, occlusion = h->stored & STORED_OCCLUSION;
+    int framed[3];
+    uint64_t bricks;
+
+    sc_framed_size(h->bricks, framed);
+    bricks = sc_brick_count(framed);
+    bytes[CELL_MASKS] = cells ? bricks * sizeof(uint64_t) : 0;
+    bytes[CELL_START] = cells ? bricks * sizeof(uint32_t) : 0;
+    bytes[CELLS] = h->cell_count * sizeof(uint64_t);
+    bytes[DISTANCES] = cells ? bricks : 0;
+    bytes[HULL] = h->hull_count * sizeof(sc_vec3);
+    bytes[OCCLUSION] = occlusion ? 2 * bricks : 0;
+    bytes[OPACITY] = occlusion ? (uint64_t)h->label_count * sizeof(float) : 0;
 }
 
 /* Find where the sections of a block lie and how long they are, from the sizes and counts in its
@@ -77,16 +135,17 @@ static void lay_out(block_header *h, uint64_t bytes[SECTIONS])
     bytes[THICKNESS] = h->local_thickness ? h->near_count : 0;
     bytes[HIDDEN] = (uint64_t)h->label_count;
     bytes[SMOOTH] = (uint64_t)h->label_count * sizeof(sc_vec3);
-    h->total_bytes = aligned(sizeof *h);
-    for (int i = 0; i < SECTIONS; i++) {
+    measure_stored(h, bytes);
+    h->total_bytes = aligned(h->header_bytes);
+    for (int i = 0; i < (h->version == OLD_VERSION ? OLD_SECTIONS : SECTIONS); i++) {
         h->offset[i] = h->total_bytes;
         h->total_bytes += aligned(bytes[i] + SC_GATHER_BYTES);
     }
 }
 
-/* @return the header of a preparation's block, with 0 as checksum. Writes the lengths of the
- * sections to @p bytes. */
-static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
+/* @return the header of a preparation's block, or of its file, with 0 as checksum. Writes the
+ * lengths of the sections to @p bytes. */
+static block_header header_of(const sc_preparation *p, bool file, uint64_t bytes[SECTIONS])
 {
     const sc_volume *v = p->volume;
     block_header h;
@@ -110,6 +169,11 @@ static block_header header_of(const sc_preparation *p, uint64_t bytes[SECTIONS])
     h.volume_hash = p->volume_hash;
     h.boundary_count = p->boundary_count;
     h.near_count = p->near_count;
+    if (file && p->stored.masks) {
+        h.stored = STORED_CELLS | (p->stored.occlusion ? STORED_OCCLUSION : 0);
+        h.cell_count = p->stored.cell_count;
+        h.hull_count = p->stored.hull_count;
+    }
     lay_out(&h, bytes);
     return h;
 }
@@ -118,16 +182,36 @@ size_t sc_preparation_bytes(const sc_preparation *preparation)
 {
     uint64_t bytes[SECTIONS];
 
-    return header_of(preparation, bytes).total_bytes;
+    return header_of(preparation, false, bytes).total_bytes;
+}
+
+uint64_t sc_preparation_file_bytes(const sc_preparation *preparation)
+{
+    uint64_t bytes[SECTIONS];
+
+    return header_of(preparation, true, bytes).total_bytes;
 }
 
 /* Write the array of each section, borrowed from preparation and volume, to @p out. */
 static void sources_of(const sc_preparation *p, const void *out[SECTIONS])
 {
     const void *const sources[SECTIONS] = {
-        [IDS] = p->volume->ids,     [LABELS] = p->volume->labels, [STATS] = p->stats,
-        [NEAR] = p->near,           [NEAR_START] = p->near_start, [RECORDS] = p->records,
-        [THICKNESS] = p->thickness, [HIDDEN] = p->hidden,         [SMOOTH] = p->smooth,
+        [IDS] = p->volume->ids,
+        [LABELS] = p->volume->labels,
+        [STATS] = p->stats,
+        [NEAR] = p->near,
+        [NEAR_START] = p->near_start,
+        [RECORDS] = p->records,
+        [THICKNESS] = p->thickness,
+        [HIDDEN] = p->hidden,
+        [SMOOTH] = p->smooth,
+        [CELL_MASKS] = p->stored.masks,
+        [CELL_START] = p->stored.cell_start,
+        [CELLS] = p->stored.cells,
+        [DISTANCES] = p->stored.distances,
+        [HULL] = p->stored.hull,
+        [OCCLUSION] = p->stored.occlusion,
+        [OPACITY] = p->stored.opacity,
     };
 
     memcpy(out, sources, sizeof sources);
@@ -171,7 +255,7 @@ static void pack_own(const block_header *h, const void *const sources[SECTIONS],
 void sc_preparation_pack(const sc_preparation *p, void *block)
 {
     uint64_t bytes[SECTIONS];
-    const block_header h = header_of(p, bytes);
+    const block_header h = header_of(p, false, bytes);
     const void *sources[SECTIONS];
 
     sources_of(p, sources);
@@ -187,7 +271,7 @@ void sc_preparation_pack(const sc_preparation *p, void *block)
 void sc_preparation_pack_together(const sc_preparation *p, void *block)
 {
     uint64_t bytes[SECTIONS];
-    const block_header h = header_of(p, bytes);
+    const block_header h = header_of(p, false, bytes);
     const void *sources[SECTIONS];
 
     sources_of(p, sources);
@@ -206,8 +290,14 @@ void sc_preparation_pack_together(const sc_preparation *p, void *block)
 static uint64_t checksum_of(const block_header *h, const void *const sections[SECTIONS],
                             const uint64_t bytes[SECTIONS])
 {
-    uint64_t sum = sc_hash_bytes(h, sizeof *h, VERSION);
+    char old[OLD_HEADER_BYTES] = {0};
+    uint64_t sum;
 
+    memcpy(old, h, OLD_COMMON_BYTES);
+    if (h->version == OLD_VERSION)
+        sum = sc_hash_bytes(old, sizeof old, OLD_VERSION);
+    else
+        sum = sc_hash_bytes(h, sizeof *h, VERSION);
     for (int i = 0; i < SECTIONS; i++)
         sum = bytes[i] ? sc_hash_bytes(sections[i], bytes[i], sum) : sum;
     return sum;
@@ -237,7 +327,7 @@ sc_status sc_preparation_save(const sc_ctx *ctx, const sc_preparation *p, const 
                               bool replace)
 {
     uint64_t bytes[SECTIONS], at = 0;
-    block_header h = header_of(p, bytes);
+    block_header h = header_of(p, true, bytes);
     const void *sources[SECTIONS];
     sc_outfile file = {0};
     sc_status status;
@@ -307,6 +397,13 @@ static bool is_sound(const block_header *h)
     if ((h->label_bytes != 1 && h->label_bytes != 2) || h->label_count < 1 ||
         h->label_count > (h->label_bytes == 1 ? 256 : SC_LABELS_MAX))
         return false;
+    if (h->stored ? !(h->stored & STORED_CELLS) || h->stored > (STORED_CELLS | STORED_OCCLUSION)
+                  : h->cell_count || h->hull_count)
+        return false;
+    /* Four points at most for either end of a row of voxels. */
+    if (h->cell_count > h->near_count ||
+        h->hull_count > 8 * (uint64_t)h->size[1] * (uint64_t)h->size[2])
+        return false;
     if ((h->oriented | h->local_thickness | h->has_thickness | h->has_surface | h->resampled |
          h->as_drawn) &
         ~1)
@@ -314,6 +411,39 @@ static bool is_sound(const block_header *h)
     lay_out(&again, bytes);
     return again.total_bytes == h->total_bytes &&
            memcmp(again.offset, h->offset, sizeof again.offset) == 0;
+}
+
+/* Check the header of a prepared file that is @p bytes long, and read it to @p h. @param path for
+ * messages. @return SC_ERR_DATA. */
+static sc_status check_header(const sc_ctx *ctx, const char *path, const void *block, size_t bytes,
+                              block_header *h)
+{
+    const bool whole = read_header(block, bytes, h);
+
+    if (bytes >= sizeof magic && memcmp(block, magic, sizeof magic) != 0)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file of segcast", path);
+    if (!whole)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: has %zu bytes, fewer than the header of a prepared file: %zu; prepare it again",
+            path, bytes, h->version == OLD_VERSION ? (size_t)OLD_HEADER_BYTES : sizeof *h);
+    if (h->byte_order != BYTE_ORDER_MARK)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: was prepared on a machine with another order of bytes; prepare it again here",
+            path);
+    if ((h->version != VERSION || h->header_bytes != sizeof *h) &&
+        (h->version != OLD_VERSION || h->header_bytes != OLD_HEADER_BYTES))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a prepared file of version %u, this segcast reads versions %d and "
+                       "%d; prepare it again",
+                       path, (unsigned)h->version, OLD_VERSION, VERSION);
+    if (!is_sound(h))
+        return sc_fail(ctx, SC_ERR_DATA, "%s: the header is damaged; prepare it again", path);
+    if (h->total_bytes != bytes)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: has %zu bytes, expected %llu; prepare it again", path,
+                       bytes, (unsigned long long)h->total_bytes);
+    return SC_OK;
 }
 
 sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
@@ -325,29 +455,7 @@ sc_status sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void 
     sc_prepared view;
     sc_status status;
 
-    if (bytes < sizeof h)
-        return sc_fail(
-            ctx, SC_ERR_DATA,
-            "%s: has %zu bytes, fewer than the header of a prepared file: %zu; prepare it again",
-            path, bytes, sizeof h);
-    memcpy(&h, block, sizeof h);
-    if (memcmp(h.magic, magic, sizeof magic) != 0)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: is no prepared file of segcast", path);
-    if (h.byte_order != BYTE_ORDER_MARK)
-        return sc_fail(
-            ctx, SC_ERR_DATA,
-            "%s: was prepared on a machine with another order of bytes; prepare it again here",
-            path);
-    if (h.version != VERSION || h.header_bytes != sizeof h)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s: is a prepared file of version %u, this segcast reads version %d; "
-                       "prepare it again",
-                       path, (unsigned)h.version, VERSION);
-    if (!is_sound(&h))
-        return sc_fail(ctx, SC_ERR_DATA, "%s: the header is damaged; prepare it again", path);
-    if (h.total_bytes != bytes)
-        return sc_fail(ctx, SC_ERR_DATA, "%s: has %zu bytes, expected %llu; prepare it again", path,
-                       bytes, (unsigned long long)h.total_bytes);
+    SC_TRY(check_header(ctx, path, block, bytes, &h));
     checksum = h.checksum;
     h.checksum = 0;
     lay_out(&h, section_bytes);
@@ -366,40 +474,64 @@ out:
     return status;
 }
 
+/* @return what a file holds of sc_stored. @param base the begin of the file. */
+static sc_stored stored_in(const block_header *h, const char *base)
+{
+    sc_stored stored = {0};
+
+    if (h->stored & STORED_CELLS) {
+        stored.masks = (const uint64_t *)(base + h->offset[CELL_MASKS]);
+        stored.cell_start = (const uint32_t *)(base + h->offset[CELL_START]);
+        stored.cells = (const uint64_t *)(base + h->offset[CELLS]);
+        stored.distances = (const uint8_t *)(base + h->offset[DISTANCES]);
+        stored.hull = (const sc_vec3 *)(base + h->offset[HULL]);
+        stored.cell_count = h->cell_count;
+        stored.hull_count = h->hull_count;
+    }
+    if (h->stored & STORED_OCCLUSION) {
+        stored.occlusion = (const uint8_t(*)[2])(base + h->offset[OCCLUSION]);
+        stored.opacity = (const float *)(base + h->offset[OPACITY]);
+    }
+    return stored;
+}
+
 sc_status sc_prepared_view(const sc_ctx *ctx, const void *block, size_t bytes, sc_prepared *out)
 {
-    const block_header *h = block;
     const char *base = block;
+    block_header h;
     sc_prepared view;
 
-    if (bytes < sizeof *h || memcmp(h->magic, magic, sizeof magic) || h->version != VERSION ||
-        h->header_bytes != sizeof *h || h->total_bytes > bytes)
+    if (!read_header(block, bytes, &h) || memcmp(h.magic, magic, sizeof magic) ||
+        (h.version != VERSION && h.version != OLD_VERSION) ||
+        h.header_bytes != (h.version == VERSION ? sizeof h : OLD_HEADER_BYTES) ||
+        h.total_bytes > bytes)
         return sc_fail(ctx, SC_ERR_DATA, "not a prepared volume of this version of segcast");
     view = (sc_prepared){
-        .label_bytes = h->label_bytes,
-        .label_count = h->label_count,
-        .oriented = h->oriented != 0,
-        .to_ras_mm = h->to_ras_mm,
-        .volume_hash = h->volume_hash,
-        .boundary_count = h->boundary_count,
-        .ids = base + h->offset[IDS],
-        .labels = (const sc_label *)(base + h->offset[LABELS]),
-        .stats = (const sc_label_stats *)(base + h->offset[STATS]),
-        .near_count = h->near_count,
-        .near = (const uint64_t *)(base + h->offset[NEAR]),
-        .near_start = (const uint32_t *)(base + h->offset[NEAR_START]),
-        .records = (const uint8_t *)(base + h->offset[RECORDS]),
-        .has_thickness = h->has_thickness != 0,
-        .has_surface = h->has_surface != 0,
-        .resampled = h->resampled != 0,
-        .as_drawn = h->as_drawn != 0,
-        .hidden = (const uint8_t *)(base + h->offset[HIDDEN]),
-        .smooth = (const sc_vec3 *)(base + h->offset[SMOOTH]),
+        .label_bytes = h.label_bytes,
+        .label_count = h.label_count,
+        .oriented = h.oriented != 0,
+        .to_ras_mm = h.to_ras_mm,
+        .volume_hash = h.volume_hash,
+        .boundary_count = h.boundary_count,
+        .ids = base + h.offset[IDS],
+        .labels = (const sc_label *)(base + h.offset[LABELS]),
+        .stats = (const sc_label_stats *)(base + h.offset[STATS]),
+        .near_count = h.near_count,
+        .near = (const uint64_t *)(base + h.offset[NEAR]),
+        .near_start = (const uint32_t *)(base + h.offset[NEAR_START]),
+        .records = (const uint8_t *)(base + h.offset[RECORDS]),
+        .has_thickness = h.has_thickness != 0,
+        .has_surface = h.has_surface != 0,
+        .resampled = h.resampled != 0,
+        .as_drawn = h.as_drawn != 0,
+        .hidden = (const uint8_t *)(base + h.offset[HIDDEN]),
+        .smooth = (const sc_vec3 *)(base + h.offset[SMOOTH]),
+        .stored = stored_in(&h, base),
     };
-    if (h->local_thickness)
-        view.thickness = (const uint8_t *)(base + h->offset[THICKNESS]);
-    memcpy(view.size, h->size, sizeof view.size);
-    memcpy(view.bricks, h->bricks, sizeof view.bricks);
+    if (h.local_thickness)
+        view.thickness = (const uint8_t *)(base + h.offset[THICKNESS]);
+    memcpy(view.size, h.size, sizeof view.size);
+    memcpy(view.bricks, h.bricks, sizeof view.bricks);
     *out = view;
     return SC_OK;
 }

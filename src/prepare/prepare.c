@@ -84,6 +84,7 @@ void sc_preparation_free(sc_preparation *p)
         sc_team_free(p->team, p->near_start);
         sc_team_free(p->team, p->records);
         sc_team_free(p->team, p->thickness);
+        sc_free_stored(p);
     }
     sc_team_close(p->own_team);
     sc_free(p->stats);

@@ -41,16 +41,18 @@ struct sc_renderer {
     sc_march march; /* points to the members below; light directions, depth cue and clip planes are
                        set for each view */
     sc_march_tissue *tissues; /* [label_count] */
-    sc_team *team;            /* holds what is derived from the volume, down to the hull */
-    uint64_t *visible;        /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
-    uint8_t *distances;       /* SC_SKIP_LEAP only, else NULL */
+    sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
+                                is borrowed from volume->stored */
+    const uint64_t *visible; /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
+    const uint8_t *distances; /* SC_SKIP_LEAP only, else NULL */
     sc_pyramid pyramid;       /* SC_SKIP_OCTREE only, else empty; its masks are those of visible */
     uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
-    sc_cells cells;           /* smooth and wide kernels only, else empty */
-    sc_occlusion occlusion;   /* empty if the light does without */
-    sc_block *blocks;         /* [block_count] */
+    const uint32_t *cell_start; /* as of sc_cells: smooth and wide kernels only, else NULL */
+    const uint64_t *cells;      /* the same */
+    sc_occlusion occlusion;     /* empty if the light does without */
+    sc_block *blocks;           /* [block_count] */
     size_t block_count;
-    sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
+    const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
     bool covers_all;  /* the map is of no use: any pixel may show something; see decide_cover() */

@@ -121,8 +121,8 @@ static void fill_march(sc_renderer *r)
         /* grid coordinates are those of voxels plus one */
         .box_low = {(float)r->box.low.x + 1, (float)r->box.low.y + 1, (float)r->box.low.z + 1},
         .box_high = {(float)r->box.high.x + 1, (float)r->box.high.y + 1, (float)r->box.high.z + 1},
-        .cell_start = r->cells.start,
-        .cells = r->cells.cells,
+        .cell_start = r->cell_start,
+        .cells = r->cells,
         .visible_row = sc_framed_row(v->bricks),
         .visible_layer = sc_framed_layer(v->bricks),
         .tissues = r->tissues,
@@ -174,35 +174,96 @@ static void measure_hull(sc_renderer *r)
     r->hull_box = (sc_box3){low, high};
 }
 
-/* Make what the skip method knows of empty space, from r->visible. Collective in r->team. @return
- * SC_ERR_MEMORY; what has been set stays with the renderer. */
-static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r)
+/* Make what the skip method knows of empty space, from @p masks, which become r->visible.
+ * Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
+static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
 {
     const sc_prepared *v = r->volume;
+    uint8_t *distances;
+    sc_status status = SC_OK;
 
     switch (r->kernel->skip) {
     case SC_SKIP_LEAP:
-        return sc_brick_distances(ctx, r->team, v, r->visible, &r->distances);
+        SC_TRY(sc_brick_distances(ctx, r->team, v, masks, &distances));
+        r->distances = distances;
+        break;
     case SC_SKIP_OCTREE:
-        return sc_pyramid_build(ctx, r->team, v, &r->visible, &r->pyramid);
+        SC_TRY(sc_pyramid_build(ctx, r->team, v, &masks, &r->pyramid));
+        break;
     case SC_SKIP_PROXIMITY:
-        return sc_cell_distances(ctx, r->team, v, r->visible, SC_METRIC_CITY_BLOCK,
-                                 &r->cell_distances);
+        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK, &r->cell_distances));
+        break;
     case SC_SKIP_CHESSBOARD:
-        return sc_cell_distances(ctx, r->team, v, r->visible, SC_METRIC_CHESSBOARD,
-                                 &r->cell_distances);
+        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD, &r->cell_distances));
+        break;
     case SC_SKIP_NONE:
     case SC_SKIP_INTERIOR:
         break;
     }
-    return SC_OK;
+    r->visible = masks;
+out:
+    return status;
 }
 
-/* Derive from the volume what the march needs and what does not change from frame to frame: masks
- * (r->visible), what follows from them (distances, cells, blocks), the hull with its box, which is
- * that of the visible voxels for either surface, and the occlusion. @param show what of each label
- * is shown. @param opacity of each label, as of sc_occlusion_build. Collective in r->team.
- * @return SC_ERR_MEMORY; what has been set stays with the renderer. */
+/* Derive from the volume which cells or voxels are visible and what follows from them: hull,
+ * masks, packed cells, and what the skip method knows. Parameters and return code are those of
+ * derive(). */
+static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
+{
+    const sc_prepared *v = r->volume;
+    sc_vec3 *hull;
+    uint64_t *masks;
+    sc_status status;
+
+    SC_TRY(sc_hull_points(ctx, r->team, v, show, &hull, &r->hull_count));
+    r->hull = hull;
+    if (r->settings.surface == SC_SURFACE_SMOOTH)
+        SC_TRY(sc_visible_cells(ctx, r->team, v, show, &masks));
+    else
+        SC_TRY(sc_visible_masks(ctx, r->team, v, show, &masks));
+    if (sc_skip_is_wide(r->kernel->skip) && r->kernel->surface == SC_SURFACE_SMOOTH) {
+        sc_cells cells;
+
+        SC_TRY(sc_cells_build(ctx, r->team, v, masks, &cells));
+        r->cell_start = cells.start;
+        r->cells = cells.cells;
+    }
+    SC_TRY(find_empty(ctx, r, masks));
+out:
+    return status;
+}
+
+/* Can the renderer use what is stored with the volume? That was made for this surface and skip
+ * method, with every tissue shown. */
+static bool has_stored(const sc_renderer *r, const uint8_t *show)
+{
+    const sc_prepared *v = r->volume;
+    bool all = v->stored.masks && r->kernel->surface == SC_SURFACE_SMOOTH &&
+               r->kernel->skip == SC_SKIP_LEAP;
+
+    for (int id = 1; id < v->label_count; id++)
+        all = all && (show[id] & SC_SHOW_BOUNDARY || !v->stats[id].voxels);
+    return all;
+}
+
+/* Set of the renderer what find_visible() derives to what is stored with the volume. */
+static void use_stored(sc_renderer *r)
+{
+    const sc_stored *stored = &r->volume->stored;
+
+    r->hull = stored->hull;
+    r->hull_count = stored->hull_count;
+    r->visible = stored->masks;
+    r->cell_start = stored->cell_start;
+    r->cells = stored->cells;
+    r->distances = stored->distances;
+}
+
+/* Derive from the volume what the march needs and what does not change from frame to frame, as far
+ * as it is not stored: masks (r->visible), what follows from them (distances, cells, blocks), the
+ * hull with its box, which is that of the visible voxels for either surface, and the occlusion.
+ * @param show what of each label is shown. @param opacity of each label, as of sc_occlusion_build.
+ * Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
 static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
                         const float *opacity)
 {
@@ -210,15 +271,11 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     const sc_prepared *v = r->volume;
     sc_status status;
 
-    SC_TRY(sc_hull_points(ctx, r->team, v, show, &r->hull, &r->hull_count));
-    measure_hull(r);
-    if (r->settings.surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_visible_cells(ctx, r->team, v, show, &r->visible));
+    if (has_stored(r, show))
+        use_stored(r);
     else
-        SC_TRY(sc_visible_masks(ctx, r->team, v, show, &r->visible));
-    if (sc_skip_is_wide(r->kernel->skip) && r->kernel->surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_cells_build(ctx, r->team, v, r->visible, &r->cells));
-    SC_TRY(find_empty(ctx, r));
+        SC_TRY(find_visible(ctx, r, show));
+    measure_hull(r);
     if (!light->flat && (light->occlusion > 0 || light->shadows))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     decide_cover(r);

@@ -27,6 +27,7 @@ static void make_file(int wide, const char *path)
                                           .surface = true,
                                           .threads = 1};
     const int size[3] = {wide ? 11 : 15, 13, 12};
+    float opacity[256] = {0}; /* as draw() gives it to all tissues, for one half of the inputs */
     sc_preparation *preparation;
     sc_phantom *phantom;
     sc_volume v;
@@ -43,6 +44,10 @@ static void make_file(int wide, const char *path)
         v.label_bytes = 2;
     }
     FUZZ_CHECK(sc_prepare(&fuzz_ctx, &v, &settings, &preparation) == SC_OK);
+    FUZZ_CHECK(v.label_count <= 256);
+    for (int id = 1; id < v.label_count; id++)
+        opacity[id] = 0.6f;
+    FUZZ_CHECK(sc_preparation_derive(&fuzz_ctx, preparation, opacity) == SC_OK);
     FUZZ_CHECK(sc_preparation_save(&fuzz_ctx, preparation, path, true) == SC_OK);
     sc_preparation_free(preparation);
     sc_volume_clear(&v);

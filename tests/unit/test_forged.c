@@ -16,6 +16,34 @@ typedef struct forged {
     size_t bytes;
 } forged;
 
+/* @return the looks with which draw() draws a volume; caller owns. */
+static sc_tissue *looks_of(const sc_prepared *v)
+{
+    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    void *tissues;
+
+    assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_tissue), &tissues));
+    assert_ok(sc_transfer_resolve(&quiet, v, &rule, v->label_count % 2, SC_OPACITY_PAPER, tissues));
+    return tissues;
+}
+
+/* Derive what a file stores, for the opacities with which draw() draws it. */
+static void derive(sc_preparation *preparation)
+{
+    const sc_prepared v = sc_preparation_view(preparation);
+    sc_tissue *tissues = looks_of(&v);
+    float *opacity;
+    void *block;
+
+    assert_ok(sc_zalloc(&quiet, (size_t)v.label_count, sizeof *opacity, &block));
+    opacity = block;
+    for (int id = 1; id < v.label_count; id++)
+        opacity[id] = tissues[id].visible ? (float)tissues[id].opacity : 0;
+    assert_ok(sc_preparation_derive(&quiet, preparation, opacity));
+    sc_free(block);
+    sc_free(tissues);
+}
+
 static forged prepared_file(bool wide)
 {
     const int size[3] = {wide ? 11 : 23, 17, 19};
@@ -44,6 +72,7 @@ static forged prepared_file(bool wide)
         volume.label_bytes = 2;
     }
     assert_ok(sc_prepare(&quiet, &volume, &settings, &preparation));
+    derive(preparation);
     assert_ok(sc_preparation_save(&quiet, preparation, "forged.segc", true));
     sc_preparation_free(preparation);
     sc_volume_clear(&volume);
@@ -75,28 +104,60 @@ static void repair(forged *file)
     memcpy(file->block, &h, sizeof h);
 }
 
-static void draw(const sc_prepared *v, const sc_render_settings *settings)
+/* Draw a picture, if there can be a renderer. @param derived_bytes set to what the renderer has
+ * derived from the volume, unless NULL. @return the hash of its pixels; 0: there is none. */
+static uint64_t draw(const sc_prepared *v, const sc_render_settings *settings,
+                     uint64_t *derived_bytes)
 {
-    const sc_tissue_rule rule = {.pattern = "*", .has_opacity = true, .opacity = 0.6};
+    sc_tissue *tissues = looks_of(v);
     sc_animation a = {0};
     sc_renderer *renderer;
     sc_render_stats stats;
     sc_timeline timeline;
     sc_scene scene;
     sc_image image;
-    void *tissues;
+    uint64_t hash = 0;
 
-    assert_ok(sc_alloc(&quiet, (size_t)v->label_count, sizeof(sc_tissue), &tissues));
-    assert_ok(sc_transfer_resolve(&quiet, v, &rule, v->label_count % 2, SC_OPACITY_PAPER, tissues));
     if (sc_renderer_new(&quiet, settings, v, tissues, &renderer) == SC_OK) {
         timeline = orbit_of(renderer, (double)WIDTH / HEIGHT, 8, &a);
         scene = sc_timeline_scene(&timeline, 1);
         assert_ok(sc_image_init(&quiet, WIDTH, HEIGHT, &image));
         sc_render_frame(renderer, &scene, NULL, &image, &stats);
+        hash = sc_image_hash(&image);
+        if (derived_bytes)
+            *derived_bytes = sc_renderer_derived_bytes(renderer);
         sc_image_clear(&image);
         sc_renderer_free(renderer);
     }
     sc_free(tissues);
+    return hash;
+}
+
+/* Make a file of the version before this one from one of this version: without what is stored. */
+static forged old_file(const forged *from)
+{
+    const void *sections[SECTIONS];
+    uint64_t bytes[SECTIONS];
+    block_header now, old;
+    forged out;
+    void *block;
+
+    memcpy(&now, from->block, sizeof now);
+    old = now;
+    old.version = OLD_VERSION;
+    old.header_bytes = OLD_HEADER_BYTES;
+    old.stored = old.cell_count = old.hull_count = old.checksum = 0;
+    lay_out(&old, bytes);
+    assert_ok(sc_zalloc(&quiet, old.total_bytes, 1, &block));
+    out = (forged){block, old.total_bytes};
+    for (int i = 0; i < SECTIONS; i++)
+        sections[i] = from->block + now.offset[i];
+    for (int i = 0; i < OLD_SECTIONS; i++)
+        memcpy(out.block + old.offset[i], sections[i], bytes[i]);
+    old.checksum = checksum_of(&old, sections, bytes);
+    memcpy(out.block, &old, OLD_COMMON_BYTES);
+    memcpy(out.block + OLD_COMMON_BYTES, &old.checksum, SUM_BYTES);
+    return out;
 }
 
 /* Read a file, and draw it if it is accepted. @return whether it was. */
@@ -130,7 +191,7 @@ static bool use(const forged *file, bool every_way)
             settings.surface = surface ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH;
             settings.skip = skips[skip];
             settings.local_thickness = v.thickness != NULL;
-            draw(&v, &settings);
+            (void)draw(&v, &settings, NULL);
         }
     }
     return true;
@@ -164,6 +225,109 @@ static void a_file_with_a_repaired_checksum_is_accepted(void **state)
         assert_true(use(&file, true));
         sc_free(file.block);
     }
+}
+
+/* What is stored is used where it fits, and neither that nor the version of the file changes a
+ * picture. */
+static void stored_and_derived_pictures_are_the_same(void **state)
+{
+    (void)state;
+    for (int wide = 0; wide < 2; wide++) {
+        const sc_render_settings settings = {
+            .surface = SC_SURFACE_SMOOTH,
+            .skip = SC_SKIP_LEAP,
+            .width_px = WIDTH,
+            .height_px = HEIGHT,
+            .samples = 1,
+            .step_voxels = 0.5,
+            .light = {.ambient = 0.3, .key = 0.6, .occlusion = 0.8},
+            .tile_px = 8,
+            .threads = 1};
+        forged file = prepared_file(wide), old = old_file(&file);
+        uint64_t derived_bytes[3], hashes[4];
+        float *opacity;
+        void *block;
+        sc_prepared v, before;
+
+        assert_ok(sc_prepared_file_view(&quiet, "now.segc", file.block, file.bytes, &v));
+        assert_ok(sc_prepared_file_view(&quiet, "old.segc", old.block, old.bytes, &before));
+        assert_null(before.stored.masks);
+        assert_non_null(v.stored.masks);
+        assert_true(v.stored.cell_count > 100 && v.stored.hull_count > 100);
+        hashes[0] = draw(&before, &settings, &derived_bytes[0]);
+        hashes[1] = draw(&v, &settings, &derived_bytes[1]);
+        assert_ok(sc_alloc(&quiet, (size_t)v.label_count, sizeof *opacity, &block));
+        opacity = block;
+        memcpy(opacity, v.stored.opacity, (size_t)v.label_count * sizeof *opacity);
+        opacity[v.label_count - 1] /= 2; /* the occlusion was made for others than are drawn */
+        v.stored.opacity = opacity;
+        hashes[2] = draw(&v, &settings, &derived_bytes[2]);
+        v.stored = (sc_stored){0};
+        hashes[3] = draw(&v, &settings, NULL);
+        for (int i = 1; i < 4; i++)
+            assert_true(hashes[i] == hashes[0]);
+        assert_true(derived_bytes[1] < derived_bytes[2] && derived_bytes[2] < derived_bytes[0]);
+        sc_free(block);
+        sc_free(file.block);
+        sc_free(old.block);
+    }
+}
+
+static void files_of_the_version_before_can_be_forged(void **state)
+{
+    forged file = prepared_file(false), old = old_file(&file);
+    static const uint32_t versions[] = {OLD_VERSION - 1, VERSION, VERSION + 1, UINT32_MAX};
+
+    (void)state;
+    assert_true(use(&old, true));
+    for (size_t i = 0; i < SC_COUNT_OF(versions); i++) {
+        memcpy(old.block + offsetof(block_header, version), &versions[i], 4);
+        assert_false(use(&old, false));
+    }
+    for (size_t bytes = 0; bytes <= sizeof(block_header); bytes += 8) {
+        const uint32_t version = bytes & 8 ? OLD_VERSION : VERSION;
+        forged cut = {NULL, bytes};
+        void *block;
+
+        assert_ok(sc_alloc(&quiet, bytes + !bytes, 1, &block));
+        cut.block = block;
+        memcpy(cut.block, file.block, bytes);
+        if (bytes >= 12)
+            memcpy(cut.block + offsetof(block_header, version), &version, 4);
+        assert_false(use(&cut, false));
+        sc_free(block);
+    }
+    sc_free(old.block);
+    sc_free(file.block);
+}
+
+/* What is stored for drawing can lead to no other memory than that of the volume. */
+static void stored_contents_out_of_range_are_refused(void **state)
+{
+    static const double far_points[] = {NAN, INFINITY, -1e300, 1e9};
+    const uint64_t ones = ~0ull, none = 0;
+    const uint32_t wrong = 12345678;
+    forged file = prepared_file(false);
+    block_header h;
+    uint64_t bytes[SECTIONS];
+
+    (void)state;
+    memcpy(&h, file.block, sizeof h);
+    lay_out(&h, bytes);
+    assert_int_equal(h.stored, STORED_CELLS | STORED_OCCLUSION);
+    /* in the frame at its begin and end, between rows, and within */
+    assert_false(accepts(&file, h.offset[CELL_MASKS], &ones, 8));
+    assert_false(accepts(&file, h.offset[CELL_MASKS] + bytes[CELL_MASKS] - 8, &ones, 8));
+    for (uint64_t at = 0; at < bytes[CELL_MASKS]; at += 8) {
+        uint64_t before;
+
+        memcpy(&before, file.block + h.offset[CELL_MASKS] + at, 8);
+        assert_false(accepts(&file, h.offset[CELL_MASKS] + at, before ? &none : &ones, 8));
+        assert_false(accepts(&file, h.offset[CELL_START] + at / 2, &wrong, 4));
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(far_points); i++)
+        assert_false(accepts(&file, h.offset[HULL] + bytes[HULL] / 16 * 8, &far_points[i], 8));
+    sc_free(file.block);
 }
 
 /* Values that a field may be forged with. */
@@ -289,6 +453,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_file_with_a_repaired_checksum_is_accepted),
+        cmocka_unit_test(stored_and_derived_pictures_are_the_same),
+        cmocka_unit_test(files_of_the_version_before_can_be_forged),
+        cmocka_unit_test(stored_contents_out_of_range_are_refused),
         cmocka_unit_test(contents_out_of_range_are_refused),
         cmocka_unit_test(every_word_of_the_header_can_be_forged),
         cmocka_unit_test(files_forged_at_random_do_not_crash),
