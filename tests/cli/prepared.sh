@@ -24,6 +24,21 @@ for kind in "" -hidden; do
 done
 grep -q "heart.segc: was prepared with tissues that the job hides" log.txt || fail "no message that the job hides tissues of the prepared file: $(cat log.txt)"
 
+# What a file stores for drawing was made for other opacities, surfaces or skip methods.
+job heart.nrrd '{"*myocardium*": {opacity: 0.4}, "*ventricle*": {opacity: 0.1}}' >plain-other.yaml
+job heart.segc '{"*myocardium*": {opacity: 0.4}, "*ventricle*": {opacity: 0.1}}' >mapped-other.yaml
+for setting in light.occlusion=1 render.surface=voxel render.skip=octree render.skip=interior light.shadows=true; do
+    "$SEGCAST" still plain-other.yaml --set "$setting" -o a.png --overwrite -q >/dev/null
+    "$SEGCAST" still mapped-other.yaml --set "$setting" -o b.png --overwrite -q >/dev/null 2>&1
+    same a.png b.png "other opacities, $setting"
+done
+
+# A file of the version before this one, which stores nothing for drawing, is drawn as well.
+cp "$SOURCE/tests/data/version-9.segc" old.segc
+job old.segc >old.yaml
+"$SEGCAST" still old.yaml -o old.png >/dev/null 2>log.txt || fail "a file of version 9: $(cat log.txt)"
+! grep -q warning log.txt || fail "a file of version 9: $(cat log.txt)"
+
 # A file that was prepared for a job needs no warning.
 "$SEGCAST" prepare plain-hidden.yaml -o hidden.segc -q >/dev/null
 job hidden.segc "$hidden" >fits.yaml
