@@ -192,3 +192,22 @@ expect 0 '' "$SEGCAST" study jobs.yaml -o jobs -q
 [ "$(jq -r 'select(.measurement).measurement.frames' jobs/measurements.jsonl | sort -u)" = 8 ] || fail "frames of a job"
 [ "$(jq -r 'select(.measurement).measurement.pixels_hash' jobs/measurements.jsonl | sort -u | wc -l)" = 1 ] || fail "pixels of a job"
 "$SEGCAST" verify jobs/work >/dev/null || fail "the run that was measured last cannot be verified"
+
+# The studies of weak scaling: as many pixels, or voxels and frames, for each rank in every cell. With a small phantom
+# and small pictures all cells are accepted, and those that need more ranks than there are, listed.
+for kind in pixels voxels; do
+    study=$SOURCE/jobs/studies/weak-$kind.yaml
+    sed -n 's/^ *"\([0-9]*\)": {ranks: \([0-9]*\), [a-z_.]*: \([0-9x]*\)\(, animation.frames: \([0-9]*\)\)\?}$/\1 \2 \3 \5/p' "$study" |
+        awk -v kind=$kind '{
+            n = split($3, sides, "x"); work = 1
+            for (i = 1; i <= n; i++) work *= sides[i]
+            if (NR == 1) { each = work; frames = $4 }
+            if ($1 != $2 || work < 0.99 * each * $2 || work > 1.01 * each * $2 || $4 + 0 != frames * $2) { print; exit 1 }
+        } END { if (NR < 6) exit 1 }' >wrong.txt || fail "$study: the work does not grow with the ranks: $(cat wrong.txt)"
+    sed -e 's/volume: phantom/volume: "phantom:24x17x25"/; s/1080p/32x32/; s/least: 3/least: 1/; s/most: 10/most: 1/' \
+        -e 's/output.size: [0-9x]*/output.size: 32x32/; s/volume_size: [0-9x]*/volume_size: 12x9x13/' "$study" >weak.yaml
+    rm -rf weak
+    "$SEGCAST" study weak.yaml -o weak -q >/dev/null 2>log.txt || fail "weak-$kind: $(cat log.txt)"
+    [ "$(grep -c '"measured"' weak/cells.csv)" = 1 ] || fail "weak-$kind: $(cat weak/cells.csv)"
+    [ "$(grep -c '"skipped":' weak/measurements.jsonl)" -ge 5 ] || fail "weak-$kind: $(cat weak/measurements.jsonl)"
+done
