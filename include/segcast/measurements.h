@@ -5,6 +5,7 @@
 #ifndef SEGCAST_MEASUREMENTS_H
 #define SEGCAST_MEASUREMENTS_H
 
+#include "segcast/roof.h"
 #include "segcast/statistics.h"
 
 /** An axis of a study as its results name it. */
@@ -57,6 +58,8 @@ typedef struct sc_measurement {
     double energy_j;      /**< energy used by the processors of rank 0's node in one pass; -1: it
                                cannot be read */
     uint64_t pixels_hash; /**< of the hashes of all frames */
+    double instructions;  /**< executed by all ranks, waiting included; -1: not counted here */
+    double memory_bytes;  /**< that came from memory, by the same counters; -1: not counted here */
 } sc_measurement;
 
 /** Where and with what measurements were made: one run of segcast study. Texts are NUL-terminated
@@ -67,6 +70,7 @@ typedef struct sc_study_run {
     char kernel[32]; /**< the variant of kernels that `render.cpu: auto` stands for; empty: unknown
                       */
     int32_t ranks, nodes, cores; /**< cores: that rank 0 may use */
+    sc_roof roof;                /**< of these cores, measured when the run began; 0: unknown */
 } sc_study_run;
 
 /** A cell that could not be measured. */

@@ -426,6 +426,7 @@ sc_status sc_cmd_study(sc_app *app)
     director d = {.state = &state, .begin_s = sc_wall_s(), .deadline_s = sc_deadline_s(app)};
     sc_status status;
 
+    state.counters = sc_counters_open();
     sc_signals_catch_stop();
     SC_TRY(sc_comm_agree(
         app->comm, first ? sc_study_load(app->ctx, app->options.input, &state.study) : SC_OK));
@@ -435,6 +436,7 @@ sc_status sc_cmd_study(sc_app *app)
     sc_signals_stop_in_order(true);
     status = measure_all(&d);
 out:
+    sc_counters_close(&state.counters);
     sc_study_release(&state);
     sc_signals_stop_in_order(false);
     if (first)

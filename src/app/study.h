@@ -33,11 +33,12 @@ typedef struct sc_study_state {
     /* the session of the cell that was measured last, with its communicator */
     sc_app held_app;
     sc_session held;
-    bool holds;          /* this rank has one */
-    bool is_held;        /* the ranks of its communicator have one */
-    int held_cell;       /* its number */
-    sc_rank_record load; /* what loading its volume took */
-    bool whole_jobs;     /* see SC_STUDY_JOB */
+    bool holds;           /* this rank has one */
+    bool is_held;         /* the ranks of its communicator have one */
+    int held_cell;        /* its number */
+    sc_rank_record load;  /* what loading its volume took */
+    bool whole_jobs;      /* see SC_STUDY_JOB */
+    sc_counters counters; /* of this rank */
     /* on rank 0 */
     sc_study study;
     char *work; /* the directory of the jobs that are measured as a whole */

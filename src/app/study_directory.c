@@ -113,6 +113,7 @@ static sc_study_run describe_run(const sc_app *app)
                         .nodes = sc_comm_node_count(app->comm),
                         .cores = sc_usable_cores()};
     const char *batch_job = sc_batch_job();
+    const sc_ctx silent = {.rank = 0};
     char host[SC_HOST_BYTES];
     struct tm utc;
 
@@ -126,6 +127,8 @@ static sc_study_run describe_run(const sc_app *app)
     snprintf(run.commit, sizeof run.commit, "%s", sc_commit());
     snprintf(run.kernel, sizeof run.kernel, "%s", best_kernel());
     snprintf(run.batch_job, sizeof run.batch_job, "%s", batch_job ? batch_job : "");
+    if (sc_roof_measure(&silent, run.cores, &run.roof) != SC_OK)
+        run.roof = (sc_roof){0}; /* no memory for it: the study does without */
     return run;
 }
 

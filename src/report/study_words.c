@@ -278,6 +278,86 @@ static void add_scaling(sc_page *page, const sc_study_view *view)
     end_items(page, count);
 }
 
+/* ---- what the machine could do ---- */
+
+/* The least and the largest of some values. */
+typedef struct span {
+    double low, high;
+} span;
+
+static void widen(span *s, double value)
+{
+    s->low = value < s->low ? value : s->low;
+    s->high = value > s->high ? value : s->high;
+}
+
+/* Write the ends of a span, times @p scale, or only one number if they look the same. */
+static void add_span(sc_page *page, span s, double scale, const char *unit)
+{
+    char low[32], high[32];
+
+    snprintf(low, sizeof low, s.low * scale < 100 ? "%.3g" : "%.0f", s.low * scale);
+    snprintf(high, sizeof high, s.high * scale < 100 ? "%.3g" : "%.0f", s.high * scale);
+    sc_page_add(page, "%s%s%s%s", low, strcmp(low, high) ? " to " : "",
+                strcmp(low, high) ? high : "", unit);
+}
+
+/* Say what cores can do at most, and what drawing has used of it, as far as it was counted. The
+ * machine is that of the last run whose roof is known. */
+static void add_roof(sc_page *page, const sc_study_view *view)
+{
+    span rate = {INFINITY, 0}, bytes = {INFINITY, 0}, sample_s = {INFINITY, 0};
+    const sc_study_run *run = NULL;
+    double core_rate, core_bytes;
+
+    for (size_t i = 0; i < view->m->run_count; i++) {
+        if (view->m->runs[i].roof.read_bytes_per_s > 0 &&
+            view->m->runs[i].roof.instructions_per_s > 0)
+            run = &view->m->runs[i];
+    }
+    if (!run)
+        return;
+    core_rate = run->roof.instructions_per_s / run->cores;
+    core_bytes = run->roof.read_bytes_per_s / run->cores;
+    for (int i = 0; i < view->count; i++) {
+        const sc_measurement *t = &view->cells[i].typical;
+
+        if (!sc_study_has(view, i) || t->cpu_s <= 0)
+            continue;
+        if (t->instructions > 0)
+            widen(&rate, t->instructions / t->cpu_s);
+        if (t->memory_bytes > 0)
+            widen(&bytes, t->memory_bytes / t->cpu_s);
+        if (t->samples > 0 && t->draw_cpu_s > 0)
+            widen(&sample_s, t->draw_cpu_s / (double)t->samples);
+    }
+    sc_page_add(page,
+                "<p>Roofline: when the study began, the %d core%s of rank 0 read at most %.3g GB/s "
+                "from memory and executed %.3g thousand million instructions a second, together. ",
+                run->cores, run->cores == 1 ? "" : "s", run->roof.read_bytes_per_s * 1e-9,
+                run->roof.instructions_per_s * 1e-9);
+    if (rate.high > 0) {
+        sc_page_add(page, "Drawing used ");
+        add_span(page, rate, 100 / core_rate, " % of a core's instructions");
+        if (bytes.high > 0)
+            sc_page_add(page, " and ");
+        if (bytes.high > 0)
+            add_span(page, bytes, 100 / core_bytes, " % of its share of the reading");
+        sc_page_add(page, ", waiting included. ");
+    } else {
+        sc_page_add(page, "What drawing used of it was not counted: the system or the processor "
+                          "does not let counters be read (perf_event_open), or whole jobs were "
+                          "measured. ");
+    }
+    if (sample_s.high > 0) {
+        sc_page_add(page, "A sample took ");
+        add_span(page, sample_s, 1e9, " ns of a core, in which it could execute ");
+        add_span(page, sample_s, core_rate, " such instructions or read ");
+        add_span(page, sample_s, core_bytes, " bytes.");
+    }
+    sc_page_add(page, "</p>\n");
+}
+
 /* ---- how far it is to be trusted ---- */
 
 /* Say how exactly the times are known. */
@@ -405,6 +485,7 @@ void sc_report_study_words(sc_page *page, const sc_study_view *view)
             add_leap(page, view);
         add_scaling(page, view);
         add_limits(page, view);
+        add_roof(page, view);
         add_precision(page, view);
         add_pixels(page, view);
     }

@@ -41,6 +41,8 @@ const sc_measurement_row sc_measurement_rows[] = {ROW(INT, cell),
                                                   ROW(COUNT, prepared_bytes),
                                                   ROW(REAL, energy_j),
                                                   ROW(HASH, pixels_hash),
+                                                  ROW(REAL, instructions),
+                                                  ROW(REAL, memory_bytes),
                                                   {0}};
 
 void sc_design_clear(sc_design *design)

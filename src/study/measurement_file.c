@@ -69,8 +69,9 @@ static bool set_text(json_t *json, const char *key, const char *text)
 
 static json_t *run_json(const sc_study_run *run)
 {
-    json_t *json =
-        json_pack("{s:i, s:i, s:i}", "ranks", run->ranks, "nodes", run->nodes, "cores", run->cores);
+    json_t *json = json_pack("{s:i, s:i, s:i, s:f, s:f}", "ranks", run->ranks, "nodes", run->nodes,
+                             "cores", run->cores, "read_bytes_per_s", run->roof.read_bytes_per_s,
+                             "instructions_per_s", run->roof.instructions_per_s);
 
     if (json && set_text(json, "begin", run->begin) && set_text(json, "host", run->host) &&
         set_text(json, "processor", run->processor) && set_text(json, "mpi", run->mpi) &&

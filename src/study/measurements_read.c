@@ -58,8 +58,10 @@ static bool read_row(const json_t *value, const sc_measurement_row *row, sc_meas
         return read_hash(value, at);
     case SC_ROW_SECONDS:
         return read_real(value, 0, at);
-    case SC_ROW_REAL:
-        return read_real(value, -1, at);
+    case SC_ROW_REAL: /* studies that were begun before some of these were counted go on */
+        if (!value)
+            *(double *)at = -1;
+        return !value || read_real(value, -1, at);
     }
     return false;
 }
@@ -93,6 +95,9 @@ static bool read_run(const json_t *object, sc_study_run *out)
     read_text(object, "commit", out->commit, sizeof out->commit);
     read_text(object, "batch_job", out->batch_job, sizeof out->batch_job);
     read_text(object, "kernel", out->kernel, sizeof out->kernel);
+    if (!read_real(json_object_get(object, "read_bytes_per_s"), 0, &out->roof.read_bytes_per_s) ||
+        !read_real(json_object_get(object, "instructions_per_s"), 0, &out->roof.instructions_per_s))
+        out->roof = (sc_roof){0}; /* it was not measured, or not by this version */
     return json_is_object(object) &&
            read_int(json_object_get(object, "ranks"), 1, LONGEST_RUN, &out->ranks) &&
            read_int(json_object_get(object, "nodes"), 1, LONGEST_RUN, &out->nodes) &&

@@ -208,6 +208,17 @@ for kind in pixels voxels; do
         -e 's/output.size: [0-9x]*/output.size: 32x32/; s/volume_size: [0-9x]*/volume_size: 12x9x13/' "$study" >weak.yaml
     rm -rf weak
     "$SEGCAST" study weak.yaml -o weak -q >/dev/null 2>log.txt || fail "weak-$kind: $(cat log.txt)"
+    grep -q 'Roofline: when the study began' weak/report.html || fail "weak-$kind: the page says nothing of the roofline"
     [ "$(grep -c '"measured"' weak/cells.csv)" = 1 ] || fail "weak-$kind: $(cat weak/cells.csv)"
     [ "$(grep -c '"skipped":' weak/measurements.jsonl)" -ge 5 ] || fail "weak-$kind: $(cat weak/measurements.jsonl)"
 done
+
+# With what the counters of the processor would have counted, the page says what drawing used of the roof.
+sed 's/"instructions":-1[.0-9]*/"instructions":3.0e6/; s/"memory_bytes":-1[.0-9]*/"memory_bytes":1.0e6/
+    s/"read_bytes_per_s":[^,]*/"read_bytes_per_s":2e10/; s/"instructions_per_s":[^,]*/"instructions_per_s":4e10/' \
+    weak/measurements.jsonl >counted.jsonl
+mv counted.jsonl weak/measurements.jsonl
+"$SEGCAST" report weak --overwrite >/dev/null 2>log.txt || fail "counted: $(cat log.txt)"
+grep -q "read at most 20 GB/s from memory and executed 40 thousand million" weak/report.html || fail "roof: $(grep Roofline weak/report.html)"
+grep -q "Drawing used [0-9.e-]* % of a core's instructions and [0-9.e-]* % of its share" weak/report.html ||
+    fail "counted: $(grep Roofline weak/report.html)"

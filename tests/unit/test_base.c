@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
+#include "segcast/roof.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -403,9 +404,40 @@ static void a_folder_that_cannot_be_read_takes_files(void **state)
     rmdir("write-only");
 }
 
+/* How fast a machine is, is not tested; but any core does more than a million of each a second. */
+static void the_roof_of_a_machine_is_measured(void **state)
+{
+    sc_roof roof = {0, 0};
+
+    (void)state;
+    assert_ok(sc_roof_measure(&quiet, 2, &roof));
+    assert_true(roof.read_bytes_per_s > 1e6 && roof.read_bytes_per_s < 1e15);
+    assert_true(roof.instructions_per_s > 1e6 && roof.instructions_per_s < 1e15);
+}
+
+static void counters_grow_or_are_not_there(void **state)
+{
+    sc_counters counters = sc_counters_open();
+    const double before = sc_counters_instructions(&counters);
+    sc_roof roof;
+
+    (void)state;
+    assert_true((counters.instructions < 0) == (before < 0));
+    assert_ok(sc_roof_measure(&quiet, 1, &roof));
+    if (before >= 0) /* else this system does not count */
+        assert_true(sc_counters_instructions(&counters) > before + 1e6);
+    else
+        print_message("the instructions of a process are not counted on this system\n");
+    sc_counters_close(&counters);
+    assert_true(sc_counters_instructions(&counters) < 0);
+    assert_true(sc_counters_memory_bytes(&counters) < 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_roof_of_a_machine_is_measured),
+        cmocka_unit_test(counters_grow_or_are_not_there),
         cmocka_unit_test(sizes_that_overflow_are_refused),
         cmocka_unit_test(the_nth_allocation_fails_on_purpose),
         cmocka_unit_test(text_grows),
