@@ -4,7 +4,11 @@
  *  bounded memory. How a frame is drawn, and what becomes of a finished one, are callbacks.
  *
  *  A work unit is a whole GOP, which the rank also encodes, a frame, or a band of a frame. They go
- *  out in this order, from the coarsest to the finest, so that all ranks end at the same time. */
+ *  out in this order, from the coarsest to the finest, so that all ranks end at the same time.
+ *
+ *  With so many ranks that there is no GOP for each, and rank 0 alone cannot encode what they draw,
+ *  GOPs are gathered: their frames are drawn anywhere and sent to one rank for each GOP, an
+ *  encoder, which encodes it and sends the result to rank 0. */
 #ifndef SEGCAST_FARM_H
 #define SEGCAST_FARM_H
 
@@ -41,14 +45,22 @@ typedef enum sc_work_unit_kind {
 } sc_work_unit_kind;
 
 /** A work unit: what a rank is given to draw. A plain value, sent as bytes. For a whole frame row
- * is 0 and rows the height; a GOP has neither. */
+ * is 0 and rows the height; a GOP has neither.
+ *
+ *  A frame or band with an encoder belongs to a gathered GOP, and its pixels go to that rank: then
+ *  `index` counts all frames of gathered GOPs in the order in which they go out. */
 typedef struct sc_work_unit {
     int32_t kind, index, row, rows;
+    int32_t encoder; /**< 0: there is none, and the frame goes to rank 0 */
+    int32_t gop;     /**< with an encoder: index in sc_farm.gops */
+    int32_t place;   /**< with an encoder: which frame of the GOP it is, from 0 */
 } sc_work_unit;
 
 /** What there is to do: numbers of ranks, of whole GOPs, and of frames to be drawn one by one. */
 typedef struct sc_work {
     int ranks, gops, frames;
+    int gathered;   /**< number of GOPs that are gathered; not counted in gops and frames */
+    int gop_frames; /**< of a gathered GOP; all have the same number */
     int width_px, height_px;
     sc_partition partition;
 } sc_work;
@@ -56,7 +68,12 @@ typedef struct sc_work {
 /** State of the hand-out. Frames go out in order. Rank 0 accepts them in order, so it has to hold
  *  those that are finished too early; that memory is bounded by the window: only the first
  *  `window` frames that are not yet accepted may be out or waiting. GOPs do not count, because they
- *  are accepted in any order. */
+ *  are accepted in any order.
+ *
+ *  Gathered GOPs go out in groups, each with an encoder of its own for every GOP: the first frames
+ *  of all, then the second ones, and so on. So the encoders work side by side, each at its own
+ * pace, and end soon after the last frame. They take frames in order, too, with a window of their
+ * own. */
 typedef struct sc_handout {
     int gops, frames, height_px;
     int window;     /**< size of the window in frames */
@@ -66,6 +83,15 @@ typedef struct sc_handout {
     int accepted; /**< frames accepted so far, in order; the caller counts it up */
     int out;      /**< work units handed out and not yet back */
     bool stopped; /**< the caller sets it to end: no more GOPs and frames are begun */
+    /* gathered GOPs */
+    int ranks, gathered, gop_frames; /**< as in sc_work */
+    int encoders; /**< wanted for the next group; the caller may change it as it learns of costs */
+    int group_first, group_gops; /**< the group: its first GOP (from 0) and number of GOPs */
+    int group_begun;             /**< index of its first frame */
+    bool group_is_odd;           /**< it is the first, third, ... one */
+    int gather_window, gather_split_from; /**< as window and split_from */
+    int next_gathered, next_gathered_row; /**< as next_frame and next_row */
+    int taken; /**< frames that encoders have taken so far, in order; the caller counts it up */
 } sc_handout;
 
 /** @return the state in which nothing of @p work has been handed out. */
@@ -84,9 +110,21 @@ sc_handout_answer sc_handout_next(sc_handout *handout, sc_work_unit *out);
 void sc_handout_unit_done(sc_handout *handout);
 /** @return whether no work unit is out and nothing more will go out. */
 bool sc_handout_finished(const sc_handout *handout);
+/** @return whether the next work unit is of a gathered GOP, if one goes out at all. */
+bool sc_handout_gathers_next(const sc_handout *handout);
+/** How many encoders are wanted of @p ranks ranks: some more than could just keep up with what is
+ *  drawn. @param draw_s wall seconds of a rank for drawing a frame in the mean. @param encode_s of
+ *  an encoder for encoding one. Either is 0 if it is not known yet. @return at least 1. */
+int sc_handout_encoders(int ranks, double draw_s, double encode_s);
+/** @return how many of @p gops whole GOPs are to be gathered, counted from the last: none if
+ *  sc_handout_gops finds enough of them for all ranks, or with few ranks, unless @p always; and all
+ *  but the first otherwise: that one is encoded by rank 0, which learns the cost of a frame so. */
+int sc_handout_gathered(int gops, int ranks, bool always);
 /** The most work units that a rank has at a time, requested ones included: one that is drawn, and
  *  one that follows it without a gap. */
 enum { SC_UNITS_PER_RANK = 2 };
+/** With more frames that wait to be encoded than this, an encoder asks for no work. */
+enum { SC_ENCODER_BEHIND = 2 };
 /** When a rank asks for the work unit that is to follow the one that it draws: shortly before that
  *  ends, judged by the unit before it. @param rows of the unit that is drawn, as a measure of its
  *  cost. @param row_s wall seconds of a row of the unit before; 0: there was none, so that nothing
@@ -124,8 +162,9 @@ typedef struct sc_farm {
     sc_partition partition;
     const int *frames; /**< numbers of the frames to draw one by one, rising */
     int frame_count;
-    const int *gops; /**< numbers of the first frames of the GOPs to draw whole */
+    const int *gops; /**< numbers of the first frames of the GOPs to draw whole, rising */
     int gop_count;
+    bool gather;      /**< GOPs are gathered (all have gop_frames frames); not with a single rank */
     int gop_frames;   /**< length of a GOP; the last one of the animation may be shorter */
     int total_frames; /**< length of the animation */
     /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
@@ -143,7 +182,15 @@ typedef struct sc_farm {
      *  gives up, which it may do after a stop. Errors and threads as with draw. */
     sc_status (*draw_gop)(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out);
-    /** Accept a finished frame, in the order of `frames`. After an error nothing more is accepted,
+    /** Encode the next frame of a gathered GOP of @p count frames from number @p first on. They
+     * come in order; the first one begins the GOP, in place of one that was not finished. With the
+     * last one, puts bytes into @p out as draw_gop does. After an error no more is encoded on this
+     * rank, and the farm ends with it. Threads: a worker thread of any rank but 0, beside that of
+     * draw, one call at a time on each. NULL if nothing is gathered. */
+    sc_status (*encode_frame)(void *user, int first, int count, const sc_frame_result *result,
+                              const sc_image *image, sc_payload *out);
+    /** Accept a finished frame, in the order of `frames`; after a stop also frames of gathered GOPs
+     *  that could not be finished, in any order. After an error nothing more is accepted,
      *  and the farm ends with it. Threads: on rank 0, a worker thread of its own, never at the same
      *  time as accept_gop. */
     sc_status (*accept_frame)(void *user, const sc_frame_result *result, const sc_image *image);
@@ -167,6 +214,9 @@ typedef struct sc_farm_memory {
     size_t window; /**< the window of rank 0, in memory that its node shares or its own */
     size_t root;   /**< what rank 0 holds beside the window */
     size_t worker; /**< what every other rank holds */
+    /** What each encoder of gathered GOPs holds beside that, if there are as many as the hand-out
+     *  begins with. All together they hold a GOP each, and the frames of one more window. */
+    size_t encoder;
 } sc_farm_memory;
 /** @return what sc_farm_run will hold at most with @p ranks ranks, finished GOPs left out. Of
  *  @p farm no callback is called and no array read. */

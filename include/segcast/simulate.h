@@ -16,8 +16,9 @@ typedef struct sc_sim_film {
     int width_px, height_px;
     sc_partition partition;
     /** How many whole GOPs, the first of the film, are drawn and encoded by one rank each (see
-     *  sc_handout_gops); all other frames go to rank 0, which encodes them one after the other. */
-    int gops;
+     *  sc_handout_gops), and how many, the last of it, are gathered (see sc_handout_gathered); all
+     *  frames between them go to rank 0, which encodes them one after the other. */
+    int gops, gathered;
     const double *draw_cpu_s; /**< [frames], borrowed: CPU seconds of drawing each frame */
     double band_rows;         /**< rows that every band costs beside its own */
     double encode_cpu_s;      /**< of a frame in the video, and as PNG file if asked for */
@@ -67,6 +68,7 @@ typedef enum sc_sim_limit {
     SC_SIM_PREPARING, /**< preparing it on one node, or what each node derives from it */
     SC_SIM_SHARING,   /**< sending it to all nodes */
     SC_SIM_ENCODING,  /**< rank 0 accepts frames one after the other */
+    SC_SIM_GATHERING, /**< the encoders of gathered GOPs encode frames one after the other */
     SC_SIM_MESSAGES,  /**< the main thread of rank 0 */
     SC_SIM_NETWORK,   /**< the link of rank 0's node, or a switch */
     SC_SIM_WINDOW,    /**< ranks wait because the window of rank 0 is full */
@@ -87,11 +89,13 @@ typedef struct sc_sim_result {
     double efficiency, farm_efficiency;
     double draw_busy_s;    /**< sum over all ranks of the time in which they drew or encoded GOPs */
     double accept_busy_s;  /**< in which rank 0 encoded frames */
+    double gather_busy_s;  /**< sum over all encoders: in which they encoded frames */
     double message_busy_s; /**< in which its main thread handled messages */
     double link_busy_s;    /**< of the busiest link of the network */
     double window_wait_s;  /**< sum over all ranks: without a unit because the window was full */
     double end_wait_s;     /**< sum over all ranks: from the last unit's end to that of the farm */
     long units;            /**< work units handed out */
+    int encoders;          /**< the most GOPs that were gathered at a time */
     int window;            /**< frames that rank 0 can hold */
     int held;              /**< the most frames that were finished and not yet accepted */
     sc_sim_limit limit;

@@ -19,8 +19,14 @@ enum {
     SPLIT_PER_RANK = 4,     /* this many of the last frames, for each rank, are split: enough that a
                                rank with a fourth of the others' speed ends together with them */
     RANKS_TO_FEED = 4,      /* with fewer ranks the encoder of rank 0 is fast enough for all */
-    GOPS_PER_RANK = 3       /* with fewer whole GOPs for each rank, ranks would end far apart */
+    GOPS_PER_RANK = 3,      /* with fewer whole GOPs for each rank, ranks would end far apart */
+    RANKS_TO_GATHER = 64, /* with fewer ranks GOPs are not gathered unasked: rank 0, which does not
+                             draw frames of gathered GOPs, would be missed */
+    RANKS_PER_ENCODER = 256 /* as long as nothing is known of costs */
 };
+
+/* So many times as many encoders as could just keep up: they draw, too, which slows encoding. */
+#define SPARE_ENCODERS 3
 
 /* A rank asks for its next work unit when the one that it draws is expected to end within this
  * time. That is many times the duration of a message, and short compared with a work unit, so that
@@ -37,83 +43,174 @@ static int max_int(int a, int b)
     return a > b ? a : b;
 }
 
-/* @return the size of the window in frames: as many as the memory allows, so that one costly frame
- * does not hold up the others, but not more than are useful, and at least 2. */
-static int window_for(const sc_work *work)
+/* @return the size of a window for @p frames frames: as many as the memory allows, so that one
+ * costly frame does not hold up the others, but not more than are useful, and at least 2. */
+static int window_for(const sc_work *work, int frames)
 {
     const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
     const long limit_mib = WINDOW_MIB + (long)WINDOW_RANK_MIB * work->ranks;
     const size_t bytes = (size_t)(limit_mib < WINDOW_MOST_MIB ? limit_mib : WINDOW_MOST_MIB) << 20;
     const size_t affordable = bytes / (frame_bytes ? frame_bytes : 1);
     const long useful = (long)WINDOW_PER_RANK * work->ranks;
-    const long wanted = useful < work->frames ? useful : work->frames;
+    const long wanted = useful < frames ? useful : frames;
     const long window = wanted < (long)affordable ? wanted : (long)affordable;
 
     return window < 2 ? 2 : (int)window;
 }
 
-/* @return the index of the first frame that goes out in bands; the frames before it go out whole.
+/* @return how many of @p frames frames go out whole, before all others go out in bands.
  * @param window its size in frames. */
-static int first_split(const sc_work *work, int window)
+static int first_split(const sc_work *work, int frames, int window)
 {
     if (work->partition == SC_PARTITION_FRAMES)
-        return work->frames;
+        return frames;
     if (work->partition == SC_PARTITION_TILES)
         return 0;
     if (work->ranks == 1)
-        return work->frames;
+        return frames;
     /* If the window holds few frames for each rank, it fills behind a frame that is more costly
      * than others, and leaves ranks without work. Then several ranks draw each frame. */
-    return window < WINDOW_WHOLE * work->ranks
-               ? 0
-               : max_int(work->frames - SPLIT_PER_RANK * work->ranks, 0);
+    return window < WINDOW_WHOLE * work->ranks ? 0
+                                               : max_int(frames - SPLIT_PER_RANK * work->ranks, 0);
 }
 
 sc_handout sc_handout_begin(const sc_work *work)
 {
-    const int window = window_for(work), from = first_split(work, window);
+    const int gathered = work->gathered * work->gop_frames, all = work->frames + gathered;
+    const int window = window_for(work, all), from = first_split(work, all, window);
     /* number of frames that are split at the same time */
-    const int together = max_int(min_int(work->frames - from, min_int(work->ranks, window)), 1);
+    const int together = max_int(min_int(all - from, min_int(work->ranks, window)), 1);
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
     const long rows = work->height_px / (bands > 0 ? bands : 1);
 
     return (sc_handout){.gops = work->gops,
                         .frames = work->frames,
                         .height_px = work->height_px,
-                        .window = window,
-                        .split_from = from,
-                        .band_rows = max_int((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS)};
+                        .window = window_for(work, work->frames),
+                        .split_from = min_int(from, work->frames),
+                        .band_rows = max_int((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS),
+                        .ranks = work->ranks,
+                        .gathered = work->gathered,
+                        .gop_frames = work->gop_frames,
+                        .encoders = sc_handout_encoders(work->ranks, 0, 0),
+                        .gather_window = window_for(work, gathered),
+                        .gather_split_from = max_int(from - work->frames, 0)};
+}
+
+/* @return whether no frame of a gathered GOP is left to be begun. */
+static bool has_gathered_all(const sc_handout *h)
+{
+    return h->next_gathered == h->gathered * h->gop_frames;
 }
 
 /* @return whether no GOP or frame is left to be begun, and no frame is handed out in part only. */
 static bool has_begun_all(const sc_handout *h)
 {
-    return h->next_row == 0 &&
-           (h->stopped || (h->next_gop == h->gops && h->next_frame == h->frames));
+    return h->next_row == 0 && h->next_gathered_row == 0 &&
+           (h->stopped ||
+            (h->next_gop == h->gops && h->next_frame == h->frames && has_gathered_all(h)));
+}
+
+/* @return whether a frame for rank 0, or the next band of one, may go out. */
+static bool may_hand_frame(const sc_handout *h)
+{
+    return h->next_row > 0 ||
+           (!h->stopped && h->next_frame < h->frames && h->next_frame < h->accepted + h->window);
+}
+
+/* @return the index of the frame with which the next group of gathered GOPs begins. */
+static int group_end(const sc_handout *h)
+{
+    return h->group_begun + h->group_gops * h->gop_frames;
+}
+
+/* @return whether a frame of a gathered GOP, or the next band of one, may go out. A group waits
+ * until all encoders of the one before it have begun, so that each gets its GOPs in order. */
+static bool may_gather(const sc_handout *h)
+{
+    if (h->next_gathered_row > 0)
+        return true;
+    return !h->stopped && !has_gathered_all(h) && h->next_gathered < h->taken + h->gather_window &&
+           (h->next_gathered < group_end(h) || h->taken >= h->group_begun + h->group_gops);
+}
+
+/* Hand out the frame *next, or, if it is split, its next band, from *row on. */
+static sc_work_unit cut(const sc_handout *h, int split_from, int *next, int *row)
+{
+    sc_work_unit unit = {SC_UNIT_FRAME, *next, 0, h->height_px, 0, 0, 0};
+
+    if (*next >= split_from) {
+        unit.kind = SC_UNIT_BAND;
+        unit.row = *row;
+        unit.rows = min_int(h->band_rows, h->height_px - *row);
+    }
+    *row += unit.rows;
+    if (*row == h->height_px) {
+        *row = 0;
+        ++*next;
+    }
+    return unit;
+}
+
+/* Begin the next group of gathered GOPs: with as many GOPs as encoders are wanted, or fewer, so
+ * that the groups to come have about as many. */
+static void begin_group(sc_handout *h)
+{
+    const int first = h->group_first + h->group_gops, left = h->gathered - first;
+    const int most = max_int(min_int(min_int(h->encoders, left), h->ranks - 1), 1);
+    const int groups = (left + most - 1) / most;
+
+    h->group_first = first;
+    h->group_gops = (left + groups - 1) / groups;
+    h->group_begun = h->next_gathered;
+    h->group_is_odd = !h->group_is_odd;
+}
+
+/* @return the rank that encodes GOP number @p i of the group. They are spread over all ranks but
+ * the first, so that few are on the same node, and every second group has others, since those of
+ * the group before are still busy when it begins. */
+static int encoder_of(const sc_handout *h, int i)
+{
+    const long ranks = h->ranks - 1, shift = h->group_is_odd ? 0 : ranks / (2 * h->group_gops);
+
+    return 1 + (int)((i * ranks / h->group_gops + shift) % ranks);
+}
+
+/* Hand out a frame or band of a gathered GOP. */
+static sc_work_unit gather(sc_handout *h)
+{
+    sc_work_unit unit;
+    int at;
+
+    if (h->next_gathered_row == 0 && h->next_gathered == group_end(h))
+        begin_group(h);
+    at = h->next_gathered - h->group_begun;
+    unit = cut(h, h->gather_split_from, &h->next_gathered, &h->next_gathered_row);
+    unit.encoder = encoder_of(h, at % h->group_gops);
+    unit.gop = h->group_first + at % h->group_gops;
+    unit.place = at / h->group_gops;
+    return unit;
 }
 
 sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
 {
     if (has_begun_all(h))
         return SC_HANDOUT_END;
-    if (h->next_row == 0 && h->next_gop < h->gops) {
+    if (h->next_row == 0 && h->next_gop < h->gops && !h->stopped)
         *out = (sc_work_unit){.kind = SC_UNIT_GOP, .index = h->next_gop++};
-    } else if (h->next_frame >= h->accepted + h->window) {
+    else if (may_hand_frame(h))
+        *out = cut(h, h->split_from, &h->next_frame, &h->next_row);
+    else if (may_gather(h))
+        *out = gather(h);
+    else
         return SC_HANDOUT_WAIT;
-    } else if (h->next_frame < h->split_from) {
-        *out = (sc_work_unit){SC_UNIT_FRAME, h->next_frame++, 0, h->height_px};
-    } else {
-        const int rows = min_int(h->band_rows, h->height_px - h->next_row);
-
-        *out = (sc_work_unit){SC_UNIT_BAND, h->next_frame, h->next_row, rows};
-        h->next_row += rows;
-        if (h->next_row == h->height_px) {
-            h->next_row = 0;
-            h->next_frame++;
-        }
-    }
     h->out++;
     return SC_HANDOUT_UNIT;
+}
+
+bool sc_handout_gathers_next(const sc_handout *h)
+{
+    return (h->next_row > 0 || h->next_gop == h->gops || h->stopped) && !may_hand_frame(h);
 }
 
 void sc_handout_unit_done(sc_handout *handout)
@@ -133,6 +230,22 @@ int sc_handout_gops(int gops, int ranks, bool always)
 
     return always || (ranks >= RANKS_TO_FEED && gops >= GOPS_PER_RANK * ranks)
                ? max_int(gops - last, 0)
+               : 0;
+}
+
+int sc_handout_encoders(int ranks, double draw_s, double encode_s)
+{
+    const double wanted = draw_s > 0 && encode_s > 0
+                              ? ceil(SPARE_ENCODERS * encode_s / draw_s * ranks)
+                              : 1 + ranks / RANKS_PER_ENCODER;
+
+    return wanted < ranks ? (int)wanted : ranks;
+}
+
+int sc_handout_gathered(int gops, int ranks, bool always)
+{
+    return ranks > 1 && (always || (ranks >= RANKS_TO_GATHER && gops < GOPS_PER_RANK * ranks))
+               ? max_int(gops - 1, 0)
                : 0;
 }
 

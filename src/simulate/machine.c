@@ -42,11 +42,11 @@ static double path_bytes_per_s(const sc_sim_machine *machine, int node, int othe
     return rate;
 }
 
-double sc_sim_transfer_s(const sc_sim_machine *machine, int rank, double bytes)
+double sc_sim_transfer_s(const sc_sim_machine *machine, int rank, int target, double bytes)
 {
-    const int node = rank / machine->ranks_per_node;
+    const int node = rank / machine->ranks_per_node, other = target / machine->ranks_per_node;
 
-    return node == 0 ? 0 : time_s(bytes, path_bytes_per_s(machine, node, 0));
+    return node == other ? 0 : time_s(bytes, path_bytes_per_s(machine, node, other));
 }
 
 void sc_sim_phases(const sc_sim_film *film, const sc_sim_machine *m, sc_sim_result *out)
@@ -77,6 +77,8 @@ static sc_sim_limit farm_limit(const sc_sim_result *r)
         return SC_SIM_NETWORK;
     if (r->message_busy_s > BUSY * r->farm_s)
         return SC_SIM_MESSAGES;
+    if (r->encoders > 0 && r->gather_busy_s > BUSY * r->farm_s * r->encoders)
+        return SC_SIM_GATHERING;
     return r->window_wait_s > r->end_wait_s ? SC_SIM_WINDOW : SC_SIM_UNITS;
 }
 
@@ -131,6 +133,8 @@ const char *sc_sim_limit_words(sc_sim_limit limit)
         return "sending the volume to all nodes";
     case SC_SIM_ENCODING:
         return "encoding on rank 0";
+    case SC_SIM_GATHERING:
+        return "encoding on the ranks that gather";
     case SC_SIM_MESSAGES:
         return "messages of rank 0";
     case SC_SIM_NETWORK:

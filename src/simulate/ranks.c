@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Simulated ranks draw work units, and rank 0 shares its cores between drawing and accepting. */
+/* Simulated ranks draw work units, and share their cores between drawing and encoding. */
 #include "internal.h"
 
 #include <math.h>
 
-/* ---- rank 0's cores ---- */
+/* ---- the cores of a rank ---- */
 
-/* @return the speed at which both threads of rank 0 run: if they could use more cores than there
+/* @return the speed at which both threads of a rank run: if they could use more cores than there
  * are, each gets its share. */
-static double sharing(const sim_farm *f)
+static double sharing(const sim_farm *f, const sim_rank *r)
 {
     const double cores = f->machine->threads;
-    const double wanted =
-        (f->drawing.busy ? f->drawing.cores : 0) + (f->accepting.busy ? f->accepting.cores : 0);
+    const double wanted = (r->drawing.busy ? cores : 0) + (r->encoding.busy ? f->encoder_cores : 0);
 
     return wanted > cores ? cores / wanted : 1;
 }
@@ -26,40 +25,46 @@ static void advance(const sim_farm *f, sim_load *load, double speed)
     load->since_s = f->now_s;
 }
 
-/* Begin (@p left_s seconds of work) or end (negative) one load of rank 0, and forecast the ends of
+/* Begin (@p left_s seconds of work) or end (negative) one load of a rank, and forecast the ends of
  * both anew. */
-static void change_load(sim_farm *f, sim_load *load, double left_s)
+static void change_load(sim_farm *f, int rank, sim_load *load, double left_s)
 {
-    const double before = sharing(f);
+    sim_rank *r = &f->ranks[rank];
+    const double before = sharing(f, r);
     double speed;
 
-    advance(f, &f->drawing, before);
-    advance(f, &f->accepting, before);
+    advance(f, &r->drawing, before);
+    advance(f, &r->encoding, before);
     load->busy = left_s >= 0;
     load->left_s = left_s;
-    speed = sharing(f);
-    f->drawing.generation++;
-    f->accepting.generation++;
-    if (f->drawing.busy)
-        sc_sim_push(&f->events, (sim_event){.time_s = f->now_s + f->drawing.left_s / speed,
+    speed = sharing(f, r);
+    r->drawing.generation++;
+    r->encoding.generation++;
+    if (r->drawing.busy)
+        sc_sim_push(&f->events, (sim_event){.time_s = f->now_s + r->drawing.left_s / speed,
                                             .kind = SIM_DRAWN,
-                                            .generation = f->drawing.generation});
-    if (f->accepting.busy)
-        sc_sim_push(&f->events, (sim_event){.time_s = f->now_s + f->accepting.left_s / speed,
+                                            .rank = rank,
+                                            .generation = r->drawing.generation});
+    if (r->encoding.busy)
+        sc_sim_push(&f->events, (sim_event){.time_s = f->now_s + r->encoding.left_s / speed,
                                             .kind = SIM_ACCEPTED,
-                                            .generation = f->accepting.generation});
+                                            .rank = rank,
+                                            .generation = r->encoding.generation});
 }
 
-void sc_sim_begin_accepting(sim_farm *f, double left_s)
+void sc_sim_begin_encoding(sim_farm *f, int rank)
 {
-    change_load(f, &f->accepting, left_s);
+    change_load(f, rank, &f->ranks[rank].encoding,
+                f->film->encode_wall_s / sc_sim_speed(f->machine, rank));
 }
 
-bool sc_sim_end_accepting(sim_farm *f, long generation)
+bool sc_sim_end_encoding(sim_farm *f, int rank, long generation)
 {
-    if (!f->accepting.busy || generation != f->accepting.generation)
+    sim_load *load = &f->ranks[rank].encoding;
+
+    if (!load->busy || generation != load->generation)
         return false;
-    change_load(f, &f->accepting, -1);
+    change_load(f, rank, load, -1);
     return true;
 }
 
@@ -72,6 +77,16 @@ static double rows_of(const sim_farm *f, const sc_work_unit *unit)
                                      : unit->rows;
 }
 
+/* @return the number in the film of the frame of a unit that is no GOP. */
+static int film_frame(const sim_farm *f, const sc_work_unit *unit)
+{
+    const sc_sim_film *film = f->film;
+
+    return unit->encoder > 0
+               ? film->frames + (unit->gop - film->gathered) * film->gop_frames + unit->place
+               : f->whole + unit->index;
+}
+
 /* @return how long a rank of speed 1 needs for a work unit. */
 static double unit_s(const sim_farm *f, const sc_work_unit *unit)
 {
@@ -82,7 +97,7 @@ static double unit_s(const sim_farm *f, const sc_work_unit *unit)
     if (unit->kind != SC_UNIT_GOP) {
         const double more = unit->kind == SC_UNIT_BAND ? film->band_rows : 0;
 
-        return film->draw_cpu_s[f->whole + unit->index] * (unit->rows + more) / film->height_px /
+        return film->draw_cpu_s[film_frame(f, unit)] * (unit->rows + more) / film->height_px /
                threads;
     }
     for (int i = 0; i < film->gop_frames; i++)
@@ -102,13 +117,7 @@ static void begin(sim_farm *f, int rank)
     r->generation++;
     r->begin_s = f->now_s;
     r->ask_s = f->now_s + sc_handout_ask_age_s(rows_of(f, &r->units[0]), r->row_s);
-    if (rank == 0)
-        change_load(f, &f->drawing, seconds);
-    else
-        sc_sim_push(&f->events, (sim_event){.time_s = f->now_s + seconds,
-                                            .kind = SIM_DRAWN,
-                                            .rank = rank,
-                                            .generation = r->generation});
+    change_load(f, rank, &r->drawing, seconds);
     if (isfinite(r->ask_s))
         sc_sim_push(&f->events, (sim_event){.time_s = r->ask_s,
                                             .kind = SIM_ASK,
@@ -116,12 +125,17 @@ static void begin(sim_farm *f, int rank)
                                             .generation = r->generation});
 }
 
-/* Send a message to rank 0: a result, or a request if @p unit is NULL. */
-static void send_to_root(sim_farm *f, int rank, const sc_work_unit *unit)
+/* Send a message: a result or request (@p unit NULL) to rank 0; or the pixels of a unit of a
+ * gathered GOP to its encoder. */
+static void send(sim_farm *f, int rank, const sc_work_unit *unit, bool gathered)
 {
-    const double way_s = rank == 0 ? 0 : f->machine->latency_s;
-    sim_event e = {
-        .time_s = f->now_s + f->machine->notice_s + way_s, .kind = SIM_ARRIVED, .rank = rank};
+    const int target = gathered ? unit->encoder : 0;
+    const double way_s = rank == target ? 0 : f->machine->latency_s;
+    sim_event e = {.time_s = f->now_s + f->machine->notice_s + way_s,
+                   .kind = SIM_ARRIVED,
+                   .rank = rank,
+                   .gathered = gathered,
+                   .seconds = unit ? f->now_s - f->ranks[rank].begin_s : 0};
 
     if (unit)
         e.unit = *unit;
@@ -148,8 +162,11 @@ void sc_sim_ask(sim_farm *f, int rank, long generation)
 
     if (r->asked || r->in_hand >= SC_UNITS_PER_RANK || generation != r->generation)
         return;
+    r->held_back = sc_sim_is_behind(f, rank);
+    if (r->held_back)
+        return;
     r->asked = true;
-    send_to_root(f, rank, NULL);
+    send(f, rank, NULL, false);
 }
 
 void sc_sim_drawn(sim_farm *f, int rank, long generation)
@@ -157,16 +174,17 @@ void sc_sim_drawn(sim_farm *f, int rank, long generation)
     sim_rank *r = &f->ranks[rank];
     const sc_work_unit done = r->units[0];
 
-    if (generation != (rank == 0 ? f->drawing.generation : r->generation))
+    if (generation != r->drawing.generation)
         return;
     f->out->draw_busy_s += f->now_s - r->begin_s;
     r->row_s = (f->now_s - r->begin_s) / rows_of(f, &done);
     r->units[0] = r->units[1];
     r->in_hand--;
     r->idle_since_s = f->now_s;
-    if (rank == 0)
-        change_load(f, &f->drawing, -1);
-    send_to_root(f, rank, &done);
+    change_load(f, rank, &r->drawing, -1);
+    if (done.encoder > 0)
+        send(f, rank, &done, true);
+    send(f, rank, &done, false);
     if (r->in_hand > 0)
         begin(f, rank);
     else if (rank > 0)

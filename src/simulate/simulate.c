@@ -14,6 +14,8 @@ static void happen(sim_farm *f, const sim_event *e)
         return;
     case SIM_HANDLED:
         sc_sim_handle(f, e);
+        if (e->gathered)
+            return;
         break;
     case SIM_ASK:
         if (e->rank > 0) {
@@ -27,10 +29,18 @@ static void happen(sim_farm *f, const sim_event *e)
             return;
         break;
     case SIM_ACCEPTED:
-        sc_sim_accepted(f, e->generation);
+        if (!sc_sim_end_encoding(f, e->rank, e->generation))
+            return;
+        if (e->rank == 0)
+            sc_sim_accepted(f);
+        else
+            sc_sim_encoded(f, e->rank);
         return;
     case SIM_NOTICED:
         f->handout.accepted++;
+        break;
+    case SIM_TAKEN:
+        sc_sim_taken(f, e);
         break;
     }
     sc_sim_hand_out(f);
@@ -50,14 +60,17 @@ static sc_status run(const sc_ctx *ctx, sim_farm *f)
 
         f->now_s = e.time_s;
         happen(f, &e);
-        if ((e.kind == SIM_HANDLED && e.unit.kind != SC_UNIT_NONE) || e.kind == SIM_NOTICED)
+        if ((e.kind == SIM_HANDLED && e.unit.kind != SC_UNIT_NONE) || e.kind == SIM_NOTICED ||
+            e.kind == SIM_TAKEN)
             end_s = f->now_s;
     }
     if (f->events.status != SC_OK)
         return f->events.status;
-    if (!sc_handout_finished(&f->handout) || f->handout.accepted != f->handout.frames)
-        return sc_fail(ctx, SC_ERR_INTERNAL, "the simulation ended with %d of %d frames",
-                       f->handout.accepted, f->handout.frames);
+    if (!sc_handout_finished(&f->handout) || f->handout.accepted != f->handout.frames ||
+        f->gops_left > 0)
+        return sc_fail(ctx, SC_ERR_INTERNAL,
+                       "the simulation ended with %d of %d frames, and %d GOPs were not gathered",
+                       f->handout.accepted, f->handout.frames, f->gops_left);
     f->out->farm_s = end_s;
     for (int rank = 0; rank < f->machine->ranks; rank++)
         f->out->end_wait_s += end_s - f->ranks[rank].idle_since_s;
@@ -71,7 +84,9 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
     const int ranks = f->machine->ranks;
     const sc_work work = {.ranks = ranks,
                           .gops = film->gops,
-                          .frames = film->frames - film->gops * film->gop_frames,
+                          .frames = film->frames - (film->gops + film->gathered) * film->gop_frames,
+                          .gathered = film->gathered,
+                          .gop_frames = film->gop_frames,
                           .width_px = film->width_px,
                           .height_px = film->height_px,
                           .partition = film->partition};
@@ -81,11 +96,16 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
     f->handout = sc_handout_begin(&work);
     f->out->window = f->handout.window;
     f->whole = film->gops * film->gop_frames;
-    f->drawing.cores = f->machine->threads;
-    f->accepting.cores = film->encode_wall_s > 0 ? film->encode_cpu_s / film->encode_wall_s : 0;
+    f->gops_left = film->gathered;
+    f->encoder_cores = film->encode_wall_s > 0 ? film->encode_cpu_s / film->encode_wall_s : 0;
     f->events.ctx = ctx;
     SC_TRY(sc_zalloc(ctx, (size_t)ranks, sizeof *f->ranks, &block));
     f->ranks = block;
+    for (int rank = 0; rank < ranks; rank++)
+        f->ranks[rank].first = -1;
+    SC_TRY(sc_zalloc(ctx, (size_t)film->gathered * (size_t)film->gop_frames + 1,
+                     sizeof *f->gathered, &block));
+    f->gathered = block;
     SC_TRY(sc_alloc(ctx, (size_t)ranks, sizeof *f->ready, &block));
     f->ready = block;
     SC_TRY(sc_alloc(ctx, (size_t)work.frames + 1, sizeof *f->rows_left, &block));
@@ -100,9 +120,10 @@ out:
 static bool is_possible(const sc_sim_film *film, const sc_sim_machine *machine)
 {
     return film->frames > 0 && film->gop_frames > 0 && film->width_px > 0 && film->height_px > 0 &&
-           film->gops >= 0 && film->gops <= film->frames / film->gop_frames && machine->ranks > 0 &&
-           machine->ranks_per_node > 0 && machine->threads > 0 &&
-           (machine->slow_node < 0 || machine->slow_speed > 0);
+           film->gops >= 0 && film->gathered >= 0 &&
+           (long)film->gops + film->gathered <= film->frames / film->gop_frames &&
+           machine->ranks > (film->gathered > 0) && machine->ranks_per_node > 0 &&
+           machine->threads > 0 && (machine->slow_node < 0 || machine->slow_speed > 0);
 }
 
 sc_status sc_simulate(const sc_ctx *ctx, const sc_sim_film *film, const sc_sim_machine *machine,
@@ -124,5 +145,6 @@ out:
     sc_free(f.ranks);
     sc_free(f.ready);
     sc_free(f.rows_left);
+    sc_free(f.gathered);
     return status;
 }

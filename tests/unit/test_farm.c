@@ -302,6 +302,115 @@ static void gops_go_out_first_and_leave_frames_for_the_end(void **state)
     assert_int_equal(sc_handout_gops(0, 8, true), 0);
 }
 
+/* ---- gathered GOPs ---- */
+
+enum { GATHERED = 23, GATHERED_FRAMES = 6 };
+
+/* Hand out everything, and check that each encoder gets its GOPs one after the other, each in the
+ * order of its frames, and that every row goes out once. @param delay so many frames are taken
+ * late.
+ */
+static void check_gathered(const sc_work *work, int encoders, int delay)
+{
+    int rows[GATHERED][GATHERED_FRAMES] = {{0}}, next[GATHERED] = {0}, latest[64] = {0};
+    sc_handout h = sc_handout_begin(work);
+    sc_handout_answer answer;
+    sc_work_unit unit;
+
+    memset(latest, -1, sizeof latest);
+    while ((answer = sc_handout_next(&h, &unit)) != SC_HANDOUT_END) {
+        h.encoders = encoders;
+        if (answer == SC_HANDOUT_WAIT)
+            assert_true(h.taken < h.next_gathered || h.accepted < h.next_frame);
+        if (answer == SC_HANDOUT_WAIT || unit.encoder == 0) {
+            h.taken += h.taken < h.next_gathered;
+            h.accepted += h.accepted < h.next_frame;
+            continue;
+        }
+        assert_in_range(unit.encoder, 1, work->ranks - 1);
+        assert_true(unit.index < h.taken + h.gather_window);
+        assert_true(unit.gop >= latest[unit.encoder]);
+        latest[unit.encoder] = unit.gop;
+        assert_true(unit.place == next[unit.gop] || unit.place == next[unit.gop] - 1);
+        next[unit.gop] = unit.place + 1;
+        rows[unit.gop][unit.place] += unit.rows;
+        if (h.next_gathered > h.taken + delay)
+            h.taken++;
+    }
+    for (int gop = 0; gop < GATHERED; gop++) {
+        for (int i = 0; i < GATHERED_FRAMES; i++)
+            assert_int_equal(rows[gop][i], work->height_px);
+    }
+}
+
+static void every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order(void **state)
+{
+    (void)state;
+    for (int partition = SC_PARTITION_AUTO; partition <= SC_PARTITION_TILES; partition++) {
+        for (int ranks = 2; ranks < 64; ranks += 1 + ranks / 2) {
+            for (int encoders = 1; encoders < 64; encoders += encoders) {
+                const sc_work work = {.ranks = ranks,
+                                      .frames = 4,
+                                      .gathered = GATHERED,
+                                      .gop_frames = GATHERED_FRAMES,
+                                      .width_px = 64,
+                                      .height_px = 100,
+                                      .partition = (sc_partition)partition};
+
+                check_gathered(&work, encoders, 0);
+                check_gathered(&work, encoders, 1000);
+            }
+        }
+    }
+}
+
+/* A rank that gets GOPs of two groups must not get the later one first, so that a group waits until
+ * all encoders of the one before it have begun. */
+static void a_group_waits_until_the_one_before_it_has_begun(void **state)
+{
+    const sc_work work = {.ranks = 5,
+                          .gathered = 8,
+                          .gop_frames = 3,
+                          .width_px = 64,
+                          .height_px = 64,
+                          .partition = SC_PARTITION_FRAMES};
+    sc_handout h = sc_handout_begin(&work);
+    sc_work_unit unit;
+
+    (void)state;
+    h.encoders = 4;
+    for (int i = 0; i < 12; i++) {
+        assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
+        assert_int_equal(unit.encoder, 1 + i % 4);
+        assert_int_equal(unit.gop, i % 4);
+        assert_int_equal(unit.place, i / 4);
+        assert_true(sc_handout_gathers_next(&h));
+    }
+    h.taken = 3;
+    assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_WAIT);
+    h.taken = 4;
+    assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_UNIT);
+    assert_int_equal(unit.gop, 4);
+    h.stopped = true;
+    assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_END);
+}
+
+static void there_are_as_many_encoders_as_costs_ask_for(void **state)
+{
+    (void)state;
+    assert_int_equal(sc_handout_encoders(64, 0, 0), 1);
+    assert_int_equal(sc_handout_encoders(4096, 200, 0), 17);
+    assert_int_equal(sc_handout_encoders(4096, 200, 0.3), 19);
+    assert_int_equal(sc_handout_encoders(4096, 1e6, 1e-6), 1);
+    assert_int_equal(sc_handout_encoders(4096, 1e-9, 1e6), 4096);
+    assert_int_equal(sc_handout_gathered(60, 1, true), 0);
+    assert_int_equal(sc_handout_gathered(60, 2, true), 59);
+    assert_int_equal(sc_handout_gathered(0, 2, true), 0);
+    assert_int_equal(sc_handout_gathered(60, 8, false), 0);
+    assert_int_equal(sc_handout_gathered(60, 4096, false), 59);
+    assert_int_equal(sc_handout_gathered(12288, 4096, false), 0); /* GOPs are drawn whole */
+}
+
 static void a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs(void **state)
 {
     (void)state;
@@ -521,6 +630,9 @@ int main(void)
         cmocka_unit_test(a_single_frame_is_split_over_all_ranks),
         cmocka_unit_test(partitions_split_the_frames_that_they_promise),
         cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
+        cmocka_unit_test(every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order),
+        cmocka_unit_test(a_group_waits_until_the_one_before_it_has_begun),
+        cmocka_unit_test(there_are_as_many_encoders_as_costs_ask_for),
         cmocka_unit_test(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs),
         cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
         cmocka_unit_test(one_rank_accepts_all_frames_in_order),

@@ -116,6 +116,71 @@ static void rank_0_encodes_one_frame_after_the_other(void **state)
     assert_near(r.work_cpu_s, 60, 1e-9);
 }
 
+static void gathered_gops_are_encoded_side_by_side(void **state)
+{
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(40, 1, costs);
+    sc_sim_machine machine = machine_of(9);
+    sc_sim_result r;
+
+    (void)state;
+    film.encode_wall_s = 0.5; /* by some other device: it needs no core */
+    film.gathered = 4;
+    r = simulate(&film, &machine); /* 8 ranks draw, and the last of 40 frames is encoded */
+    assert_true(r.farm_s >= 5.5 - 1e-9 && r.farm_s < 8 + 1e-9);
+    assert_near(r.gather_busy_s, 20, 1e-9);
+    assert_near(r.accept_busy_s, 0, 1e-9);
+    assert_in_range(r.encoders, 1, 4);
+    film.gathered = 3; /* rank 0 draws and encodes ten frames at first */
+    r = simulate(&film, &machine);
+    assert_near(r.gather_busy_s, 15, 1e-9);
+    assert_near(r.accept_busy_s, 5, 1e-9);
+    /* one rank draws, which is the only encoder, too; it has one core for both */
+    film.gathered = 4;
+    film.encode_cpu_s = 0.5;
+    machine = machine_of(2);
+    r = simulate(&film, &machine);
+    assert_true(r.farm_s >= 60 - 1e-9 && r.farm_s < 60.5 + 1e-9);
+}
+
+/* A film of one minute in 4K, as in docs/studies.md: what rank 0 alone could not encode. */
+static void gathering_lets_a_film_scale_to_thousands_of_ranks(void **state)
+{
+    static const struct {
+        int ranks;
+        double root, gathered; /* the efficiency of the farm is below and above this */
+    } cases[] = {{1024, 0.65, 0.95}, {4096, 0.17, 0.92}};
+    double costs[FRAMES_MAX];
+    sc_sim_film film = film_of(1800, 0, costs);
+
+    (void)state;
+    for (int k = 0; k < film.frames; k++)
+        costs[k] = 200 * (0.1 + 1.8 * (double)(k * 7919L % 1000) / 1000);
+    film.gop_frames = 30;
+    film.width_px = 3840;
+    film.height_px = 2160;
+    film.partition = SC_PARTITION_AUTO;
+    film.band_rows = 0.44;
+    film.encode_wall_s = 0.1;
+    film.encode_cpu_s = 0.3;
+    film.frame_file_bytes = 60000;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        sc_sim_machine machine = machine_of(cases[i].ranks);
+
+        machine.ranks_per_node = 64;
+        machine.latency_s = 5e-6;
+        machine.link_bytes_per_s = 10e9;
+        machine.message_s = 20e-6;
+        machine.copy_bytes_per_s = 8e9;
+        machine.notice_s = 3e-4;
+        film.gathered = 0;
+        assert_true(simulate(&film, &machine).farm_efficiency < cases[i].root);
+        film.gathered = sc_handout_gathered(60, cases[i].ranks, false);
+        assert_int_equal(film.gathered, 59);
+        assert_true(simulate(&film, &machine).farm_efficiency > cases[i].gathered);
+    }
+}
+
 static void messages_and_pixels_take_their_time(void **state)
 {
     double costs[FRAMES_MAX];
@@ -201,6 +266,10 @@ static void any_machine_draws_all_frames(void **state)
             costs[k] = random_real(&seed, 0, 0.3);
         film.partition = (sc_partition)(random_bits(&seed) % 3);
         film.gops = (int)(random_bits(&seed) % (unsigned)(frames / 10 + 1));
+        if (i % 2 && machine.ranks > 1) {
+            film.gathered = film.gops;
+            film.gops = 0;
+        }
         film.encode_wall_s = random_real(&seed, 0, 0.05);
         film.encode_cpu_s = film.encode_wall_s;
         machine.ranks_per_node = 1 + (int)(random_bits(&seed) % 5);
@@ -268,6 +337,8 @@ int main(void)
         cmocka_unit_test(a_slow_rank_gets_fewer_frames),
         cmocka_unit_test(a_costly_last_frame_is_waited_for_or_split),
         cmocka_unit_test(rank_0_encodes_one_frame_after_the_other),
+        cmocka_unit_test(gathered_gops_are_encoded_side_by_side),
+        cmocka_unit_test(gathering_lets_a_film_scale_to_thousands_of_ranks),
         cmocka_unit_test(messages_and_pixels_take_their_time),
         cmocka_unit_test(what_comes_before_and_after_the_farm_is_added),
         cmocka_unit_test(any_machine_draws_all_frames),
