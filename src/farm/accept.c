@@ -59,3 +59,29 @@ void sc_gop_free(sc_gop *gop)
     sc_free(gop->payload.data);
     sc_free(gop);
 }
+
+sc_status sc_rescued_new(const sc_ctx *ctx, const sc_farm *farm, const sc_frame_result *result,
+                         const void *rows, sc_frame_slot **out)
+{
+    sc_frame_slot *frame;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *frame, &block));
+    frame = block;
+    SC_TRY(sc_image_init(ctx, farm->width_px, farm->height_px, &frame->image));
+    memcpy(frame->image.rgb, rows, sc_image_bytes(&frame->image));
+    frame->result = *result;
+    frame->rescued = true;
+    *out = frame;
+    return SC_OK;
+out:
+    sc_free(block);
+    return status;
+}
+
+void sc_rescued_free(sc_frame_slot *frame)
+{
+    sc_image_clear(&frame->image);
+    sc_free(frame);
+}

@@ -22,7 +22,7 @@ static void draw_gop(const sc_farm *farm, sc_draw_task *task)
 static void draw_rows(const sc_farm *farm, sc_draw_task *task)
 {
     const sc_work_unit *unit = &task->unit;
-    const int frame = farm->frames[unit->index];
+    const int frame = sc_farm_frame(farm, unit);
 
     task->result = (sc_frame_result){.frame = frame, .wait_s = task->task.waited_s};
     task->status = farm->draw(farm->user, frame, unit->row, unit->rows, task->image, &task->result);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Private to farm: messages, worker threads, drawing tasks, and the two roles of a rank. */
+/* Private to farm: messages, worker threads, drawing tasks, and the roles of a rank. */
 #ifndef SC_FARM_INTERNAL_H
 #define SC_FARM_INTERNAL_H
 
@@ -11,14 +11,26 @@
 
 /* The messages of the farm. A worker rank asks with SC_TAG_READY for each work unit and gets one
  * SC_TAG_UNIT in answer. A unit of kind SC_UNIT_NONE tells it to leave; when it has all answers and
- * has sent all results, it sends SC_TAG_BYE. */
+ * has sent all results, it sends SC_TAG_BYE.
+ *
+ * The rows of a gathered GOP go to its encoder (SC_TAG_ROWS), while rank 0 gets the result without
+ * them. The encoder tells rank 0 of each frame that it has encoded (SC_TAG_TAKEN), and sends the
+ * finished GOP as a rank does that has drawn all of it. When all work units have come back, rank 0
+ * tells each encoder how many messages with rows it gets in all (SC_TAG_YIELD). With the last of
+ * them it sends the whole frames of GOPs that are not finished, which happens only after a stop
+ * (SC_TAG_RESCUED), and then SC_TAG_YIELDED. */
 enum {
     SC_TAG_READY = 1,  /* worker -> 0: int32 stop; the rank can be given one more work unit */
     SC_TAG_UNIT = 2,   /* 0 -> worker: sc_work_unit */
     SC_TAG_RESULT = 3, /* worker -> 0: sc_result_message and what follows it */
     SC_TAG_STOP = 4,   /* worker -> 0: int32 1; a signal has come */
     SC_TAG_BYE = 5,    /* worker -> 0: int32 0 */
-    SC_TAG_PIECE = 6   /* worker -> 0: the next piece of a GOP's payload, after its SC_TAG_RESULT */
+    SC_TAG_PIECE = 6,  /* worker -> 0: the next piece of a GOP's payload, after its SC_TAG_RESULT */
+    SC_TAG_ROWS = 7,   /* any worker -> encoder: sc_result_message and the rows */
+    SC_TAG_TAKEN = 8,  /* encoder -> 0: sc_taken_message */
+    SC_TAG_YIELD = 9,  /* 0 -> encoder: int32, the number of SC_TAG_ROWS that it gets */
+    SC_TAG_RESCUED = 10, /* encoder -> 0: sc_result_message and a whole frame */
+    SC_TAG_YIELDED = 11  /* encoder -> 0: int32 0; it sends nothing more */
 };
 
 /* Head of the result of a work unit. Behind it in the same message stand: for a GOP, the results of
@@ -30,6 +42,13 @@ typedef struct sc_result_message {
     int32_t stop;   /* 1: a signal has come */
     sc_frame_result result;
 } sc_result_message;
+
+/* What an encoder tells rank 0 of a frame, or of an error. */
+typedef struct sc_taken_message {
+    int32_t index;   /* of the frame, as in its work units; -1: an error of no certain frame */
+    int32_t status;  /* SC_OK, or the error with which the farm ends */
+    double encode_s; /* how long it took */
+} sc_taken_message;
 
 /* Buffers for results on a worker rank: one is drawn into, one waits for the worker thread, and two
  * are being sent. */
@@ -49,6 +68,15 @@ size_t sc_farm_message_bytes(const sc_farm *farm);
 
 /* @return everything that is to be handed out, the same on all ranks. */
 sc_work sc_farm_work(const sc_farm *farm, const sc_comm *comm);
+/* @return whether GOPs are gathered with @p ranks ranks: a single rank draws them itself. */
+bool sc_farm_gathers(const sc_farm *farm, int ranks);
+/* @return the number of the frame of a work unit that is no GOP. */
+int sc_farm_frame(const sc_farm *farm, const sc_work_unit *unit);
+/* Add the timing record of a frame or band to @p sum; rank and hash are replaced. */
+void sc_frame_result_add(sc_frame_result *sum, const sc_frame_result *part);
+/* Post a payload to rank 0 in pieces of sc_farm_message_bytes, which stay borrowed from it until
+ * they have left. An empty one has none. */
+void sc_farm_post_payload(sc_comm *comm, const sc_farm *farm, const sc_payload *payload);
 /* @return the number of frames of the GOP at @p index of farm->gops. */
 int sc_farm_gop_frames(const sc_farm *farm, int index);
 /* @return the number of rows of pixels in a work unit, above 0, as a measure of its cost. */
@@ -107,6 +135,55 @@ static_assert(offsetof(sc_draw_task, task) == 0, "a task is cast to what it is t
  * sc_worker_thread_start, with the farm as user. */
 void sc_draw_task_run(void *user, sc_task *task);
 
+/* ---- gather.c: a rank as an encoder of gathered GOPs ---- */
+
+/* What a rank gathers. Its functions are called by the main thread, and do not wait. Errors are
+ * told to rank 0, which ends the farm. */
+typedef struct sc_gather sc_gather;
+/* Begin to gather, and start the worker thread that encodes. @return SC_ERR_MEMORY, SC_ERR_SYSTEM.
+ * Caller owns *out: sc_gather_close. */
+sc_status sc_gather_open(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_gather **out);
+/* Wait until the worker thread has ended, and free everything; no message may be pending that was
+ * posted. NULL is allowed. */
+void sc_gather_close(sc_gather *gather);
+/* Add the rows of a work unit that were drawn here. @param message of which unit and result count.
+ */
+void sc_gather_add(sc_gather *gather, const sc_result_message *message, const void *rows);
+/* Receive a message SC_TAG_ROWS and add its rows. */
+void sc_gather_receive(sc_gather *gather, const sc_message *mail);
+/* Note that no more will come than so many parts of frames, those drawn here included. */
+void sc_gather_yield(sc_gather *gather, int messages);
+/* Do what can be done now: encode whole frames in order, and send what is finished. @return whether
+ * there was anything to do. */
+bool sc_gather_step(sc_gather *gather);
+/* @return whether it is so far behind that this rank should not draw. */
+bool sc_gather_is_behind(const sc_gather *gather);
+
+/* ---- encoders.c: what rank 0 knows of the encoders of gathered GOPs ---- */
+
+typedef struct sc_encoders {
+    sc_comm *comm;
+    bool *taken;      /* [handout->gather_window], a ring: frames that were taken out of order */
+    int32_t *parts;   /* [ranks]: work units that have gone to each encoder */
+    int yielding;     /* encoders that have not sent SC_TAG_YIELDED */
+    bool told;        /* they were told to */
+    int gops_missing; /* gathered GOPs that were begun and are not at rank 0 */
+    /* costs so far: seconds of drawing rows, and of encoding frames */
+    double draw_s, rows, encode_s, frames;
+} sc_encoders;
+
+/* @return SC_ERR_MEMORY. The caller calls sc_encoders_clear, also after an error. */
+sc_status sc_encoders_open(const sc_ctx *ctx, sc_comm *comm, const sc_handout *handout,
+                           sc_encoders *out);
+void sc_encoders_clear(sc_encoders *encoders);
+/* Note that a work unit of a gathered GOP was drawn and goes to its encoder. */
+void sc_encoders_unit_done(sc_encoders *encoders, const sc_work_unit *unit);
+/* Note that an encoder has taken a frame, and count up handout->taken. */
+void sc_encoders_take(sc_encoders *encoders, sc_handout *handout, const sc_taken_message *message);
+/* When all work units have come back: tell all encoders once to yield. @return whether none has
+ * anything more to send. */
+bool sc_encoders_have_yielded(sc_encoders *encoders, const sc_handout *handout);
+
 /* ---- accept.c: finished frames and GOPs, on a worker thread of rank 0 ---- */
 
 /* The first member of a frame slot and of a GOP: the task that accepts it. */
@@ -126,6 +203,7 @@ typedef struct sc_frame_slot {
     int rows_missing;       /* pixel rows that have not come back yet */
     bool in_bands;          /* drawn in bands, so that rank 0 has to hash the whole frame */
     bool full;              /* no rows are missing, and the frame is not yet accepted */
+    bool rescued;           /* it is no slot of the window: see sc_rescued_new */
     sc_status drawn;        /* SC_OK, or the error by which some of its rows could not be drawn */
 } sc_frame_slot;
 static_assert(offsetof(sc_frame_slot, accept.task) == 0, "a task is cast to its slot");
@@ -153,6 +231,12 @@ typedef struct sc_acceptor {
 void sc_accept_task_run(void *user, sc_task *task);
 /* Make a GOP with a copy of @p results and no payload. Caller owns *out: sc_gop_free. */
 sc_status sc_gop_new(const sc_ctx *ctx, const sc_frame_result *results, int count, sc_gop **out);
+/* Make a frame of a gathered GOP that could not be finished, out of a message with @p rows. Caller
+ * owns *out: sc_rescued_free. */
+sc_status sc_rescued_new(const sc_ctx *ctx, const sc_farm *farm, const sc_frame_result *result,
+                         const void *rows, sc_frame_slot **out);
+/* Free such a frame. Not NULL. */
+void sc_rescued_free(sc_frame_slot *frame);
 /* Free a GOP with its results and payload. Not NULL. */
 void sc_gop_free(sc_gop *gop);
 

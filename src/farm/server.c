@@ -5,7 +5,7 @@
  * The main thread itself never waits for a frame to be drawn, encoded or written, so that it
  * answers at once.
  *
- * It sends nothing but work units of 16 bytes. Any message layer buffers these, so that sending
+ * It sends nothing but work units of a few bytes. Any message layer buffers these, so that sending
  * never waits for the receiver. */
 #include "internal.h"
 
@@ -13,6 +13,8 @@
 
 /* The longest sleep between two tests for messages; see SC_NAP_S. */
 #define LONGEST_NAP_S 0.7e-3
+/* So many frames of unfinished GOPs are held at a time. */
+enum { RESCUED_MOST = 2 };
 /* The shortest time between two calls of farm->on_progress. */
 #define PROGRESS_INTERVAL_S 0.1
 
@@ -61,6 +63,11 @@ typedef struct server {
     int *next_answer; /* [ranks]: number of answers so far */
     int byes;         /* ranks that have left */
 
+    /* gathered GOPs */
+    sc_encoders encoders;
+    int rescued;         /* frames of unfinished GOPs that are being accepted */
+    int frames_gathered; /* frames that were accepted in gathered GOPs */
+
     /* recent_most of drawing a work unit, and of accepting a frame or GOP, in wall seconds */
     double unit_s, accept_s;
 } server;
@@ -91,6 +98,13 @@ static void give_gop(server *s, sc_gop *gop)
     sc_worker_thread_give(s->accepting, &gop->accept.task);
 }
 
+/* Note what it took to encode a frame here, where gathered GOPs need to know. */
+static void learn_encoding(server *s, double wall_s)
+{
+    s->encoders.encode_s += wall_s;
+    s->encoders.frames++;
+}
+
 /* Collect one frame or GOP that the accepting thread is done with, and free its slot or memory. One
  * that it could not accept stops the farm; a frame makes room in the window all the same, but only
  * what was accepted is counted as such. @return false if there
@@ -111,7 +125,12 @@ static bool collect_accepted(server *s)
         s->frames_accepted += accept->accepted ? gop->count : 0;
         s->gops_in_hand--;
         sc_gop_free(gop);
+    } else if (((sc_frame_slot *)accept)->rescued) {
+        s->frames_accepted += accept->accepted;
+        s->rescued--;
+        sc_rescued_free((sc_frame_slot *)accept);
     } else {
+        learn_encoding(s, accept->task.wall_s);
         s->frames_accepted += accept->accepted;
         ((sc_frame_slot *)accept)->full = false;
         s->handout.accepted++;
@@ -149,6 +168,13 @@ static void unit_done(server *s, double wall_s)
     s->unit_s = recent_most(s->unit_s, wall_s);
 }
 
+/* Note what it took to draw rows, where gathered GOPs need to know. */
+static void learn_drawing(server *s, const sc_work_unit *unit, const sc_frame_result *result)
+{
+    s->encoders.draw_s += result->render_wall_s;
+    s->encoders.rows += unit->rows;
+}
+
 /* Prepare the slot of a frame when its first rows are handed out; does nothing for further ones. */
 static void begin_slot(server *s, const sc_work_unit *unit)
 {
@@ -162,21 +188,6 @@ static void begin_slot(server *s, const sc_work_unit *unit)
     slot->result = (sc_frame_result){.frame = s->farm->frames[unit->index]};
 }
 
-/* Add the timing record of a frame or band to slot->result; rank and hash are replaced. */
-static void add_result(sc_frame_slot *slot, const sc_frame_result *part)
-{
-    sc_frame_result *sum = &slot->result;
-
-    sum->rank = part->rank;
-    sum->render_wall_s += part->render_wall_s;
-    sum->render_cpu_s += part->render_cpu_s;
-    sum->wait_s += part->wait_s;
-    sum->rays += part->rays;
-    sum->samples += part->samples;
-    sum->contributions += part->contributions;
-    sum->hash = part->hash;
-}
-
 /* Count the rows of a frame or band as present, and its work unit as back. The caller has put them
  * into their slot, unless @p drawn is an error: then the farm is stopped with it, and the frame
  * will not be accepted. The slot is full when no rows are missing. */
@@ -185,7 +196,7 @@ static void rows_done(server *s, const sc_work_unit *unit, const sc_frame_result
 {
     sc_frame_slot *slot = slot_of(s, unit->index);
 
-    add_result(slot, result);
+    sc_frame_result_add(&slot->result, result);
     if (drawn != SC_OK) {
         slot->drawn = drawn;
         stop_with(s, drawn);
@@ -223,7 +234,10 @@ static void receive_gop(server *s, int source, const sc_result_message *message)
     sc_status status = (sc_status)message->status;
 
     memcpy(&bytes, behind + (size_t)count * sizeof(sc_frame_result), sizeof bytes);
-    unit_done(s, message->result.render_wall_s);
+    if (message->unit.encoder == 0)
+        unit_done(s, message->result.render_wall_s);
+    else
+        s->frames_gathered += count;
     if (status != SC_OK)
         stop_with(s, status);
     if (bytes == 0 || status != SC_OK)
@@ -265,6 +279,45 @@ static void receive_piece(server *s, const sc_message *mail)
     }
 }
 
+/* Handle the result of a work unit of a gathered GOP, whose rows are with its encoder. */
+static void receive_gathered(server *s, const sc_result_message *message)
+{
+    unit_done(s, message->result.render_wall_s);
+    if (message->status == SC_OK)
+        sc_encoders_unit_done(&s->encoders, &message->unit);
+    else
+        stop_with(s, (sc_status)message->status);
+}
+
+/* Handle what an encoder tells of a frame. */
+static void receive_taken(server *s)
+{
+    sc_taken_message message;
+
+    memcpy(&message, s->inbox, sizeof message);
+    if (message.status == SC_OK)
+        sc_encoders_take(&s->encoders, &s->handout, &message);
+    else
+        stop_with(s, (sc_status)message.status);
+}
+
+/* Give a frame of a gathered GOP that could not be finished to the accepting thread. */
+static void receive_rescued(server *s)
+{
+    sc_result_message message;
+    sc_frame_slot *frame;
+    sc_status status;
+
+    memcpy(&message, s->inbox, sizeof message);
+    status = sc_rescued_new(s->ctx, s->farm, &message.result, s->inbox + sizeof message, &frame);
+    if (status != SC_OK) {
+        stop_with(s, status);
+        return;
+    }
+    s->rescued++;
+    sc_worker_thread_give(s->accepting, &frame->accept.task);
+}
+
 /* Handle the result in the inbox, described by @p mail: of a GOP, or of a frame or band, whose rows
  * are copied into their slot unless the rank has written them there itself. */
 static void receive_result(server *s, const sc_message *mail)
@@ -278,6 +331,11 @@ static void receive_result(server *s, const sc_message *mail)
         receive_gop(s, mail->source, &message);
         return;
     }
+    learn_drawing(s, &message.unit, &message.result);
+    if (message.unit.encoder > 0) {
+        receive_gathered(s, &message);
+        return;
+    }
     if (mail->bytes > sizeof message)
         memcpy(slot_of(s, message.unit.index)->image.rgb +
                    (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
@@ -288,28 +346,40 @@ static void receive_result(server *s, const sc_message *mail)
     rows_done(s, &message.unit, &message.result, (sc_status)message.status);
 }
 
+/* Handle a message of one word, which is in the inbox: in most of them it tells of a stop. */
+static void receive_word(server *s, const sc_message *mail)
+{
+    int32_t stop = 0;
+
+    memcpy(&stop, s->inbox, sizeof stop);
+    if (stop)
+        stop_with(s, SC_ERR_INCOMPLETE);
+    if (mail->tag == SC_TAG_READY)
+        s->ready[s->ready_count++] = mail->source;
+    s->byes += mail->tag == SC_TAG_BYE;
+    s->encoders.yielding -= mail->tag == SC_TAG_YIELDED;
+}
+
 /* Receive one message into the inbox and handle it, if one has arrived. A rank that asks for work
- * is put at the end of s->ready. @return false if none has arrived. */
+ * is put at the end of s->ready. @return false if none has arrived, or if so many rescued frames
+ * wait that no more are received before one is accepted. */
 static bool receive_message(server *s)
 {
     sc_message mail;
-    int32_t stop = 0;
 
-    if (!sc_comm_poll(s->comm, &mail))
+    if (s->rescued >= RESCUED_MOST || !sc_comm_poll(s->comm, &mail))
         return false;
     sc_comm_receive(s->comm, &mail, s->inbox);
-    if (mail.tag == SC_TAG_RESULT) {
+    if (mail.tag == SC_TAG_RESULT)
         receive_result(s, &mail);
-    } else if (mail.tag == SC_TAG_PIECE) {
+    else if (mail.tag == SC_TAG_PIECE)
         receive_piece(s, &mail);
-    } else {
-        memcpy(&stop, s->inbox, sizeof stop);
-        if (stop)
-            stop_with(s, SC_ERR_INCOMPLETE);
-        if (mail.tag == SC_TAG_READY)
-            s->ready[s->ready_count++] = mail.source;
-        s->byes += mail.tag == SC_TAG_BYE;
-    }
+    else if (mail.tag == SC_TAG_TAKEN)
+        receive_taken(s);
+    else if (mail.tag == SC_TAG_RESCUED)
+        receive_rescued(s);
+    else
+        receive_word(s, &mail);
     return true;
 }
 
@@ -330,20 +400,22 @@ static sc_handout_answer next_unit(server *s, sc_work_unit *unit)
 {
     const sc_handout_answer found = sc_handout_next(&s->handout, unit);
 
-    if (found == SC_HANDOUT_UNIT && unit->kind != SC_UNIT_GOP)
+    if (found == SC_HANDOUT_UNIT && unit->kind != SC_UNIT_GOP && unit->encoder == 0)
         begin_slot(s, unit);
     return found;
 }
 
 /* @return whether a work unit may be given to the drawing thread of this rank: only if no other
  * rank waits for work, and if the one that is drawn here ends soon. And not while half the window
- * waits to be accepted, because then encoding needs the cores more. */
+ * waits to be accepted, because then encoding needs the cores more. Frames of gathered GOPs are not
+ * drawn here: this rank sends no pixels, so that its main thread answers at once. */
 static bool may_draw_here(server *s)
 {
     const int waiting = s->next_to_accept - s->handout.accepted;
     const int load = sc_worker_thread_load(s->drawing);
 
-    if (s->ready_count > 0 || waiting > s->handout.window / 2)
+    if (s->ready_count > 0 || waiting > s->handout.window / 2 ||
+        sc_handout_gathers_next(&s->handout))
         return false;
     return load == 0 ||
            (load < SC_UNITS_PER_RANK && sc_worker_thread_task_age_s(s->drawing) >=
@@ -423,6 +495,7 @@ static bool collect_own(server *s)
     }
     s->times->render_wall_s += task->result.render_wall_s;
     s->times->render_cpu_s += task->result.render_cpu_s;
+    learn_drawing(s, &task->unit, &task->result);
     rows_done(s, &task->unit, &task->result, task->status);
     return true;
 }
@@ -431,9 +504,13 @@ static bool collect_own(server *s)
  * is none go on waiting. */
 static void hand_out(server *s)
 {
+    const sc_encoders *e = &s->encoders;
     int served = 0;
     sc_work_unit unit;
 
+    s->handout.encoders = sc_handout_encoders(
+        s->handout.ranks, e->rows > 0 ? e->draw_s / e->rows * s->farm->height_px : 0,
+        e->frames > 0 ? e->encode_s / e->frames : 0);
     while (served < s->ready_count && next_unit(s, &unit) == SC_HANDOUT_UNIT)
         answer(s, s->ready[served++], &unit);
     s->ready_count -= served;
@@ -444,11 +521,13 @@ static void hand_out(server *s)
 /* ---- the loop ---- */
 
 /* @return whether a work unit that is begun now would be accepted after the deadline only. It may
- * have to wait until its rank has drawn another one, and until all frames before it are accepted.
+ * have to wait until its rank has drawn another one, and until all frames before it are accepted,
+ * those of gathered GOPs included, which cannot be finished then.
  */
 static bool is_late(const server *s)
 {
-    const int waiting = s->handout.next_frame - s->handout.accepted;
+    const int waiting =
+        s->handout.next_frame - s->handout.accepted + s->handout.next_gathered - s->frames_gathered;
 
     return s->farm->deadline_s > 0 &&
            sc_wall_s() + SC_UNITS_PER_RANK * s->unit_s + (waiting + 1) * s->accept_s >
@@ -456,10 +535,10 @@ static bool is_late(const server *s)
 }
 
 /* @return whether everything that was handed out is accepted and nothing more will go out. */
-static bool is_done(const server *s)
+static bool is_done(server *s)
 {
-    return sc_handout_finished(&s->handout) && s->gops_in_hand == 0 && !s->arriving &&
-           s->handout.accepted == s->handout.next_frame;
+    return sc_encoders_have_yielded(&s->encoders, &s->handout) && s->rescued == 0 &&
+           s->gops_in_hand == 0 && !s->arriving && s->handout.accepted == s->handout.next_frame;
 }
 
 /* @return the number of frames that the farm is to draw, those of GOPs included. */
@@ -556,6 +635,7 @@ static sc_status open_server(server *s)
 
     s->handout = sc_handout_begin(&work);
     s->acceptor.farm = farm;
+    SC_TRY(sc_encoders_open(s->ctx, s->comm, &s->handout, &s->encoders));
     SC_TRY(open_slots(s));
     SC_TRY(sc_alloc(s->ctx, sc_farm_message_bytes(farm), 1, &block));
     s->inbox = block;
@@ -594,6 +674,7 @@ static void close_server(server *s)
     sc_free(s->ready);
     sc_free(s->answers);
     sc_free(s->next_answer);
+    sc_encoders_clear(&s->encoders);
 }
 
 sc_status sc_farm_serve(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm,

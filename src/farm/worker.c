@@ -3,7 +3,7 @@
  * The main thread passes messages meanwhile, because a large message only moves while both of its
  * ends call the message layer. The next unit is asked for shortly before the present one ends:
  * early enough that it arrives in time, late enough that no rank holds back work that another could
- * begin.
+ * begin. Beside that any worker rank may be the encoder of gathered GOPs (gather.c).
  */
 #include "internal.h"
 
@@ -41,6 +41,7 @@ typedef struct worker {
     const sc_slots *slots;
     sc_farm_times *times;
     sc_worker_thread *drawing;
+    sc_gather *gather; /* NULL: nothing is gathered */
     buffer buffers[SC_WORKER_BUFFERS];
     sc_work_unit waiting[SC_UNITS_PER_RANK]; /* units that wait for a free buffer */
     int waiting_count;
@@ -61,7 +62,8 @@ static void post(worker *w, int tag, const void *data, size_t bytes)
  * expected to end soon, and no request is without an answer. */
 static bool should_ask(worker *w)
 {
-    if (w->dismissed || w->asked > 0 || w->in_hand >= SC_UNITS_PER_RANK)
+    if (w->dismissed || w->asked > 0 || w->in_hand >= SC_UNITS_PER_RANK ||
+        (w->gather && sc_gather_is_behind(w->gather)))
         return false;
     if (w->in_hand == 0)
         return true;
@@ -85,23 +87,39 @@ static bool ask(worker *w)
     return true;
 }
 
-/* Receive an answer of rank 0, if one has arrived, and put the work unit in it at the end of
- * w->waiting; SC_UNIT_NONE sets w->dismissed instead. @return false if none has arrived. */
-static bool receive_answer(worker *w)
+/* Receive an answer of rank 0: put the work unit in it at the end of w->waiting; SC_UNIT_NONE sets
+ * w->dismissed instead. */
+static void receive_answer(worker *w, const sc_message *mail)
 {
-    sc_message mail;
     sc_work_unit unit;
 
-    if (!sc_comm_poll(w->comm, &mail))
-        return false;
-    sc_comm_receive(w->comm, &mail, &unit);
+    sc_comm_receive(w->comm, mail, &unit);
     w->asked--;
     if (unit.kind == SC_UNIT_NONE) {
         w->dismissed = true;
-        return true;
+        return;
     }
     w->waiting[w->waiting_count++] = unit;
     w->in_hand++;
+}
+
+/* Receive a message, if one has arrived: an answer, or what concerns this rank as an encoder.
+ * @return false if none has arrived. */
+static bool receive_message(worker *w)
+{
+    sc_message mail;
+    int32_t messages;
+
+    if (!sc_comm_poll(w->comm, &mail))
+        return false;
+    if (mail.tag == SC_TAG_ROWS) {
+        sc_gather_receive(w->gather, &mail);
+    } else if (mail.tag == SC_TAG_YIELD) {
+        sc_comm_receive(w->comm, &mail, &messages);
+        sc_gather_yield(w->gather, messages);
+    } else {
+        receive_answer(w, &mail);
+    }
     return true;
 }
 
@@ -140,7 +158,7 @@ static buffer *free_buffer(worker *w)
  * spoil rows that other ranks draw. */
 static void begin_task(worker *w, buffer *b, const sc_work_unit *unit)
 {
-    const bool shared = w->slots->pixels && unit->kind != SC_UNIT_GOP;
+    const bool shared = w->slots->pixels && unit->kind != SC_UNIT_GOP && unit->encoder == 0;
 
     b->state = BUFFER_DRAWING;
     b->task = (sc_draw_task){.unit = *unit, .image = &b->image, .results = b->task.results};
@@ -168,20 +186,6 @@ static bool begin_tasks(worker *w)
     return any;
 }
 
-/* Post a payload in pieces of sc_farm_message_bytes, which stay borrowed from it until they have
- * left. An empty one has none. */
-static void send_payload(worker *w, const sc_payload *payload)
-{
-    const size_t piece_bytes = sc_farm_message_bytes(w->farm);
-
-    for (size_t at = 0; at < payload->bytes; at += piece_bytes) {
-        const size_t left = payload->bytes - at;
-
-        post(w, SC_TAG_PIECE, (const char *)payload->data + at,
-             left < piece_bytes ? left : piece_bytes);
-    }
-}
-
 /* Post the results of a GOP's frames, the size of its payload, and then the payload. @p message has
  * unit, status and stop; its result gets the time of drawing. send_gop
  * and send_rows copy it to b->message and add to w->times. */
@@ -203,11 +207,25 @@ static void send_gop(worker *w, buffer *b, sc_result_message *message)
     memcpy(b->message + sizeof *message, b->task.results, results_bytes);
     memcpy(b->message + sizeof *message + results_bytes, &bytes, sizeof bytes);
     post(w, SC_TAG_RESULT, b->message, sizeof *message + results_bytes + sizeof bytes);
-    send_payload(w, &b->task.payload);
+    sc_farm_post_payload(w->comm, w->farm, &b->task.payload);
 }
 
-/* Post the result of a frame or band. Its rows go into the frame's slot where that is shared, and
- * into the message otherwise. */
+/* Send the rows of a frame or band of a gathered GOP, which lie behind the message, to its encoder;
+ * add them at once if it is this rank. */
+static void send_to_encoder(worker *w, buffer *b, size_t rows_bytes)
+{
+    const int encoder = b->task.unit.encoder;
+    sc_result_message message;
+
+    memcpy(&message, b->message, sizeof message);
+    if (encoder == sc_comm_rank(w->comm))
+        sc_gather_add(w->gather, &message, b->message + sizeof message);
+    else
+        sc_comm_post(w->comm, encoder, SC_TAG_ROWS, b->message, sizeof message + rows_bytes);
+}
+
+/* Post the result of a frame or band. Its rows go into the frame's slot where that is shared, to
+ * the encoder if it has one, and into the message otherwise. */
 static void send_rows(worker *w, buffer *b, sc_result_message *message)
 {
     const size_t row_bytes = (size_t)w->farm->width_px * 3;
@@ -221,7 +239,7 @@ static void send_rows(worker *w, buffer *b, sc_result_message *message)
     w->times->render_cpu_s += b->task.result.render_cpu_s;
     if (b->task.status != SC_OK) {
         /* there are no rows to send */
-    } else if (w->slots->pixels) {
+    } else if (w->slots->pixels && b->task.unit.encoder == 0) {
         if (b->task.image == &b->image)
             memcpy(b->slot.rgb + at, b->image.rgb + at, rows_bytes);
         /* Rank 0 reads the rows when it has the message: they must be written before it is sent. */
@@ -231,6 +249,10 @@ static void send_rows(worker *w, buffer *b, sc_result_message *message)
         sent_bytes = rows_bytes;
     }
     memcpy(b->message, message, sizeof *message);
+    if (sent_bytes > 0 && b->task.unit.encoder > 0) {
+        send_to_encoder(w, b, sent_bytes);
+        sent_bytes = 0;
+    }
     post(w, SC_TAG_RESULT, b->message, sizeof *message + sent_bytes);
 }
 
@@ -278,10 +300,11 @@ static void pass_messages(worker *w)
         const double begin_s = sc_wall_s(), begin_cpu_s = sc_thread_cpu_s();
         bool busy = false;
 
-        while (receive_answer(w))
+        while (receive_message(w))
             busy = true;
         busy = begin_tasks(w) || busy;
         busy = send_finished(w) || busy;
+        busy = (w->gather && sc_gather_step(w->gather)) || busy;
         busy = ask(w) || busy;
         w->times->gather_wall_s += busy ? sc_wall_s() - begin_s : 0;
         w->times->gather_cpu_s += sc_thread_cpu_s() - begin_cpu_s;
@@ -311,6 +334,8 @@ static sc_status open_worker(worker *w, void **messages)
         SC_TRY(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
         b->task.results = results;
     }
+    if (sc_farm_gathers(farm, sc_comm_size(w->comm)))
+        SC_TRY(sc_gather_open(w->ctx, w->comm, farm, &w->gather));
     status = sc_worker_thread_start(w->ctx, sc_draw_task_run, (void *)(uintptr_t)farm, &w->drawing);
 out:
     return status;
@@ -331,6 +356,7 @@ sc_status sc_farm_draw(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, co
         sc_comm_flush(comm);
     }
     times->idle_s += sc_worker_thread_stop(w.drawing);
+    sc_gather_close(w.gather);
     for (int i = 0; i < SC_WORKER_BUFFERS; i++) {
         sc_free(w.buffers[i].task.results);
         sc_free(w.buffers[i].task.payload.data);

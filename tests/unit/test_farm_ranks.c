@@ -19,7 +19,8 @@ enum { PAYLOAD_BYTES = 300000 }; /* payload of a GOP, which takes many messages 
 typedef struct scenario {
     int ranks;
     sc_partition partition;
-    bool gops;     /* some GOPs are drawn whole */
+    bool gops;     /* some GOPs are drawn whole, */
+    bool gathers;  /* or gathered */
     bool shares;   /* ranks share frames */
     bool spoils;   /* drawing spoils other rows */
     bool meet;     /* nobody finishes a first GOP before every rank has begun one */
@@ -31,7 +32,15 @@ typedef struct scenario {
     bool accepted[TOTAL];
     int accepted_count;
     sc_status outcomes[THREAD_RANKS_MAX];
+    int stop_after;               /* encoded frames after which a stop comes; 0: none does */
+    bool fails_to_encode;         /* the frame fails_at is drawn, but cannot be encoded */
+    atomic_int encoded, finished; /* frames and GOPs that were encoded, on all ranks */
 } scenario;
+
+/* What a rank has encoded of a gathered GOP. Ranks are threads. */
+static _Thread_local struct {
+    int first, count;
+} encoding = {NEVER, 0};
 
 static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result)
@@ -43,7 +52,9 @@ static sc_status draw(void *user, int frame, int row, int rows, sc_image *image,
     if (s->spoils && row + rows < image->height_px)
         memset(image->rgb + (size_t)(row + rows) * row_bytes, 0xff, row_bytes);
     result->samples = (uint64_t)rows;
-    return frame == s->fails_at && row + rows > image->height_px / 2 ? SC_ERR_MEMORY : SC_OK;
+    return frame == s->fails_at && !s->fails_to_encode && row + rows > image->height_px / 2
+               ? SC_ERR_MEMORY
+               : SC_OK;
 }
 
 /* Wait until every rank has begun a GOP, but 10 s at most. */
@@ -70,6 +81,36 @@ static sc_status draw_gop(void *user, int first, int count, sc_frame_result *res
     assert_ok(sc_alloc(&quiet, PAYLOAD_BYTES, 1, &data));
     memset(data, first, PAYLOAD_BYTES);
     *out = (sc_payload){data, PAYLOAD_BYTES};
+    return SC_OK;
+}
+
+static sc_status encode_frame(void *user, int first, int count, const sc_frame_result *result,
+                              const sc_image *image, sc_payload *out)
+{
+    scenario *s = user;
+    void *data;
+
+    if (result->frame == first) {
+        encoding.first = first;
+        encoding.count = 0;
+    }
+    assert_int_equal(first, encoding.first);
+    assert_int_equal(count, GOP_FRAMES);
+    assert_int_equal(result->frame, first + encoding.count);
+    assert_int_equal(result->samples, HEIGHT_PX);
+    assert_int_equal(result->hash, sc_image_hash(image));
+    for (size_t i = 0; i < sc_image_bytes(image); i++)
+        assert_int_equal(image->rgb[i], result->frame + 1);
+    if (result->frame == s->fails_at)
+        return SC_ERR_MEMORY;
+    if (++s->encoded == s->stop_after)
+        s->stop = 1;
+    if (++encoding.count < count)
+        return SC_OK;
+    assert_ok(sc_alloc(&quiet, PAYLOAD_BYTES, 1, &data));
+    memset(data, first, PAYLOAD_BYTES);
+    *out = (sc_payload){data, PAYLOAD_BYTES};
+    s->finished++;
     return SC_OK;
 }
 
@@ -117,12 +158,14 @@ static void run_rank(sc_comm *comm, void *user)
                           .frame_count = FRAMES,
                           .gops = gops,
                           .gop_count = s->gops ? GOPS : 0,
+                          .gather = s->gathers,
                           .gop_frames = GOP_FRAMES,
                           .total_frames = TOTAL,
                           .share_frames = s->shares,
                           .spoils_other_rows = s->spoils,
                           .draw = draw,
                           .draw_gop = draw_gop,
+                          .encode_frame = encode_frame,
                           .accept_frame = accept_frame,
                           .accept_gop = accept_gop,
                           .stop = &s->stop,
@@ -152,10 +195,11 @@ static void for_all_ways(void (*check)(const scenario *way))
 {
     for (int ranks = 1; ranks <= 3; ranks += 2) {
         for (int partition = SC_PARTITION_AUTO; partition <= SC_PARTITION_TILES; partition++) {
-            for (int bits = 0; bits < 8; bits++)
+            for (int bits = 0; bits < 16; bits++)
                 check(&(scenario){.ranks = ranks,
                                   .partition = (sc_partition)partition,
                                   .gops = bits & 1,
+                                  .gathers = bits >> 3 & 1,
                                   .shares = bits >> 1 & 1,
                                   .spoils = bits >> 2 & 1,
                                   .fails_at = NEVER,
@@ -213,6 +257,9 @@ static void check_failed_gop(const scenario *way)
         return;
     s.fails_at = FRAMES + GOP_FRAMES + 2;
     assert_int_equal(run(&s), SC_ERR_MEMORY);
+    assert_false(s.accepted[s.fails_at]);
+    if (s.gathers && s.ranks > 1)
+        return; /* the other frames of the GOP are accepted one by one */
     for (int i = 0; i < GOP_FRAMES; i++)
         assert_false(s.accepted[FRAMES + GOP_FRAMES + i]);
 }
@@ -223,15 +270,54 @@ static void a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks(void *
     for_all_ways(check_failed_gop);
 }
 
+static void check_stop(const scenario *way)
+{
+    scenario s = *way;
+    sc_status outcome;
+
+    if (!s.gops || !s.gathers || s.ranks == 1)
+        return;
+    s.stop_after = 2 * GOP_FRAMES - 1;
+    outcome = run(&s);
+    assert_true(outcome == SC_ERR_INCOMPLETE || (outcome == SC_OK && s.accepted_count == TOTAL));
+    /* what was encoded is accepted, also the frames of GOPs that were not finished */
+    assert_true(s.accepted_count >= FRAMES + s.encoded);
+}
+
+static void after_a_stop_no_frame_of_a_gathered_gop_is_lost(void **state)
+{
+    (void)state;
+    for_all_ways(check_stop);
+}
+
+static void a_gathered_frame_that_cannot_be_encoded_ends_all_ranks(void **state)
+{
+    scenario s = {.ranks = 3,
+                  .gops = true,
+                  .gathers = true,
+                  .fails_to_encode = true,
+                  .fails_at = FRAMES + GOP_FRAMES + 2,
+                  .poor_rank = NEVER};
+
+    (void)state;
+    assert_int_equal(run(&s), SC_ERR_MEMORY);
+    assert_true(s.accepted_count < TOTAL);
+}
+
 static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
 {
     (void)state;
-    for (int rank = 0; rank < 3; rank++) {
+    for (int way = 0; way < 6; way++) {
+        const int rank = way % 3;
         sc_status outcome = SC_ERR_MEMORY;
 
         for (long budget = 0; outcome != SC_OK; budget++) {
-            scenario s = {
-                .ranks = 3, .gops = true, .fails_at = NEVER, .poor_rank = rank, .budget = budget};
+            scenario s = {.ranks = 3,
+                          .gops = true,
+                          .gathers = way >= 3,
+                          .fails_at = NEVER,
+                          .poor_rank = rank,
+                          .budget = budget};
 
             outcome = run(&s);
             assert_true(outcome == SC_OK || outcome == SC_ERR_MEMORY);
@@ -248,6 +334,8 @@ int main(void)
         cmocka_unit_test(no_rank_holds_a_second_gop_while_others_have_none),
         cmocka_unit_test(a_frame_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
         cmocka_unit_test(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
+        cmocka_unit_test(after_a_stop_no_frame_of_a_gathered_gop_is_lost),
+        cmocka_unit_test(a_gathered_frame_that_cannot_be_encoded_ends_all_ranks),
         cmocka_unit_test(an_allocation_that_fails_on_any_rank_ends_all_ranks),
     };
 
