@@ -76,7 +76,12 @@ static inline bool sc_smooth_is_auto(sc_vec3 smooth)
 
 /** Who encodes: rank 0 alone, or all ranks, each a GOP at a time; auto chooses by their number. The
  *  bytes of the video are the same. */
-typedef enum sc_encode { SC_ENCODE_AUTO, SC_ENCODE_ROOT, SC_ENCODE_SEGMENTS } sc_encode;
+typedef enum sc_encode {
+    SC_ENCODE_AUTO,
+    SC_ENCODE_ROOT,
+    SC_ENCODE_SEGMENTS,
+    SC_ENCODE_GATHER
+} sc_encode;
 
 /** How the work is shared out between ranks; see sc_farm. */
 typedef struct sc_farm_options {

@@ -90,7 +90,10 @@ static json_t *runs_json(const job_plan *plan)
 /* @return the word of farm.encode for a way of encoding. */
 static const char *encode_word(int encode)
 {
-    return encode == SC_ENCODE_SEGMENTS ? "segments" : encode == SC_ENCODE_ROOT ? "root" : "auto";
+    return encode == SC_ENCODE_SEGMENTS ? "segments"
+           : encode == SC_ENCODE_GATHER ? "gather"
+           : encode == SC_ENCODE_ROOT   ? "root"
+                                        : "auto";
 }
 
 /* The object `scaling`; NULL if there is no memory. The caller owns it. */

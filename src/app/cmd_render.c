@@ -159,6 +159,22 @@ out:
 
 /* ---- the plan ---- */
 
+/* Choose, on rank 0, of @p gops [whole], which no run has begun, those that other ranks encode;
+ * they are put at the beginning of the array. */
+static void choose_gops(sc_run *run, int *gops, int whole)
+{
+    sc_draw_plan *plan = &run->plan;
+    const int frames = run->session.job.animation.frames;
+    const int full = whole - (whole > 0 && gops[whole - 1] + plan->gop_frames > frames);
+    const sc_run_encoding encoding =
+        sc_run_encoding_of(&run->session.job, whole, full, sc_comm_size(run->app->comm));
+
+    plan->gop_count = encoding.gops;
+    plan->gather = encoding.gather;
+    if (encoding.gather)
+        memmove(gops, gops + full - encoding.gops, (size_t)encoding.gops * sizeof *gops);
+}
+
 /* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
  * run->gops and run->frames. */
 static sc_status make_plan(sc_run *run)
@@ -174,8 +190,7 @@ static sc_status make_plan(sc_run *run)
     if (run->store)
         SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
     if (run->keep_records)
-        plan->gop_count =
-            sc_run_gops_of_ranks(&run->session.job, whole, sc_comm_size(run->app->comm));
+        choose_gops(run, gops, whole);
     SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
     for (int i = 0; i < run->wanted_count; i++) {
         const int k = run->wanted[i];
@@ -281,12 +296,14 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .frame_count = run->plan.frame_count,
                           .gops = run->gops,
                           .gop_count = run->plan.gop_count,
+                          .gather = run->plan.gather,
                           .gop_frames = run->plan.gop_frames,
                           .total_frames = job->animation.frames,
                           .draw = sc_run_draw,
                           .share_frames = job->farm.share,
                           .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS,
                           .draw_gop = sc_run_draw_gop,
+                          .encode_frame = sc_run_encode_frame,
                           .accept_frame = sc_run_accept_frame,
                           .accept_gop = sc_run_accept_gop,
                           .on_progress = sc_run_on_progress,
@@ -322,6 +339,7 @@ static void clear_run(sc_run *run)
     sc_store_close(run->store);
     sc_encoder_close(run->encoder);
     sc_image_clear(&run->gop_image);
+    sc_free(run->gop_pngs.data);
     run->app->trace = NULL;
     sc_trace_free(run->trace);
     sc_free(run->spans);

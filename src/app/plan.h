@@ -59,7 +59,8 @@ double sc_plan_encode_cpu_s(const sc_job *job, const sc_plan_probe *probe);
 /* What a run on some nodes takes. */
 typedef struct sc_plan_run {
     int nodes, ranks, threads; /* ranks: of a node; threads: of a rank */
-    int gops;                  /* how many GOPs are encoded by the rank that drew them */
+    int gops;                  /* how many GOPs are encoded by ranks other than rank 0, */
+    bool gather;               /* which gather them; otherwise each by the rank that drew it */
     double wall_s;             /* of the whole run: prepare_s + max(draw_s, encode_s), or as
                                 * simulated */
     double efficiency;         /* simulated: drawing and encoding over the time of all cores */

@@ -86,6 +86,18 @@ sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int thre
     return disk;
 }
 
+/* @return how many ranks of a node encode gathered GOPs: those of two groups, which overlap. */
+static uint64_t encoders_per_node(const sc_job *job, const sc_plan_probe *p, const sc_plan_run *run)
+{
+    const int frames = job->animation.frames;
+    const int wanted = sc_handout_encoders(run->nodes * run->ranks, p->draw_cpu_s / run->threads,
+                                           cost_of(job, p, frames).wall_s / frames);
+    const int both = 2 * wanted < run->gops ? 2 * wanted : run->gops;
+    const int each = (both + run->nodes - 1) / run->nodes;
+
+    return (uint64_t)(each < run->ranks ? each : run->ranks);
+}
+
 /* Fill first_node_bytes and other_node_bytes of @p run. @param rest number of frames that are not
  * drawn in whole GOPs. */
 static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_plan_run *run)
@@ -96,19 +108,24 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
                           .partition = (sc_partition)job->farm.partition,
                           .frame_count = rest,
                           .gop_count = run->gops,
+                          .gather = run->gather,
                           .gop_frames = gop_frames(job),
                           .total_frames = job->animation.frames,
                           .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
     const sc_farm_memory memory = sc_farm_memory_of(&farm, run->nodes * run->ranks);
     const uint64_t ranks = (uint64_t)run->ranks;
-    const uint64_t node_bytes = p->prepared_bytes + p->derived_bytes;
+    const uint64_t encoding_bytes =
+        p->encoder_bytes + 2 * (uint64_t)cost_of(job, p, gop_frames(job)).bytes;
+    uint64_t node_bytes = p->prepared_bytes + p->derived_bytes;
     uint64_t rank_bytes = p->program_bytes + p->renderer_bytes;
     uint64_t root_bytes = memory.window + memory.root + p->encoder_bytes;
 
-    /* A rank that encodes holds a frame, an encoder, and the files of a GOP twice. */
-    if (run->gops > 0)
-        rank_bytes += (uint64_t)size_px[0] * (uint64_t)size_px[1] * 3 + p->encoder_bytes +
-                      2 * (uint64_t)cost_of(job, p, gop_frames(job)).bytes;
+    /* A rank that encodes holds an encoder, the files of a GOP twice, and, if it draws them itself,
+     * a frame. */
+    if (run->gops > 0 && run->gather)
+        node_bytes += encoders_per_node(job, p, run) * (memory.encoder + encoding_bytes);
+    else if (run->gops > 0)
+        rank_bytes += (uint64_t)size_px[0] * (uint64_t)size_px[1] * 3 + encoding_bytes;
     run->other_node_bytes = node_bytes + ranks * (rank_bytes + memory.worker);
     run->first_node_bytes =
         node_bytes + ranks * rank_bytes + (ranks - 1) * memory.worker + root_bytes;
@@ -123,10 +140,13 @@ sc_plan_run sc_plan_run_on(const sc_job *job, const sc_plan_probe *p, int nodes,
     const int whole = sc_run_has_video(job) ? gops_of(job, frames) : 0;
     const int own = threads ? threads : cores > ranks ? cores / ranks : 1;
     const double busy = (double)nodes * (ranks * own < cores ? ranks * own : cores);
+    const int full = sc_run_has_video(job) ? frames / gop_frames(job) : 0;
+    const sc_run_encoding encoding = sc_run_encoding_of(job, whole, full, all);
     sc_plan_run run = {.nodes = nodes,
                        .ranks = ranks,
                        .threads = own,
-                       .gops = sc_run_gops_of_ranks(job, whole, all)};
+                       .gops = encoding.gops,
+                       .gather = encoding.gather};
     const int of_ranks = run.gops * gop_frames(job) < frames ? run.gops * gop_frames(job) : frames;
     const int rest = frames - of_ranks;
     const sc_plan_cost ranks_encode = cost_of(job, p, of_ranks), root = cost_of(job, p, rest);

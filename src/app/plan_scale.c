@@ -46,7 +46,8 @@ static sc_sim_film film_of(const sc_job *job, const sc_plan_probe *p, const sc_p
         .width_px = job->output.size_px[0],
         .height_px = job->output.size_px[1],
         .partition = (sc_partition)job->farm.partition,
-        .gops = run->gops,
+        .gops = run->gather ? 0 : run->gops,
+        .gathered = run->gather ? run->gops : 0,
         .draw_cpu_s = costs,
         .band_rows = BAND_ROWS_MORE,
         .encode_cpu_s = factor * (firsts * first->cpu_s + (1 - firsts) * next->cpu_s + png->cpu_s),
@@ -126,7 +127,7 @@ static sc_status try_run(const trial *t, const sc_job *job, int count, int ranks
 /* Try everything that is open on @p count nodes. */
 static sc_status find_best(const trial *t, const sc_job *job, int count, sc_plan_row *best)
 {
-    static const int encodes[] = {SC_ENCODE_AUTO, SC_ENCODE_SEGMENTS};
+    static const int encodes[] = {SC_ENCODE_AUTO, SC_ENCODE_SEGMENTS, SC_ENCODE_GATHER};
     const bool is_open = job->farm.encode == SC_ENCODE_AUTO && sc_run_has_video(job);
     const int first = t->nodes->ranks ? t->nodes->ranks : 1;
     const int last = t->nodes->ranks ? first : t->nodes->cores;

@@ -12,6 +12,7 @@ typedef struct sc_draw_plan {
     int gop_frames;
     int kept;          /* number of wanted frames that earlier runs have done */
     uint64_t identity; /* see sc_store_identity */
+    uint8_t gather;    /* GOPs are gathered: see sc_farm */
     uint8_t sealed;    /* and its records are proven: nothing is to be written */
     uint8_t complete;  /* earlier runs have finished the job: there is nothing to do */
 } sc_draw_plan;
@@ -38,8 +39,11 @@ typedef struct sc_run {
     /* used by the worker thread that draws */
     sc_render_span *spans; /* [threads] */
     sc_image gop_image;
+    /* used by the worker thread that encodes GOPs on this rank: the one that draws, or, if they are
+     * gathered, another one */
     sc_encoder *encoder;
-    double encode_wall_s; /* wall time of encoding the GOPs drawn on this rank */
+    sc_payload gop_pngs;  /* of a gathered GOP, so far: see add_block in run_draw.c */
+    double encode_wall_s; /* wall time of encoding GOPs on this rank */
     /* on rank 0 */
     const char *directory;     /* where the outputs go */
     char slice[128];           /* name of the slice; empty: the whole job */
@@ -71,6 +75,8 @@ sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
                       sc_frame_result *result);
 sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out);
+sc_status sc_run_encode_frame(void *user, int first, int count, const sc_frame_result *result,
+                              const sc_image *image, sc_payload *out);
 sc_status sc_run_accept_frame(void *user, const sc_frame_result *result, const sc_image *image);
 sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int count,
                             const sc_payload *payload);
@@ -80,9 +86,16 @@ sc_video_settings sc_run_video_settings(const sc_job *job);
  * allowed; otherwise SC_OK. */
 SC_MUST_USE sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
-/* @return how many of @p whole GOPs are encoded by the ranks that draw them, of @p ranks ranks that
- * do a job with all its records; rank 0 encodes the rest. */
-int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks);
+/* Who encodes. */
+typedef struct sc_run_encoding {
+    int gops;    /* how many GOPs ranks encode; rank 0 encodes the rest */
+    bool gather; /* they are gathered, the last ones of those with the full length; otherwise each
+                  * is drawn by the rank that encodes it, the first ones */
+} sc_run_encoding;
+/* @return who encodes the GOPs that no run has begun: @p whole of them, @p full of which have the
+ * full length (the last one of an animation may be shorter), with @p ranks ranks that do a job with
+ * all its records. */
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks);
 
 /* ---- directory.c ---- */
 

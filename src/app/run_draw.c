@@ -43,12 +43,16 @@ bool sc_run_has_video(const sc_job *job)
     return strcmp(job->output.video, "none") != 0;
 }
 
-int sc_run_gops_of_ranks(const sc_job *job, int whole, int ranks)
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks)
 {
     const int encode = job->farm.encode;
+    const int gathered = sc_handout_gathered(full, ranks, encode == SC_ENCODE_GATHER);
 
-    return encode == SC_ENCODE_ROOT ? 0
-                                    : sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS);
+    if (encode == SC_ENCODE_ROOT)
+        return (sc_run_encoding){0};
+    if (encode == SC_ENCODE_GATHER || gathered > 0)
+        return (sc_run_encoding){gathered, true};
+    return (sc_run_encoding){sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS), false};
 }
 
 /* Add to the trace when each thread drew, since the last call. */
@@ -146,59 +150,91 @@ static bool should_give_up(const sc_run *run, double begin_s, int done, int coun
     return run->deadline_s > 0 ? now_s + left_s > run->deadline_s : left_s >= PATIENCE_S;
 }
 
-/* Make the picture and the encoder at the first GOP, and drop what an unfinished GOP left in it. */
+/* Make the encoder at the first GOP, and drop what an unfinished GOP left in it. */
 static sc_status open_gop_encoder(sc_run *run)
 {
     const sc_job *job = &run->session.job;
     const sc_video_settings settings = sc_run_video_settings(job);
     sc_status status = SC_OK;
 
-    if (!run->gop_image.rgb)
-        status =
-            sc_image_init(run->app->ctx, settings.width_px, settings.height_px, &run->gop_image);
-    if (status == SC_OK && !run->encoder)
+    if (!run->encoder)
         status = sc_encoder_open(run->app->ctx, job->output.video, &settings, &run->encoder);
     if (status == SC_OK)
         sc_encoder_drop(run->encoder);
     return status;
 }
 
+/* Encode a frame of a GOP; append its PNG file to @p pngs if asked for. */
+static sc_status push_frame(sc_run *run, const sc_frame_result *result, const sc_image *image,
+                            sc_payload *pngs)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const double begin_s = sc_wall_s();
+    sc_status status;
+
+    sc_signals_expendable(true);
+    status =
+        sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, image), result->hash);
+    if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
+        status = add_png(ctx, pngs, image);
+    sc_signals_expendable(false);
+    run->encode_wall_s += sc_wall_s() - begin_s;
+    sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, result->frame, begin_s,
+                 sc_wall_s());
+    return status;
+}
+
+/* End a GOP that begins with frame @p first, and pack it with its PNG files. */
+static sc_status finish_gop(sc_run *run, int first, const sc_payload *pngs, sc_payload *out)
+{
+    const sc_ctx *ctx = run->app->ctx;
+    const double begin_s = sc_wall_s();
+    sc_payload all = {0};
+    sc_segment segment = {0};
+    sc_status status;
+
+    sc_signals_expendable(true);
+    status = sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment);
+    sc_signals_expendable(false);
+    if (status != SC_OK)
+        goto out;
+    SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
+    if (pngs->bytes)
+        SC_TRY(add_block(ctx, &all, pngs->data, pngs->bytes));
+    run->encode_wall_s += sc_wall_s() - begin_s;
+    *out = all;
+    all = (sc_payload){0};
+out:
+    sc_segment_free(&segment);
+    sc_free(all.data);
+    return status;
+}
+
 /* Draw a frame into run->gop_image and encode it; append its PNG file to @p pngs if asked for. */
 static sc_status draw_and_push(sc_run *run, int frame, sc_frame_result *result, sc_payload *pngs)
 {
-    const sc_ctx *ctx = run->app->ctx;
     const double wait_s = result->wait_s;
-    double begin_s;
     sc_status status;
 
-    *result = (sc_frame_result){.wait_s = wait_s};
+    *result = (sc_frame_result){.frame = frame, .wait_s = wait_s};
     status = draw_rows(run, frame, NULL, &run->gop_image, result);
     if (status != SC_OK)
         return status;
     result->hash = sc_image_hash(&run->gop_image);
-    begin_s = sc_wall_s();
-    sc_signals_expendable(true);
-    status = sc_encoder_push(ctx, run->encoder, sc_encoder_convert(run->encoder, &run->gop_image),
-                             result->hash);
-    if (status == SC_OK && run->session.job.output.frames == SC_FRAMES_PNG)
-        status = add_png(ctx, pngs, &run->gop_image);
-    sc_signals_expendable(false);
-    run->encode_wall_s += sc_wall_s() - begin_s;
-    sc_trace_add(run->trace, SC_TRACE_ENCODE, run->app->threads, frame, begin_s, sc_wall_s());
-    return status;
+    return push_frame(run, result, &run->gop_image, pngs);
 }
 
 sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *results,
                           sc_payload *out)
 {
     sc_run *run = user;
-    const sc_ctx *ctx = run->app->ctx;
+    const int *size_px = run->session.job.output.size_px;
     const double begin_s = sc_wall_s();
-    double finish_s;
-    sc_payload pngs = {0}, all = {0};
-    sc_segment segment = {0};
-    sc_status status;
+    sc_payload pngs = {0};
+    sc_status status = SC_OK;
 
+    if (!run->gop_image.rgb)
+        SC_TRY(sc_image_init(run->app->ctx, size_px[0], size_px[1], &run->gop_image));
     SC_TRY(open_gop_encoder(run));
     for (int i = 0; i < count; i++) {
         if (should_give_up(run, begin_s, i, count))
@@ -209,22 +245,27 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
             goto out;
         }
     }
-    finish_s = sc_wall_s();
-    sc_signals_expendable(true);
-    status = sc_encoder_finish(ctx, run->encoder, run->plan.identity, first, &segment);
-    sc_signals_expendable(false);
-    if (status != SC_OK)
-        goto out;
-    SC_TRY(add_block(ctx, &all, segment.data, segment.bytes));
-    if (pngs.bytes)
-        SC_TRY(add_block(ctx, &all, pngs.data, pngs.bytes));
-    run->encode_wall_s += sc_wall_s() - finish_s;
-    *out = all;
-    all = (sc_payload){0};
+    status = finish_gop(run, first, &pngs, out);
 out:
-    sc_segment_free(&segment);
     sc_free(pngs.data);
-    sc_free(all.data);
+    return status;
+}
+
+sc_status sc_run_encode_frame(void *user, int first, int count, const sc_frame_result *result,
+                              const sc_image *image, sc_payload *out)
+{
+    sc_run *run = user;
+    sc_status status;
+
+    if (result->frame == first) {
+        sc_free(run->gop_pngs.data);
+        run->gop_pngs = (sc_payload){0};
+        SC_TRY(open_gop_encoder(run));
+    }
+    SC_TRY(push_frame(run, result, image, &run->gop_pngs));
+    if (result->frame == first + count - 1)
+        status = finish_gop(run, first, &run->gop_pngs, out);
+out:
     return status;
 }
 

@@ -188,6 +188,7 @@ static const sc_choice partitions[] = {{"auto", SC_PARTITION_AUTO},
 static const sc_choice encodes[] = {{"auto", SC_ENCODE_AUTO},
                                     {"rank0", SC_ENCODE_ROOT},
                                     {"segments", SC_ENCODE_SEGMENTS},
+                                    {"gather", SC_ENCODE_GATHER},
                                     {NULL, 0}};
 
 #define FARM(member) offsetof(sc_farm_options, member)
@@ -199,9 +200,10 @@ static const sc_key farm_keys[] = {
              "too large for rank 0 to hold many, by several ranks",
      .choices = partitions},
     {"encode", &sc_type_choice, FARM(encode), "auto",
-     .help = "rank0, or segments: ranks encode a second of video each, rank 0 joins them; auto: "
-             "segments "
-             "from four ranks on, if there are three for each; same bytes",
+     .help = "rank0, or segments: ranks draw and encode a second of video each, rank 0 joins them; "
+             "gather: some ranks encode seconds whose frames all ranks draw; auto: segments from "
+             "four ranks on, if there are three for each, and gather from 64 ranks on, if not "
+             "(segments gathers then, too); same bytes",
      .choices = encodes},
     {"share", &sc_type_bool, FARM(share), "true",
      .help = "ranks on the node of rank 0 draw into its memory where /dev/shm has room; false: "

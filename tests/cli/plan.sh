@@ -12,14 +12,14 @@ jq -e '.schema == "segcast-plan-1" and .frames == 24 and .size == [160, 120] and
     ([.runs[].nodes] == [1, 4, 16]) and ([.runs[] | .ranks_per_node == 1 and .threads_per_rank >= 1 and
         .wall_s >= .prepare_s and .wall_s >= .root_encode_s and .wall_s >= .draw_s and
         (.limited_by | IN("drawing", "encoding", "encoding on rank 0", "preparing", "starting the ranks",
-            "too few work units", "sending the volume to all nodes", "joining the video")) and .efficiency > 0 and .efficiency <= 1 and .first_node_bytes > .other_node_bytes] | all)' \
+            "too few work units", "encoding on the ranks that gather", "sending the volume to all nodes", "joining the video")) and .efficiency > 0 and .efficiency <= 1 and .first_node_bytes > .other_node_bytes] | all)' \
     plan.json >/dev/null || fail "plan --json: $(cat plan.json)"
 [ "$(ls)" = $'job.yaml\nplan.json' ] || fail "segcast plan has written files: $(ls)"
 
 # Scaling: a row for 1, 2, 4, ... nodes, each with its best ranks x threads; core hours are those of all cores.
 jq -e '.scaling | .costs_measured == false and ([.nodes[].nodes] == [1, 2, 4, 8, 16, 32, 64]) and
     (.pays_to_nodes as $n | [.nodes[].nodes] | index($n) != null) and
-    ([.nodes[] | .ranks_per_node >= 1 and .threads_per_rank >= 1 and (.encode | IN("auto", "segments")) and .wall_s > 0 and
+    ([.nodes[] | .ranks_per_node >= 1 and .threads_per_rank >= 1 and (.encode | IN("auto", "segments", "gather")) and .wall_s > 0 and
         .efficiency > 0 and .efficiency <= 1 and .core_hours * 3600 >= .wall_s * .nodes * 0.99 and
         (.limited_by | length > 3)] | all)' plan.json >/dev/null || fail "the scaling: $(cat plan.json)"
 

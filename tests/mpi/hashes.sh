@@ -38,7 +38,7 @@ mpi 5 "$SEGCAST" render job.yaml -o few --frames 2-3 -q >/dev/null
 [ "$(hashes few)" = "$(hashes smooth | sed -n '3,4p')" ] || fail "the pictures differ with more ranks than frames"
 video=(--set output.video=v.mp4 --set output.fps=2 --set output.frames=png)
 "$SEGCAST" render job.yaml -o v1 -q "${video[@]}" >/dev/null
-for encode in rank0 segments auto; do
+for encode in rank0 segments gather auto; do
     for ranks in 1 3; do
         mpi $ranks "$SEGCAST" render job.yaml -o v$ranks$encode -q "${video[@]}" --set farm.encode=$encode >/dev/null
         cmp v1/v.mp4 v$ranks$encode/v.mp4 || fail "the video depends on ranks or on who encodes"

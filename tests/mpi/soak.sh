@@ -22,7 +22,7 @@ compare() {
     finished=$((finished + 1))
 }
 finished=0
-encodes=(rank0 segments auto)
+encodes=(rank0 segments gather auto)
 partitions=(auto tiles frames)
 killed=0
 runs=0
@@ -30,7 +30,7 @@ kept=0
 while :; do
     runs=$((runs + 1))
     mpirun -n $((runs % 2 + 1)) "./$name" render job.yaml -o out --resume \
-        --set "farm.encode=${encodes[runs % 3]}" --set "farm.partition=${partitions[runs / 3 % 3]}" \
+        --set "farm.encode=${encodes[runs / 2 % 4]}" --set "farm.partition=${partitions[runs / 3 % 3]}" \
         >/dev/null 2>stderr.txt &
     launcher=$!
     ( # a run that hangs ends with a code that is not expected

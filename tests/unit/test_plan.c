@@ -65,7 +65,15 @@ static void what_limits_depends_on_the_nodes_and_on_who_encodes(void **state)
     job.farm.encode = SC_ENCODE_AUTO;
     assert_int_equal(sc_plan_run_on(&job, &probe, 6, 1, 8, 0).gops, sc_handout_gops(20, 6, false));
     run = sc_plan_run_on(&job, &probe, 1000, 1, 8, 0);
-    assert_int_equal(run.gops, 0); /* too few GOPs for so many ranks */
+    assert_int_equal(run.gops, 19); /* too few GOPs for so many ranks: they are gathered */
+    assert_true(run.gather);
+    job.farm.encode = SC_ENCODE_GATHER;
+    run = sc_plan_run_on(&job, &probe, 2, 1, 8, 0);
+    assert_int_equal(run.gops, 19);
+    assert_true(run.gather);
+    job.animation.frames = 590; /* the last GOP, which is shorter, is not gathered */
+    assert_int_equal(sc_plan_run_on(&job, &probe, 2, 1, 8, 0).gops, 18);
+    assert_int_equal(sc_plan_run_on(&job, &probe, 1, 1, 8, 0).gops, 0);
     job.output.video[0] = '\0';
     strcpy(job.output.video, "none");
     assert_int_equal(sc_plan_run_on(&job, &probe, 6, 1, 8, 0).gops, 0);
@@ -124,6 +132,12 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
     assert_true(run.other_node_bytes >=
                 node + 2 * (rank + memory.worker + frame + probe.encoder_bytes));
+    job.farm.encode = SC_ENCODE_GATHER; /* on each node a rank has an encoder and more than a GOP */
+    run = sc_plan_run_on(&job, &probe, 2, 2, 8, 0);
+    assert_true(run.other_node_bytes >=
+                node + 2 * (rank + memory.worker) + 30 * frame + probe.encoder_bytes);
+    assert_true(run.other_node_bytes <
+                node + 2 * (rank + memory.worker) + 3 * (40 * frame + probe.encoder_bytes));
 }
 
 static void segments_and_partial_gops_need_room_beside_the_video(void **state)
