@@ -89,7 +89,9 @@ typedef struct sc_handout {
     int group_first, group_gops; /**< the group: its first GOP (from 0) and number of GOPs */
     int group_begun;             /**< index of its first frame */
     bool group_is_odd;           /**< it is the first, third, ... one */
-    int gather_window, gather_split_from; /**< as window and split_from */
+    /** The largest window of gathered frames, and the smallest, if there are few encoders. */
+    int gather_window, gather_window_least;
+    int gather_split_from;                /**< as split_from */
     int next_gathered, next_gathered_row; /**< as next_frame and next_row */
     int taken; /**< frames that encoders have taken so far, in order; the caller counts it up */
 } sc_handout;

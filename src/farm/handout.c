@@ -22,6 +22,12 @@ enum {
     GOPS_PER_RANK = 3,      /* with fewer whole GOPs for each rank, ranks would end far apart */
     RANKS_TO_GATHER = 64, /* with fewer ranks GOPs are not gathered unasked: rank 0, which does not
                              draw frames of gathered GOPs, would be missed */
+    GATHER_MOST_MIB = 4 * WINDOW_MOST_MIB, /* limit of the window of all encoders together */
+    BANDS_LEFT = 16,  /* bands of gathered GOPs are so high that so many are left for each rank, */
+    WINDOW_SHARE = 6, /* and that the frames which are drawn at the same time, if each rank draws
+                         one band, fill this fraction of the window: frames differ in cost */
+    THIN_LEFT = 4,    /* at the end, with so many of the thinnest bands left for each rank, they are
+                         halved: a band takes longer than what is left otherwise */
     RANKS_PER_ENCODER = 256 /* as long as nothing is known of costs */
 };
 
@@ -44,12 +50,13 @@ static int max_int(int a, int b)
 }
 
 /* @return the size of a window for @p frames frames: as many as the memory allows, so that one
- * costly frame does not hold up the others, but not more than are useful, and at least 2. */
-static int window_for(const sc_work *work, int frames)
+ * costly frame does not hold up the others, but not more than are useful, and at least 2. @param
+ * most_mib limit of the memory, whatever the ranks. */
+static int window_for(const sc_work *work, int frames, long most_mib)
 {
     const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
     const long limit_mib = WINDOW_MIB + (long)WINDOW_RANK_MIB * work->ranks;
-    const size_t bytes = (size_t)(limit_mib < WINDOW_MOST_MIB ? limit_mib : WINDOW_MOST_MIB) << 20;
+    const size_t bytes = (size_t)(limit_mib < most_mib ? limit_mib : most_mib) << 20;
     const size_t affordable = bytes / (frame_bytes ? frame_bytes : 1);
     const long useful = (long)WINDOW_PER_RANK * work->ranks;
     const long wanted = useful < frames ? useful : frames;
@@ -77,7 +84,8 @@ static int first_split(const sc_work *work, int frames, int window)
 sc_handout sc_handout_begin(const sc_work *work)
 {
     const int gathered = work->gathered * work->gop_frames, all = work->frames + gathered;
-    const int window = window_for(work, all), from = first_split(work, all, window);
+    const int window = window_for(work, all, WINDOW_MOST_MIB),
+              from = first_split(work, all, window);
     /* number of frames that are split at the same time */
     const int together = max_int(min_int(all - from, min_int(work->ranks, window)), 1);
     const long bands = (long)BANDS_PER_RANK * work->ranks / together;
@@ -86,14 +94,15 @@ sc_handout sc_handout_begin(const sc_work *work)
     return (sc_handout){.gops = work->gops,
                         .frames = work->frames,
                         .height_px = work->height_px,
-                        .window = window_for(work, work->frames),
+                        .window = window_for(work, work->frames, WINDOW_MOST_MIB),
                         .split_from = min_int(from, work->frames),
                         .band_rows = max_int((int)(rows / BAND_ROWS * BAND_ROWS), BAND_ROWS),
                         .ranks = work->ranks,
                         .gathered = work->gathered,
                         .gop_frames = work->gop_frames,
                         .encoders = sc_handout_encoders(work->ranks, 0, 0),
-                        .gather_window = window_for(work, gathered),
+                        .gather_window = window_for(work, gathered, GATHER_MOST_MIB),
+                        .gather_window_least = window_for(work, gathered, WINDOW_MOST_MIB),
                         .gather_split_from = max_int(from - work->frames, 0)};
 }
 
@@ -124,25 +133,35 @@ static int group_end(const sc_handout *h)
     return h->group_begun + h->group_gops * h->gop_frames;
 }
 
+/* @return the size of the window of gathered GOPs for the present group: as many frames as one rank
+ * could hold, or, if that is more, a GOP for each encoder. */
+static int gather_window(const sc_handout *h)
+{
+    const int gops = h->group_gops * h->gop_frames;
+
+    return max_int(min_int(gops, h->gather_window), h->gather_window_least);
+}
+
 /* @return whether a frame of a gathered GOP, or the next band of one, may go out. A group waits
  * until all encoders of the one before it have begun, so that each gets its GOPs in order. */
 static bool may_gather(const sc_handout *h)
 {
     if (h->next_gathered_row > 0)
         return true;
-    return !h->stopped && !has_gathered_all(h) && h->next_gathered < h->taken + h->gather_window &&
+    return !h->stopped && !has_gathered_all(h) && h->next_gathered < h->taken + gather_window(h) &&
            (h->next_gathered < group_end(h) || h->taken >= h->group_begun + h->group_gops);
 }
 
-/* Hand out the frame *next, or, if it is split, its next band, from *row on. */
-static sc_work_unit cut(const sc_handout *h, int split_from, int *next, int *row)
+/* Hand out the frame *next, or, if it is split, its next band, from *row on, of @p band_rows rows.
+ */
+static sc_work_unit cut(const sc_handout *h, int split_from, int band_rows, int *next, int *row)
 {
     sc_work_unit unit = {SC_UNIT_FRAME, *next, 0, h->height_px, 0, 0, 0};
 
     if (*next >= split_from) {
         unit.kind = SC_UNIT_BAND;
         unit.row = *row;
-        unit.rows = min_int(h->band_rows, h->height_px - *row);
+        unit.rows = min_int(band_rows, h->height_px - *row);
     }
     *row += unit.rows;
     if (*row == h->height_px) {
@@ -176,6 +195,21 @@ static int encoder_of(const sc_handout *h, int i)
     return 1 + (int)((i * ranks / h->group_gops + shift) % ranks);
 }
 
+/* @return the height of the next band of a gathered GOP. As long as much is left for each rank,
+ * bands are higher than at the end, because each costs something beside its rows; but not so high
+ * that a window could not hold the frames that are drawn at the same time. */
+static int gather_band_rows(const sc_handout *h)
+{
+    const long left = (long)(h->gathered * h->gop_frames - h->next_gathered) * h->height_px;
+    const long fair = left / (BANDS_LEFT * (long)h->ranks);
+    const long most = (long)gather_window(h) * h->height_px / (WINDOW_SHARE * (long)h->ranks);
+    const int rows = (int)(fair < most ? fair : most) / BAND_ROWS * BAND_ROWS;
+
+    if (h->band_rows == BAND_ROWS && left < (long)THIN_LEFT * BAND_ROWS * h->ranks)
+        return BAND_ROWS / 2;
+    return max_int(rows, h->band_rows);
+}
+
 /* Hand out a frame or band of a gathered GOP. */
 static sc_work_unit gather(sc_handout *h)
 {
@@ -185,7 +219,8 @@ static sc_work_unit gather(sc_handout *h)
     if (h->next_gathered_row == 0 && h->next_gathered == group_end(h))
         begin_group(h);
     at = h->next_gathered - h->group_begun;
-    unit = cut(h, h->gather_split_from, &h->next_gathered, &h->next_gathered_row);
+    unit =
+        cut(h, h->gather_split_from, gather_band_rows(h), &h->next_gathered, &h->next_gathered_row);
     unit.encoder = encoder_of(h, at % h->group_gops);
     unit.gop = h->group_first + at % h->group_gops;
     unit.place = at / h->group_gops;
@@ -199,7 +234,7 @@ sc_handout_answer sc_handout_next(sc_handout *h, sc_work_unit *out)
     if (h->next_row == 0 && h->next_gop < h->gops && !h->stopped)
         *out = (sc_work_unit){.kind = SC_UNIT_GOP, .index = h->next_gop++};
     else if (may_hand_frame(h))
-        *out = cut(h, h->split_from, &h->next_frame, &h->next_row);
+        *out = cut(h, h->split_from, h->band_rows, &h->next_frame, &h->next_row);
     else if (may_gather(h))
         *out = gather(h);
     else

@@ -87,7 +87,8 @@ sc_farm_memory sc_farm_memory_of(const sc_farm *farm, int ranks)
     const size_t window = (size_t)handout.window * frame;
     const size_t own = farm->spoils_other_rows ? SC_UNITS_PER_RANK * frame : 0;
     const int gop = work.gathered > 0 ? work.gop_frames : 0;
-    const int ahead = (handout.gather_window + handout.encoders - 1) / handout.encoders;
+    const int few = (handout.gather_window_least + handout.encoders - 1) / handout.encoders;
+    const int ahead = few > gop ? few : gop;
 
     return (sc_farm_memory){.window = window,
                             .root = message + own,

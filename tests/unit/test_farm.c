@@ -395,6 +395,43 @@ static void a_group_waits_until_the_one_before_it_has_begun(void **state)
     assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_END);
 }
 
+/* @return the rows of the next band of a gathered GOP, with all frames before it taken. */
+static int next_band(sc_handout *h)
+{
+    sc_work_unit unit;
+
+    h->taken = h->next_gathered;
+    h->encoders = 20;
+    assert_int_equal(sc_handout_next(h, &unit), SC_HANDOUT_UNIT);
+    assert_int_equal(unit.kind, SC_UNIT_BAND);
+    return unit.rows;
+}
+
+static void bands_of_gathered_gops_get_thinner_towards_the_end(void **state)
+{
+    const sc_work work = {.ranks = 1000,
+                          .gathered = 60,
+                          .gop_frames = 30,
+                          .width_px = 3840,
+                          .height_px = 2160,
+                          .partition = SC_PARTITION_AUTO};
+    sc_handout h = sc_handout_begin(&work);
+    int first = next_band(&h), rows = first, before;
+
+    (void)state;
+    assert_true(first > 32 && first % 16 == 0);
+    while (h.next_gathered < 60 * 30 - 1) {
+        const bool begins = h.next_gathered_row == 0;
+
+        before = rows;
+        rows = next_band(&h);
+        assert_true(rows <= before || begins);
+    }
+    assert_int_equal(rows, 8);
+    /* frames that are drawn at the same time leave most of the window free */
+    assert_true((long)first * work.ranks * 4 < (long)h.gather_window * work.height_px);
+}
+
 static void there_are_as_many_encoders_as_costs_ask_for(void **state)
 {
     (void)state;
@@ -632,6 +669,7 @@ int main(void)
         cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
         cmocka_unit_test(every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order),
         cmocka_unit_test(a_group_waits_until_the_one_before_it_has_begun),
+        cmocka_unit_test(bands_of_gathered_gops_get_thinner_towards_the_end),
         cmocka_unit_test(there_are_as_many_encoders_as_costs_ask_for),
         cmocka_unit_test(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs),
         cmocka_unit_test(a_stop_ends_the_hand_out_at_a_frame),
