@@ -12,6 +12,8 @@
 # FAULT_KINDS     for example "write sync" (default: all)
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
 # FAULT_RESUME    1: the run with faults continues one that was killed half way
+# FAULT_ENCODE    farm.encode (default: segments), and
+# FAULT_FRAMES    the number of frames, two for each GOP (default: 3)
 # FAULT_RESULTS   where the list of outcomes is copied to
 # FAULT_JOBS      how many runs there are at a time (default: one per core)
 [ -e "${FAULT_SHIM:-}" ] || skip "the library that makes calls fail is built on Linux with glibc only, without sanitizers"
@@ -31,7 +33,7 @@ if [ "$(df --output=avail /dev/shm 2>/dev/null | tail -n 1)" -gt 1000000 ] 2>/de
     cd "$memory"
 fi
 
-# A volume of two tissues, compressed, and a job of two GOPs.
+# A volume of two tissues, compressed, and a job of a few GOPs.
 {
     printf '%s\n' NRRD0004 'type: unsigned char' 'dimension: 3' 'space: left-posterior-superior' 'sizes: 12 10 12' \
         'space directions: (1,0,0) (0,1,0) (0,0,1)' 'encoding: gzip' 'space origin: (0,0,0)' \
@@ -47,9 +49,9 @@ output: {directory: out, size: [32, 24], fps: 2, frames: png, video: film.mp4}
 tissues:
   wall: {opacity: 0.6}
 animation:
-  frames: 3
+  frames: ${FAULT_FRAMES:-3}
   camera: {orbit: {axis: superior, elevation: 10}}
-farm: {encode: segments}
+farm: {encode: ${FAULT_ENCODE:-segments}}
 YAML
 if [ -n "${FAULT_PREPARED:-}" ]; then
     "$SEGCAST" prepare job.yaml -o volume.segc -q
