@@ -270,10 +270,11 @@ int sc_handout_gops(int gops, int ranks, bool always)
 
 int sc_handout_encoders(int ranks, double draw_s, double encode_s)
 {
-    const double wanted = draw_s > 0 && encode_s > 0
-                              ? ceil(SPARE_ENCODERS * encode_s / draw_s * ranks)
-                              : 1 + ranks / RANKS_PER_ENCODER;
+    double wanted;
 
+    if (draw_s <= 0 || encode_s <= 0)
+        return 1 + ranks / RANKS_PER_ENCODER;
+    wanted = ceil(SPARE_ENCODERS * encode_s / draw_s * ranks);
     return wanted < ranks ? (int)wanted : ranks;
 }
 

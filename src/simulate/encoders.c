@@ -3,12 +3,6 @@
  * went out (see gather.c of the farm). */
 #include "internal.h"
 
-/* An encoder with so many frames that wait to be encoded does not ask for work; as in the farm. */
-bool sc_sim_is_behind(const sim_farm *f, int rank)
-{
-    return f->ranks[rank].behind > SC_ENCODER_BEHIND;
-}
-
 void sc_sim_note_gathered(sim_farm *f, const sc_work_unit *unit)
 {
     sim_rank *r = &f->ranks[unit->encoder];
@@ -67,7 +61,7 @@ void sc_sim_encoded(sim_farm *f, int rank)
     r->behind--;
     r->first = frame->next;
     encode_next(f, rank);
-    if (r->held_back && !sc_sim_is_behind(f, rank))
+    if (r->held_back)
         sc_sim_ask(f, rank, r->generation);
 }
 

@@ -143,8 +143,6 @@ void sc_sim_gather(sim_farm *f, const sc_work_unit *unit);
 void sc_sim_encoded(sim_farm *f, int rank);
 /* Rank 0 has heard of that. */
 void sc_sim_taken(sim_farm *f, const sim_event *e);
-/* @return whether an encoder is so much behind that it should not draw. */
-bool sc_sim_is_behind(const sim_farm *f, int rank);
 
 /* ---- root.c: what the main thread of rank 0 does ---- */
 

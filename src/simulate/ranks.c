@@ -162,7 +162,7 @@ void sc_sim_ask(sim_farm *f, int rank, long generation)
 
     if (r->asked || r->in_hand >= SC_UNITS_PER_RANK || generation != r->generation)
         return;
-    r->held_back = sc_sim_is_behind(f, rank);
+    r->held_back = r->behind > SC_ENCODER_BEHIND;
     if (r->held_back)
         return;
     r->asked = true;
