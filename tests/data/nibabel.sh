@@ -74,6 +74,9 @@ grep -q '24 voxels belong to several masks; each is shown as the smallest of the
     { cat stderr.txt >&2; fail "the overlap of the masks is not told"; }
 "$SEGCAST" orbit masks/ -o film.mp4 --size 64x48 --set animation.frames=2 2>stderr.txt >stdout.txt || { cat stderr.txt >&2; fail "no film of the masks"; }
 [ -s film.mp4 ] || fail "no film of the masks was written"
+"$SEGCAST" init masks/ -o init.yaml --overlap order -q >stdout.txt || fail "no job can be written for the masks"
+grep -q '^overlap: order' init.yaml || fail "init has left out the rule for overlaps"
+grep -q 'video: "masks.mp4"' init.yaml || fail "the video has not the name of the directory: $(grep video: init.yaml)"
 expect 65 'shifted/z.nii.gz has another voxel size, origin or orientation than .*shifted/hippocampus_left.nii.gz; expected masks of one size and geometry' \
     "$SEGCAST" info shifted
 one_error
