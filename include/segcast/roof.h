@@ -13,7 +13,8 @@ typedef struct sc_roof {
     double instructions_per_s; /**< executed: additions in registers */
 } sc_roof;
 /** Measure the roof in some tenths of a second: the fastest of several tries of @p threads threads.
- *  @return SC_ERR_MEMORY: it takes four times the last cache, 128 MiB to 1 GiB. */
+ *  @return SC_ERR_MEMORY: it takes four times the last cache, 128 MiB to 1 GiB; or not so many
+ *  threads can be started. */
 SC_MUST_USE sc_status sc_roof_measure(const sc_ctx *ctx, int threads, sc_roof *out);
 /** Counters of the processor for this process and the threads that it starts later: file
  *  descriptors, -1 where the system or the processor does not allow them. */

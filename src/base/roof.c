@@ -119,6 +119,20 @@ static size_t bytes_to_read(void)
     return bytes < room ? bytes : (size_t)room;
 }
 
+/* @return SC_ERR_MEMORY if so many threads cannot be started, of which OpenMP would end the
+ * process. */
+static sc_status try_threads(const sc_ctx *ctx, int threads)
+{
+    sc_thread_probe *probe = NULL;
+    int started = 0;
+    sc_status status = sc_thread_probe_start(ctx, threads, &probe, &started);
+
+    sc_thread_probe_end(probe);
+    if (status == SC_OK && started < threads)
+        status = sc_fail(ctx, SC_ERR_MEMORY, "the system starts %d of %d threads", started, threads);
+    return status;
+}
+
 sc_status sc_roof_measure(const sc_ctx *ctx, int threads, sc_roof *out)
 {
     const size_t bytes = bytes_to_read(), words = bytes / sizeof(uint64_t);
@@ -126,17 +140,18 @@ sc_status sc_roof_measure(const sc_ctx *ctx, int threads, sc_roof *out)
     const double additions = (double)threads * TURNS * CHAINS * REPEATS;
     reading r = {0};
     void *block;
-    sc_status status = sc_alloc(ctx, words, sizeof(uint64_t), &block);
+    sc_status status;
 
-    if (status != SC_OK)
-        return status;
+    SC_TRY(try_threads(ctx, threads));
+    SC_TRY(sc_alloc(ctx, words, sizeof(uint64_t), &block));
     r.words = block;
     sc_parallel_for(threads, words, chunk, write_words, &r);
     *out = (sc_roof){
         .read_bytes_per_s = (double)bytes * fastest(threads, words, chunk, read_words, &r),
         .instructions_per_s = additions * fastest(threads, (size_t)threads, 1, add_numbers, &r)};
     sc_free(block);
-    return SC_OK;
+out:
+    return status;
 }
 
 /* ---- what a process has used ---- */
