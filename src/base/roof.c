@@ -129,7 +129,8 @@ static sc_status try_threads(const sc_ctx *ctx, int threads)
 
     sc_thread_probe_end(probe);
     if (status == SC_OK && started < threads)
-        status = sc_fail(ctx, SC_ERR_MEMORY, "the system starts %d of %d threads", started, threads);
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY, "the system starts %d of %d threads", started, threads);
     return status;
 }
 

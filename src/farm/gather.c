@@ -330,7 +330,9 @@ bool sc_gather_step(sc_gather *g)
 
 bool sc_gather_is_behind(const sc_gather *g)
 {
-    return g->behind > SC_ENCODER_BEHIND;
+    /* After an error, and at the end, frames stay that are never encoded. A rank that waited for
+     * them would never ask for work again, so that rank 0 could not dismiss it. */
+    return g->status == SC_OK && !g->yielded && g->behind > SC_ENCODER_BEHIND;
 }
 
 sc_status sc_gather_open(const sc_ctx *ctx, sc_comm *comm, const sc_farm *farm, sc_gather **out)

@@ -5,7 +5,7 @@
 #include "check.h"
 #include "thread_comm.h"
 
-#include "segcast/farm.h"
+#include "../../src/farm/internal.h"
 
 #include <stdatomic.h>
 #include <unistd.h>
@@ -292,16 +292,89 @@ static void after_a_stop_no_frame_of_a_gathered_gop_is_lost(void **state)
 
 static void a_gathered_frame_that_cannot_be_encoded_ends_all_ranks(void **state)
 {
-    scenario s = {.ranks = 3,
-                  .gops = true,
-                  .gathers = true,
-                  .fails_to_encode = true,
-                  .fails_at = FRAMES + GOP_FRAMES + 2,
-                  .poor_rank = NEVER};
-
     (void)state;
-    assert_int_equal(run(&s), SC_ERR_MEMORY);
-    assert_true(s.accepted_count < TOTAL);
+    for (int place = 0; place < GOP_FRAMES; place++) {
+        scenario s = {.ranks = 3,
+                      .gops = true,
+                      .gathers = true,
+                      .fails_to_encode = true,
+                      .fails_at = FRAMES + GOP_FRAMES + place,
+                      .poor_rank = NEVER};
+
+        assert_int_equal(run(&s), SC_ERR_MEMORY);
+        assert_true(s.accepted_count < TOTAL);
+    }
+}
+
+/* ---- an encoder alone ---- */
+
+static sc_status fail_to_encode(void *user, int first, int count, const sc_frame_result *result,
+                                const sc_image *image, sc_payload *out)
+{
+    (void)user;
+    (void)first;
+    (void)count;
+    (void)result;
+    (void)image;
+    (void)out;
+    return SC_ERR_MEMORY;
+}
+
+/* Rank 1 gathers a GOP from the frame *(int *)user on, which never is encoded. */
+static void gather_without_end(sc_comm *comm, void *user)
+{
+    const int from = *(const int *)user, gops[2] = {0, GOP_FRAMES};
+    const sc_farm farm = {.width_px = WIDTH_PX,
+                          .height_px = HEIGHT_PX,
+                          .gops = gops,
+                          .gop_count = 2,
+                          .gather = true,
+                          .gop_frames = GOP_FRAMES,
+                          .encode_frame = fail_to_encode,
+                          .stop = &(atomic_int){0}};
+    static const char rows[WIDTH_PX * HEIGHT_PX * 3];
+    char inbox[sizeof(sc_result_message) + sizeof rows];
+    sc_message mail = {.tag = 0};
+    sc_gather *g;
+
+    while (sc_comm_rank(comm) == 0 && mail.tag != SC_TAG_YIELDED) {
+        if (sc_comm_poll(comm, &mail))
+            sc_comm_receive(comm, &mail, inbox);
+        sc_sleep_s(1e-4);
+    }
+    if (sc_comm_rank(comm) == 0)
+        return;
+    assert_ok(sc_gather_open(&quiet, comm, &farm, &g));
+    for (int place = from; place < GOP_FRAMES; place++)
+        sc_gather_add(g,
+                      &(sc_result_message){.unit = {.kind = SC_UNIT_FRAME,
+                                                    .rows = HEIGHT_PX,
+                                                    .encoder = 1,
+                                                    .gop = 1,
+                                                    .place = place}},
+                      rows);
+    assert_true(sc_gather_is_behind(g));
+    if (from > 0)
+        sc_gather_yield(g, GOP_FRAMES - from); /* the first frame does not come */
+    for (int i = 0; i < 10000 && sc_gather_is_behind(g); i++) {
+        (void)sc_gather_step(g);
+        sc_sleep_s(1e-3);
+    }
+    assert_false(sc_gather_is_behind(g));
+    if (from == 0)
+        sc_gather_yield(g, GOP_FRAMES);
+    for (int i = 0; i < 10000 && (sc_gather_step(g) || sc_comm_pending(comm) > 0); i++)
+        sc_sleep_s(1e-3);
+    sc_gather_close(g);
+}
+
+static void an_encoder_does_not_wait_for_frames_that_are_never_encoded(void **state)
+{
+    (void)state;
+    alarm(120);
+    for (int from = 0; from < 2; from++)
+        run_ranks(2, false, gather_without_end, &from);
+    alarm(0);
 }
 
 static void an_allocation_that_fails_on_any_rank_ends_all_ranks(void **state)
@@ -336,6 +409,7 @@ int main(void)
         cmocka_unit_test(a_gop_that_cannot_be_drawn_is_not_accepted_and_ends_all_ranks),
         cmocka_unit_test(after_a_stop_no_frame_of_a_gathered_gop_is_lost),
         cmocka_unit_test(a_gathered_frame_that_cannot_be_encoded_ends_all_ranks),
+        cmocka_unit_test(an_encoder_does_not_wait_for_frames_that_are_never_encoded),
         cmocka_unit_test(an_allocation_that_fails_on_any_rank_ends_all_ranks),
     };
 
