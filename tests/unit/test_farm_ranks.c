@@ -323,6 +323,7 @@ static sc_status fail_to_encode(void *user, int first, int count, const sc_frame
 /* Rank 1 gathers a GOP from the frame *(int *)user on, which never is encoded. */
 static void gather_without_end(sc_comm *comm, void *user)
 {
+    static atomic_int no_stop;
     const int from = *(const int *)user, gops[2] = {0, GOP_FRAMES};
     const sc_farm farm = {.width_px = WIDTH_PX,
                           .height_px = HEIGHT_PX,
@@ -331,7 +332,7 @@ static void gather_without_end(sc_comm *comm, void *user)
                           .gather = true,
                           .gop_frames = GOP_FRAMES,
                           .encode_frame = fail_to_encode,
-                          .stop = &(atomic_int){0}};
+                          .stop = &no_stop};
     static const char rows[WIDTH_PX * HEIGHT_PX * 3];
     char inbox[sizeof(sc_result_message) + sizeof rows];
     sc_message mail = {.tag = 0};
