@@ -88,11 +88,12 @@ typedef struct sc_handout {
     int encoders; /**< wanted for the next group; the caller may change it as it learns of costs */
     int group_first, group_gops; /**< the group: its first GOP (from 0) and number of GOPs */
     int group_begun;             /**< index of its first frame */
-    bool group_is_odd;           /**< it is the first, third, ... one */
+    bool group_is_odd;           /**< the group is the first, third, fifth and so on */
     /** The largest window of gathered frames, and the smallest, if there are few encoders. */
     int gather_window, gather_window_least;
-    int gather_split_from;                /**< as split_from */
-    int next_gathered, next_gathered_row; /**< as next_frame and next_row */
+    int gather_split_from;                /**< gathered frames from this index on go out in bands */
+    int next_gathered, next_gathered_row; /**< first gathered frame, and its first row, that are
+                                               not handed out yet */
     int taken; /**< frames that encoders have taken so far, in order; the caller counts it up */
 } sc_handout;
 

@@ -44,7 +44,7 @@ typedef struct sc_stored {
     const sc_vec3 *hull;        /**< [hull_count] of sc_hull_points */
     const uint8_t (*occlusion)[2]; /**< as sc_occlusion.filled, for the opacities below; NULL: it is
                                         not stored */
-    const float *opacity;          /**< [label_count] as of sc_occlusion_build; NULL as occlusion */
+    const float *opacity; /**< [label_count], for which occlusion was made; NULL without it */
     size_t cell_count, hull_count;
 } sc_stored;
 

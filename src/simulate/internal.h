@@ -11,13 +11,13 @@
 typedef enum sim_event_kind {
     SIM_ARRIVED,  /* a message of a rank is at another one: a request (unit.kind SC_UNIT_NONE), the
                    * result of a work unit, or its pixels */
-    SIM_HANDLED,  /* the main thread there has handled it */
+    SIM_HANDLED,  /* the main thread of the receiving rank has handled that message */
     SIM_UNIT,     /* a work unit is at the rank that it was handed to */
     SIM_ASK,      /* it is time for a rank to ask for a work unit */
     SIM_DRAWN,    /* a rank has drawn its work unit */
     SIM_ACCEPTED, /* a rank has encoded a frame: rank 0, or an encoder */
     SIM_NOTICED,  /* the main thread of rank 0 has noticed that */
-    SIM_TAKEN     /* it has heard that an encoder has, or that it has ended a GOP */
+    SIM_TAKEN     /* rank 0 has heard that an encoder has encoded a frame, or ended a GOP */
 } sim_event_kind;
 
 typedef struct sim_event {
