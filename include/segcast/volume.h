@@ -150,15 +150,21 @@ SC_MUST_USE sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, sc_
 SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
 
-/** How a label table is written: one label a line, or XML. */
+/** How a label table is written: one label a line, XML, columns with headings, or JSON. */
 typedef enum sc_table_format {
     SC_TABLE_AUTO,       /**< to be guessed from the text */
     SC_TABLE_SLICER,     /**< id name R G B A, A = opacity, 0 to 255 */
     SC_TABLE_FREESURFER, /**< id name R G B T, T = transparency, 0 to 255 */
     SC_TABLE_ITKSNAP,    /**< id R G B A VIS MSH "name", A = opacity, 0 to 1 */
-    SC_TABLE_XML         /**< the first LabelTable of a document of GIFTI or Connectome Workbench:
+    SC_TABLE_XML,        /**< the first LabelTable of a document of GIFTI or Connectome Workbench:
                               elements Label with the name, and the attributes Key, Red, Green, Blue
                               and Alpha, levels from 0 to 1 */
+    SC_TABLE_DELIMITED,  /**< a line of headings, as "value,name,color", and a line for each label,
+                              separated by commas, semicolons or tabs: BIDS, 3D Slicer, spreadsheets.
+                              Levels go from 0 to 1 if none is above 1, else to 255; what is headed
+                              "opacity" goes to 100 if none is above that */
+    SC_TABLE_JSON        /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
+                              between numbers and names; levels as of SC_TABLE_DELIMITED */
 } sc_table_format;
 
 /** Rows of a label table, in the order of the file. Zero-initialise; sc_label_table_clear frees. */
@@ -171,11 +177,12 @@ void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */
 SC_MUST_USE sc_status sc_label_table_add(const sc_ctx *ctx, sc_label_table *table,
                                          const sc_label *row);
-/** Read a label table, a text of at most 64 MiB and 1,048,576 rows. SC_TABLE_AUTO guesses the
- * format and logs which. Rows of label 0 are left out; lines of another form, too, with a warning.
- * A value may have several rows. Caller owns *out: sc_label_table_clear. @return SC_ERR_MISSING;
- *  SC_ERR_DATA if no line has the form of the table (with the first line, unless the file is empty)
- *  or the file is no such text; SC_ERR_MEMORY. */
+/** Read a label table, a text of at most 64 MiB (JSON: 16) and 1,048,576 rows, in UTF-8, UTF-16
+ * with byte order mark, or Latin-1. SC_TABLE_AUTO guesses the format and logs which. Rows of label
+ * 0 are left out; lines of another form, too, with a warning. A value may have several rows. Caller
+ * owns *out: sc_label_table_clear. @return SC_ERR_MISSING; SC_ERR_DATA if no line has the form of
+ * the table (with the first line, unless the file is empty) or the file is no such text;
+ * SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_label_table_read(const sc_ctx *ctx, const char *path,
                                           sc_table_format format, sc_label_table *out);
 /** Give the labels of @p volume what the rows with their values hold: name, colour and opacity

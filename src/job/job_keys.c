@@ -215,9 +215,14 @@ static const sc_key farm_keys[] = {
 
 /* ---- the whole file ---- */
 
-static const sc_choice table_formats[] = {
-    {"auto", SC_TABLE_AUTO},       {"slicer", SC_TABLE_SLICER}, {"freesurfer", SC_TABLE_FREESURFER},
-    {"itksnap", SC_TABLE_ITKSNAP}, {"xml", SC_TABLE_XML},       {NULL, 0}};
+static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
+                                          {"slicer", SC_TABLE_SLICER},
+                                          {"freesurfer", SC_TABLE_FREESURFER},
+                                          {"itksnap", SC_TABLE_ITKSNAP},
+                                          {"xml", SC_TABLE_XML},
+                                          {"csv", SC_TABLE_DELIMITED},
+                                          {"json", SC_TABLE_JSON},
+                                          {NULL, 0}};
 
 static const sc_choice overlaps[] = {
     {"smaller", SC_OVERLAP_SMALLER}, {"order", SC_OVERLAP_ORDER}, {NULL, 0}};
@@ -235,7 +240,7 @@ const sc_key sc_job_keys[] = {
     {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
      .help = "format of the label table; auto: by its content", .choices = table_formats,
      .outside_identity = true,
-     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS}},
+     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"}},
     {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
      .help =
          "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd, "

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Label tables: colour tables of 3D Slicer, look-up tables of FreeSurfer, descriptions of ITK-SNAP,
- * and, by label_xml.c, the XML of GIFTI and Connectome Workbench.
- * The first two look alike but mean the opposite by their sixth number. */
+/* Label tables: which format a text has, and those of one label a line: colour tables of 3D Slicer,
+ * look-up tables of FreeSurfer, descriptions of ITK-SNAP. The first two look alike but mean the
+ * opposite by their sixth number. */
+#include "label_table.h"
 #include "label_xml.h"
 
 #include <ctype.h>
@@ -113,8 +114,7 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     return true;
 }
 
-/* By sc_table_format: the name for messages, and the parser of lines; SC_TABLE_AUTO and
- * SC_TABLE_XML have none. */
+/* By sc_table_format: the name for messages, and the parser of lines, where a label is a line. */
 static const struct {
     const char *name;
     bool (*parse)(char *line, sc_label *row, sc_name_count *names);
@@ -122,7 +122,9 @@ static const struct {
                [SC_TABLE_SLICER] = {"Slicer", parse_slicer},
                [SC_TABLE_FREESURFER] = {"FreeSurfer", parse_freesurfer},
                [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap},
-               [SC_TABLE_XML] = {"GIFTI or Connectome Workbench (XML)", NULL}};
+               [SC_TABLE_XML] = {"GIFTI or Connectome Workbench (XML)", NULL},
+               [SC_TABLE_DELIMITED] = {"CSV or TSV", NULL},
+               [SC_TABLE_JSON] = {"JSON", NULL}};
 
 static bool is_blank_or_comment(const char *line)
 {
@@ -176,16 +178,23 @@ static void weigh_line(const char *line, evidence *e)
 }
 
 /* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
- * the call and whole again after it. XML begins with an element or its declaration. ITK-SNAP is
+ * the call and whole again after it. XML begins with an element or its declaration, JSON with a
+ * bracket, and CSV with a line of headings that name a number and a name or a colour. ITK-SNAP is
  * known by its header or by names in quotes. The tables of Slicer and FreeSurfer look alike, but
  * most of their labels are opaque, which is 255 in the one and 0 in the other; if neither is more
  * frequent, Slicer is taken. */
 static sc_table_format guess(char *text)
 {
     evidence e = {0};
+    const char first = text[strspn(text, " \t\r\n")];
+    char delimiter;
 
-    if (text[strspn(text, " \t\r\n")] == '<')
+    if (first == '<')
         return SC_TABLE_XML;
+    if (first == '{' || first == '[')
+        return SC_TABLE_JSON;
+    if (sc_label_delimited_is(text, &delimiter))
+        return SC_TABLE_DELIMITED;
     for (char *line = text; line && !e.itksnap;) {
         char *end = line + strcspn(line, "\r\n");
         const char ending = *end;
@@ -265,32 +274,29 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
                               sc_label_table *out)
 {
     sc_label_table table = {0};
-    char *text = NULL, *begin;
+    char *text = NULL;
     size_t bytes;
     sc_status status;
 
     SC_TRY(sc_file_read(ctx, path, SC_TABLE_BYTES_MAX, &text, &bytes));
-    begin = text;
-    if (bytes >= 3 && !memcmp(begin, "\xef\xbb\xbf", 3)) /* UTF-8 byte order mark */
-        begin += 3;
-    if (strlen(text) != bytes) {
-        status = sc_fail(ctx, SC_ERR_DATA, "%s: byte %zu is NUL; expected a text in UTF-8", path,
-                         strlen(text));
-        goto out;
-    }
-    if (strstr(begin, "# Color procedural file")) {
+    SC_TRY(sc_label_text_decode(ctx, path, &text, &bytes));
+    if (strstr(text, "# Color procedural file")) {
         status =
             sc_fail(ctx, SC_ERR_DATA, "%s: is a procedural colour file, not a label table", path);
         goto out;
     }
     if (format == SC_TABLE_AUTO) {
-        format = guess(begin);
+        format = guess(text);
         sc_info(ctx, "%s: read as a %s label table", path, formats[format].name);
     }
     if (format == SC_TABLE_XML)
-        SC_TRY(parse_xml(ctx, path, begin, &table));
+        SC_TRY(parse_xml(ctx, path, text, &table));
+    else if (format == SC_TABLE_DELIMITED)
+        SC_TRY(sc_label_delimited_parse(ctx, path, text, &table));
+    else if (format == SC_TABLE_JSON)
+        SC_TRY(sc_label_json_parse(ctx, path, text, bytes, &table));
     else
-        SC_TRY(parse_lines(ctx, path, format, begin, &table));
+        SC_TRY(parse_lines(ctx, path, format, text, &table));
     *out = table;
     table = (sc_label_table){0};
 out:

@@ -3,13 +3,9 @@
 #ifndef SC_VOLUME_LABEL_XML_H
 #define SC_VOLUME_LABEL_XML_H
 
-#include "source.h"
+#include "label_table.h"
 
-enum {
-    SC_TABLE_BYTES_MAX = 64 << 20, /* longer texts of label tables are refused */
-    SC_TABLE_ROWS_MAX = 1 << 20,   /* so are more rows: 16 for each label that a volume can have */
-    SC_XML_WHY_BYTES = 256
-};
+enum { SC_XML_WHY_BYTES = 256 };
 
 /* Append the rows of the first <LabelTable> of the XML document text[bytes] to @p table: elements
  * <Label Key="4" Red="1" Green="0.5" Blue="0" Alpha="1">name</Label>, levels from 0 to 1, as GIFTI,

@@ -35,3 +35,7 @@ table() { # table VOLUME TABLE KIND NAME: the table is recognised as KIND and ho
 table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.ctbl Slicer 'white matter of left'
 table niivue/aparc.a2009s+aseg.mgz label_tables/FreeSurferColorLUT.txt FreeSurfer Left-Hippocampus
 table allen_human/AllenAtlas.nii.gz allen_human/itksnap_label_description_Br.txt ITK-SNAP 'FI - 10329'
+table allen_human/AllenAtlas.nii.gz allen_human/AllenAtlas.json JSON 'GPe'
+table niivue/aal.nii.gz niivue/aal.json JSON Frontal_Sup_Orb_L
+table spl_brain/hncma-atlas.nrrd spl_brain/hncma-atlas-lut.tsv 'CSV or TSV' 'left caudate nucleus'
+table niivue/aparc.a2009s+aseg.mgz label_tables/FastSurfer_ColorLUT.tsv 'CSV or TSV' Left-Hippocampus

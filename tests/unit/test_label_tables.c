@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Label tables with headings, in JSON and in other encodings of text, and writing them. */
+#include "check.h"
+
+#include "segcast/label_files.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+/* Read @p text of @p bytes bytes as a table. */
+static sc_status read_as(sc_table_format format, const char *text, size_t bytes, heard *said,
+                         sc_label_table *out)
+{
+    const sc_ctx ctx = listening(said);
+    FILE *file = fopen("t.txt", "wb");
+    sc_status status;
+
+    assert_non_null(file);
+    assert_int_equal(fwrite(text, 1, bytes, file), bytes);
+    assert_int_equal(fclose(file), 0);
+    status = sc_label_table_read(&ctx, "t.txt", format, out);
+    unlink("t.txt");
+    return status;
+}
+
+/* As read_as, with the format to be guessed. */
+static sc_status read_table(const char *text, size_t bytes, heard *said, sc_label_table *out)
+{
+    return read_as(SC_TABLE_AUTO, text, bytes, said, out);
+}
+
+/* Expect a table of the labels 4, "left atrium", of the colour 255, 128, 0, and 5, "b", half
+ * opaque. */
+static void expect_two(const char *text, bool has_color, float opacity)
+{
+    sc_label_table table = {0};
+    heard said;
+
+    if (read_table(text, strlen(text), &said, &table) != SC_OK || table.count < 2)
+        fail_msg("\"%s\": %s", text, said.text);
+    assert_int_equal(table.rows[0].value, 4);
+    assert_string_equal(table.rows[0].name, "left atrium");
+    assert_int_equal(table.rows[0].has_color, has_color);
+    if (has_color)
+        assert_true(table.rows[0].rgb[0] == 255 && table.rows[0].rgb[1] == 128 &&
+                    table.rows[0].rgb[2] == 0);
+    assert_true(table.rows[0].opacity < 0 && !table.rows[0].hidden);
+    assert_int_equal(table.rows[1].value, 5);
+    assert_near(table.rows[1].opacity, opacity, 0.003);
+    sc_label_table_clear(&table);
+}
+
+static void columns_are_known_by_their_headings(void **state)
+{
+    (void)state;
+    /* BIDS; spreadsheets in three ways; 3D Slicer; FastSurfer, whose A is transparency */
+    expect_two("index\tname\tabbreviation\tcolor\n4\tleft atrium\tLA\t#ff8000\n5\tb\tB\tn/a\n",
+               true, -1);
+    expect_two("\xef\xbb\xbf# made by hand\r\nValue;Label;Colour;Opacity\r\n"
+               "0;none;;\r\n4;\"left atrium\";255 128 0;100\r\n\r\n5;b;;50\r\n",
+               true, 0.5F);
+    expect_two("name , id,rgba\n\"left atrium\",4,\"rgba(255, 128, 0, 1)\"\nb,5,\"rgb(1,2,3)\"\n",
+               true, -1);
+    expect_two("LabelValue,Name,Color_R,Color_G,Color_B,Color_A,Type_CodeMeaning\n"
+               "4,left atrium,255,128,0,255,\"a, \"\"b\"\"\nc\"\n5,b,1,2,3,128,\n",
+               true, 0.5F);
+    expect_two("ID\tLabelName\tR\tG\tB\tA\n4\tleft atrium\t255\t128\t0\t0\n5\tb\t1\t2\t3\t127\n"
+               "6\tc\t1\t1\t1\t0\n",
+               true, 0.5F);
+    expect_two("label,structure,r,g,b,alpha\n4,left atrium,1,0.5,0,1\n5,b,0,0,0,0.5\n", true, 0.5F);
+}
+
+static void json_is_known_by_its_bracket(void **state)
+{
+    (void)state;
+    /* lists and maps of objects; nnU-Net in two ways; names in the order of their numbers */
+    expect_two("[{\"value\": 4, \"name\": \"left atrium\", \"color\": [255, 128, 0]},"
+               " {\"value\": 5, \"name\": \"b\", \"opacity\": 0.5}]",
+               true, 0.5F);
+    expect_two("{\"4\": {\"name\": \"left atrium\", \"color\": \"#ff8000\"},"
+               " \"5\": {\"label\": \"b\"}}",
+               true, -1);
+    expect_two("{\"labels\": {\"background\": 0, \"left atrium\": 4, \"b\": 5}}", false, -1);
+    expect_two(" {\"labels\": {\"0\": \"none\", \"4\": \"left atrium\", \"5\": \"b\"}}", false, -1);
+    expect_two("[\"\", \"\", \"\", \"\", \"left atrium\", \"b\"]", false, -1);
+}
+
+/* Documents of Neuroglancer, OME-Zarr (0.4 and in Zarr 3), and NiiVue. */
+static void json_of_viewers_is_read(void **state)
+{
+    (void)state;
+    expect_two("{\"@type\": \"neuroglancer_segment_properties\", \"inline\": {\"ids\": "
+               "[\"4\", \"5\"], \"properties\": [{\"id\": \"d\", \"type\": \"description\", "
+               "\"values\": [\"x\", \"y\"]}, {\"id\": \"n\", \"type\": \"label\", \"values\": "
+               "[\"left atrium\", \"b\"]}]}}",
+               false, -1);
+    expect_two("{\"R\": [0, 255, 1], \"G\": [0, 128, 1], \"B\": [0, 0, 1], \"A\": [0, 255, 128],"
+               " \"I\": [0, 4, 5], \"labels\": [\"air\", \"left atrium\", \"b\"]}",
+               true, 0.5F);
+}
+
+static void ome_metadata_is_applied_to_a_volume(void **state)
+{
+    static const char *const documents[] = {
+        "{\"image-label\": {\"version\": \"0.4\", \"colors\": [{\"label-value\": 4, \"rgba\": "
+        "[255, 128, 0, 0]}], \"properties\": [{\"label-value\": 4, \"class\": \"atrium\"}]}}",
+        "{\"zarr_format\": 3, \"attributes\": {\"ome\": {\"image-label\": {\"colors\": "
+        "[{\"label-value\": 4, \"rgba\": [255, 128, 0, 0]}, {\"label-value\": 9, \"rgba\": "
+        "[1, 1, 1, 255]}], \"properties\": [{\"label-value\": 4, \"name\": \"atrium\"}]}}}}"};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(documents); i++) {
+        sc_volume v = {.label_count = 1};
+        sc_label_table table = {0};
+        heard said;
+        const sc_ctx ctx = listening(&said);
+        void *labels;
+
+        assert_ok(sc_zalloc(&ctx, 1, sizeof(sc_label), &labels));
+        v.labels = labels;
+        assert_ok(read_table(documents[i], strlen(documents[i]), &said, &table));
+        assert_ok(sc_volume_add_labels(&ctx, &v, &table));
+        assert_int_equal(v.labels[1].value, 4);
+        assert_string_equal(v.labels[1].name, "atrium");
+        assert_true(v.labels[1].has_color && v.labels[1].rgb[1] == 128);
+        sc_label_table_clear(&table);
+        sc_volume_clear(&v);
+    }
+}
+
+/* The same table as UTF-16 of both byte orders, and in Latin-1, which is said. */
+static void other_encodings_become_utf8(void **state)
+{
+    static const char utf16[] = "\xff\xfe"
+                                "4\0 \0\xe9\0=\xd8\x00\xde \0001\0 \0002\0 \0003\0\n\0";
+    sc_label_table table = {0};
+    heard said;
+    char swapped[sizeof utf16];
+    static const char *const latin1[] = {"value,name\n4,caf\xe9\n", "4 caf\xe9 1 2 3\n"};
+
+    (void)state;
+    assert_ok(read_table(utf16, sizeof utf16 - 1, &said, &table));
+    assert_string_equal(table.rows[0].name, "\xc3\xa9\xf0\x9f\x98\x80");
+    assert_int_equal(table.rows[0].rgb[2], 3);
+    sc_label_table_clear(&table);
+    for (size_t i = 0; i + 1 < sizeof utf16; i++)
+        swapped[i] = utf16[i ^ 1];
+    assert_ok(read_table(swapped, sizeof utf16 - 1, &said, &table));
+    assert_string_equal(table.rows[0].name, "\xc3\xa9\xf0\x9f\x98\x80");
+    sc_label_table_clear(&table);
+    assert_int_equal(read_table(utf16, sizeof utf16 - 2, &said, &table), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "ends within a character"));
+    for (size_t i = 0; i < SC_COUNT_OF(latin1); i++) {
+        assert_ok(read_as(i ? SC_TABLE_SLICER : SC_TABLE_DELIMITED, latin1[i], strlen(latin1[i]),
+                          &said, &table));
+        assert_string_equal(table.rows[0].name, "caf\xc3\xa9");
+        assert_non_null(strstr(said.text, "Latin-1"));
+        assert_int_equal(said.warnings, 0);
+        sc_label_table_clear(&table);
+    }
+}
+
+static void what_cannot_be_read_is_told_with_its_place(void **state)
+{
+    static const struct {
+        const char *text, *message;
+        sc_status status;
+    } cases[] = {{"value,name\n\nx,a\n", "t.txt:3: has no whole number", SC_ERR_DATA},
+                 {"value,name\n", "has headings, but no labels", SC_ERR_DATA},
+                 {"value,name\n1,a\nx,b\n2.5,c\n", "t.txt:3: 2 lines have no whole number", SC_OK},
+                 {"value,color\n1,#12345\n2,blue-ish\n",
+                  "2 colours cannot be read, such as \"#12345\"", SC_OK},
+                 {"{\"a\":\n }", "t.txt:2: is no JSON", SC_ERR_DATA},
+                 {"{\"a\": {\"b\": 2}}", "holds no label table that segcast knows", SC_ERR_DATA},
+                 {"[{\"value\": 1, \"name\": \"a\"}, {\"value\": \"x\", \"name\": \"b\"}, 3]",
+                  "2 entries have no number", SC_OK}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        sc_label_table table = {0};
+        heard said;
+
+        assert_int_equal(read_table(cases[i].text, strlen(cases[i].text), &said, &table),
+                         cases[i].status);
+        if (!strstr(said.text, cases[i].message))
+            fail_msg("\"%s\": \"%s\", expected \"%s\"", cases[i].text, said.text, cases[i].message);
+        sc_label_table_clear(&table);
+    }
+}
+
+/* ---- writing ---- */
+
+/* What is written in each format is read again as it was, but for what the format cannot hold. */
+static void tables_are_written_as_they_are_read(void **state)
+{
+    sc_label rows[] = {
+        {.value = 7, .name = "a, \"b\" & <c>", .rgb = {1, 2, 3}, .has_color = true, .opacity = -1},
+        {.value = 3, .name = "x y", .rgb = {255, 128, 0}, .has_color = true, .opacity = 0.4F},
+        {.value = 9,
+         .name = "",
+         .rgb = {9, 9, 9},
+         .has_color = true,
+         .opacity = -1,
+         .hidden = true},
+        {.value = 3, .name = "second of its value", .opacity = -1}};
+    const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
+    static const sc_table_format formats[] = {
+        SC_TABLE_SLICER,    SC_TABLE_FREESURFER, SC_TABLE_ITKSNAP, SC_TABLE_XML, SC_TABLE_DELIMITED,
+        SC_TABLE_DELIMITED, SC_TABLE_JSON,       SC_TABLE_JSON,    SC_TABLE_JSON};
+
+    (void)state;
+    for (size_t i = 0; sc_table_writer_name(i); i++) {
+        const char *name = sc_table_writer_name(i);
+        const bool has_opacity = strcmp(name, "bids") && strcmp(name, "neuroglancer");
+        const bool has_words = !strcmp(name, "slicer") || !strcmp(name, "freesurfer");
+        sc_label_table back = {0};
+        sc_text text = {0};
+        heard said;
+        const sc_ctx ctx = listening(&said);
+
+        assert_ok(sc_label_table_print(&ctx, "out", &table, sc_table_writer_find(name), &text));
+        if (!has_opacity)
+            assert_non_null(strstr(said.text, "the opacities of 1 label"));
+        if (read_as(formats[i], text.data, text.length_bytes, &said, &back) != SC_OK) {
+            sc_text_clear(&text);
+            if (!strcmp(name, "xml") && strstr(said.text, "built without Expat"))
+                continue;
+            fail_msg("%s: %s", name, said.text);
+        }
+        assert_true(back.count >= 3);
+        if (strcmp(name, "ome-zarr")) { /* which lists colours and names apart */
+            assert_int_equal(back.count, 3);
+            assert_int_equal(back.rows[0].value, 3);
+            assert_int_equal(back.rows[2].value, 9);
+            assert_string_equal(back.rows[0].name, strcmp(name, "freesurfer") ? "x y" : "x_y");
+            if (!has_words && strcmp(name, "itksnap"))
+                assert_string_equal(back.rows[1].name, rows[0].name);
+        }
+        if (strcmp(name, "neuroglancer"))
+            assert_memory_equal(back.rows[0].rgb, rows[1].rgb, 3);
+        if (has_opacity) {
+            assert_near(back.rows[0].opacity, 0.4, 0.003);
+            assert_true(back.rows[2].hidden);
+        }
+        sc_label_table_clear(&back);
+        sc_text_clear(&text);
+    }
+}
+
+static void what_a_format_cannot_hold_is_told(void **state)
+{
+    sc_label rows[] = {{.value = -4, .name = "a", .opacity = -1},
+                       {.value = 70000, .name = "b", .opacity = -1},
+                       {.value = 5, .name = "say \"c\"", .opacity = -1}};
+    const sc_label_table table = {rows, SC_COUNT_OF(rows), SC_COUNT_OF(rows)};
+    const sc_label_table large = {rows + 1, 1, 1};
+    const sc_table_writer *writer = sc_table_writer_find("ITKSNAP");
+    sc_text text = {0};
+    heard said;
+    const sc_ctx ctx = listening(&said);
+
+    (void)state;
+    assert_ok(sc_label_table_print(&ctx, "out", &table, writer, &text));
+    assert_int_equal(said.warnings, 3);
+    assert_non_null(strstr(said.text, "1 label has no colour"));
+    sc_text_clear(&text);
+    rows[2].has_color = true;
+    assert_ok(sc_label_table_print(&ctx, "out", &table, writer, &text));
+    assert_non_null(strstr(said.text, "1 name is changed"));
+    sc_text_clear(&text);
+    strcpy(rows[2].name, "c");
+    assert_ok(sc_label_table_print(&ctx, "out", &table, writer, &text));
+    assert_non_null(strstr(said.text, "numbers are too large, or negative) of 2 labels"));
+    sc_text_clear(&text);
+    assert_int_equal(sc_label_table_print(&ctx, "out", &large, writer, &text), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "no label that a label description of ITK-SNAP can hold"));
+    assert_null(text.data);
+    assert_ptr_equal(sc_table_writer_for("A.TSV"), sc_table_writer_find("bids"));
+    assert_null(sc_table_writer_for("a.txt"));
+    assert_null(sc_table_writer_for(".csv"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(columns_are_known_by_their_headings),
+        cmocka_unit_test(json_is_known_by_its_bracket),
+        cmocka_unit_test(json_of_viewers_is_read),
+        cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
+        cmocka_unit_test(other_encodings_become_utf8),
+        cmocka_unit_test(what_cannot_be_read_is_told_with_its_place),
+        cmocka_unit_test(tables_are_written_as_they_are_read),
+        cmocka_unit_test(what_a_format_cannot_hold_is_told),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
