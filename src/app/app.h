@@ -319,6 +319,7 @@ sc_status sc_cmd_plan(sc_app *app);
 sc_status sc_cmd_calibrate(sc_app *app);
 sc_status sc_cmd_info(sc_app *app);
 sc_status sc_cmd_init(sc_app *app);
+sc_status sc_cmd_tables(sc_app *app);
 sc_status sc_cmd_phantom(sc_app *app);
 sc_status sc_cmd_prepare(sc_app *app);
 sc_status sc_cmd_keys(sc_app *app);

@@ -74,6 +74,12 @@ const sc_command sc_commands[] = {
      "the directory holds. Of several directories it writes one page with their speed, cost, "
      "phases and memory side by side.",
      sc_cmd_report, false},
+    {"tables", "TABLE|VOLUME", "write a label table in the format of another program",
+     "Reads the names, colours and opacities of a label table, or those in the header of a volume, "
+     "and tells what the other format cannot hold. The format is told by the ending of the file "
+     "that -o names (.ctbl: slicer, .csv, .tsv: bids, .xml, .json), or by --to; -o - writes to "
+     "standard output.",
+     sc_cmd_tables, false},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,

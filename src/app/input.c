@@ -60,6 +60,14 @@ static kind kind_of(const char *path, bool *exists)
     return begins_as_volume(path) ? KIND_VOLUME : KIND_FILE;
 }
 
+bool sc_input_is_volume(const char *path)
+{
+    bool exists;
+    const kind what = kind_of(path, &exists);
+
+    return what == KIND_VOLUME || what == KIND_DIRECTORY;
+}
+
 sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
 {
     bool exists;

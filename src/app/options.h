@@ -15,6 +15,7 @@ typedef struct sc_options {
     const char *output;        /* -o */
     const char *frames;        /* --frames */
     int slice, slices;         /* --slice I/N; slices 0: not given */
+    const char *to;            /* --to of segcast tables */
     const char *size;          /* --size of the phantom, as given */
     long frame;                /* --frame; -1: not given */
     int threads;               /* --threads or SEGCAST_THREADS; 0: not given */
@@ -56,6 +57,9 @@ sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, cons
 
 /* ---- input.c: what users have given instead of what a command takes ---- */
 
+/* @return whether a path names a volume, or a directory, which may hold masks: by the end of the
+ * name, else by the first bytes. */
+bool sc_input_is_volume(const char *path);
 /* Log, where the first word of the command line is a job, a volume or a folder, which command takes
  * it. It may look into the file. @return SC_ERR_USAGE; SC_OK, with nothing logged, for another
  * word.

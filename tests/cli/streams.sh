@@ -18,6 +18,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     join | verify | status | report) echo 'done' ;;
     study) echo study.yaml -o "study$RANDOM$RANDOM" ;;
     init) echo heart.nrrd -o - ;;
+    tables) echo heart.nrrd -o - --to json ;;
     keys) echo render ;;
     calibrate) ;;
     help | version | -*) ;;

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast tables: a label table in the format of another program. */
+#include "app.h"
+
+#include "segcast/label_files.h"
+
+#include <string.h>
+
+/* Choose the format to be written, by --to or by the ending of the file. @return SC_ERR_USAGE. */
+static sc_status choose_writer(const sc_app *app, const sc_table_writer **out)
+{
+    const char *names[16], *nearest;
+    size_t count = 0;
+
+    while (count < SC_COUNT_OF(names) && sc_table_writer_name(count)) {
+        names[count] = sc_table_writer_name(count);
+        count++;
+    }
+    *out = app->options.to ? sc_table_writer_find(app->options.to)
+                           : sc_table_writer_for(app->options.output);
+    if (*out)
+        return SC_OK;
+    if (!app->options.to)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "%s: its ending does not tell the format to be written; give it as --to "
+                       "NAME, for example --to freesurfer (`segcast help tables` lists all)",
+                       app->options.output);
+    nearest = sc_nearest_word(app->options.to, names, count);
+    return sc_fail(app->ctx, SC_ERR_USAGE, "--to is \"%s\"; %s%s%s", app->options.to,
+                   nearest ? "did you mean \"" : "`segcast help tables` lists the formats",
+                   nearest ? nearest : "", nearest ? "\"?" : "");
+}
+
+/* Read the table of the input: a label table, or what the header of a volume says of its labels.
+ * Caller owns *out: sc_label_table_clear. */
+static sc_status read_table(const sc_app *app, const sc_job *job, sc_label_table *out)
+{
+    const char *path = app->options.input;
+    sc_label_scan scan = {0};
+    sc_status status;
+
+    if (!sc_input_is_volume(path))
+        return sc_label_table_read(app->ctx, path, (sc_table_format)job->labels_format, out);
+    SC_TRY(sc_volume_read_header(app->ctx, path, &scan));
+    for (int id = 1; id < scan.volume.label_count; id++)
+        SC_TRY(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
+    if (out->count == 0)
+        status = sc_fail(app->ctx, SC_ERR_DATA,
+                         "%s: has no label table in its header; give a label table instead", path);
+out:
+    sc_label_scan_clear(&scan);
+    return status;
+}
+
+/* Write @p text to the output of the command. */
+static sc_status write_text(const sc_app *app, const sc_text *text)
+{
+    const char *path = app->options.output;
+    sc_outfile file = {0};
+    sc_status status;
+
+    if (!strcmp(path, "-")) {
+        fwrite(text->data, 1, text->length_bytes, stdout);
+        return SC_OK;
+    }
+    SC_TRY(sc_outfile_open(app->ctx, path, app->options.overwrite, &file));
+    fwrite(text->data, 1, text->length_bytes, file.stream);
+    SC_TRY(sc_outfile_commit(app->ctx, &file));
+    sc_print_made(path);
+out:
+    sc_outfile_discard(&file);
+    return status;
+}
+
+sc_status sc_cmd_tables(sc_app *app)
+{
+    const sc_table_writer *writer;
+    sc_session session = {0};
+    sc_label_table table = {0};
+    sc_text text = {0};
+    sc_status status;
+
+    if (!app->options.output)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "no file to write: give one as -o FILE, for example -o labels.tsv; -o - "
+                       "writes to standard output");
+    SC_TRY(choose_writer(app, &writer));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_session_job(app, NULL, &session));
+    if (strcmp(app->options.output, "-"))
+        SC_TRY(sc_check_output(app, &session, app->options.output, true));
+    SC_TRY(read_table(app, &session.job, &table));
+    SC_TRY(sc_label_table_print(app->ctx, app->options.output, &table, writer, &text));
+    status = write_text(app, &text);
+out:
+    sc_text_clear(&text);
+    sc_label_table_clear(&table);
+    sc_session_clear(&session);
+    return status;
+}
