@@ -154,8 +154,16 @@ sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3]);
  * names that could stand for several. @return SC_ERR_DATA if there are any. Not collective. */
 sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
                            int label_count);
-/* Read the label table of the job, if it names one, and give @p volume its names and colours. Not
- * collective. */
+/* Find the label table of a volume that has no names, where other programs look for it: for a
+ * "..._dseg.nii.gz" of BIDS, a dseg.tsv whose words the name of the volume has, too, beside it or
+ * above it in the data set; for an MGH file, FreeSurferColorLUT.txt beside it or in
+ * $FREESURFER_HOME. It is told. @param out [SC_PATH_BYTES] its path; empty if there is none. */
+void sc_find_labels(const sc_app *app, const char *volume, char *out);
+/* Read the label table of the job, if it names one, or else, if @p volume has no names, that of
+ * sc_find_labels. Not collective. Caller owns *out, which may be empty: sc_label_table_clear. */
+sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
+                            sc_label_table *out);
+/* Give @p volume the names and colours of its table (sc_read_labels_of). Not collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
 /* Fill in what can be known of the volume of session->job without preparing it: in session->volume
  * its size, geometry and labels, and in its label statistics their voxels and bounding boxes; the

@@ -39,11 +39,9 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
 static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     sc_label_table table = {0};
-    sc_status status = SC_OK;
+    sc_status status;
 
-    if (job->labels[0])
-        SC_TRY(sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format,
-                                   &table));
+    SC_TRY(sc_read_labels_of(app, job, volume, &table));
     for (size_t i = 0; i < job->rule_count; i++)
         SC_TRY(add_number(app->ctx, job->rules[i].pattern, &table));
     for (size_t i = 0; i < job->exception_count; i++)

@@ -57,15 +57,34 @@ out:
     return status;
 }
 
+/* @return whether a table has named a label of @p volume. */
+static bool has_names(const sc_volume *volume)
+{
+    for (int id = 1; id < volume->label_count; id++) {
+        if (volume->labels[id].name[0])
+            return true;
+    }
+    return false;
+}
+
+sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
+                            sc_label_table *out)
+{
+    char found[SC_PATH_BYTES];
+
+    if (job->labels[0])
+        return sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, out);
+    if (has_names(volume))
+        return SC_OK;
+    sc_find_labels(app, job->volume, found);
+    return found[0] ? sc_label_table_read(app->ctx, found, SC_TABLE_AUTO, out) : SC_OK;
+}
+
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
     sc_label_table table = {0};
-    sc_status status;
+    const sc_status status = sc_read_labels_of(app, job, volume, &table);
 
-    if (!job->labels[0])
-        return SC_OK;
-    status =
-        sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, &table);
     if (status == SC_OK)
         sc_volume_apply_table(volume, &table);
     sc_label_table_clear(&table);

@@ -42,3 +42,59 @@ expect 66 'nothing.tsv' "$SEGCAST" tables nothing.tsv -o new.json; one_error
 echo '# nothing' >empty.txt
 expect 65 'expected one a line' "$SEGCAST" tables empty.txt -o new.json; one_error
 expect 0 'cannot hold, and does not have: the colours of 2 labels' "$SEGCAST" tables heart.tsv -o new.txt --to neuroglancer
+
+# Tables where other programs look for them: those of BIDS, also inherited, and the look-up table of FreeSurfer.
+command -v python3 >/dev/null || exit 0
+mkdir -p bids/sub-01/anat elsewhere/anat
+to_nifti() { # to_nifti OUT: a NIfTI file of 2 x 2 x 2 voxels, four of label 1 and four of label 2
+    python3 - "$1" <<'PY'
+import struct, sys
+header = bytearray(352)
+struct.pack_into("<i", header, 0, 348)
+struct.pack_into("<8h", header, 40, 3, 2, 2, 2, 1, 1, 1, 1)
+struct.pack_into("<hh", header, 70, 2, 8)
+struct.pack_into("<8f", header, 76, 1, 1, 1, 1, 0, 0, 0, 0)
+struct.pack_into("<fff", header, 108, 352, 1, 0)
+struct.pack_into("<hh", header, 252, 0, 2)
+struct.pack_into("<12f", header, 280, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0)
+header[344:348] = b"n+1\0"
+open(sys.argv[1], "wb").write(bytes(header) + bytes([1, 2] * 4))
+PY
+}
+name_of() { # name_of VOLUME: the name of its label 1, or what was wrong
+    "$SEGCAST" info "$1" --json -q 2>said.txt | jq -r '.labels[1].name' || cat said.txt
+}
+volume=bids/sub-01/anat/sub-01_desc-aseg_dseg.nii
+to_nifti $volume
+[ "$(name_of $volume)" = "" ] || fail "a volume without a table has a name: $(name_of $volume)"
+echo '{}' >bids/dataset_description.json
+sed 's/left atrium/root/' heart.tsv >bids/dseg.tsv
+sed 's/left atrium/wrong/' heart.tsv >bids/desc-other_dseg.tsv
+[ "$(name_of $volume)" = root ] || fail "the inherited table is not found: \"$(name_of $volume)\""
+sed 's/left atrium/aseg/' heart.tsv >bids/desc-aseg_dseg.tsv
+[ "$(name_of $volume)" = aseg ] || fail "the table that fits best is not taken: \"$(name_of $volume)\""
+sed 's/left atrium/beside/' heart.tsv >bids/sub-01/anat/sub-01_desc-aseg_dseg.tsv
+[ "$(name_of $volume)" = beside ] || fail "the table beside the volume is not found: \"$(name_of $volume)\""
+[ "$(cd bids/sub-01/anat && name_of sub-01_desc-aseg_dseg.nii)" = beside ] || fail "it is not found from its own directory"
+expect 0 'names and colours come from .*sub-01_desc-aseg_dseg.tsv' "$SEGCAST" info $volume
+"$SEGCAST" info $volume --labels heart.tsv --json -q | jq -e '.labels[1].name == "left atrium"' >/dev/null || fail "--labels does not win"
+cp $volume elsewhere/anat/sub-01_dseg.nii
+cp heart.tsv elsewhere/dseg.tsv
+[ "$(name_of elsewhere/anat/sub-01_dseg.nii)" = "" ] || fail "a table above a volume of no data set was taken"
+
+# Of FreeSurfer: beside the volume, or where the program is installed.
+python3 - <<'PY'
+import struct
+header = bytearray(284)
+struct.pack_into(">7i", header, 0, 1, 2, 2, 2, 1, 0, 0)
+struct.pack_into(">h", header, 28, 1)
+struct.pack_into(">15f", header, 30, 1, 1, 1, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0, 0)
+open("aseg.mgh", "wb").write(bytes(header) + bytes([17, 53] * 4))
+PY
+mkdir installed beside
+printf '17  Left-Hippocampus  220 216 20  0\n53  Right-Hippocampus  220 216 20  0\n' >installed/FreeSurferColorLUT.txt
+export FREESURFER_HOME=$PWD/installed
+[ "$(name_of aseg.mgh)" = Left-Hippocampus ] || fail "the table of FreeSurfer is not found: $(name_of aseg.mgh)"
+cp aseg.mgh beside
+sed 's/Left/Own/' installed/FreeSurferColorLUT.txt >beside/FreeSurferColorLUT.txt
+[ "$(name_of beside/aseg.mgh)" = Own-Hippocampus ] || fail "the table beside the volume does not win"

@@ -10,9 +10,8 @@ static void print_all(const sc_label_table *table)
 {
     for (size_t i = 0; sc_table_writer_name(i); i++) {
         sc_text text = {0};
-        const sc_status status =
-            sc_label_table_print(&fuzz_ctx, "output", table,
-                                 sc_table_writer_find(sc_table_writer_name(i)), &text);
+        const sc_status status = sc_label_table_print(
+            &fuzz_ctx, "output", table, sc_table_writer_find(sc_table_writer_name(i)), &text);
 
         FUZZ_CHECK(status == SC_OK ? text.length_bytes > 0 : status == SC_ERR_DATA);
         sc_text_clear(&text);
