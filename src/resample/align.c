@@ -14,6 +14,7 @@
 enum {
     MOST_SHIFT = 6, /* pixels from one slice to the next that are looked for */
     SHIFTS = 2 * MOST_SHIFT + 1,
+    COMPARED = 16,      /* labels side by side: SHIFTS, and some whose result is not used */
     FEWEST_PIXELS = 64, /* near borders; slices with fewer say nothing */
     FEWEST_SLICES = 12,
     FEW_PAIRS = 24, /* of slices that tell whether the others are looked at */
@@ -54,7 +55,8 @@ static void fetch_slice(const slices *s, size_t z, uint16_t *to)
 }
 
 /* Write the indices of the pixels of a slice beside another label to @p at. Those at most
- * MOST_SHIFT from an edge are left out. @return how many there are. */
+ * MOST_SHIFT from an edge are left out, so that COMPARED labels around each lie in a slice. @return
+ * how many there are. */
 static int find_borders(const slices *s, const uint16_t *slice, uint32_t *at)
 {
     const int nx = s->view->size[s->axes[0]], ny = s->view->size[s->axes[1]];
@@ -73,15 +75,27 @@ static int find_borders(const slices *s, const uint16_t *slice, uint32_t *at)
     return count;
 }
 
-/* @return how many of the pixels @p at have the same label in @p before, @p step pixels further. */
-static int matches(const uint16_t *slice, const uint16_t *before, const uint32_t *at, int count,
-                   ptrdiff_t step)
+/* Count, for each shift along x, the pixels @p at that have the same label in @p before, shifted by
+ * that and by @p step pixels. For each pixel the labels around it are compared side by side, which
+ * compilers turn into vector instructions. @param found [SHIFTS], from -MOST_SHIFT on. */
+static void count_matches(const uint16_t *slice, const uint16_t *before, const uint32_t *at,
+                          int count, ptrdiff_t step, int found[SHIFTS])
 {
-    int same = 0;
+    memset(found, 0, SHIFTS * sizeof *found);
+    for (int begin = 0; begin < count; begin += UINT16_MAX) {
+        const int end = count - begin < UINT16_MAX ? count : begin + UINT16_MAX;
+        uint16_t same[COMPARED] = {0}; /* of at most UINT16_MAX pixels */
 
-    for (int i = 0; i < count; i++)
-        same += before[(ptrdiff_t)at[i] + step] == slice[at[i]];
-    return same;
+        for (int i = begin; i < end; i++) {
+            const uint16_t *around = before + (ptrdiff_t)at[i] + step - MOST_SHIFT;
+            const uint16_t id = slice[at[i]];
+
+            for (int x = 0; x < COMPARED; x++)
+                same[x] = (uint16_t)(same[x] + (around[x] == id));
+        }
+        for (int x = 0; x < SHIFTS; x++)
+            found[x] += same[x];
+    }
 }
 
 /* @return where the parabola through three values has its top, from -0.5 to 0.5. */
@@ -104,13 +118,8 @@ static void find_shift(const slices *s, const uint16_t *slice, const uint16_t *b
     shift[0] = shift[1] = NAN;
     if (count < FEWEST_PIXELS)
         return;
-    for (int y = 0; y < SHIFTS; y++) {
-        for (int x = 0; x < SHIFTS; x++) {
-            const int dx = x - MOST_SHIFT, dy = y - MOST_SHIFT;
-
-            found[y][x] = matches(slice, before, at, count, (ptrdiff_t)dy * nx + dx);
-        }
-    }
+    for (int y = 0; y < SHIFTS; y++)
+        count_matches(slice, before, at, count, (ptrdiff_t)(y - MOST_SHIFT) * nx, found[y]);
     for (int y = 1; y < SHIFTS - 1; y++) {
         for (int x = 1; x < SHIFTS - 1; x++) {
             if (found[y][x] > found[best[1]][best[0]]) {
