@@ -16,7 +16,7 @@
  * To be fast, one label at a time is filtered for all vertices of a brick. Each row of the window
  * around the brick becomes 16 bits that say which vertices carry the label. Tables hold, for every
  * pattern of 16 bits, the weighted sums for the four vertices of the brick along the row. */
-#include "filters.h"
+#include "gradients.h"
 
 #include <string.h>
 #ifdef __SSE2__
@@ -24,29 +24,20 @@
 #endif
 
 enum {
-    RADIUS = 6,                     /* of both filters, in vertices */
-    WINDOW = SC_BRICK + 2 * RADIUS, /* edge of the block of vertices that a brick depends on: 16 */
-    TAPS = 2 * RADIUS + 1,
-    PATTERNS = 1 << WINDOW,
-    ROWS = WINDOW * WINDOW
+    RADIUS = SC_FIELD_RADIUS,
+    WINDOW = SC_FIELD_WINDOW,
+    TAPS = SC_FIELD_TAPS,
+    PATTERNS = SC_FIELD_PATTERNS,
+    ROWS = SC_FIELD_ROWS
 };
 
 typedef sc_quad quad;
 
 /* A row of the window in which the filter for weights is not 0. */
 typedef struct weight_row {
-    int offset;       /* rows of the window before it, for the brick's vertices at y = z = 0 */
-    int table;        /* which table applies to it: rows at the same distance share one */
-    const quad *sums; /* that table, [PATTERNS], borrowed from filters.weight_tables */
+    int offset; /* rows of the window before it, for the brick's vertices at y = z = 0 */
+    int table;  /* which table applies to it: rows at the same distance share one */
 } weight_row;
-
-/* A filter for normals: a Gaussian and its derivative, scaled so that the gradient at a flat
- * interface has length 1. */
-typedef struct normal_filter {
-    quad (*table)[2];     /* [PATTERNS], owned: a row's smoothed value and derivative along x */
-    float value[3][TAPS]; /* taps of the Gaussian along each axis, of sum 1 */
-    float slope[3][TAPS]; /* taps of its derivative along each axis */
-} normal_filter;
 
 /* The filters of a volume, which the threads share. The tables are owned. */
 typedef struct filters {
@@ -56,8 +47,10 @@ typedef struct filters {
     const uint8_t *marked;        /* [brick_count], borrowed: which bricks to do; NULL: all */
     weight_row rows[TAPS * TAPS]; /* [row_count] of them */
     int row_count, table_count;
-    quad *weight_tables; /* [table_count][PATTERNS]; NULL where surfaces are crisp (smooth 0) */
-    normal_filter wide, narrow;
+    quad *weight_tables; /* [PATTERNS][table_count], so that what is needed of a row lies together;
+                            NULL where surfaces are crisp (smooth 0) */
+    sc_normal_filter wide, narrow;
+    sc_gradients_fn *find_gradients; /* the fastest for this processor */
     double to_mm[3][3]; /* gradient per reference voxel along the axes of the grid -> RAS */
 } filters;
 
@@ -98,7 +91,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
             if (sc_weight_filter_at(&w, square) != 0)
                 f->rows[f->row_count++] =
                     (weight_row){(dz + RADIUS) * WINDOW + dy + RADIUS,
-                                 sc_filter_table_of(squares, &f->table_count, square), NULL};
+                                 sc_filter_table_of(squares, &f->table_count, square)};
         }
     }
     status = sc_alloc(ctx, (size_t)f->table_count * PATTERNS, sizeof(quad), &block);
@@ -106,7 +99,6 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
         return status;
     f->weight_tables = block;
     for (int i = 0; i < f->row_count; i++) {
-        f->rows[i].sums = f->weight_tables + (size_t)f->rows[i].table * PATTERNS;
         for (int x = -RADIUS; x <= RADIUS; x++)
             total += sc_weight_filter_at(&w, squares[f->rows[i].table] + squared(x * w.steps[0]));
     }
@@ -116,7 +108,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
         for (int x = -RADIUS; x <= RADIUS; x++)
             taps[x + RADIUS] =
                 (float)(sc_weight_filter_at(&w, squares[t] + squared(x * w.steps[0])) / total);
-        fill_table(f->weight_tables + (size_t)t * PATTERNS, 1, taps);
+        fill_table(f->weight_tables + t, (size_t)f->table_count, taps);
     }
     return SC_OK;
 }
@@ -124,7 +116,7 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 /* Fill @p b with the filter for normals of a given width: a Gaussian and its derivative.
  * @param steps of sc_filter_steps. @param width standard deviation in reference voxels. Returns
  * SC_ERR_MEMORY. */
-static sc_status fill_normal_filter(const sc_ctx *ctx, normal_filter *b, const double steps[3],
+static sc_status fill_normal_filter(const sc_ctx *ctx, sc_normal_filter *b, const double steps[3],
                                     double width)
 {
     void *block;
@@ -154,44 +146,52 @@ static sc_status fill_filters(const sc_ctx *ctx, filters *f)
     SC_TRY(fill_normal_filter(ctx, &f->wide, steps, SC_NORMAL_WIDTH));
     SC_TRY(fill_normal_filter(ctx, &f->narrow, steps, SC_NARROW_WIDTH));
     sc_gradient_to_mm(v, steps, f->to_mm);
+    f->find_gradients = sc_gradients_fastest();
 out:
     return status;
 }
 
 /* The work on one brick. "The current label" is the one that is being filtered. */
 typedef struct brick_work {
-    uint16_t ids[ROWS][WINDOW];           /* labels of the window, [z and y][x] */
-    uint32_t bits[ROWS];                  /* which vertices of a row carry the current label */
-    quad value[ROWS], along_x[ROWS];      /* [z][y]: rows filtered along x */
-    quad flat[WINDOW][SC_BRICK];          /* [z][y]: filtered along x and y */
-    quad along_xy[WINDOW][SC_BRICK][2];   /* the derivatives along x and y, in the same layout */
-    float gradient[SC_BRICK_VERTICES][3]; /* of the current label, per reference voxel, along the
-                                             axes of the grid */
-    uint16_t labels[ROWS * WINDOW];       /* the distinct labels of the window */
+    uint16_t ids[ROWS][WINDOW];     /* labels of the window, [z and y][x] */
+    uint32_t bits[ROWS];            /* which vertices of a row carry the current label */
+    const quad *sums[ROWS];         /* [table_count] of weight_tables: of the row's bits */
+    sc_gradients gradients;         /* of the current label */
+    uint16_t labels[ROWS * WINDOW]; /* the distinct labels of the window */
     /* results */
     float own[SC_BRICK_VERTICES];        /* smoothed membership of a vertex's own label */
     float other[SC_BRICK_VERTICES];      /* the largest one of any other label */
     float outward[SC_BRICK_VERTICES][3]; /* gradient of a vertex's own label, negated */
 } brick_work;
 
-/* Write the labels of the window around the brick whose lowest vertex is @p low to w->ids; vertices
- * outside of the volume get the label of the nearest voxel. */
-static void fetch_window(const sc_volume *v, const int low[3], brick_work *w)
+/* Does the window whose lowest voxel is @p low lie in the volume? */
+static bool is_inside(const sc_volume *v, const int low[3])
 {
-    const int x0 = low[0] - 1 - RADIUS;
+    for (int i = 0; i < 3; i++) {
+        if (low[i] < 0 || low[i] + WINDOW > v->size[i])
+            return false;
+    }
+    return true;
+}
+
+/* Write the labels of the window around the brick whose lowest vertex is @p vertex to w->ids;
+ * vertices outside of the volume get the label of the nearest voxel. */
+static void fetch_window(const sc_volume *v, const int vertex[3], brick_work *w)
+{
+    const int low[3] = {vertex[0] - 1 - RADIUS, vertex[1] - 1 - RADIUS, vertex[2] - 1 - RADIUS};
+    const size_t line = (size_t)v->size[0], layer = line * (size_t)v->size[1];
+    const bool inside = is_inside(v, low);
+    const size_t first =
+        inside ? (size_t)low[2] * layer + (size_t)low[1] * line + (size_t)low[0] : 0;
 
     for (int row = 0; row < ROWS; row++) {
-        const int y = low[1] - 1 - RADIUS + row % WINDOW, z = low[2] - 1 - RADIUS + row / WINDOW;
+        const size_t y = (size_t)row % WINDOW, z = (size_t)row / WINDOW;
 
-        if (x0 >= 0 && x0 + WINDOW <= v->size[0] && y >= 0 && z >= 0 && y < v->size[1] &&
-            z < v->size[2]) {
-            sc_copy_ids(
-                v, ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0] + (size_t)x0,
-                WINDOW, w->ids[row]);
-            continue;
-        }
-        for (int x = 0; x < WINDOW; x++)
-            w->ids[row][x] = (uint16_t)sc_id_or_nearest(v, x0 + x, y, z);
+        if (inside)
+            sc_copy_ids(v, first + z * layer + y * line, WINDOW, w->ids[row]);
+        for (int x = 0; x < WINDOW && !inside; x++)
+            w->ids[row][x] =
+                (uint16_t)sc_id_or_nearest(v, low[0] + x, low[1] + (int)y, low[2] + (int)z);
     }
 }
 
@@ -226,61 +226,22 @@ static void fill_bits(brick_work *w, uint16_t id)
         w->bits[row] = row_bits(w->ids[row], id);
 }
 
-/* Write the gradients of the current label (w->bits) at all vertices of the brick to w->gradient:
- * filtered along x by the table, then along y and z tap by tap. */
-static void find_gradients(const normal_filter *b, brick_work *w)
+/* Write the smoothed memberships of the current label at the vertices of layers @p z and z + 1 of
+ * the brick to @p out, [z][y][x]. The eight sums do not depend on each other, so that the processor
+ * adds to all of them at once. */
+static void memberships_of(const filters *f, const brick_work *w, int z, quad out[2][SC_BRICK])
 {
-    for (int row = 0; row < ROWS; row++) {
-        const quad *sums = b->table[w->bits[row]];
-
-        w->value[row] = sums[0];
-        w->along_x[row] = sums[1];
-    }
-    for (int z = 0; z < WINDOW; z++) {
-        for (int y = 0; y < SC_BRICK; y++) {
-            const int row = z * WINDOW + y;
-            quad flat = {0}, along_x = {0}, along_y = {0};
-
-            for (int i = 0; i < TAPS; i++) {
-                flat += w->value[row + i] * b->value[1][i];
-                along_y += w->value[row + i] * b->slope[1][i];
-                along_x += w->along_x[row + i] * b->value[1][i];
-            }
-            w->flat[z][y] = flat;
-            w->along_xy[z][y][0] = along_x;
-            w->along_xy[z][y][1] = along_y;
-        }
-    }
-    for (int bit = 0; bit < SC_BRICK_VERTICES; bit += SC_BRICK) {
-        const int y = sc_bit_y(bit), z = sc_bit_z(bit);
-        quad along[3] = {{0}, {0}, {0}};
-
-        for (int i = 0; i < TAPS; i++) {
-            along[0] += w->along_xy[z + i][y][0] * b->value[2][i];
-            along[1] += w->along_xy[z + i][y][1] * b->value[2][i];
-            along[2] += w->flat[z + i][y] * b->slope[2][i];
-        }
-        for (int x = 0; x < SC_BRICK; x++) {
-            for (int axis = 0; axis < 3; axis++)
-                w->gradient[bit + x][axis] = along[axis][x];
-        }
-    }
-}
-
-/* Write the smoothed memberships of the current label at the sixteen vertices of layer @p z of the
- * brick to @p out, [y][x]. The four sums do not depend on each other, so that the processor adds to
- * all of them at once. */
-static void memberships_of(const filters *f, const brick_work *w, int z, quad out[SC_BRICK])
-{
-    const uint32_t *bits = w->bits + z * WINDOW;
-    quad sum[SC_BRICK] = {{0}};
+    const quad *const *sums = w->sums + z * WINDOW;
+    quad sum[2][SC_BRICK] = {{{0}}};
 
     for (int i = 0; i < f->row_count; i++) {
-        const quad *sums = f->rows[i].sums;
-        const uint32_t *row = bits + f->rows[i].offset;
+        const quad *const *row = sums + f->rows[i].offset;
+        const ptrdiff_t table = f->rows[i].table;
 
-        for (int y = 0; y < SC_BRICK; y++)
-            sum[y] += sums[row[y]];
+        for (int y = 0; y < SC_BRICK; y++) {
+            sum[0][y] += row[y][table];
+            sum[1][y] += row[WINDOW + y][table];
+        }
     }
     memcpy(out, sum, sizeof sum);
 }
@@ -308,17 +269,21 @@ static uint64_t vertices_of(const brick_work *w, uint64_t mask, uint16_t id)
 
 /* Set w->own of the vertices of @p own, which carry the current label, to its smoothed membership,
  * and raise w->other of all others to it. Does nothing where surfaces are crisp.
- * @param mask vertices near an interface; whole layers without one are left out. */
+ * @param mask vertices near an interface; pairs of layers without one are left out. */
 static void update_memberships(const filters *f, brick_work *w, uint64_t mask, uint64_t own)
 {
-    for (int first = 0; first < SC_BRICK_VERTICES && f->weight_tables; first += SC_BRICK_LAYER) {
-        quad memberships[SC_BRICK];
+    for (int row = 0; row < ROWS && f->weight_tables; row++)
+        w->sums[row] = f->weight_tables + (size_t)w->bits[row] * (size_t)f->table_count;
+    for (int z = 0; z < SC_BRICK && f->weight_tables; z += 2) {
+        const int first = sc_brick_bit(0, 0, z), end = first + 2 * SC_BRICK_LAYER;
+        quad memberships[2][SC_BRICK];
 
-        if (!(mask >> first & SC_BRICK_LAYER_BITS))
+        if (!(mask >> first &
+              ((uint64_t)SC_BRICK_LAYER_BITS << SC_BRICK_LAYER | SC_BRICK_LAYER_BITS)))
             continue;
-        memberships_of(f, w, sc_bit_z(first), memberships);
-        for (int bit = first; bit < first + SC_BRICK_LAYER; bit++) {
-            const float membership = memberships[sc_bit_y(bit)][sc_bit_x(bit)];
+        memberships_of(f, w, z, memberships);
+        for (int bit = first; bit < end; bit++) {
+            const float membership = memberships[sc_bit_z(bit) - z][sc_bit_y(bit)][sc_bit_x(bit)];
 
             if (own >> bit & 1)
                 w->own[bit] = membership;
@@ -329,29 +294,30 @@ static void update_memberships(const filters *f, brick_work *w, uint64_t mask, u
 }
 
 /* Set w->outward of the vertices of @p mask against the rise of the current label: by the wide
- * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradient. */
+ * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradients. */
 static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
 {
+    const float(*along)[SC_BRICK_VERTICES] = w->gradients.along;
     uint64_t thin = 0;
 
-    find_gradients(&f->wide, w);
+    f->find_gradients(&f->wide, w->bits, mask, &w->gradients);
     for (uint64_t left = mask; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
 
         for (int i = 0; i < 3; i++)
-            w->outward[bit][i] = -w->gradient[bit][i]; /* against the rise of the label */
+            w->outward[bit][i] = -along[i][bit]; /* against the rise of the label */
         if (sc_gradient_length(w->outward[bit]) < SC_THIN_FROM)
             thin |= 1ull << bit;
     }
     if (!thin)
         return;
-    find_gradients(&f->narrow, w);
+    f->find_gradients(&f->narrow, w->bits, thin, &w->gradients);
     for (; thin; thin &= thin - 1) {
         const int bit = __builtin_ctzll(thin);
         const float share = sc_thin_share(sc_gradient_length(w->outward[bit]));
 
         for (int i = 0; i < 3; i++)
-            w->outward[bit][i] += share * (-w->gradient[bit][i] - w->outward[bit][i]);
+            w->outward[bit][i] += share * (-along[i][bit] - w->outward[bit][i]);
     }
 }
 
@@ -379,10 +345,11 @@ static int find_labels(brick_work *w, uint64_t mask)
 
         for (int i = 1; i < carried; i++)
             known |= row_bits(w->ids[row], w->labels[i]);
-        for (uint32_t left = ~known & (PATTERNS - 1); left; left &= left - 1) {
+        for (uint32_t left = ~known & (PATTERNS - 1), found; left; left &= ~found) {
             const uint16_t id = w->ids[row][__builtin_ctz(left)];
             int i = carried;
 
+            found = row_bits(w->ids[row], id);
             while (i < count && w->labels[i] != id)
                 i++;
             if (i == count)
