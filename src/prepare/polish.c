@@ -47,13 +47,34 @@ static void direction_of(uint32_t record, float out[3])
     sc_record_normal(record & SC_RECORD_DIRECTION_BITS, out);
 }
 
-/* Write the dense ids of a brick's vertices near an interface to @p labels, by bit; those of other
- * vertices are not written. */
+/* Does a brick hold vertices outside of the volume, or voxels at its border? */
+static bool at_border(const sc_preparation *p, const int low[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (low[i] < 2 || low[i] + SC_BRICK > p->volume->size[i])
+            return true;
+    }
+    return false;
+}
+
+/* Write the dense ids of a brick's vertices near an interface to @p labels, by bit; what is written
+ * for other vertices says nothing. */
 static void labels_of(const sc_preparation *p, size_t brick, uint16_t labels[SC_BRICK_VERTICES])
 {
+    const sc_volume *v = p->volume;
+    const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
+    size_t first;
     int low[3];
 
     sc_brick_low(p->bricks, brick, low);
+    first = ((size_t)low[2] - 1) * layer + ((size_t)low[1] - 1) * row + (size_t)low[0] - 1;
+    if (!at_border(p, low)) {
+        for (int bit = 0; bit < SC_BRICK_VERTICES; bit++)
+            labels[bit] =
+                (uint16_t)sc_id_at(v, first + (size_t)sc_bit_z(bit) * layer +
+                                          (size_t)sc_bit_y(bit) * row + (size_t)sc_bit_x(bit));
+        return;
+    }
     for (uint64_t left = p->near[brick]; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
 
@@ -74,16 +95,6 @@ static entry *entry_of(entry *entries, uint32_t label)
         return &entries[i];
     }
     return NULL;
-}
-
-/* Does a brick hold vertices outside of the volume, or voxels at its border? */
-static bool at_border(const sc_preparation *p, const int low[3])
-{
-    for (int i = 0; i < 3; i++) {
-        if (low[i] < 2 || low[i] + SC_BRICK > p->volume->size[i])
-            return true;
-    }
-    return false;
 }
 
 /* @return those of a brick's vertices near an interface whose records have a direction: not those
@@ -149,10 +160,19 @@ static void sum_bricks(void *user, size_t begin, size_t end, int thread)
 static void find_neighbours(const polish *w, size_t brick, const entry *out[27])
 {
     const sc_preparation *p = w->p;
+    const size_t row = (size_t)p->bricks[0], layer = row * (size_t)p->bricks[1];
+    bool inner = true;
     int at[3];
 
     sc_brick_at(p->bricks, brick, at);
-    for (int n = 0; n < 27; n++) {
+    for (int i = 0; i < 3; i++)
+        inner = inner && at[i] > 0 && at[i] + 1 < p->bricks[i];
+    for (size_t n = 0; n < 27 && inner; n++)
+        out[n] =
+            w->entries +
+            ENTRIES *
+                (size_t)w->slot[brick - layer - row - 1 + n / 9 * layer + n / 3 % 3 * row + n % 3];
+    for (int n = 0; n < 27 && !inner; n++) {
         const int x = at[0] + n % 3 - 1, y = at[1] + n / 3 % 3 - 1, z = at[2] + n / 9 - 1;
         const bool inside =
             x >= 0 && y >= 0 && z >= 0 && x < p->bricks[0] && y < p->bricks[1] && z < p->bricks[2];

@@ -54,19 +54,25 @@ static bool is_inner(const sc_volume *v, int x, int y, int z)
            z < v->size[2] - 1;
 }
 
-/* Write the labels of the voxel (x, y, z) and its neighbours to @p ids; outside of the
+/* Write the labels of the voxel (x, y, z) and its neighbours to @p ids [AROUND]; outside of the
  * volume, those of the nearest voxels. */
-static void fetch_around(const sc_volume *v, int x, int y, int z, uint32_t ids[AROUND])
+static void fetch_around(const sc_volume *v, int x, int y, int z, uint32_t *ids)
 {
     const size_t row = (size_t)v->size[0], layer = row * (size_t)v->size[1];
-    const bool inner = is_inner(v, x, y, z);
-    const size_t low =
-        inner ? (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1) : 0;
+    size_t low;
 
-    for (int i = 0; i < AROUND; i++)
-        ids[i] = inner ? sc_id_at(v, low + (size_t)(i / 9) * layer + (size_t)(i / 3 % 3) * row +
-                                         (size_t)(i % 3))
-                       : sc_id_or_nearest(v, x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1);
+    if (!is_inner(v, x, y, z)) {
+        for (int i = 0; i < AROUND; i++)
+            ids[i] = sc_id_or_nearest(v, x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1);
+        return;
+    }
+    low = (size_t)(z - 1) * layer + (size_t)(y - 1) * row + (size_t)(x - 1);
+    for (size_t dz = 0; dz < 3; dz++) {
+        for (size_t dy = 0; dy < 3; dy++) {
+            for (size_t dx = 0; dx < 3; dx++)
+                *ids++ = sc_id_at(v, low + dz * layer + dy * row + dx);
+        }
+    }
 }
 
 /* May a voxel, an sc_boundary_voxel, be one of a sheet? False if fewer than two of the voxels that

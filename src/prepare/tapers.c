@@ -340,14 +340,27 @@ static void append_row(faces *list, uint32_t row, int z, int y)
         list->at[list->count++] = (face){(uint8_t)__builtin_ctz(row), (uint8_t)y, (uint8_t)z};
 }
 
-/* Find the faces that the current layer covers, and its gaps, near the brick. w->covered has the
- * voxels with one or more covered faces, w->meet those with a face at which two labels other than
- * the layer's meet. */
+/* Find the gaps of the current layer near the brick. @return how many there are. */
+static int find_gaps(brick_work *w)
+{
+    w->gap_faces.count = 0;
+    for (int z = MARGIN - NEAR; z < SIDE - (MARGIN - NEAR); z++) {
+        for (int y = MARGIN - NEAR; y < SIDE - (MARGIN - NEAR); y++) {
+            for (int axis = 0; axis < 3; axis++)
+                append_row(&w->gap_faces, gap_row(w, z, y, axis), z, y);
+        }
+    }
+    return w->gap_faces.count;
+}
+
+/* Find the faces that the current layer covers near the brick. w->covered has the voxels with one
+ * or more covered faces, w->meet those with a face at which two labels other than the layer's meet.
+ */
 static void find_faces(brick_work *w)
 {
     memset(w->covered, 0, sizeof w->covered);
     memset(w->meet, 0, sizeof w->meet);
-    w->covered_faces.count = w->gap_faces.count = 0;
+    w->covered_faces.count = 0;
     for (int z = 1; z < SIDE - RUN_MAX; z++) {
         for (int y = 1; y < SIDE - RUN_MAX; y++) {
             for (int axis = 0; axis < 3; axis++) {
@@ -357,7 +370,6 @@ static void find_faces(brick_work *w)
                 w->meet[z][y] |=
                     w->changes[axis][z][y] & ~w->own[z][y] & ~moved(w->own, z, y, axis, 1);
                 append_row(&w->covered_faces, covered, z, y);
-                append_row(&w->gap_faces, gap_row(w, z, y, axis), z, y);
             }
         }
     }
@@ -462,19 +474,22 @@ static uint32_t fade_at(const tapers *t, const brick_work *w, const int at[3])
 static void fade_brick(const tapers *t, brick_work *w, size_t brick)
 {
     const uint64_t near = t->p->near[brick];
+    bool has_changes = false;
     int low[3];
 
     sc_brick_low(t->p->bricks, brick, low);
     fetch_window(t->p->volume, low, w);
     list_layers(w, near);
-    find_changes(w);
     for (int i = 0; i < w->layer_count; i++) {
-        fill_bits(w, w->layers[i].label, w->own);
         fill_bits(w, w->layers[i].low, w->low);
         fill_bits(w, w->layers[i].high, w->high);
+        if (!find_gaps(w))
+            continue; /* as with most layers: nothing is missing */
+        fill_bits(w, w->layers[i].label, w->own);
+        if (!has_changes)
+            find_changes(w);
+        has_changes = true;
         find_faces(w);
-        if (!w->gap_faces.count)
-            continue;
         find_closed(w);
         for (uint64_t left = near; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
