@@ -192,6 +192,9 @@ enum { SC_COVERS_MAX = 5 };
  *  first; NULL: not wanted. @return SC_ERR_MEMORY, with nothing of use written. */
 SC_MUST_USE sc_status sc_find_covers(const sc_ctx *ctx, const sc_volume *volume, const bool *hidden,
                                      int *layers, double *shown);
+/** Find the outermost cover alone: that of layer 1 of sc_find_covers, for nothing hidden.
+ *  @param cover set to its dense id; 0: none. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_find_outer_cover(const sc_ctx *ctx, const sc_volume *volume, int *cover);
 /** @return the volume that was prepared, which borrows ids and labels from @p v: not to be cleared.
  */
 sc_volume sc_volume_of_prepared(const sc_prepared *v);

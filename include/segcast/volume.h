@@ -206,12 +206,16 @@ void sc_label_base_color(int64_t value, uint8_t rgb[3]);
 /** @return a label with sc_label_base_color and no more than its value. */
 sc_label sc_label_new(int64_t value);
 enum { SC_COLORED_LABELS_MAX = 1024 /**< of volumes with more, sc_volume_color does nothing */ };
-/** Give the labels that no table gives a colour one of the palette, so that those that touch can be
- *  told apart, by everybody, and colours repeat as little as possible. It is that of the label's
- *  value unless a label of a smaller value, or one whose colour is given, that it touches looks
- *  much like it: so a colour depends on labels with smaller values alone. @param threads as of
- *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int threads);
+/** @return whether sc_volume_color has anything to do: labels without a colour from a table. */
+bool sc_volume_lacks_colors(const sc_volume *volume);
+/** Give the labels that no table gives a colour one of the palette, so that those that touch or lie
+ *  near each other can be told apart, by everybody, and colours repeat as little as possible. It is
+ *  that of the label's value unless a label of a smaller value, or one whose colour is given, that
+ *  it touches, or that is near it, looks much like it: so a colour depends on labels with smaller
+ *  values alone. @param cover dense id of a tissue that encloses the others (sc_find_outer_cover),
+ *  which gets a pale colour of its own instead; 0: none. @param threads as of sc_parallel_for; the
+ *  result does not depend on it. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, int threads);
 /** A voxel and its 26 neighbours, x fastest, and the place of the voxel itself among them. */
 enum { SC_AROUND = 27, SC_AROUND_CENTRE = 13 };
 /** What a sheet of tissue one voxel thick keeps apart: voxels of different labels, of the same, or

@@ -407,6 +407,20 @@ out:
     return status;
 }
 
+/* Give colours to the tissues that no table gives one. */
+static sc_status color_volume(const sc_app *app, sc_volume *volume)
+{
+    int cover;
+    sc_status status;
+
+    if (!sc_volume_lacks_colors(volume))
+        return SC_OK;
+    SC_TRY(sc_find_outer_cover(app->ctx, volume, &cover));
+    SC_TRY(sc_volume_color(app->ctx, volume, cover, app->threads));
+out:
+    return status;
+}
+
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
  * phantom, or read. Refuses a job that names tissues which the volume has not. */
 static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
@@ -424,7 +438,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
     if (!session->mapped) /* in a prepared file, colours have been found */
-        SC_TRY(sc_volume_color(app->ctx, volume, app->threads));
+        SC_TRY(color_volume(app, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
     status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);

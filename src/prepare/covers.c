@@ -179,6 +179,22 @@ out:
     return status;
 }
 
+sc_status sc_find_outer_cover(const sc_ctx *ctx, const sc_volume *volume, int *cover)
+{
+    uint64_t met[3];
+    const size_t count = (size_t)volume->label_count;
+    void *removed = NULL, *tallies = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, count, sizeof(bool), &removed));
+    SC_TRY(sc_alloc(ctx, 3 * count, sizeof(tally), &tallies));
+    *cover = find_cover(volume, removed, false, tallies, met);
+out:
+    sc_free(removed);
+    sc_free(tallies);
+    return status;
+}
+
 sc_status sc_measure_covers(const sc_ctx *ctx, sc_preparation *p)
 {
     const size_t count = (size_t)p->volume->label_count;

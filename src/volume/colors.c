@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Colours of labels for which no table has one. They come from a palette of colours that sit
  * together: in OKLab all have about the same chroma, five steps of lightness, and are far apart.
- * Every label value has a place in the palette. Where labels that touch would look alike, the one
- * with the larger value takes another place: a greedy colouring of the graph of contacts. */
+ * Every label value has a place in the palette. Where labels that touch, or lie near each other,
+ * would look alike, the one with the larger value takes another place: a greedy colouring of the
+ * graph of contacts. */
 #include "segcast/image.h"
 #include "source.h"
 
@@ -21,6 +22,10 @@ static const uint8_t palette[PALETTE][3] = {
     {197, 195, 104}, {110, 121, 196}, {127, 107, 3},   {207, 145, 212}, {33, 172, 152},
     {183, 97, 125},  {143, 209, 142}, {144, 81, 139},  {151, 164, 243}, {233, 144, 119},
     {61, 125, 62},   {170, 149, 54},  {151, 107, 178}, {189, 122, 183}};
+
+/* What encloses all others is seen most: as light as the lightest of the palette, near that of
+ * skin, and with less than half of their chroma, so that they stand out. */
+static const uint8_t cover_color[3] = {219, 190, 171};
 
 /* @return the place of a label value in the palette: consecutive values have different ones. */
 static int place_of(int64_t value)
@@ -46,19 +51,28 @@ sc_label sc_label_new(int64_t value)
 /* Two colours nearer than this, as the eye sees them, count as the same. */
 #define SAME 0.04
 
-/* @return how bad a contrast is: 0 if it is enough, 1 if there is none. */
-static double penalty(double contrast)
+/* The contrast that labels need which are near each other without touching. */
+#define NEAR_CONTRAST 0.08
+
+/* @return how bad a contrast is: 0 if it is @p enough, 1 if there is none. */
+static double penalty(double contrast, double enough)
 {
-    const double lacking = contrast < SC_CONTRAST ? 1 - contrast / SC_CONTRAST : 0;
+    const double lacking = contrast < enough ? 1 - contrast / enough : 0;
 
     return lacking * lacking;
 }
+
+/* How badly a colour goes beside each of the palette. */
+typedef struct penalties {
+    double touching[PALETTE], near[PALETTE];
+} penalties;
 
 /* The assignment in work. Its arrays belong to sc_volume_color. */
 typedef struct coloring {
     const sc_volume *volume;
     const uint64_t *contact;       /* of sc_count_contacts */
-    double (*penalties)[PALETTE];  /* [label_count]: of each label's colour beside each of the
+    const uint32_t *near;          /* of sc_count_near */
+    penalties *penalties;          /* [label_count]: of each label's colour beside each of the
                                       palette; set for labels that have their final colour */
     bool *colored;                 /* [label_count]: the label has its final colour */
     sc_seen_color places[PALETTE]; /* the palette */
@@ -71,20 +85,27 @@ static void settle(coloring *c, int id)
     const sc_seen_color seen = sc_see_color(c->volume->labels[id].rgb);
 
     for (int i = 0; i < PALETTE; i++) {
-        c->penalties[id][i] = penalty(sc_color_contrast(&seen, &c->places[i]));
+        const double contrast = sc_color_contrast(&seen, &c->places[i]);
+
+        c->penalties[id].touching[i] = penalty(contrast, SC_CONTRAST);
+        c->penalties[id].near[i] = penalty(contrast, NEAR_CONTRAST);
         c->uses[i] += sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) < SAME;
     }
     c->colored[id] = true;
 }
 
 /* Choose a colour for a label: the one of its place, unless it looks like that of labels that it
- * touches, each counting by its share of the contact area, or is used more often than others. */
+ * touches or that are near it, or is used more often than others. */
 static void choose(coloring *c, int id, int colored_count)
 {
-    /* Touching at all, being one of several labels with a colour, and leaving one's place. */
-    const double touch = 0.02, repeat = 0.01 / (1 + (double)colored_count / PALETTE), move = 0.003;
+    /* Touching at all, being near with every part, being one of several labels with a colour, and
+     * leaving one's place. */
+    const double touch = 0.02, nearness = 0.1;
+    const double repeat = 0.01 / (1 + (double)colored_count / PALETTE), move = 0.003;
     const int count = c->volume->label_count, home = place_of(c->volume->labels[id].value);
     const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
+    const uint32_t *near = c->near + (size_t)id * (size_t)count;
+    const double blocks = near[id] > 0 ? near[id] : 1;
     double total = 0, costs[PALETTE];
     int best = home;
 
@@ -93,53 +114,76 @@ static void choose(coloring *c, int id, int colored_count)
     for (int i = 0; i < PALETTE; i++)
         costs[i] = repeat * c->uses[i] + (i == home ? 0 : move);
     for (int other = 1; other < count; other++) {
-        const double weight = contact[other] ? touch + (double)contact[other] / total : 0;
+        const double touching = contact[other] ? touch + (double)contact[other] / total : 0;
+        const double nearby = nearness * near[other] / blocks;
 
-        for (int i = 0; i < PALETTE && weight > 0 && c->colored[other]; i++)
-            costs[i] += weight * c->penalties[other][i];
+        for (int i = 0; i < PALETTE && touching + nearby > 0 && c->colored[other]; i++) {
+            costs[i] +=
+                touching * c->penalties[other].touching[i] + nearby * c->penalties[other].near[i];
+        }
     }
     for (int i = 0; i < PALETTE; i++)
         best = costs[i] < costs[best] ? i : best;
     memcpy(c->volume->labels[id].rgb, palette[best], 3);
 }
 
-sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int threads)
+/* Give a colour to all labels that have none, one after the other by value. */
+static void color_all(coloring *c, int cover)
 {
-    const size_t count = (size_t)volume->label_count;
-    coloring c = {.volume = volume};
-    void *penalties = NULL, *colored = NULL;
-    uint64_t *contact = NULL;
+    const int count = c->volume->label_count;
     int settled = 0;
-    bool open = false;
-    sc_status status = SC_OK;
 
-    for (size_t id = 1; id < count; id++)
-        open = open || !volume->labels[id].has_color;
-    if (!open || count > SC_COLORED_LABELS_MAX)
-        return SC_OK;
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.penalties, &penalties));
-    SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
-    SC_TRY(sc_count_contacts(ctx, volume, threads, &contact));
-    c.penalties = penalties;
-    c.colored = colored;
-    c.contact = contact;
     for (int i = 0; i < PALETTE; i++)
-        c.places[i] = sc_see_color(palette[i]);
-    for (int id = 1; id < volume->label_count; id++) {
-        if (volume->labels[id].has_color) {
-            settle(&c, id);
+        c->places[i] = sc_see_color(palette[i]);
+    if (cover > 0 && !c->volume->labels[cover].has_color)
+        memcpy(c->volume->labels[cover].rgb, cover_color, 3);
+    for (int id = 1; id < count; id++) {
+        if (c->volume->labels[id].has_color || id == cover) {
+            settle(c, id);
             settled++;
         }
     }
-    for (int id = 1; id < volume->label_count; id++) {
-        if (!volume->labels[id].has_color) {
-            choose(&c, id, settled++);
-            settle(&c, id);
+    for (int id = 1; id < count; id++) {
+        if (!c->colored[id]) {
+            choose(c, id, settled++);
+            settle(c, id);
         }
     }
+}
+
+bool sc_volume_lacks_colors(const sc_volume *volume)
+{
+    bool lacks = false;
+
+    for (int id = 1; id < volume->label_count; id++)
+        lacks = lacks || !volume->labels[id].has_color;
+    return lacks && volume->label_count <= SC_COLORED_LABELS_MAX;
+}
+
+sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, int threads)
+{
+    const size_t count = (size_t)volume->label_count;
+    coloring c = {.volume = volume};
+    void *badness = NULL, *colored = NULL;
+    uint64_t *contact = NULL;
+    uint32_t *near = NULL;
+    sc_status status;
+
+    if (!sc_volume_lacks_colors(volume))
+        return SC_OK;
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.penalties, &badness));
+    SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
+    SC_TRY(sc_count_contacts(ctx, volume, threads, &contact));
+    SC_TRY(sc_count_near(ctx, volume, &near));
+    c.penalties = badness;
+    c.colored = colored;
+    c.contact = contact;
+    c.near = near;
+    color_all(&c, cover);
 out:
+    sc_free(near);
     sc_free(contact);
     sc_free(colored);
-    sc_free(penalties);
+    sc_free(badness);
     return status;
 }

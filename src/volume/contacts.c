@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How large the area is on which the labels of a volume touch each other: one pass over the voxels,
- * which compares eight bytes of labels at a time. */
+ * which compares eight bytes of labels at a time. And which labels lie near each other. */
 #include "source.h"
 
 #include <math.h>
@@ -110,4 +110,109 @@ sc_status sc_count_contacts(const sc_ctx *ctx, const sc_volume *volume, int thre
     sum_up(c.areas, count, (size_t)threads);
     *out = c.areas;
     return SC_OK;
+}
+
+/* Blocks of a volume, as nearly cubes as whole voxels allow, and which labels are in each. */
+typedef struct blocks {
+    int step[3];    /* every so many voxels along each axis, one is looked at */
+    size_t size[3]; /* blocks along each axis */
+    size_t words;   /* of a set of labels: a bit for each dense id */
+    uint64_t *sets; /* [z][y][x][words] */
+} blocks;
+
+enum { BLOCKS = 32 /* along the longest axis */, SAMPLES = 4 /* voxels of a block, each way */ };
+
+/* Lay blocks over a volume. */
+static blocks lay_blocks(const sc_volume *v)
+{
+    blocks b = {.words = ((size_t)v->label_count + 63) / 64};
+    double spacing_mm[3], longest_mm = 0;
+
+    for (int i = 0; i < 3; i++) {
+        spacing_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
+        longest_mm = fmax(longest_mm, spacing_mm[i] * v->size[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        const double step = longest_mm / (BLOCKS * SAMPLES) / spacing_mm[i];
+
+        b.step[i] = 1 + (int)fmin(step, v->size[i] - 1);
+        b.size[i] = ((size_t)v->size[i] - 1) / ((size_t)b.step[i] * SAMPLES) + 1;
+    }
+    return b;
+}
+
+/* Note in which blocks the labels are. */
+static void fill_blocks(const sc_volume *v, blocks *b)
+{
+    for (int z = 0; z < v->size[2]; z += b->step[2]) {
+        for (int y = 0; y < v->size[1]; y += b->step[1]) {
+            const size_t row = ((size_t)z * (size_t)v->size[1] + (size_t)y) * (size_t)v->size[0];
+            const size_t block_row = ((size_t)(z / b->step[2] / SAMPLES) * b->size[1] +
+                                      (size_t)(y / b->step[1] / SAMPLES)) *
+                                     b->size[0];
+
+            for (int x = 0; x < v->size[0]; x += b->step[0]) {
+                const uint32_t id = id_at(v, row + (size_t)x);
+                const size_t block = block_row + (size_t)(x / b->step[0] / SAMPLES);
+
+                b->sets[block * b->words + id / 64] |= (uint64_t)1 << id % 64;
+            }
+        }
+    }
+}
+
+/* Write the labels of the block (x, y, z) and of the 26 about it to around[words]. */
+static void gather_around(const blocks *b, const size_t at[3], uint64_t *around)
+{
+    size_t begin[3], end[3];
+
+    memset(around, 0, b->words * sizeof *around);
+    for (int i = 0; i < 3; i++) {
+        begin[i] = at[i] > 0 ? at[i] - 1 : 0;
+        end[i] = at[i] + 2 < b->size[i] ? at[i] + 2 : b->size[i];
+    }
+    for (size_t z = begin[2]; z < end[2]; z++) {
+        for (size_t y = begin[1]; y < end[1]; y++) {
+            const uint64_t *sets = b->sets + (z * b->size[1] + y) * b->size[0] * b->words;
+
+            for (size_t i = begin[0] * b->words; i < end[0] * b->words; i++)
+                around[i % b->words] |= sets[i];
+        }
+    }
+}
+
+/* @return whether a set has a label. */
+static bool has_label(const uint64_t *set, size_t id)
+{
+    return set[id / 64] >> id % 64 & 1;
+}
+
+sc_status sc_count_near(const sc_ctx *ctx, const sc_volume *volume, uint32_t **out)
+{
+    const size_t count = (size_t)volume->label_count;
+    blocks b = lay_blocks(volume);
+    void *sets = NULL, *near = NULL, *around = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, b.size[0] * b.size[1] * b.size[2] * b.words, sizeof(uint64_t), &sets));
+    SC_TRY(sc_zalloc(ctx, count * count, sizeof(uint32_t), &near));
+    SC_TRY(sc_zalloc(ctx, b.words, sizeof(uint64_t), &around));
+    b.sets = sets;
+    fill_blocks(volume, &b);
+    for (size_t i = 0; i < b.size[0] * b.size[1] * b.size[2]; i++) {
+        const size_t at[3] = {i % b.size[0], i / b.size[0] % b.size[1], i / b.size[0] / b.size[1]};
+
+        gather_around(&b, at, around);
+        for (size_t p = 1; p < count; p++) {
+            for (size_t q = 1; q < count && has_label(b.sets + i * b.words, p); q++)
+                ((uint32_t *)near)[p * count + q] += has_label(around, q);
+        }
+    }
+    *out = near;
+    near = NULL;
+out:
+    sc_free(sets);
+    sc_free(near);
+    sc_free(around);
+    return status;
 }

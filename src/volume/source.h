@@ -196,5 +196,11 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
  * @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_count_contacts(const sc_ctx *ctx, const sc_volume *volume, int threads,
                                         uint64_t **out);
+/* Measure which labels lie near each other, whether they touch or not. The volume is cut into
+ * blocks, 32 along its longest axis, and a sample of the voxels is looked at. @param out
+ * [label_count][label_count]: in how many blocks the one with the first id is while the other is in
+ * the same block or in one of the 26 about it; on the diagonal thus the blocks where a label is.
+ * Background is left out. Caller owns: sc_free. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_count_near(const sc_ctx *ctx, const sc_volume *volume, uint32_t **out);
 
 #endif

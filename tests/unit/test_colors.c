@@ -133,8 +133,8 @@ static void labels_that_touch_differ(void **state)
     int touching = 0;
 
     (void)state;
-    assert_ok(sc_volume_color(&quiet, &v, 1));
-    assert_ok(sc_volume_color(&quiet, &again, 3));
+    assert_ok(sc_volume_color(&quiet, &v, 0, 1));
+    assert_ok(sc_volume_color(&quiet, &again, 0, 3));
     for (int a = 1; a <= SEEDS; a++) {
         const sc_seen_color one = sc_see_color(v.labels[a].rgb);
 
@@ -170,9 +170,9 @@ static void colours_are_stable_and_heed_given_ones(void **state)
         ids[i] = ids[i] > SEEDS / 2 ? 0 : ids[i];
     for (int id = SEEDS / 2 + 1; id <= SEEDS; id++)
         given.labels[id].has_color = true; /* the largest values */
-    assert_ok(sc_volume_color(&quiet, &v, 2));
-    assert_ok(sc_volume_color(&quiet, &less, 2));
-    assert_ok(sc_volume_color(&quiet, &given, 2));
+    assert_ok(sc_volume_color(&quiet, &v, 0, 2));
+    assert_ok(sc_volume_color(&quiet, &less, 0, 2));
+    assert_ok(sc_volume_color(&quiet, &given, 0, 2));
     for (int id = 1; id <= SEEDS / 2; id++)
         assert_memory_equal(v.labels[id].rgb, less.labels[id].rgb, 3);
     for (int id = SEEDS / 2 + 1; id <= SEEDS; id++) {
@@ -203,13 +203,84 @@ static void few_labels_have_the_colours_of_their_values(void **state)
     memset(v.ids, 0, 2 * sc_volume_voxels(&v));
     for (int id = 1; id <= PALETTE; id++)
         v.labels[id].value = id + 2;
-    assert_ok(sc_volume_color(&quiet, &v, 1));
+    assert_ok(sc_volume_color(&quiet, &v, 0, 1));
     for (int id = 1; id <= PALETTE; id++) {
         uint8_t rgb[3];
 
         sc_label_base_color(id + 2, rgb);
         assert_memory_equal(v.labels[id].rgb, rgb, 3);
     }
+    sc_volume_clear(&v);
+}
+
+/* Twenty-five blocks in a row, four voxels apart; the last one, which has the place of the first in
+ * the palette, lies above one of the others. */
+enum { BLOCKS = PALETTE + 1, PITCH = 8 };
+
+static int above_the_first(double x, double y, double z)
+{
+    const int block = (int)x / PITCH, within = (int)x % PITCH;
+
+    (void)z;
+    if (within >= PITCH / 2)
+        return 0;
+    return y < 4 ? block + 1 : y >= 8 && block == 0 ? BLOCKS : 0;
+}
+
+static int above_the_twelfth(double x, double y, double z)
+{
+    return y < 4 ? above_the_first(x, y, z) : x < 88 ? 0 : above_the_first(x - 88, y, z);
+}
+
+/* Labels that are near each other do not get the same colour, though they do not touch; labels far
+ * from each other may. */
+static void labels_that_are_near_differ(void **state)
+{
+    const int size[3] = {PALETTE * PITCH, 12, 4};
+    const double spacing_mm[3] = {1, 1, 1};
+    sc_volume near = shape_volume(size, spacing_mm, 1, BLOCKS + 1, above_the_first),
+              far = shape_volume(size, spacing_mm, 1, BLOCKS + 1, above_the_twelfth);
+    sc_seen_color one, other;
+
+    (void)state;
+    for (int id = 1; id <= BLOCKS; id++)
+        near.labels[id].value = far.labels[id].value = id;
+    assert_ok(sc_volume_color(&quiet, &near, 0, 2));
+    assert_ok(sc_volume_color(&quiet, &far, 0, 2));
+    one = sc_see_color(near.labels[1].rgb);
+    other = sc_see_color(near.labels[BLOCKS].rgb);
+    assert_true(sc_color_contrast(&one, &other) > 0.08);
+    assert_memory_equal(far.labels[1].rgb, far.labels[BLOCKS].rgb, 3);
+    sc_volume_clear(&near);
+    sc_volume_clear(&far);
+}
+
+/* A tissue that encloses the others is pale, and none of the palette is near its colour. A colour
+ * from a table stays. */
+static void what_encloses_all_is_pale(void **state)
+{
+    const uint8_t given[3] = {10, 20, 30};
+    sc_volume v = voronoi();
+    sc_seen_color pale;
+
+    (void)state;
+    assert_ok(sc_volume_color(&quiet, &v, 7, 2));
+    pale = sc_see_color(v.labels[7].rgb);
+    assert_true(hypot(pale.lab[0][1], pale.lab[0][2]) < 0.06);
+    assert_true(pale.lab[0][0] < 0.83);
+    for (int i = 0; i < PALETTE; i++) {
+        sc_seen_color seen;
+        uint8_t rgb[3];
+
+        sc_label_base_color(i + 1, rgb);
+        seen = sc_see_color(rgb);
+        assert_true(sc_color_distance(&pale, &seen, SC_VISION_FULL) > 0.08);
+        assert_true(least_distance(&pale, &seen) > 0.031);
+    }
+    v.labels[7].has_color = true;
+    memcpy(v.labels[7].rgb, given, 3);
+    assert_ok(sc_volume_color(&quiet, &v, 7, 2));
+    assert_memory_equal(v.labels[7].rgb, given, 3);
     sc_volume_clear(&v);
 }
 
@@ -223,8 +294,8 @@ static void an_allocation_that_fails_is_reported(void **state)
         long budget = n;
         sc_ctx ctx = {.alloc_budget = &budget};
 
-        status = sc_volume_color(&ctx, &v, 2);
-        assert_true(status == SC_OK ? n == 3 : status == SC_ERR_MEMORY);
+        status = sc_volume_color(&ctx, &v, 0, 2);
+        assert_true(status == SC_OK ? n == 6 : status == SC_ERR_MEMORY);
     }
     sc_volume_clear(&v);
 }
@@ -238,6 +309,8 @@ int main(void)
         cmocka_unit_test(labels_that_touch_differ),
         cmocka_unit_test(colours_are_stable_and_heed_given_ones),
         cmocka_unit_test(few_labels_have_the_colours_of_their_values),
+        cmocka_unit_test(labels_that_are_near_differ),
+        cmocka_unit_test(what_encloses_all_is_pale),
         cmocka_unit_test(an_allocation_that_fails_is_reported),
     };
 

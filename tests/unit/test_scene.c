@@ -386,11 +386,13 @@ static void a_skull_in_parts_steps_back_and_ribs_do_not(void **state)
     const int size[3] = {40, 40, 40};
     sc_volume v = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, head);
     sc_volume w = shape_volume(size, (const double[3]){3, 3, 3}, 1, 6, chest);
-    int layers[6];
+    int layers[6], cover;
 
     (void)state;
     assert_ok(sc_find_covers(&quiet, &v, NULL, layers, NULL));
     assert_int_equal(layers[1], 1);
+    assert_ok(sc_find_outer_cover(&quiet, &v, &cover));
+    assert_int_equal(cover, 1);
     assert_true(layers[2] > 1 && layers[3] > 1);
     assert_int_equal(layers[4] + layers[5], 0);
     assert_ok(sc_find_covers(&quiet, &w, NULL, layers, NULL));
