@@ -7,6 +7,8 @@
  * Where a part of a label ends between two slices, the other slice tells nothing of it: it may hold
  * another part of the label, far away, or none. So the distance there is limited to what the slices
  * before let expect, and a slice more. Sheets one voxel thick are closed afterwards.
+ * A slice also stands for half the way to where the next would be, beyond the first and the last:
+ * there the distances go on as between the last two slices.
  * Each label costs time in all of its box. Labels scattered over the slices, as no tissue is, would
  * cost that of all labels in all voxels, so that the sum of all boxes is limited: beyond that, the
  * labels that fill the least of their boxes are copied from the nearer slice instead. */
@@ -100,6 +102,32 @@ static inline float interpolate(float a, float b, float c, float d, const blend 
 
     return layer->value[0] * lower + layer->value[1] * upper + layer->slope[0] * slope +
            layer->slope[1] * next_slope;
+}
+
+/* @return the distance @p t slices beyond the last slice, where it is @p here, after a slice of
+ * distance @p before. */
+static inline float extrapolate(float before, float here, float t)
+{
+    return here + t * (here - limited(before, here, here));
+}
+
+/* Let a label contend for the pixels of row @p y of a layer @p t slices beyond the slice @p end,
+ * the first or the last of at least two. @param least, winner of the first pixel of the label's
+ * box. */
+static void contend_beyond(const thick_work *w, const label_box *box, int end, float t, int y,
+                           float *least, uint32_t *winner)
+{
+    const int nx = box->high[0] - box->low[0] + 1;
+    const float *here = sc_distances_row(&w->d, box, end, y);
+    const float *before = sc_distances_row(&w->d, box, end > 0 ? end - 1 : 1, y);
+
+    for (int x = 0; x < nx; x++) {
+        const float distance = extrapolate(before[x], here[x], t);
+        const bool wins = distance < least[x];
+
+        least[x] = wins ? distance : least[x];
+        winner[x] = wins ? (uint32_t)box->id : winner[x];
+    }
 }
 
 /* Let a label contend for the pixels of row @p y of a layer behind slice @p z. @param least, winner
@@ -328,8 +356,48 @@ static void fill_gaps(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Copy the slices [begin, end) to their layers, the first one and the last one also to those
- * outside of all slices; an sc_range_fn on thick_work. */
+/* Fill the layers numbered [begin, end) of those beyond slice w->gap, the first or the last one; an
+ * sc_range_fn on thick_work. Beside sheets one voxel thick, and of labels that are copied, they are
+ * as that slice. */
+static void fill_end(void *user, size_t begin, size_t end, int thread)
+{
+    const thick_work *w = user;
+    const int nx = w->s->size[0], last = w->s->size[2] - 1;
+    const uint16_t *ids = w->s->ids + (size_t)w->gap * w->pixels;
+    float *least = w->least + (size_t)thread * w->pixels;
+    uint32_t *winner = w->winner + (size_t)thread * w->pixels;
+
+    for (size_t n = begin; n < end; n++) {
+        const int step = (int)n + 1, middle = w->gap * w->split + w->split / 2;
+
+        for (size_t at = 0; at < w->pixels; at++)
+            least[at] = HUGE_VALF;
+        for (int i = 0; i < w->d.count; i++) {
+            const label_box *box = &w->d.boxes[i];
+
+            if (w->gap < box->low[2] || w->gap > box->high[2])
+                continue;
+            for (int y = box->low[1]; y <= box->high[1]; y++) {
+                const size_t row = (size_t)y * (size_t)nx + (size_t)box->low[0];
+
+                contend_beyond(w, box, w->gap, (float)step / (float)w->split, y, least + row,
+                               winner + row);
+            }
+        }
+        for (size_t at = 0; at < w->pixels; at++) {
+            const bool copied = w->copied && w->copied[ids[at]];
+
+            if (winner[at] != ids[at] &&
+                (copied || is_beside_sheet(w, (int)(at % (size_t)nx), (int)(at / (size_t)nx),
+                                           w->gap > 0 ? last - 1 : 0)))
+                winner[at] = ids[at];
+        }
+        store_layer(w, winner, (size_t)(w->gap > 0 ? middle + step : middle - step));
+    }
+}
+
+/* Copy the slices [begin, end) to their layers, a single one also to those outside of it; an
+ * sc_range_fn on thick_work. */
 static void copy_slices(void *user, size_t begin, size_t end, int thread)
 {
     const thick_work *w = user;
@@ -337,8 +405,8 @@ static void copy_slices(void *user, size_t begin, size_t end, int thread)
     uint32_t *ids = w->winner + (size_t)thread * w->pixels;
 
     for (size_t z = begin; z < end; z++) {
-        const size_t first = z * split + (z > 0 ? split / 2 : 0);
-        const size_t last = z * split + (z + 1 < slices ? split / 2 : split - 1);
+        const size_t first = z * split + (slices > 1 ? split / 2 : 0);
+        const size_t last = z * split + (slices > 1 ? split / 2 : split - 1);
 
         for (size_t at = 0; at < w->pixels; at++)
             ids[at] = w->s->ids[z * w->pixels + at];
@@ -351,6 +419,7 @@ static void copy_slices(void *user, size_t begin, size_t end, int thread)
 static void fill_layers(thick_work *w, int threads)
 {
     const int slices = w->s->size[2];
+    const size_t beyond = (size_t)w->split / 2; /* layers beyond the first slice, or the last */
 
     sc_parallel_for(threads, (size_t)slices, 1, find_sheets, w);
     sc_parallel_for(threads, (size_t)slices, 1, copy_slices, w);
@@ -359,8 +428,13 @@ static void fill_layers(thick_work *w, int threads)
 
         w->gaps = end - w->gap;
         sc_distances_measure(&w->d, end + 2 < slices ? end + 2 : slices);
+        if (w->gap == 0)
+            sc_parallel_for(threads, beyond, 1, fill_end, w);
         sc_parallel_for(threads, (size_t)w->gaps * (size_t)(w->split - 1), 1, fill_gaps, w);
     }
+    w->gap = slices - 1;
+    if (slices > 1)
+        sc_parallel_for(threads, beyond, 1, fill_end, w);
 }
 
 /* The axes of a volume in the order of those of its stack of slices across one of them. */

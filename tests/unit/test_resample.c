@@ -286,6 +286,35 @@ static void closed_skins_stay_closed(void **state)
         check_skin();
 }
 
+/* A steep plane: in each slice its border is four pixels farther along x. */
+static int steep_id(double x, double y, double z)
+{
+    (void)y;
+    return x < 4 * z + 3.5;
+}
+
+/* Beyond the first and the last slice tissue goes on as between the slices, and not straight. Every
+ * layer is right up to a pixel. */
+static void tissue_goes_on_beyond_the_last_slice(void **state)
+{
+    enum { NX = 40, NY = 12, SLICES = 8, SPLIT = 5, LAYERS = SLICES * SPLIT };
+    const sc_drawn_grid grid = {
+        .copies = {1, 1, 1}, .drawn_mm = {0.2, 0.2, 1}, .split = {1, 1, SPLIT}};
+    sc_volume v = shape_volume((const int[3]){NX, NY, SLICES}, grid.drawn_mm, 1, 2, steep_id);
+    const uint8_t *ids;
+
+    (void)state;
+    assert_ok(sc_resample(&quiet, &v, &grid, 2));
+    ids = v.ids;
+    for (int i = 0; i < NX * NY * LAYERS; i++) {
+        const double x = i % NX, z = (i / NX / NY + 0.5) / SPLIT - 0.5;
+
+        if (fabs(x - (4 * z + 3.5)) > 1)
+            assert_int_equal(ids[i], steep_id(x, 0, z));
+    }
+    sc_volume_clear(&v);
+}
+
 /* A block and a step on it, between which a sheet lies that covers the block in one slice. */
 static int patch_id(double x, double y, double z)
 {
@@ -725,6 +754,7 @@ static void resizing_keeps_the_nearest_label_and_the_place(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tissue_goes_on_beyond_the_last_slice),
         cmocka_unit_test(copied_voxels_are_found_and_removed),
         cmocka_unit_test(copies_are_found_among_many_planes),
         cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
