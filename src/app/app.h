@@ -321,6 +321,7 @@ sc_status sc_cmd_status(sc_app *app);
 sc_status sc_cmd_study(sc_app *app);
 sc_status sc_cmd_orbit(sc_app *app);
 sc_status sc_cmd_still(sc_app *app);
+sc_status sc_cmd_storyboard(sc_app *app);
 sc_status sc_cmd_views(sc_app *app);
 sc_status sc_cmd_check(sc_app *app);
 sc_status sc_cmd_plan(sc_app *app);

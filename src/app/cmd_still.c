@@ -2,37 +2,61 @@
 /* segcast still and segcast views: one picture, drawn by one process. */
 #include "app.h"
 
+#include <math.h>
 #include <string.h>
 
-/* Draw frame --frame of a job, write it to @p path as PNG and print the path. @param job_path NULL:
- * there is no job file, only settings. */
+/* Find the frame that --frame or --time asks for; 0 without either. A time is that of the nearest
+ * frame: frame k of the film is shown from k / fps on. */
+static sc_status find_frame(const sc_app *app, const sc_job *job, int *out)
+{
+    const sc_options *o = &app->options;
+    const int frames = job->animation.frames;
+    const double length_s = (double)frames / job->output.fps;
+    double frame = o->frame > 0 ? (double)o->frame : 0;
+
+    if (o->frame >= 0 && o->moment != SC_MOMENT_NONE)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frame and --time both say which frame to draw; give one of them");
+    if (o->frame >= frames)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frame %ld is not within the animation's frames 0-%d", o->frame,
+                       frames - 1);
+    if (o->moment == SC_MOMENT_SECONDS && o->moment_at > length_s * (1 + 1e-9))
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--time is %.6g s, after the end of the film, which lasts %.6g s (frames "
+                       "0-%d, %d per second)",
+                       o->moment_at, length_s, frames - 1, job->output.fps);
+    if (o->moment == SC_MOMENT_SECONDS)
+        frame = floor(o->moment_at * job->output.fps + 0.5);
+    else if (o->moment == SC_MOMENT_SHARE)
+        frame = floor(o->moment_at * (frames - 1) + 0.5);
+    *out = (int)fmin(frame, frames - 1);
+    return SC_OK;
+}
+
+/* Draw the frame that was asked for of a job, write it to @p path as PNG and print the path. @param
+ * job_path NULL: there is no job file, only settings. */
 static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
 {
     sc_session session = {0};
     sc_image image = {0};
     sc_render_stats stats;
+    int frame = 0;
     sc_status status;
 
     SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
     SC_TRY(sc_session_job(app, job_path, &session));
     SC_TRY(sc_check_output(app, &session, path, true));
-    if (app->options.frame < 0)
-        app->options.frame = 0;
-    if (app->options.frame >= session.job.animation.frames) {
-        status =
-            sc_fail(app->ctx, SC_ERR_USAGE, "--frame %ld is not within the animation's frames 0-%d",
-                    app->options.frame, session.job.animation.frames - 1);
-        goto out;
-    }
+    SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
                          &image));
-    SC_TRY(sc_session_draw(app, &session, (int)app->options.frame, NULL, &image, &stats));
+    SC_TRY(sc_session_draw(app, &session, frame, NULL, &image, &stats));
     SC_TRY(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
-    sc_info(app->ctx, "%s: drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s", path,
-            stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
-            (unsigned long long)stats.counters.cell_visits,
-            sc_renderer_kernel(session.renderer)->name);
+    sc_info(
+        app->ctx, "%s: frame %d, drawn in %.3f s, %.3f CPU s; %llu rays, %llu samples; kernel %s",
+        path, frame, stats.wall_s, stats.cpu_s, (unsigned long long)stats.counters.rays,
+        (unsigned long long)stats.counters.cell_visits, sc_renderer_kernel(session.renderer)->name);
     sc_display_end_stage(app);
     sc_print_made(path);
 out:

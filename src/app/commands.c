@@ -30,6 +30,12 @@ const sc_command sc_commands[] = {
      "reads them. Run it once on the machine where jobs are to run.",
      sc_cmd_calibrate, true},
     {"still", "JOB.yaml", "draw one frame of a job as PNG", NULL, sc_cmd_still, false},
+    {"storyboard", "JOB.yaml", "draw frames of the whole film on one sheet as PNG",
+     "The pictures are small, with few rays per pixel, so that the sheet takes a second or two "
+     "once "
+     "the volume is prepared. Below each stand its number and its time in the film, which segcast "
+     "still takes as --frame and --time.",
+     sc_cmd_storyboard, false},
     {"views", "VOLUME", "draw the three regular slices beside the picture as PNG", NULL,
      sc_cmd_views, false},
     {"orbit", "VOLUME", "make a video of a volume without a job file",

@@ -215,6 +215,21 @@ static sc_status store_frame(const sc_ctx *ctx, sc_options *options, const sc_op
     return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
 }
 
+/* Store a number of pictures on a sheet. */
+static sc_status store_pictures(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                                const char *value)
+{
+    long count = 0;
+    char name[32];
+    sc_status status;
+
+    snprintf(name, sizeof name, "--%s", option->name);
+    status = read_number(ctx, name, value, 1, SC_PICTURES_MAX, &count);
+    if (status == SC_OK)
+        options->pictures = (int)count;
+    return status;
+}
+
 /* Store the address of the value, which is part of argv, in the member at option->offset. */
 static sc_status store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                             const char *value)
@@ -272,10 +287,9 @@ static sc_status store_slice(const sc_ctx *ctx, sc_options *options, const sc_op
     return SC_OK;
 }
 
-/* Read seconds, MM:SS or HH:MM:SS. A limit of 0 becomes a millisecond, because 0 stands for none.
- */
-static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
-                                  const char *value)
+/* Read seconds, MM:SS or HH:MM:SS, where the last part may have decimals. @return false if @p value
+ * is anything else. */
+static bool read_seconds(const char *value, double *out)
 {
     double seconds = 0;
     const char *at = value;
@@ -286,20 +300,53 @@ static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const 
         const double part = strtod(at, &end);
 
         if (end == at || !(part >= 0 && part <= 1e8) || ++parts > 3 || (*end && *end != ':'))
-            return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
-                           option->name, value);
+            return false;
         seconds = 60 * seconds + part;
         if (!*end)
             break;
         at = end + 1;
     }
+    *out = seconds;
+    return true;
+}
+
+/* Read a time. A limit of 0 becomes a millisecond, because 0 stands for none. */
+static sc_status store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                                  const char *value)
+{
+    double seconds;
+
+    if (!read_seconds(value, &seconds))
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
+                       option->name, value);
     options->time_limit_s = seconds > 0 ? seconds : 1e-3;
+    return SC_OK;
+}
+
+/* Read a moment of the film: a time, or a share of the film such as 50%. */
+static sc_status store_moment(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                              const char *value)
+{
+    char *end;
+    const double percent = strtod(value, &end);
+
+    if (end != value && !strcmp(end, "%") && percent >= 0 && percent <= 100) {
+        options->moment = SC_MOMENT_SHARE;
+        options->moment_at = percent / 100;
+        return SC_OK;
+    }
+    if (!read_seconds(value, &options->moment_at))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected seconds, MM:SS, HH:MM:SS, or a share of the film "
+                       "from 0%% to 100%%",
+                       option->name, value);
+    options->moment = SC_MOMENT_SECONDS;
     return SC_OK;
 }
 
 /* ---- the table ---- */
 
-#define JOB_COMMANDS "render check plan still orbit views"
+#define JOB_COMMANDS "render check plan still storyboard orbit views"
 #define AT(member) offsetof(sc_options, member)
 
 static const sc_option option_rows[] = {
@@ -309,16 +356,16 @@ static const sc_option option_rows[] = {
      store_output, AT(output), ""},
     {"output", 'o', "FILE.html", "the page that compares several directories (comparison.html)",
      "report", store_output, AT(output), ""},
-    {"output", 'o', "FILE", "the file to write", "still orbit phantom views prepare init tables",
-     store_output, AT(output), ""},
-    {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40", "render",
-     store_text, AT(frames), ""},
+    {"output", 'o', "FILE", "the file to write",
+     "still storyboard orbit phantom views prepare init tables", store_output, AT(output), ""},
+    {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40",
+     "render storyboard", store_text, AT(frames), ""},
     {"resume", 0, NULL, "go on with what the directory holds of this job, after verifying it",
      "render", store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a directory that holds a run", "render", store_flag,
      AT(overwrite), ""},
     {"overwrite", 0, NULL, "replace the file if there is one",
-     "still orbit phantom views prepare report tables", store_flag, AT(overwrite), ""},
+     "still storyboard orbit phantom views prepare report tables", store_flag, AT(overwrite), ""},
     {"resume", 0, NULL, "go on with the measurements that the directory holds of this study",
      "study", store_flag, AT(resume), ""},
     {"overwrite", 0, NULL, "begin anew in a directory that holds a study", "study", store_flag,
@@ -328,6 +375,11 @@ static const sc_option option_rows[] = {
     {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the directory",
      "render", store_slice, 0, ""},
     {"frame", 0, "K", "number of the frame to draw", "still", store_frame, 0, ""},
+    {"time", 0, "T",
+     "draw the frame at this time: seconds, MM:SS, or a share of the film such as 50%", "still",
+     store_moment, 0, ""},
+    {"count", 0, "N", "how many frames to show, from the first to the last (12)", "storyboard",
+     store_pictures, 0, ""},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated",
      JOB_COMMANDS " prepare study", store_set, 0, ""},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", store_text, AT(size),

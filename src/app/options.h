@@ -6,6 +6,10 @@
 #include "segcast/job.h"
 
 enum { SC_SETTINGS_MAX = 256, SC_OPTIONS_MAX = 64 };
+/* The most pictures on a sheet of segcast storyboard. */
+enum { SC_PICTURES_MAX = 1000 };
+/* How a moment of the film is given: not at all, in seconds, or as a share of the film. */
+typedef enum sc_moment { SC_MOMENT_NONE, SC_MOMENT_SECONDS, SC_MOMENT_SHARE } sc_moment;
 
 /* The command line as read. Pointers lead into argv, into static text, or into owned[]. */
 typedef struct sc_options {
@@ -18,6 +22,9 @@ typedef struct sc_options {
     const char *to;            /* --to of segcast tables */
     const char *size;          /* --size of the phantom, as given */
     long frame;                /* --frame; -1: not given */
+    sc_moment moment;          /* --time */
+    double moment_at;          /* and where it is: in seconds, or a share from 0 to 1 */
+    int pictures;              /* --count of segcast storyboard; 0: not given */
     int threads;               /* --threads or SEGCAST_THREADS; 0: not given */
     int nodes, ranks;          /* --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */

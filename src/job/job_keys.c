@@ -99,7 +99,8 @@ static const sc_key render_keys[] = {
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "kernels for this instruction set, c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
-     .option = &(const sc_key_option){"cpu", "NAME", "render check plan still orbit views"}},
+     .option =
+         &(const sc_key_option){"cpu", "NAME", "render check plan still storyboard orbit views"}},
     {"early_termination", &sc_type_bool, RENDER(early_termination), "true",
      .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
      .outside_identity = true},

@@ -53,6 +53,7 @@ ways() {
     done ;;
     check | plan) echo "$1 $job"; echo "$1 job.yaml" ;;
     still) echo "still $job"; echo "still $job -o new.png --overwrite"; echo "still $job -o frames/a.png"; echo "still $job -o ." ;;
+    storyboard) echo "storyboard $job"; echo "storyboard $job -o new.png --overwrite"; echo "storyboard $job -o frames/a.png" ;;
     views) echo "views $heart --size 64x48"; echo "views $heart --size 64x48 -o frames/000000.png" ;;
     orbit) echo "orbit $heart --frames 2 --size 64x48"; echo "orbit $heart --frames 2 --size 64x48 -o new.mp4 --overwrite"
         echo "orbit $heart --frames 2 --size 64x48 -o film.mp4" ;;

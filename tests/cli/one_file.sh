@@ -26,6 +26,7 @@ for option in "" --overwrite; do
     expect 73 'is an input' "$SEGCAST" prepare heart.nrrd -o hard.segc $option
     expect 73 'is an input' "$SEGCAST" still job.yaml -o links/heart.png $option
     expect 73 'is an input' "$SEGCAST" still job.yaml -o hard.png $option; one_error
+    expect 73 'is an input' "$SEGCAST" storyboard job.yaml -o hard.png $option; one_error
     expect 73 'is an input' "$SEGCAST" views heart.nrrd -o hard.png $option
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o hard.mp4 --frames 2 $option; one_error
     expect 73 'is an input' "$SEGCAST" orbit heart.nrrd -o links/heart.mp4 --frames 2 $option
@@ -50,13 +51,14 @@ write() { # write FILE [OPTION]...: let the command that makes such a file write
     shift
     case $file in
     still.png) "$SEGCAST" still job.yaml -q -o "$file" "$@" ;;
+    storyboard.png) "$SEGCAST" storyboard job.yaml -q -o "$file" "$@" ;;
     views.png) "$SEGCAST" views heart.nrrd --size 64x48 -q -o "$file" "$@" ;;
     *.mp4 | *.webm | *.mkv) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
     *.segc) "$SEGCAST" prepare heart.nrrd -q -o "$file" "$@" ;;
     *.nrrd) "$SEGCAST" phantom --size 20x20x20 -q -o "$file" "$@" ;;
     esac
 }
-for file in still.png views.png turn.mp4 turn.mkv turn.webm whole.segc p.nrrd; do
+for file in still.png storyboard.png views.png turn.mp4 turn.mkv turn.webm whole.segc p.nrrd; do
     expect 0 '' write "$file"
     [ "$(basename "$(cat stdout.txt)")" = "$file" ] || fail "$file: printed $(cat stdout.txt)"
     mv "$file" made
@@ -90,6 +92,7 @@ kept
 # Each command writes one format, and does not write it under the name of another.
 expect 64 'a.jpg: a picture in the format PNG is written, expected a name ending in .png' \
     "$SEGCAST" still job.yaml -o a.jpg; one_error
+expect 64 'expected a name ending in .png' "$SEGCAST" storyboard job.yaml -o a.webp; one_error
 expect 64 'expected a name ending in .png' "$SEGCAST" views heart.nrrd -o a.tiff
 expect 64 'expected a name ending in .segc' "$SEGCAST" prepare heart.nrrd -o a.nrrd
 expect 64 'expected a name ending in .nrrd' "$SEGCAST" phantom -o a.nii.gz; one_error

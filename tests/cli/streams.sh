@@ -9,7 +9,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     case $1 in
     render) echo job.yaml -o "new$RANDOM$RANDOM" ;;
     check | plan) echo job.yaml ;;
-    still) echo job.yaml -o out.png --overwrite ;;
+    still | storyboard) echo job.yaml -o out.png --overwrite ;;
     views) echo heart.nrrd --size 64x48 -o out.png --overwrite ;;
     orbit) echo heart.nrrd --size 64x48 --frames 2 -o out.mp4 --overwrite ;;
     info) echo heart.nrrd ;;

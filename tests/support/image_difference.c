@@ -1,10 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS]] prints how two pictures differ. It exits with
- * 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square is at most
- * MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. */
+/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS [X Y]]] prints how two pictures differ. It exits
+ * with 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square is at
+ * most MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. With X and
+ * Y, B is compared with that part of A which is as large as B and begins there. */
 #include "segcast/image.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+/* Replace @p a by its part of the size of @p b that begins at (x, y). @return whether it has one.
+ */
+static bool crop(sc_image *a, const sc_image *b, int x, int y)
+{
+    const size_t row_bytes = 3 * (size_t)b->width_px;
+
+    if (x < 0 || y < 0 || x + b->width_px > a->width_px || y + b->height_px > a->height_px)
+        return false;
+    for (int row = 0; row < b->height_px; row++)
+        memmove(a->rgb + (size_t)row * row_bytes,
+                a->rgb + 3 * ((size_t)(y + row) * (size_t)a->width_px + (size_t)x), row_bytes);
+    a->width_px = b->width_px;
+    a->height_px = b->height_px;
+    return true;
+}
 
 int main(int argc, char **argv)
 {
@@ -16,6 +34,10 @@ int main(int argc, char **argv)
 
     if (argc < 3 || sc_image_load_png(&ctx, argv[1], &a) || sc_image_load_png(&ctx, argv[2], &b))
         goto out;
+    if (argc > 6 && !crop(&a, &b, atoi(argv[5]), atoi(argv[6]))) {
+        printf("there is no such part in %d x %d pixels\n", a.width_px, a.height_px);
+        goto out;
+    }
     if (!sc_image_compare(&a, &b, &d)) {
         printf("sizes differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
                b.height_px);

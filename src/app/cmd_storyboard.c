@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast storyboard: small pictures of frames of the whole film on one sheet. */
+#include "app.h"
+#include "segcast/overlay.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    PICTURES = 12,            /* on a sheet, unless the user says how many */
+    PICTURE_AREA = 320 * 180, /* pixels of a picture, about */
+    CAPTION_PX = 24,          /* height of the line below a picture */
+    GAP_PX = 12,              /* between pictures, and around them */
+    CELL_PX = 160             /* a cell is at least so wide, for its caption */
+};
+
+/* How the pictures stand on the sheet. */
+typedef struct grid {
+    int columns, rows;
+    int cell_px[2]; /* with caption and gap */
+    int picture_px[2];
+    int sheet_px[2];
+} grid;
+
+/* Find the size of a picture that looks as those of the job, with about PICTURE_AREA pixels; a
+ * smaller one stays as it is. */
+static void shrink(const int size_px[2], int out[2])
+{
+    const double scale = fmin(1, sqrt(PICTURE_AREA / ((double)size_px[0] * size_px[1])));
+
+    for (int i = 0; i < 2; i++)
+        out[i] = (int)fmax(16, floor(size_px[i] * scale + 0.5));
+}
+
+static grid make_grid(const int picture_px[2], int columns, int count)
+{
+    grid g = {.columns = columns,
+              .rows = (count + columns - 1) / columns,
+              .picture_px = {picture_px[0], picture_px[1]}};
+
+    g.cell_px[0] = (picture_px[0] > CELL_PX ? picture_px[0] : CELL_PX) + GAP_PX;
+    g.cell_px[1] = picture_px[1] + CAPTION_PX + GAP_PX;
+    g.sheet_px[0] = g.columns * g.cell_px[0] + GAP_PX;
+    g.sheet_px[1] = g.rows * g.cell_px[1] + GAP_PX;
+    return g;
+}
+
+/* Choose the grid on which @p count pictures leave few places empty, on a sheet about as wide as a
+ * screen. */
+static grid choose_grid(const int picture_px[2], int count)
+{
+    grid best = make_grid(picture_px, 1, count);
+    double least = HUGE_VAL;
+
+    for (int columns = 1; columns <= count; columns++) {
+        const grid g = make_grid(picture_px, columns, count);
+        const double empty = (double)g.columns * g.rows / count - 1;
+        const double shape = fabs(log((double)g.sheet_px[0] / g.sheet_px[1] / 1.6));
+
+        if (shape + empty < least) {
+            least = shape + empty;
+            best = g;
+        }
+    }
+    return best;
+}
+
+/* List the frames of the sheet: those of --frames, or --count of them evenly from the first to the
+ * last. Caller owns *out, also after an error: sc_free. */
+static sc_status choose_frames(const sc_app *app, int total, int **out, int *count)
+{
+    const sc_options *o = &app->options;
+    const int wanted = o->pictures ? o->pictures : PICTURES;
+    const int n = wanted < total ? wanted : total;
+    void *block;
+    sc_status status;
+
+    if (o->frames && o->pictures)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frames and --count both say which frames to show; give one of them");
+    if (o->frames) {
+        SC_TRY(sc_frames_parse(app->ctx, o->frames, total, out, count));
+        if (*count <= SC_PICTURES_MAX)
+            return SC_OK;
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--frames names %d frames, expected at most %d on a sheet; take every "
+                       "tenth, for example 0-%d:10",
+                       *count, SC_PICTURES_MAX, total - 1);
+    }
+    SC_TRY(sc_alloc(app->ctx, (size_t)n, sizeof(int), &block));
+    for (int i = 0; i < n; i++)
+        ((int *)block)[i] = n > 1 ? (int)floor((double)i * (total - 1) / (n - 1) + 0.5) : 0;
+    *out = block;
+    *count = n;
+out:
+    return status;
+}
+
+/* Where picture number @p i stands on the sheet. */
+static void find_place(const grid *g, int i, int at_px[2])
+{
+    at_px[0] =
+        GAP_PX + i % g->columns * g->cell_px[0] + (g->cell_px[0] - GAP_PX - g->picture_px[0]) / 2;
+    at_px[1] = GAP_PX + i / g->columns * g->cell_px[1];
+}
+
+/* Draw each of the @p count frames and copy it to its place on the sheet. */
+static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, const int *frames,
+                               int count, sc_image *sheet)
+{
+    const size_t row_bytes = 3 * (size_t)g->picture_px[0];
+    sc_image picture = {0};
+    sc_render_stats stats;
+    int at_px[2];
+    sc_status status;
+
+    SC_TRY(sc_image_init(app->ctx, g->picture_px[0], g->picture_px[1], &picture));
+    sc_stage_begin(app->ctx, SC_STAGE_DRAWING, 0, (uint64_t)count);
+    for (int i = 0; i < count; i++) {
+        SC_TRY(sc_session_draw(app, session, frames[i], NULL, &picture, &stats));
+        find_place(g, i, at_px);
+        for (int y = 0; y < g->picture_px[1]; y++)
+            memcpy(sheet->rgb +
+                       3 * ((size_t)(at_px[1] + y) * (size_t)sheet->width_px + (size_t)at_px[0]),
+                   picture.rgb + (size_t)y * row_bytes, row_bytes);
+        sc_stage_add(app->ctx, 1);
+    }
+out:
+    sc_image_clear(&picture);
+    return status;
+}
+
+/* Write number and time of each frame below its picture. Hundredths of a second tell every frame
+ * of a film with up to 50 in a second from the next, thousandths all others. */
+static sc_status draw_captions(const sc_app *app, const grid *g, const int *frames, int count,
+                               int fps, sc_image *sheet)
+{
+    const sc_letters letters = {13, {40, 40, 40}, {236, 236, 236}};
+    const uint8_t line[3] = {150, 150, 150};
+    const int decimals = fps <= 50 ? 2 : 3;
+    sc_overlay *overlay;
+    char caption[64];
+    int at_px[2];
+    sc_status status;
+
+    SC_TRY(sc_overlay_begin(app->ctx, sheet, &overlay));
+    for (int i = 0; i < count; i++) {
+        const double unit = decimals == 2 ? 100 : 1000;
+        const double rounded_s = floor((double)frames[i] / fps * unit + 0.5) / unit;
+        const int minutes = (int)(rounded_s / 60);
+
+        find_place(g, i, at_px);
+        snprintf(caption, sizeof caption, "%d   %d:%0*.*f", frames[i], minutes, decimals + 3,
+                 decimals, fmax(0, rounded_s - 60.0 * minutes));
+        sc_overlay_frame(overlay, at_px[0] - 0.5, at_px[1] - 0.5, g->picture_px[0] + 1,
+                         g->picture_px[1] + 1, 1, line);
+        sc_overlay_text(overlay, at_px[0] + 0.5 * g->picture_px[0],
+                        at_px[1] + g->picture_px[1] + 0.5 * CAPTION_PX, 0, 0, &letters, caption);
+    }
+    sc_overlay_finish(overlay);
+out:
+    return status;
+}
+
+sc_status sc_cmd_storyboard(sc_app *app)
+{
+    const char *path = app->options.output ? app->options.output : "storyboard.png";
+    sc_session session = {0};
+    sc_job *job = &session.job;
+    sc_image sheet = {0};
+    int *frames = NULL, count = 0;
+    grid g;
+    sc_status status;
+
+    SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
+    SC_TRY(sc_session_job(app, app->options.input, &session));
+    SC_TRY(sc_check_output(app, &session, path, true));
+    SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
+    shrink(job->output.size_px, job->output.size_px);
+    job->render.samples = job->render.samples < 3 ? job->render.samples : 3;
+    job->render.antialiasing = SC_ANTIALIASING_ADAPTIVE;
+    g = choose_grid(job->output.size_px, count);
+    SC_TRY(sc_session_volume(app, &session));
+    SC_TRY(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));
+    memset(sheet.rgb, 236, sc_image_bytes(&sheet));
+    SC_TRY(draw_pictures(app, &session, &g, frames, count, &sheet));
+    SC_TRY(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
+    SC_TRY(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));
+    sc_info(app->ctx, "%s: %d of %d frames, %d x %d pixels each", path, count,
+            job->animation.frames, g.picture_px[0], g.picture_px[1]);
+    sc_display_end_stage(app);
+    sc_print_made(path);
+out:
+    sc_free(frames);
+    sc_image_clear(&sheet);
+    sc_session_clear(&session);
+    return status;
+}

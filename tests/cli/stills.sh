@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Which frame still draws, and what the sheet of storyboard shows.
+small_job job.yaml
+mv job.yaml short.yaml
+sed 's/frames: 7/frames: 61/' short.yaml >job.yaml # 61 frames at 30 per second: 2.0333 s
+
+still() { # still FILE [OPTION]...: draw with as many rays as a picture on a sheet has
+    local file=$1
+    shift
+    "$SEGCAST" still job.yaml --set render.samples=3 -q --overwrite -o "$file" "$@" >/dev/null
+}
+same() { # same OPTION VALUE FRAME: the option chooses this frame
+    still chosen.png "$1" "$2"
+    still frame.png --frame "$3"
+    "$IMAGE_DIFFERENCE" chosen.png frame.png || fail "$1 $2 is not frame $3"
+}
+same --time 0 0
+same --time 1 30
+same --time 0:01.03 31 # as the sheet writes the time of frame 31, 1.0333 s
+same --time 0:00:02 60
+same --time 2.0333 60 # the last frame, which is shown till then
+same --time 0% 0
+same --time 50% 30
+same --time 100% 60
+still none.png
+"$IMAGE_DIFFERENCE" none.png frame.png >/dev/null && fail 'two frames look the same: nothing is tested'
+still frame.png --frame 0
+"$IMAGE_DIFFERENCE" none.png frame.png || fail 'without an option it is not frame 0'
+
+# A picture on the sheet has the pixels of a still of the same size. One of 96 x 72 pixels stands in the
+# middle of a cell of 160 pixels, behind a gap of 12; below it are 24 pixels for its caption.
+"$SEGCAST" storyboard job.yaml --count 4 -q -o sheet.png >/dev/null
+at=0
+for frame in 0 20 40 60; do
+    still frame.png --frame $frame
+    "$IMAGE_DIFFERENCE" sheet.png frame.png 0 0 $((44 + at % 2 * 172)) $((12 + at / 2 * 108)) ||
+        fail "frame $frame is not on the sheet"
+    at=$((at + 1))
+done
+"$SEGCAST" storyboard job.yaml --frames 0,20,40,60 -q -o listed.png >/dev/null
+cmp sheet.png listed.png || fail '--frames and --count give other sheets of the same frames'
+
+# No more pictures than frames, and each once.
+"$SEGCAST" storyboard short.yaml -q -o few.png >/dev/null
+"$SEGCAST" storyboard short.yaml --frames 0-6 -q -o all.png >/dev/null
+cmp few.png all.png || fail 'a sheet of a film of seven frames does not show each once'
+# Large pictures become small ones of the same shape, of about 320 x 180 pixels.
+expect 0 '12 of 61 frames, 180 x 320 pixels' "$SEGCAST" storyboard job.yaml --set output.size=vertical -o tall.png
+expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" storyboard job.yaml --set output.size=16384x16 -o flat.png
+expect 0 '1 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1 --set render.samples=1 -o one.png
+expect 0 '61 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1000 -o many.png
+expect 0 '' "$SEGCAST" storyboard job.yaml --set output.layout=views -o views.png
