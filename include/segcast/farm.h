@@ -62,6 +62,7 @@ typedef struct sc_work {
     int gathered;   /**< number of GOPs that are gathered; not counted in gops and frames */
     int gop_frames; /**< of a gathered GOP; all have the same number */
     int width_px, height_px;
+    bool alpha; /**< pixels have four bytes */
     sc_partition partition;
 } sc_work;
 
@@ -162,6 +163,7 @@ typedef struct sc_payload {
 /** What to draw, and the callbacks. The same on all ranks, pointers apart. */
 typedef struct sc_farm {
     int width_px, height_px;
+    bool alpha; /**< frames are pictures with alpha: see sc_image */
     sc_partition partition;
     const int *frames; /**< numbers of the frames to draw one by one, rising */
     int frame_count;

@@ -7,19 +7,33 @@
 
 #include "segcast/base.h"
 
-/** A picture of 8-bit sRGB pixels without transparency. Pixels are [height_px][width_px][3], top
- *  row first, without padding. */
+/** A picture of 8-bit sRGB pixels, top row first, without padding: [height_px][width_px][3],
+ * opaque, or [height_px][width_px][4] with alpha behind the colour. The colour is not multiplied by
+ * alpha (PNG calls that straight); where alpha is 0, all four are. */
 typedef struct sc_image {
     int width_px, height_px;
     uint8_t *rgb; /**< owned unless a function says otherwise; NULL if empty */
+    bool alpha;   /**< pixels have four channels */
 } sc_image;
 
 /** Allocate the pixels, not initialised. @return SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out);
+/** As sc_image_init, of a picture that has alpha or not. */
+SC_MUST_USE sc_status sc_image_init_alpha(const sc_ctx *ctx, int width_px, int height_px,
+                                          bool alpha, sc_image *out);
 /** Free the pixels; the image is empty then (all zero). An empty image is allowed. */
 void sc_image_clear(sc_image *image);
-/** @return the size of the pixels in bytes: 3 width_px height_px. */
+/** @return how many bytes a pixel has, of pictures with alpha or without. */
+static inline size_t sc_pixel_bytes(bool alpha)
+{
+    return alpha ? 4 : 3;
+}
+/** @return the size of the pixels in bytes: sc_pixel_bytes width_px height_px. */
 size_t sc_image_bytes(const sc_image *image);
+/** Put the opaque colour @p rgb, of sRGB, behind a picture with alpha, in place: it has none then.
+ * Levels are blended as they are, as browsers and players blend them. An opaque picture stays as
+ * it is. */
+void sc_image_flatten(sc_image *image, const uint8_t rgb[3]);
 
 /** @return a 64-bit hash (XXH3) of size and pixels, the same on every machine. */
 uint64_t sc_image_hash(const sc_image *image);
@@ -31,7 +45,7 @@ typedef struct sc_image_difference {
     size_t differing_px; /**< pixels with any difference */
 } sc_image_difference;
 /** Compare two pictures and write how they differ to @p out. @return false, with @p out untouched,
- * if their sizes differ. */
+ * if their sizes differ, or only one has alpha. */
 bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out);
 
 /** Write a PNG to an open stream, which stays open. @param name of the file, for messages.
@@ -52,6 +66,8 @@ SC_MUST_USE sc_status sc_image_save_png(const sc_ctx *ctx, const sc_image *image
  *  @return SC_ERR_MISSING if it cannot be opened,
  *  SC_ERR_DATA if it is damaged, SC_ERR_MEMORY. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out);
+/** As sc_image_load_png, but a file that has alpha is read as a picture with alpha. */
+SC_MUST_USE sc_status sc_image_load_png_alpha(const sc_ctx *ctx, const char *path, sc_image *out);
 
 /** Kinds of colour vision: with all three kinds of cones, or without those for long, middle or
  * short waves. */

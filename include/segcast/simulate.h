@@ -14,6 +14,7 @@
 typedef struct sc_sim_film {
     int frames, gop_frames;
     int width_px, height_px;
+    bool alpha; /**< see sc_farm */
     sc_partition partition;
     /** How many whole GOPs, the first of the film, are drawn and encoded by one rank each (see
      *  sc_handout_gops), and how many, the last of it, are gathered (see sc_handout_gathered); all

@@ -69,7 +69,7 @@ sc_status sc_rescued_new(const sc_ctx *ctx, const sc_farm *farm, const sc_frame_
 
     SC_TRY(sc_zalloc(ctx, 1, sizeof *frame, &block));
     frame = block;
-    SC_TRY(sc_image_init(ctx, farm->width_px, farm->height_px, &frame->image));
+    SC_TRY(sc_image_init_alpha(ctx, farm->width_px, farm->height_px, farm->alpha, &frame->image));
     memcpy(frame->image.rgb, rows, sc_image_bytes(&frame->image));
     frame->result = *result;
     frame->rescued = true;

@@ -11,7 +11,7 @@ enum { PAGE_BYTES = 4096 }; /* slots begin at pages of their own */
 static sc_shared *share_slots(sc_comm *comm, const sc_farm *farm, sc_slots *out)
 {
     const sc_work work = sc_farm_work(farm, comm);
-    const size_t row_bytes = (size_t)farm->width_px * 3;
+    const size_t row_bytes = sc_farm_row_bytes(farm);
     const size_t stride =
         ((size_t)farm->height_px * row_bytes + PAGE_BYTES - 1) / PAGE_BYTES * PAGE_BYTES;
     const int window = sc_handout_begin(&work).window;

@@ -159,16 +159,14 @@ static sc_status begin_frame(sc_gather *g, const sc_work_unit *unit, gathered_go
 
     if (frame->message)
         return SC_OK;
-    SC_TRY(sc_alloc(
-        g->ctx, sizeof(sc_result_message) + (size_t)farm->width_px * (size_t)farm->height_px * 3, 1,
-        &block));
+    SC_TRY(sc_alloc(g->ctx, sizeof(sc_result_message) + sc_farm_frame_bytes(farm), 1, &block));
     *frame = (gathered_frame){.gop = gop,
                               .message = block,
                               .index = unit->index,
                               .rows_missing = farm->height_px,
                               .in_bands = unit->kind == SC_UNIT_BAND};
     frame->image = (sc_image){farm->width_px, farm->height_px,
-                              (uint8_t *)frame->message + sizeof(sc_result_message)};
+                              (uint8_t *)frame->message + sizeof(sc_result_message), farm->alpha};
     gop->results[unit->place].frame = gop->first + unit->place;
 out:
     return status;
@@ -177,7 +175,7 @@ out:
 void sc_gather_add(sc_gather *g, const sc_result_message *message, const void *rows)
 {
     const sc_work_unit *unit = &message->unit;
-    const size_t row_bytes = (size_t)g->farm->width_px * 3;
+    const size_t row_bytes = sc_farm_row_bytes(g->farm);
     gathered_gop *gop = NULL;
     gathered_frame *frame;
     sc_status status = g->status;
@@ -282,7 +280,7 @@ static bool collect_frame(sc_gather *g)
 static void yield_frames(sc_gather *g)
 {
     static const int32_t nothing = 0;
-    const size_t pixels = (size_t)g->farm->width_px * (size_t)g->farm->height_px * 3;
+    const size_t pixels = sc_farm_frame_bytes(g->farm);
 
     for (gathered_gop *gop = g->status == SC_OK ? g->gops : NULL; gop; gop = gop->next) {
         for (int i = 0; i < gop->count; i++) {

@@ -54,7 +54,8 @@ static int max_int(int a, int b)
  * most_mib limit of the memory, whatever the ranks. */
 static int window_for(const sc_work *work, int frames, long most_mib)
 {
-    const size_t frame_bytes = (size_t)work->width_px * (size_t)work->height_px * 3;
+    const size_t frame_bytes =
+        (size_t)work->width_px * (size_t)work->height_px * sc_pixel_bytes(work->alpha);
     const long limit_mib = WINDOW_MIB + (long)WINDOW_RANK_MIB * work->ranks;
     const size_t bytes = (size_t)(limit_mib < most_mib ? limit_mib : most_mib) << 20;
     const size_t affordable = bytes / (frame_bytes ? frame_bytes : 1);

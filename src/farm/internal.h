@@ -60,6 +60,16 @@ enum { SC_WORKER_BUFFERS = 4 };
 #define SC_NAP_S 50e-6
 #define SC_NAP_GROWTH 1.5
 
+/* @return the size of a row of pixels, in bytes. */
+static inline size_t sc_farm_row_bytes(const sc_farm *farm)
+{
+    return (size_t)farm->width_px * sc_pixel_bytes(farm->alpha);
+}
+/* @return the size of a frame, in bytes. */
+static inline size_t sc_farm_frame_bytes(const sc_farm *farm)
+{
+    return sc_farm_row_bytes(farm) * (size_t)farm->height_px;
+}
 /* @return the length of the longest message of the farm, in bytes: a whole frame, or the results of
  * a GOP. The payload of a GOP is sent in pieces of this length. */
 size_t sc_farm_message_bytes(const sc_farm *farm);
@@ -255,7 +265,8 @@ typedef struct sc_slots {
 static inline sc_image sc_slot_image(const sc_slots *slots, const sc_farm *farm, int index)
 {
     return (sc_image){farm->width_px, farm->height_px,
-                      (uint8_t *)slots->pixels + (size_t)(index % slots->window) * slots->stride};
+                      (uint8_t *)slots->pixels + (size_t)(index % slots->window) * slots->stride,
+                      farm->alpha};
 }
 
 /* ---- the two roles of a rank: rank 0 serves, all others draw. Both block until the farm ends and

@@ -338,7 +338,7 @@ static void receive_result(server *s, const sc_message *mail)
     }
     if (mail->bytes > sizeof message)
         memcpy(slot_of(s, message.unit.index)->image.rgb +
-                   (size_t)message.unit.row * (size_t)s->farm->width_px * 3,
+                   (size_t)message.unit.row * sc_farm_row_bytes(s->farm),
                s->inbox + sizeof message, mail->bytes - sizeof message);
     else
         /* The rank has written its rows into the slot, or failed; see send_rows in worker.c. */
@@ -477,7 +477,7 @@ static void own_gop_done(server *s, const sc_draw_task *task)
 static bool collect_own(server *s)
 {
     sc_draw_task *task = (sc_draw_task *)sc_worker_thread_collect(s->drawing);
-    const size_t row_bytes = (size_t)s->farm->width_px * 3;
+    const size_t row_bytes = sc_farm_row_bytes(s->farm);
 
     if (!task)
         return false;
@@ -617,7 +617,8 @@ static sc_status open_slots(server *s)
         if (s->shared->pixels)
             s->slots[i].image = sc_slot_image(s->shared, farm, i);
         else
-            SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->slots[i].image));
+            SC_TRY(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
+                                       &s->slots[i].image));
     }
 out:
     return status;
@@ -647,7 +648,8 @@ static sc_status open_server(server *s)
     s->next_answer = block;
     for (int i = 0; i < SC_UNITS_PER_RANK; i++) {
         if (farm->spoils_other_rows)
-            SC_TRY(sc_image_init(s->ctx, farm->width_px, farm->height_px, &s->own_bands[i]));
+            SC_TRY(sc_image_init_alpha(s->ctx, farm->width_px, farm->height_px, farm->alpha,
+                                       &s->own_bands[i]));
         SC_TRY(sc_alloc(s->ctx, (size_t)farm->gop_frames + 1, sizeof(sc_frame_result), &block));
         s->own[i].results = block;
     }

@@ -17,6 +17,7 @@ static sc_work work_of(const sc_farm *farm, int ranks)
                      .frames = farm->frame_count,
                      .gathered = gathers ? farm->gop_count : 0,
                      .gop_frames = farm->gop_frames,
+                     .alpha = farm->alpha,
                      .width_px = farm->width_px,
                      .height_px = farm->height_px,
                      .partition = farm->partition};
@@ -72,7 +73,7 @@ void sc_farm_post_payload(sc_comm *comm, const sc_farm *farm, const sc_payload *
 
 size_t sc_farm_message_bytes(const sc_farm *farm)
 {
-    const size_t pixels = (size_t)farm->width_px * (size_t)farm->height_px * 3;
+    const size_t pixels = sc_farm_frame_bytes(farm);
     const size_t gop = (size_t)farm->gop_frames * sizeof(sc_frame_result) + sizeof(uint64_t);
 
     return sizeof(sc_result_message) + (pixels > gop ? pixels : gop);
@@ -82,7 +83,7 @@ sc_farm_memory sc_farm_memory_of(const sc_farm *farm, int ranks)
 {
     const sc_work work = work_of(farm, ranks);
     const sc_handout handout = sc_handout_begin(&work);
-    const size_t frame = (size_t)farm->width_px * (size_t)farm->height_px * 3;
+    const size_t frame = sc_farm_frame_bytes(farm);
     const size_t message = sc_farm_message_bytes(farm);
     const size_t window = (size_t)handout.window * frame;
     const size_t own = farm->spoils_other_rows ? SC_UNITS_PER_RANK * frame : 0;

@@ -228,7 +228,7 @@ static void send_to_encoder(worker *w, buffer *b, size_t rows_bytes)
  * the encoder if it has one, and into the message otherwise. */
 static void send_rows(worker *w, buffer *b, sc_result_message *message)
 {
-    const size_t row_bytes = (size_t)w->farm->width_px * 3;
+    const size_t row_bytes = sc_farm_row_bytes(w->farm);
     const size_t at = (size_t)b->task.unit.row * row_bytes;
     const size_t rows_bytes = (size_t)b->task.unit.rows * row_bytes;
     size_t sent_bytes = 0;
@@ -330,7 +330,7 @@ static sc_status open_worker(worker *w, void **messages)
 
         b->message = (char *)*messages + (size_t)i * each;
         b->image = (sc_image){farm->width_px, farm->height_px,
-                              (uint8_t *)b->message + sizeof(sc_result_message)};
+                              (uint8_t *)b->message + sizeof(sc_result_message), farm->alpha};
         SC_TRY(sc_alloc(w->ctx, (size_t)farm->gop_frames + 1, sizeof *b->task.results, &results));
         b->task.results = results;
     }

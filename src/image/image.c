@@ -6,17 +6,24 @@
 #include <math.h>
 #include <stdlib.h>
 
-sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out)
+sc_status sc_image_init_alpha(const sc_ctx *ctx, int width_px, int height_px, bool alpha,
+                              sc_image *out)
 {
-    sc_image image = {.width_px = width_px, .height_px = height_px};
+    sc_image image = {.width_px = width_px, .height_px = height_px, .alpha = alpha};
     void *rgb;
-    sc_status status = sc_alloc(ctx, (size_t)width_px * 3, (size_t)height_px, &rgb);
+    sc_status status =
+        sc_alloc(ctx, (size_t)width_px * sc_pixel_bytes(alpha), (size_t)height_px, &rgb);
 
     if (status != SC_OK)
         return status;
     image.rgb = rgb;
     *out = image;
     return SC_OK;
+}
+
+sc_status sc_image_init(const sc_ctx *ctx, int width_px, int height_px, sc_image *out)
+{
+    return sc_image_init_alpha(ctx, width_px, height_px, false, out);
 }
 
 void sc_image_clear(sc_image *image)
@@ -27,7 +34,22 @@ void sc_image_clear(sc_image *image)
 
 size_t sc_image_bytes(const sc_image *image)
 {
-    return (size_t)image->width_px * (size_t)image->height_px * 3;
+    return (size_t)image->width_px * (size_t)image->height_px * sc_pixel_bytes(image->alpha);
+}
+
+void sc_image_flatten(sc_image *image, const uint8_t rgb[3])
+{
+    const size_t pixels = (size_t)image->width_px * (size_t)image->height_px;
+    const uint8_t *from = image->rgb;
+    uint8_t *to = image->rgb;
+
+    for (size_t i = 0; i < pixels && image->alpha; i++, from += 4, to += 3) {
+        const int alpha = from[3];
+
+        for (int c = 0; c < 3; c++)
+            to[c] = (uint8_t)((from[c] * alpha + rgb[c] * (255 - alpha) + 127) / 255);
+    }
+    image->alpha = false;
 }
 
 uint64_t sc_image_hash(const sc_image *image)
@@ -40,15 +62,16 @@ uint64_t sc_image_hash(const sc_image *image)
 bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference *out)
 {
     const size_t pixels = (size_t)a->width_px * (size_t)a->height_px;
+    const size_t channels = sc_pixel_bytes(a->alpha);
     sc_image_difference difference = {0};
     double squares = 0;
 
-    if (a->width_px != b->width_px || a->height_px != b->height_px)
+    if (a->width_px != b->width_px || a->height_px != b->height_px || a->alpha != b->alpha)
         return false;
     for (size_t i = 0; i < pixels; i++) {
         bool same = true;
 
-        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+        for (size_t c = channels * i; c < channels * (i + 1); c++) {
             const int step = abs(a->rgb[c] - b->rgb[c]);
 
             same = same && step == 0;
@@ -57,7 +80,7 @@ bool sc_image_compare(const sc_image *a, const sc_image *b, sc_image_difference 
         }
         difference.differing_px += !same;
     }
-    difference.rms = pixels ? sqrt(squares / (3.0 * (double)pixels)) : 0;
+    difference.rms = pixels ? sqrt(squares / ((double)channels * (double)pixels)) : 0;
     *out = difference;
     return true;
 }

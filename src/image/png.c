@@ -36,16 +36,18 @@ static void on_warning(png_structp png, png_const_charp message)
 /* Write header and pixels. An error leaves by longjmp: the caller has called setjmp. */
 static void write_pixels(png_structp png, png_infop info, const sc_image *image, FILE *stream)
 {
+    const size_t row_bytes = (size_t)image->width_px * sc_pixel_bytes(image->alpha);
+
     png_init_io(png, stream);
     png_set_IHDR(png, info, (png_uint_32)image->width_px, (png_uint_32)image->height_px, 8,
-                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
+                 image->alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, 3);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB | PNG_FILTER_UP);
     png_write_info(png, info);
     for (int y = 0; y < image->height_px; y++)
-        png_write_row(png, image->rgb + (size_t)y * (size_t)image->width_px * 3);
+        png_write_row(png, image->rgb + (size_t)y * row_bytes);
     png_write_end(png, info);
 }
 
@@ -141,7 +143,9 @@ static bool chunks_fit(FILE *stream)
     return fit;
 }
 
-sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
+/* Read a PNG file. @param keeps_alpha one that has alpha gives a picture with alpha; otherwise it
+ * lies on black. */
+static sc_status load(const sc_ctx *ctx, const char *path, bool keeps_alpha, sc_image *out)
 {
     static const png_color black = {0, 0, 0};
     png_image png = {.version = PNG_IMAGE_VERSION};
@@ -165,8 +169,9 @@ sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
                          (unsigned)png.width, (unsigned)png.height);
         goto out;
     }
-    png.format = PNG_FORMAT_RGB;
-    SC_TRY(sc_image_init(ctx, (int)png.width, (int)png.height, &image));
+    keeps_alpha = keeps_alpha && (png.format & PNG_FORMAT_FLAG_ALPHA);
+    png.format = keeps_alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+    SC_TRY(sc_image_init_alpha(ctx, (int)png.width, (int)png.height, keeps_alpha, &image));
     if (!png_image_finish_read(&png, &black, image.rgb, 0, NULL)) {
         status = sc_fail(ctx, SC_ERR_DATA, "%s: %s", path, png.message);
         goto out;
@@ -178,4 +183,14 @@ out:
     sc_image_clear(&image);
     fclose(stream);
     return status;
+}
+
+sc_status sc_image_load_png(const sc_ctx *ctx, const char *path, sc_image *out)
+{
+    return load(ctx, path, false, out);
+}
+
+sc_status sc_image_load_png_alpha(const sc_ctx *ctx, const char *path, sc_image *out)
+{
+    return load(ctx, path, true, out);
 }

@@ -13,7 +13,7 @@ static double bytes_of(const sim_farm *f, const sim_event *e)
         return film->frame_file_bytes * film->gop_frames;
     if (e->unit.kind == SC_UNIT_NONE || (e->unit.encoder > 0 && !e->gathered))
         return 0;
-    return 3.0 * film->width_px * e->unit.rows;
+    return (double)sc_pixel_bytes(film->alpha) * film->width_px * e->unit.rows;
 }
 
 void sc_sim_arrive(sim_farm *f, const sim_event *e)

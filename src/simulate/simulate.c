@@ -89,6 +89,7 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
                           .gop_frames = film->gop_frames,
                           .width_px = film->width_px,
                           .height_px = film->height_px,
+                          .alpha = film->alpha,
                           .partition = film->partition};
     void *block;
     sc_status status;

@@ -53,6 +53,62 @@ static void the_hash_depends_on_size_and_pixels(void **state)
     sc_image_clear(&tall);
 }
 
+/* A picture with alpha is another one than without, also where it is opaque. */
+static void a_png_file_keeps_alpha(void **state)
+{
+    sc_image image, back, opaque;
+    sc_image_difference d;
+    uint64_t seed = 7, before;
+
+    (void)state;
+    assert_ok(sc_image_init_alpha(&quiet, 37, 23, true, &image));
+    assert_int_equal(sc_image_bytes(&image), 37 * 23 * 4);
+    for (size_t i = 0; i < sc_image_bytes(&image); i++)
+        image.rgb[i] = (uint8_t)(random_bits(&seed) >> 56);
+    assert_ok(sc_image_save_png(&quiet, &image, "clear.png", true));
+    assert_ok(sc_image_load_png_alpha(&quiet, "clear.png", &back));
+    assert_true(sc_image_compare(&image, &back, &d));
+    assert_int_equal(d.differing_px, 0);
+    assert_int_equal(sc_image_hash(&back), sc_image_hash(&image));
+    before = sc_image_hash(&image);
+    image.rgb[4 * 100 + 3] ^= 1; /* alpha alone */
+    assert_int_not_equal(sc_image_hash(&image), before);
+    assert_true(sc_image_compare(&image, &back, &d));
+    assert_int_equal(d.differing_px, 1);
+
+    assert_ok(sc_image_load_png(&quiet, "clear.png", &opaque));
+    assert_false(opaque.alpha);
+    assert_false(sc_image_compare(&opaque, &back, &d));
+    sc_image_clear(&opaque);
+    opaque = noise(37, 23, 5);
+    assert_ok(sc_image_save_png(&quiet, &opaque, "clear.png", true));
+    sc_image_clear(&back);
+    assert_ok(sc_image_load_png_alpha(&quiet, "clear.png", &back));
+    assert_false(back.alpha);
+    unlink("clear.png");
+    sc_image_clear(&image);
+    sc_image_clear(&back);
+    sc_image_clear(&opaque);
+}
+
+static void flattening_puts_a_colour_behind(void **state)
+{
+    static const uint8_t pixels[] = {10, 20, 30, 255, 200, 100, 0, 51, 0, 0, 0, 0};
+    static const uint8_t behind[3] = {0, 200, 255};
+    static const uint8_t expected[] = {10, 20, 30, 40, 180, 204, 0, 200, 255};
+    sc_image image;
+
+    (void)state;
+    assert_ok(sc_image_init_alpha(&quiet, 3, 1, true, &image));
+    memcpy(image.rgb, pixels, sizeof pixels);
+    sc_image_flatten(&image, behind);
+    assert_false(image.alpha);
+    assert_memory_equal(image.rgb, expected, sizeof expected);
+    sc_image_flatten(&image, pixels); /* an opaque picture stays as it is */
+    assert_memory_equal(image.rgb, expected, sizeof expected);
+    sc_image_clear(&image);
+}
+
 static void every_srgb_level_converts_to_linear_light_and_back(void **state)
 {
     sc_srgb_table table;
@@ -147,6 +203,8 @@ int main(void)
         cmocka_unit_test(a_png_too_short_for_its_size_is_refused),
         cmocka_unit_test(a_png_with_a_chunk_beyond_its_end_is_refused),
         cmocka_unit_test(a_transparent_png_is_read_on_black),
+        cmocka_unit_test(a_png_file_keeps_alpha),
+        cmocka_unit_test(flattening_puts_a_colour_behind),
         cmocka_unit_test(a_png_file_keeps_every_pixel),
         cmocka_unit_test(the_hash_depends_on_size_and_pixels),
         cmocka_unit_test(every_srgb_level_converts_to_linear_light_and_back),
