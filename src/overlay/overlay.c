@@ -88,9 +88,25 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
     cairo_fill(overlay->cairo);
 }
 
+/* Blend a pixel of cairo, which is premultiplied, over one with alpha, which is not. */
+static void blend_over_alpha(uint32_t from, uint8_t to[4])
+{
+    const uint32_t over = from >> 24, left = 255 - over;
+    const uint32_t alpha = 255 * over + to[3] * left; /* of both, times 255 */
+
+    if (!from)
+        return;
+    for (int c = 0; c < 3; c++)
+        to[c] = (uint8_t)(((from >> (16 - 8 * c) & 255) * 255 * 255 + to[c] * to[3] * left +
+                           alpha / 2) /
+                          alpha);
+    to[3] = (uint8_t)((alpha + 127) / 255);
+}
+
 void sc_overlay_finish(sc_overlay *overlay)
 {
     const sc_image *image = overlay->image;
+    const size_t bytes = sc_pixel_bytes(image->alpha);
     const uint8_t *data;
     int stride;
 
@@ -99,9 +115,11 @@ void sc_overlay_finish(sc_overlay *overlay)
     stride = cairo_image_surface_get_stride(overlay->surface);
     for (int y = 0; data && y < image->height_px; y++) {
         const uint32_t *from = (const uint32_t *)(const void *)(data + (size_t)y * (size_t)stride);
-        uint8_t *to = image->rgb + (size_t)y * (size_t)image->width_px * 3;
+        uint8_t *to = image->rgb + (size_t)y * (size_t)image->width_px * bytes;
 
-        for (int x = 0; x < image->width_px; x++, to += 3) {
+        for (int x = 0; x < image->width_px && image->alpha; x++)
+            blend_over_alpha(from[x], to + (size_t)x * bytes);
+        for (int x = 0; x < image->width_px && !image->alpha; x++, to += bytes) {
             const uint32_t left = 255 - (from[x] >> 24); /* the pixels of cairo are premultiplied */
 
             for (int c = 0; c < 3 && from[x]; c++)

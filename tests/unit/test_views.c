@@ -184,6 +184,41 @@ static void a_frame_that_is_given_up_is_not_measured(void **state)
     free_scene(&s);
 }
 
+/* What is drawn over a transparent picture looks, over any colour, as if it had been drawn on it.
+ */
+static void drawing_over_a_transparent_picture_keeps_it_transparent(void **state)
+{
+    static const uint8_t dark[3] = {20, 30, 40}, behind[3] = {250, 120, 0};
+    const sc_letters letters = {20, {20, 20, 20}, {255, 255, 255}};
+    sc_image clear, opaque;
+    sc_overlay *overlay;
+    sc_image_difference d;
+
+    (void)state;
+    assert_ok(sc_image_init_alpha(&quiet, 60, 40, true, &clear));
+    for (size_t i = 0; i < 60 * 40; i++) {
+        const uint8_t half[4] = {10, 200, 100, 128}, nothing[4] = {0, 0, 0, 0};
+
+        memcpy(clear.rgb + 4 * i, i % 60 < 30 ? half : nothing, 4);
+    }
+    assert_ok(sc_image_init_alpha(&quiet, 60, 40, true, &opaque));
+    memcpy(opaque.rgb, clear.rgb, sc_image_bytes(&clear));
+    sc_image_flatten(&opaque, behind);
+    for (int i = 0; i < 2; i++) {
+        assert_ok(sc_overlay_begin(&quiet, i ? &opaque : &clear, &overlay));
+        sc_overlay_line(overlay, 5, 10, 55, 12, 3, dark, 0.5);
+        sc_overlay_text(overlay, 30, 25, 0, 0, &letters, "RAS");
+        sc_overlay_finish(overlay);
+    }
+    assert_int_equal(clear.rgb[4 * (60 * 38 + 50) + 3], 0);
+    sc_image_flatten(&clear, behind);
+    assert_true(sc_image_compare(&clear, &opaque, &d));
+    assert_true(d.largest <= 2); /* rounding */
+    assert_in_range(d.differing_px, 0, 400);
+    sc_image_clear(&clear);
+    sc_image_clear(&opaque);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -192,6 +227,7 @@ int main(void)
         cmocka_unit_test(slices_are_in_radiological_convention),
         cmocka_unit_test(a_failed_allocation_is_reported),
         cmocka_unit_test(a_frame_that_is_given_up_is_not_measured),
+        cmocka_unit_test(drawing_over_a_transparent_picture_keeps_it_transparent),
     };
 
     return RUN(tests);
