@@ -33,7 +33,8 @@ typedef struct sc_render_settings {
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
     sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */
-    uint8_t background[3];        /**< sRGB */
+    uint8_t background[3];        /**< sRGB; not read if transparent */
+    bool transparent;             /**< there is no background: images have alpha (sc_image) */
     int tile_px;                  /**< edge of a tile, at least 1 */
     int threads;                  /**< that draw a frame, at least 1 */
     /** NULL, or a flag that a signal handler may set: then the rest of a frame is left out, and

@@ -25,6 +25,7 @@ typedef struct frame {
 typedef struct batch {
     sc_ray rays[BATCH];
     sc_radiance light[BATCH]; /* what they bring back */
+    sc_radiance white[BATCH]; /* room for what they bring back where the far end fades to white */
     uint32_t target[BATCH];
     size_t count;
 } batch;
@@ -70,6 +71,33 @@ static bool has_middle_ray(int samples)
     return at[0] == 0.5 && at[1] == 0.5;
 }
 
+/* Does the far end fade into a background that is not there? */
+static bool fades_away(const sc_renderer *r)
+{
+    return r->settings.transparent && r->march.light.cue > 0;
+}
+
+/* March the rays waiting once more, fading to white: what they bring back is lighter than with
+ * black by the share of the background that the picture shows. So that share is added to the
+ * transmittance of t->rays.light; the picture lets through what has faded, and not only what no
+ * tissue hides. The work is not counted a second time. */
+static void let_through_what_fades(tile *t)
+{
+    const sc_renderer *r = t->f->renderer;
+    sc_march_counters again = {0};
+
+    r->kernel->march(&r->on_white, t->rays.rays, t->rays.count, t->rays.white, &again);
+    for (size_t i = 0; i < t->rays.count; i++) {
+        const sc_radiance *white = &t->rays.white[i];
+        sc_radiance *light = &t->rays.light[i];
+        float more = 0;
+
+        for (int c = 0; c < 3; c++)
+            more += white->rgb[c] - light->rgb[c];
+        light->transmittance += more * (1.0f / 3);
+    }
+}
+
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
  * the batch. */
 static void march_batch(tile *t)
@@ -77,6 +105,15 @@ static void march_batch(tile *t)
     const sc_renderer *r = t->f->renderer;
 
     r->kernel->march(&r->march, t->rays.rays, t->rays.count, t->rays.light, &t->counters);
+    if (fades_away(r))
+        let_through_what_fades(t);
+}
+
+/* @return the share of what is behind the picture that a ray hides; 0 where there is a background.
+ */
+static float cover_of(const sc_renderer *r, const sc_radiance *light)
+{
+    return r->settings.transparent ? 1 - light->transmittance : 0;
 }
 
 /* March the rays queued by queue_first_ray, store what each pixel has seen in t->pixels, and
@@ -94,6 +131,7 @@ static void flush_first_rays(tile *t)
             g->tone[c] = light->rgb[c] + light->transmittance * behind[c];
             g->normal[c] = light->normal[c];
         }
+        g->cover = cover_of(t->f->renderer, light);
         g->label = light->label;
         g->signature = light->signature;
         g->nothing = light->transmittance == 1;
@@ -163,7 +201,8 @@ static bool differ(const sc_pixel_state *a, const sc_pixel_state *b)
         a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2];
 
     return a->label != b->label || a->signature != b->signature ||
-           (a->label && cosine < NORMAL_COSINE) || colours_differ(a->tone, b->tone);
+           (a->label && cosine < NORMAL_COSINE) || colours_differ(a->tone, b->tone) ||
+           a->cover - b->cover > TONE_DIFFERENCE || b->cover - a->cover > TONE_DIFFERENCE;
 }
 
 /* Does a pixel of the tile differ from one of the four beside it? @param pixel one of t->pixels,
@@ -183,11 +222,13 @@ static void flush_samples(tile *t)
     march_batch(t);
     for (size_t i = 0; i < t->rays.count; i++) {
         const sc_radiance *light = &t->rays.light[i];
-        float *added = t->pixels[t->rays.target[i]].added;
+        sc_pixel_state *pixel = &t->pixels[t->rays.target[i]];
+        float *added = pixel->added;
 
         /* What the ray adds to the background: exactly nothing if it has met nothing. */
         for (int c = 0; c < 3; c++)
             added[c] += light->rgb[c] + light->transmittance * behind[c] - behind[c];
+        pixel->added_cover += cover_of(t->f->renderer, light);
     }
     t->rays.count = 0;
 }
@@ -203,6 +244,7 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
 
     for (int c = 0; c < 3; c++)
         pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->tone[c] : 0;
+    pixel->added_cover = has_first ? pixel->cover : 0;
     if (!sc_is_covered(&t->f->cover, x, y))
         return;
     for (int i = has_first; i < s->samples; i++) {
@@ -240,6 +282,26 @@ static void refine(tile *t)
     flush_samples(t);
 }
 
+/* Write a pixel of a picture with alpha: the colour is that of what covers the pixel alone, so that
+ * nothing of a background is in it. Tones are blended with what is behind as the levels of sRGB
+ * nearly are, which is how browsers, players and video editors blend. */
+static void store_transparent(const sc_renderer *r, const sc_pixel_state *g, uint8_t *pixel)
+{
+    const float share = g->sampled ? 1 / (float)r->settings.samples : 1;
+    const float cover = share * (g->sampled ? g->added_cover : g->cover);
+    const float *tone = g->sampled ? g->added : g->tone;
+
+    memcpy(pixel, r->empty, 4);
+    if (!(cover > 0.5f / 255))
+        return;
+    for (int c = 0; c < 3; c++) {
+        const float own = share * tone[c] / cover;
+
+        pixel[c] = sc_srgb_level(&r->srgb, own * own);
+    }
+    pixel[3] = (uint8_t)(255 * (cover < 1 ? cover : 1) + 0.5f);
+}
+
 /* Write row @p y of the tile (counted in the viewport) from t->pixels to the image, as sRGB. The
  * mean of several rays is that of their tones, nearly as the eye sees them: in linear light, an
  * edge of a dark tissue on white looks as jagged as without antialiasing, because half of the light
@@ -251,11 +313,16 @@ static void store_row(const tile *t, int y)
     const sc_image *image = t->f->image;
     const size_t row = (size_t)(viewport->y_px + y) * (size_t)image->width_px;
     const sc_pixel_state *g = t->pixels + (y - t->y0 + 1) * t->stride + 1;
-    uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
+    const size_t bytes = sc_pixel_bytes(image->alpha);
+    uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * bytes;
 
-    for (int x = t->x0; x < t->x1; x++, g++, pixel += 3) {
+    for (int x = t->x0; x < t->x1; x++, g++, pixel += bytes) {
         if (!g->sampled && g->nothing) {
-            memcpy(pixel, r->empty, 3);
+            memcpy(pixel, r->empty, bytes);
+            continue;
+        }
+        if (image->alpha) {
+            store_transparent(r, g, pixel);
             continue;
         }
         for (int c = 0; c < 3; c++) {
@@ -286,13 +353,14 @@ static void fill_empty(const tile *t)
 {
     const sc_viewport *viewport = t->f->viewport;
     const sc_image *image = t->f->image;
+    const size_t bytes = sc_pixel_bytes(image->alpha);
 
     for (int y = t->y0; y < t->y1; y++) {
         const size_t row = (size_t)(viewport->y_px + y) * (size_t)image->width_px;
-        uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * 3;
+        uint8_t *pixel = image->rgb + (row + (size_t)(viewport->x_px + t->x0)) * bytes;
 
-        for (int x = t->x0; x < t->x1; x++, pixel += 3)
-            memcpy(pixel, t->f->renderer->empty, 3);
+        for (int x = t->x0; x < t->x1; x++, pixel += bytes)
+            memcpy(pixel, t->f->renderer->empty, bytes);
     }
 }
 
@@ -475,6 +543,11 @@ static void begin_view(frame *f)
     set_light_directions(r, &f->scene->camera);
     set_depth_cue(r, &f->scene->camera);
     set_planes(r, f->scene);
+    if (fades_away(r)) {
+        r->on_white = r->march;
+        for (int i = 0; i < 3; i++)
+            r->on_white.light.cue_rgb[i] = 1;
+    }
     sc_lens_init(&f->lens, r, f->scene, f->viewport);
     cover_view(f);
 }

@@ -6,11 +6,13 @@
 #include "segcast/render.h"
 
 /* What the ray through the middle of a pixel has seen, and what its other rays add. A tone is the
- * square root of linear light, over the background: differences of it are nearly those the eye
- * sees. Normal, label and signature are those of sc_radiance. */
+ * square root of linear light, over the background (over black, if there is none): differences of
+ * it are nearly those the eye sees. Normal, label and signature are those of sc_radiance. */
 typedef struct sc_pixel_state {
     float tone[3];
     float added[3]; /* if sampled: the sum of what each ray of the pixel adds to the background */
+    float cover;    /* without a background: share of what lies behind the picture that is hidden */
+    float added_cover; /* if sampled: the sum of that of each ray */
     float normal[3];
     uint32_t label, signature;
     bool nothing; /* nothing but background was seen */
@@ -40,6 +42,7 @@ struct sc_renderer {
     const sc_kernel *kernel;   /* of the constant table */
     sc_march march; /* points to the members below; light directions, depth cue and clip planes are
                        set for each view */
+    sc_march on_white; /* without a background, and if the far end fades: march, fading to white */
     sc_march_tissue *tissues; /* [label_count] */
     sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
                                 is borrowed from volume->stored */
@@ -65,9 +68,9 @@ struct sc_renderer {
     sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
     double radius_mm;
     sc_srgb_table srgb;     /* from linear light to levels of a pixel */
-    float background[3];    /* linear */
+    float background[3];    /* linear; black if there is none */
     float tone[3];          /* its square roots, with which rays are blended */
-    uint8_t empty[3];       /* the background as a pixel, sRGB */
+    uint8_t empty[4];       /* the background as a pixel, sRGB, or as one of alpha 0 */
     sc_render_stats *stats; /* [threads], of the present frame */
     sc_render_span *spans;  /* [threads] */
     sc_pixel_state *pixels; /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */

@@ -342,7 +342,7 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
     for (int i = 0; i < 3; i++)
-        r->background[i] = (float)sc_srgb_to_linear(s->background[i] / 255.0);
+        r->background[i] = s->transparent ? 0 : (float)sc_srgb_to_linear(s->background[i] / 255.0);
     for (int i = 0; i < 3; i++)
         r->tone[i] = sqrtf(r->background[i]);
     for (int i = 0; i < 3; i++)

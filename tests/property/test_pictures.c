@@ -30,6 +30,62 @@ static void expect_alike(const sc_image *a, const sc_image *b, double rms)
                  d.differing_px);
 }
 
+/* Draw a small heart without a background and with one of colour @p behind, lay the former over
+ * that colour, and compare. @param change its samples, everywhere and depth cue are set. */
+static void expect_over(sc_render_settings change, const uint8_t behind[3], int largest, double rms)
+{
+    small_scene s = make_scene(small_phantom(), 0.5);
+    sc_scene scene;
+    sc_image clear, opaque;
+    sc_image_difference d;
+    size_t empty = 0, full = 0;
+
+    s.settings.samples = change.samples;
+    s.settings.everywhere = change.everywhere;
+    s.settings.light.depth_cue = change.light.depth_cue;
+    memcpy(s.settings.background, behind, 3);
+    scene = front_view(&s);
+    opaque = draw_view(&s, &scene, NULL);
+    s.settings.transparent = true;
+    clear = draw_view(&s, &scene, NULL);
+    for (int i = 0; i < clear.width_px * clear.height_px; i++) {
+        const uint8_t *p = clear.rgb + 4 * (size_t)i;
+
+        empty += p[3] == 0;
+        full += p[3] > 250;
+        if (p[3] == 0)
+            assert_true(p[0] == 0 && p[1] == 0 && p[2] == 0);
+    }
+    assert_in_range(empty, 1000, 6000);
+    if (change.light.depth_cue == 0)
+        assert_in_range(full, 200, 6000);
+    sc_image_flatten(&clear, behind);
+    assert_true(sc_image_compare(&clear, &opaque, &d));
+    if (d.largest > largest || d.rms > rms)
+        fail_msg("laid over a colour it differs: rms %.3f, largest %d", d.rms, d.largest);
+    free_scene(&s);
+    sc_image_clear(&clear);
+    sc_image_clear(&opaque);
+}
+
+/* A transparent picture shows any background as if it had been drawn with it, without a rim of
+ * another colour. What is left is the difference between square roots, which are blended in
+ * drawing, and levels of sRGB, which are blended by what lays pictures over each other. */
+static void transparent_pictures_fit_any_background(void **state)
+{
+    static const uint8_t colours[][3] = {{0, 0, 0}, {255, 0, 0}, {0, 255, 0}, {255, 255, 255}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(colours); i++) {
+        expect_over((sc_render_settings){.samples = 1}, colours[i], 16, 4);
+        expect_over((sc_render_settings){.samples = 5}, colours[i], 16, 4);
+        expect_over((sc_render_settings){.samples = 4, .everywhere = true}, colours[i], 16, 4);
+        /* What fades has another colour in each channel, but one alpha. */
+        expect_over((sc_render_settings){.samples = 1, .light = {.depth_cue = 0.8}}, colours[i], 64,
+                    12);
+    }
+}
+
 /* @return a copy of a volume that is stored along other axes, while every voxel keeps its position
  * in RAS. Axis i of the copy runs along axis order[i] of the original, and backwards if bit i of @p
  * flip is set. */
@@ -294,6 +350,7 @@ int main(void)
         cmocka_unit_test(a_sweep_removes_more_with_every_frame),
         cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
         cmocka_unit_test(counts_of_pixels_add_up_to_the_frame),
+        cmocka_unit_test(transparent_pictures_fit_any_background),
     };
 
     int failed = 0;
