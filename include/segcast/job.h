@@ -47,6 +47,8 @@ typedef enum sc_caps { SC_CAPS_NONE, SC_CAPS_SOLID } sc_caps;
 typedef struct sc_background {
     uint8_t rgb[3]; /**< sRGB; where is_auto is set, to be filled in by sc_choose_background */
     bool is_auto;
+    bool is_none; /**< there is none: pictures have alpha; rgb is white then, for what is drawn over
+                       the picture */
 } sc_background;
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
@@ -129,6 +131,7 @@ typedef struct sc_job_sources {
     const sc_setting *settings; /**< [setting_count], of the command line */
     size_t setting_count;
     const char *const *environment; /**< "SEGCAST_RENDER_SAMPLES=2", ended by NULL; or NULL */
+    bool no_video;     /**< no video is made: the job may ask for one that cannot be made */
     bool check_inputs; /**< a volume or label table that does not exist is a mistake of the job */
 } sc_job_sources;
 

@@ -146,6 +146,10 @@ bool sc_video_name_ok(const char *path);
 /** @return the least crf that the encoder of a video named @p path takes: 1 for H.264, 0 for VP9.
  */
 int sc_video_crf_least(const char *path);
+/** @return the name of the codec of a video named @p path, for messages. Static text. */
+const char *sc_video_codec_name(const char *path);
+/** @return whether a video named @p path holds pictures with alpha. */
+bool sc_video_has_alpha(const char *path);
 /** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
  *  cannot have that many. */
 bool sc_video_size_ok(int width_px, int height_px);

@@ -214,8 +214,11 @@ void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, doubl
 /* Do everything between sc_session_job and the first sc_session_draw: load the volume, resolve the
  * tissues, make the renderer and the timeline. */
 sc_status sc_session_volume(sc_app *app, sc_session *session);
-/* Draw frame @p k, or @p rows of it, in the layout of the job, into @p image, which has the size of
- * the job's pictures. The layout views may also write to other rows. One call at a time per
+/* Allocate a picture of the kind that the job draws: of its size, and with alpha if it has no
+ * background. Not collective. @return SC_ERR_MEMORY. Caller owns: sc_image_clear. */
+sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_image *out);
+/* Draw frame @p k, or @p rows of it, in the layout of the job, into @p image, which is as of
+ * sc_session_image. The layout views may also write to other rows. One call at a time per
  * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);

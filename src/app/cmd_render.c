@@ -291,6 +291,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
     const sc_job *job = &run->session.job;
     const sc_farm farm = {.width_px = job->output.size_px[0],
                           .height_px = job->output.size_px[1],
+                          .alpha = job->render.background.is_none,
                           .partition = (sc_partition)job->farm.partition,
                           .frames = run->frames,
                           .frame_count = run->plan.frame_count,

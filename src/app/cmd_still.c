@@ -45,12 +45,12 @@ static sc_status draw_still(sc_app *app, const char *job_path, const char *path)
     sc_status status;
 
     SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
+    app->options.no_video = true;
     SC_TRY(sc_session_job(app, job_path, &session));
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(find_frame(app, &session.job, &frame));
     SC_TRY(sc_session_volume(app, &session));
-    SC_TRY(sc_image_init(app->ctx, session.job.output.size_px[0], session.job.output.size_px[1],
-                         &image));
+    SC_TRY(sc_session_image(app, &session, &image));
     SC_TRY(sc_session_draw(app, &session, frame, NULL, &image, &stats));
     SC_TRY(sc_image_save_png(app->ctx, &image, path, app->options.overwrite));
     sc_info(

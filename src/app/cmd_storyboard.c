@@ -14,6 +14,9 @@ enum {
     CELL_PX = 160             /* a cell is at least so wide, for its caption */
 };
 
+/* The colour of the sheet, which shows through pictures without a background. */
+static const uint8_t paper[3] = {236, 236, 236};
+
 /* How the pictures stand on the sheet. */
 typedef struct grid {
     int columns, rows;
@@ -112,12 +115,14 @@ static sc_status draw_pictures(sc_app *app, sc_session *session, const grid *g, 
     sc_image picture = {0};
     sc_render_stats stats;
     int at_px[2];
-    sc_status status;
+    sc_status status = SC_OK;
 
-    SC_TRY(sc_image_init(app->ctx, g->picture_px[0], g->picture_px[1], &picture));
     sc_stage_begin(app->ctx, SC_STAGE_DRAWING, 0, (uint64_t)count);
     for (int i = 0; i < count; i++) {
+        sc_image_clear(&picture);
+        SC_TRY(sc_session_image(app, session, &picture));
         SC_TRY(sc_session_draw(app, session, frames[i], NULL, &picture, &stats));
+        sc_image_flatten(&picture, paper);
         find_place(g, i, at_px);
         for (int y = 0; y < g->picture_px[1]; y++)
             memcpy(sheet->rgb +
@@ -135,7 +140,7 @@ out:
 static sc_status draw_captions(const sc_app *app, const grid *g, const int *frames, int count,
                                int fps, sc_image *sheet)
 {
-    const sc_letters letters = {13, {40, 40, 40}, {236, 236, 236}};
+    const sc_letters letters = {13, {40, 40, 40}, {paper[0], paper[1], paper[2]}};
     const uint8_t line[3] = {150, 150, 150};
     const int decimals = fps <= 50 ? 2 : 3;
     sc_overlay *overlay;
@@ -173,6 +178,7 @@ sc_status sc_cmd_storyboard(sc_app *app)
     sc_status status;
 
     SC_TRY(sc_check_ending(app->ctx, path, ".png", "a picture in the format PNG"));
+    app->options.no_video = true;
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
@@ -182,7 +188,7 @@ sc_status sc_cmd_storyboard(sc_app *app)
     g = choose_grid(job->output.size_px, count);
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));
-    memset(sheet.rgb, 236, sc_image_bytes(&sheet));
+    memset(sheet.rgb, paper[0], sc_image_bytes(&sheet));
     SC_TRY(draw_pictures(app, &session, &g, frames, count, &sheet));
     SC_TRY(draw_captions(app, &g, frames, count, job->output.fps, &sheet));
     SC_TRY(sc_image_save_png(app->ctx, &sheet, path, app->options.overwrite));

@@ -29,8 +29,9 @@ typedef struct sc_options {
     int nodes, ranks;          /* --nodes, --ranks of segcast plan; 0: not given */
     uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
-    bool fast; /* --fast of segcast check */
-    bool scan; /* the command reads all voxels, and tells all mistakes against them */
+    bool fast;     /* --fast of segcast check */
+    bool scan;     /* the command reads all voxels, and tells all mistakes against them */
+    bool no_video; /* the command makes no video, whatever the job says */
     bool help, version;
     bool markdown, schema, study, man, bash, zsh, fish;
     double time_limit_s; /* --time-limit; 0: none */

@@ -284,7 +284,6 @@ out:
 sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_bytes,
                           sc_plan_probe *out)
 {
-    const int *size_px = session->job.output.size_px;
     sc_image image = {0};
     prober p = {.app = app, .session = session, .image = &image};
     sc_text text = {0};
@@ -301,7 +300,7 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     }
     SC_TRY(sc_job_write(app->ctx, &session->job, false, &text));
     out->job_bytes = text.length_bytes;
-    SC_TRY(sc_image_init(app->ctx, size_px[0], size_px[1], &image));
+    SC_TRY(sc_session_image(app, session, &image));
     SC_TRY(measure_drawing(app, session, &image, out));
     SC_TRY(measure_encoding(&p, out));
 out:

@@ -105,6 +105,7 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
     const int *size_px = job->output.size_px;
     const sc_farm farm = {.width_px = size_px[0],
                           .height_px = size_px[1],
+                          .alpha = job->render.background.is_none,
                           .partition = (sc_partition)job->farm.partition,
                           .frame_count = rest,
                           .gop_count = run->gops,
@@ -125,7 +126,9 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
     if (run->gops > 0 && run->gather)
         node_bytes += encoders_per_node(job, p, run) * (memory.encoder + encoding_bytes);
     else if (run->gops > 0)
-        rank_bytes += (uint64_t)size_px[0] * (uint64_t)size_px[1] * 3 + encoding_bytes;
+        rank_bytes += (uint64_t)size_px[0] * (uint64_t)size_px[1] *
+                          sc_pixel_bytes(job->render.background.is_none) +
+                      encoding_bytes;
     run->other_node_bytes = node_bytes + ranks * (rank_bytes + memory.worker);
     run->first_node_bytes =
         node_bytes + ranks * rank_bytes + (ranks - 1) * memory.worker + root_bytes;

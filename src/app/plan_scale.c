@@ -45,6 +45,7 @@ static sc_sim_film film_of(const sc_job *job, const sc_plan_probe *p, const sc_p
         .gop_frames = gop,
         .width_px = job->output.size_px[0],
         .height_px = job->output.size_px[1],
+        .alpha = job->render.background.is_none,
         .partition = (sc_partition)job->farm.partition,
         .gops = run->gather ? 0 : run->gops,
         .gathered = run->gather ? run->gops : 0,

@@ -228,13 +228,12 @@ sc_status sc_run_draw_gop(void *user, int first, int count, sc_frame_result *res
                           sc_payload *out)
 {
     sc_run *run = user;
-    const int *size_px = run->session.job.output.size_px;
     const double begin_s = sc_wall_s();
     sc_payload pngs = {0};
     sc_status status = SC_OK;
 
     if (!run->gop_image.rgb)
-        SC_TRY(sc_image_init(run->app->ctx, size_px[0], size_px[1], &run->gop_image));
+        SC_TRY(sc_session_image(run->app, &run->session, &run->gop_image));
     SC_TRY(open_gop_encoder(run));
     for (int i = 0; i < count; i++) {
         if (should_give_up(run, begin_s, i, count))

@@ -66,6 +66,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .defaults = app->options.defaults,
                                     .default_count = app->options.default_count,
                                     .environment = app->environment,
+                                    .no_video = app->options.no_video,
                                     .check_inputs = true};
     sc_job *job = &session->job;
     void *rules = NULL, *exceptions = NULL;
@@ -130,8 +131,9 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     if (job->render.background.is_auto)
         sc_choose_background(&session->volume, session->tissues,
                              session->job.render.background.rgb);
-    sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
-                            session->tissues);
+    if (!job->render.background.is_none)
+        sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
+                                session->tissues);
     status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                                job->exception_count, session->tissues, session->clip_sets,
                                &session->clip_set_count);
@@ -189,6 +191,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
     };
 
     memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
+    settings.transparent = job->render.background.is_none;
     return sc_renderer_new(ctx, &settings, &session->volume, session->tissues, &session->renderer);
 }
 
@@ -364,6 +367,14 @@ static double picture_aspect(const sc_job *job)
 
     return job->output.layout == SC_LAYOUT_VIEWS ? sc_views_aspect(size_px[0], size_px[1])
                                                  : (double)size_px[0] / size_px[1];
+}
+
+sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_image *out)
+{
+    const sc_job *job = &session->job;
+
+    return sc_image_init_alpha(app->ctx, job->output.size_px[0], job->output.size_px[1],
+                               job->render.background.is_none, out);
 }
 
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,

@@ -301,7 +301,7 @@ const sc_value_type sc_type_color = {
     .schema = color_schema,
 };
 
-/* sc_background: a colour, or auto. */
+/* sc_background: a colour, auto or none. */
 static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
 {
@@ -309,12 +309,15 @@ static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_
     sc_status status = SC_OK;
 
     background->is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
-    if (!background->is_auto)
+    background->is_none = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "none");
+    if (background->is_none)
+        memset(background->rgb, 255, sizeof background->rgb);
+    else if (!background->is_auto)
         status = read_color(ctx, key, node, background->rgb);
     return status;
 }
 
-/* "auto", or a list of three levels. */
+/* "auto", "none", or a list of three levels. */
 static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const void *value,
                                   int indent, sc_text *text)
 {
@@ -322,19 +325,21 @@ static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const vo
 
     if (background->is_auto)
         return sc_text_add(ctx, text, "auto");
+    if (background->is_none)
+        return sc_text_add(ctx, text, "none");
     return write_color(ctx, key, background->rgb, indent, text);
 }
 
-/* What color_schema allows, or the word auto. */
+/* What color_schema allows, or the words auto and none. */
 static json_t *background_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:[s]}]}", "anyOf", color_schema(key), "enum", "auto");
+    return json_pack("{s:[o, {s:[s, s]}]}", "anyOf", color_schema(key), "enum", "auto", "none");
 }
 
 const sc_value_type sc_type_background = {
-    .name = "colour or auto",
+    .name = "colour, auto or none",
     .expected =
-        "auto, a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels "
+        "auto, none, a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels "
         "from 0 to 255 or shares from 0.0 to 1.0",
     .read = read_background,
     .write = write_background,

@@ -30,8 +30,23 @@ bool sc_job_is_phantom(const char *volume)
 
 /* ---- values that depend on each other ---- */
 
+/* A video of pictures without a background, whose format must hold alpha. */
+static sc_status check_alpha(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const char *video = job->output.video;
+
+    if (!job->render.background.is_none || sc_video_has_alpha(video))
+        return SC_OK;
+    return sc_yaml_fail(
+        ctx, sc_key_node(root, "render.background"),
+        "background is \"none\", but the video %s is %s, which has no transparency; "
+        "expected output.video: none with output.frames: png",
+        video, sc_video_codec_name(video));
+}
+
 /* The video: a name that it can have, and what its encoder takes. */
-static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                             const sc_job *job)
 {
     const char *video = job->output.video;
     const int *size_px = job->output.size_px;
@@ -43,6 +58,8 @@ static sc_status check_video(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
         return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
                              "a name ending in .mp4, .mkv or .webm, of at most 140 bytes, without "
                              "a directory, control characters or a dot at the beginning; or none");
+    if (!sources->no_video)
+        (void)sc_goes_on(&status, check_alpha(ctx, root, job));
     if (job->output.crf < sc_video_crf_least(video))
         (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.crf"),
                                                 "a number from 1 to 51 for the H.264 of .mp4 and "
@@ -247,7 +264,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
 
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "volume"));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
-    (void)sc_goes_on(&status, check_video(ctx, root, job));
+    (void)sc_goes_on(&status, check_video(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));
     (void)sc_goes_on(&status, check_turns(ctx, root, job));

@@ -106,7 +106,7 @@ static const sc_key render_keys[] = {
      .outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
-             "nearly white"},
+             "nearly white; none: pictures are transparent (PNG with alpha)"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",
      .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",

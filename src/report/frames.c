@@ -248,9 +248,10 @@ static void read_video(gallery *g, const char *path, int fps)
         g->status = status;
 }
 
-/* Read those of the frames that are there as PNG files. */
+/* Read those of the frames that are there as PNG files; what is transparent lies on white. */
 static void read_png_files(gallery *g, const char *directory)
 {
+    static const uint8_t white[3] = {255, 255, 255};
     const sc_ctx looking = sc_quiet(g->page->ctx);
 
     for (int i = 0; i < g->count && g->status == SC_OK; i++) {
@@ -259,7 +260,9 @@ static void read_png_files(gallery *g, const char *directory)
         sc_status status;
 
         snprintf(path, sizeof path, "%s/frames/%06d.png", directory, g->wanted[i]);
-        status = sc_image_load_png(&looking, path, &image);
+        status = sc_image_load_png_alpha(&looking, path, &image);
+        if (status == SC_OK)
+            sc_image_flatten(&image, white);
         if (status == SC_OK)
             (void)keep_frame(g, g->wanted[i], 0, &image); /* its error is in g->status */
         else if (!sc_is_of_input(status))

@@ -11,9 +11,9 @@
 
 static const sc_container containers[] = {
     /* With 0, x264 loses nothing, which the profile that all players know does not have. */
-    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1},
-    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1},
-    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0},
+    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", false},
+    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", false},
+    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0, "VP9", false},
 };
 
 const sc_container *sc_container_find(const char *path)
@@ -37,6 +37,20 @@ int sc_video_crf_least(const char *path)
     const sc_container *container = sc_container_find(path);
 
     return container ? container->crf_least : 0;
+}
+
+const char *sc_video_codec_name(const char *path)
+{
+    const sc_container *container = sc_container_find(path);
+
+    return container ? container->name : "unknown";
+}
+
+bool sc_video_has_alpha(const char *path)
+{
+    const sc_container *container = sc_container_find(path);
+
+    return container && container->alpha;
 }
 
 bool sc_video_size_ok(int width_px, int height_px)

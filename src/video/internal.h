@@ -15,6 +15,8 @@ typedef struct sc_container {
     enum AVCodecID codec;
     bool global_header; /* parameter sets belong into the container's header, not into the stream */
     int crf_least;      /* of its encoder */
+    const char *name;   /* of the codec, for messages */
+    bool alpha;         /* it holds pictures with alpha */
 } sc_container;
 
 /* @return the container that the extension of @p path names, in any case, from a static table;

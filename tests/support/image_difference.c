@@ -12,13 +12,14 @@
  */
 static bool crop(sc_image *a, const sc_image *b, int x, int y)
 {
-    const size_t row_bytes = 3 * (size_t)b->width_px;
+    const size_t bytes = sc_pixel_bytes(b->alpha), row_bytes = bytes * (size_t)b->width_px;
 
-    if (x < 0 || y < 0 || x + b->width_px > a->width_px || y + b->height_px > a->height_px)
+    if (a->alpha != b->alpha || x < 0 || y < 0 || x + b->width_px > a->width_px ||
+        y + b->height_px > a->height_px)
         return false;
     for (int row = 0; row < b->height_px; row++)
         memmove(a->rgb + (size_t)row * row_bytes,
-                a->rgb + 3 * ((size_t)(y + row) * (size_t)a->width_px + (size_t)x), row_bytes);
+                a->rgb + bytes * ((size_t)(y + row) * (size_t)a->width_px + (size_t)x), row_bytes);
     a->width_px = b->width_px;
     a->height_px = b->height_px;
     return true;
@@ -32,14 +33,15 @@ int main(int argc, char **argv)
     sc_image_difference d;
     int result = 2;
 
-    if (argc < 3 || sc_image_load_png(&ctx, argv[1], &a) || sc_image_load_png(&ctx, argv[2], &b))
+    if (argc < 3 || sc_image_load_png_alpha(&ctx, argv[1], &a) ||
+        sc_image_load_png_alpha(&ctx, argv[2], &b))
         goto out;
     if (argc > 6 && !crop(&a, &b, atoi(argv[5]), atoi(argv[6]))) {
         printf("there is no such part in %d x %d pixels\n", a.width_px, a.height_px);
         goto out;
     }
     if (!sc_image_compare(&a, &b, &d)) {
-        printf("sizes differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
+        printf("sizes or kinds differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
                b.height_px);
         goto out;
     }
