@@ -39,8 +39,11 @@ static const char *const introduction[] = {
     "along the "
     "plane's normal (`12 mm`, measured from the origin of the patient coordinates); a number "
     "without "
-    "a unit is refused. `during: [20%, 80%]` is the part of the animation in which something "
-    "changes.",
+    "a unit is refused.",
+    "`during: [20%, 80%]` is the part of the animation in which something changes. Both ends are "
+    "shares of the animation (`20%`: 0% is its first frame, 100% its last), seconds (`1.5s`, "
+    "`500ms`, `2 min`), minutes and seconds (`1:05`), or numbers of frames (`30f`), counted from "
+    "its beginning.",
     "Tissues are named by their name, by a glob (`\"*atri*\"`) or by their label number. Case is "
     "ignored, and where no name fits exactly, also whether words are separated by blanks, `_` or "
     "`-`: left_atrium finds \"left atrium\". A name that could stand for several tissues is an "

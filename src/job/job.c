@@ -187,6 +187,7 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
         sc_goes_on(&status,
                    apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
         sc_goes_on(&status, apply_modes(ctx, root)) &&
+        sc_goes_on(&status, sc_times_resolve(ctx, job, root)) &&
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)))
         (void)sc_goes_on(&status, sc_job_check(ctx, sources, root, job));
     return status;

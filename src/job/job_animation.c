@@ -98,7 +98,8 @@ static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *v
     return sc_text_add(ctx, text, "%.12g%%", 100 * *(const double *)value);
 }
 
-/* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. */
+/* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. Other
+ * times have become shares before (sc_times_resolve). */
 static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     double span[2];
@@ -132,7 +133,9 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
 
 static json_t *span_schema(const sc_key *key)
 {
-    return json_pack("{s:s, s:o, s:i, s:i}", "type", "array", "items", share_schema(key),
+    (void)key;
+    return json_pack("{s:s, s:{s:s, s:s}, s:i, s:i}", "type", "array", "items", "type", "string",
+                     "pattern", "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$",
                      "minItems", 2, "maxItems", 2);
 }
 
@@ -200,7 +203,7 @@ const sc_value_type sc_type_share = {
 };
 const sc_value_type sc_type_span = {
     .name = "[begin, end]",
-    .expected = "two rising shares of the animation, such as [0%, 50%]",
+    .expected = "two rising times of the animation, such as [0%, 50%], [1.5s, 0:10] or [0f, 45f]",
     .read = read_span,
     .write = write_span,
     .schema = span_schema,

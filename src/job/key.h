@@ -148,6 +148,13 @@ struct sc_job_sources;
 sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, const sc_yaml *root,
                        struct sc_job *job);
 
+/* ---- job_times.c ---- */
+
+/* In the tree @p root of a job, turn parts of the animation (during) that are given in frames,
+ * seconds or minutes into shares of the animation. @param job holds the defaults. @return the first
+ * mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
+sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
+
 /* ---- settings.c ---- */
 
 /* Set @p path, such as "render.samples", to the value @p text, which is YAML, in the tree @p root

@@ -349,6 +349,63 @@ static void expect_full(const sc_job *job)
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
 }
 
+/* Times are shares of the way from the first frame to the last: frame k of N is at k / (N - 1). */
+static void parts_of_the_animation_may_be_times(void **state)
+{
+    static const struct {
+        const char *part;
+        double begin, end; /* in frames, of 101 */
+    } cases[] = {
+        {"[20%, 80%]", 20, 80},    {"[30f, 60 frames]", 30, 60}, {"[0f, 1 frame]", 0, 1},
+        {"[1s, 2.5 s]", 10, 25},   {"[500ms, 0:10]", 5, 100},    {"[0:01.5, 0.15 min]", 15, 90},
+        {"[10%, 10.1s]", 10, 100}, {"[100f, 101f]", 100, 100},   {"[0:00, 0:05]", 0, 50}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        char text[256];
+        heard h;
+        sc_job job, again;
+        sc_text written = {0};
+        const sc_sweep *sweep = &job.animation.sweeps[0];
+
+        snprintf(text, sizeof text,
+                 "volume: phantom\noutput: {fps: 10}\nanimation: {duration: 10.1s, clip: [{sweep: "
+                 "{normal: left, during: %s}}]}\n",
+                 cases[i].part);
+        assert_int_equal(load(text, &h, NULL, NULL, &job), SC_OK);
+        assert_near(sweep->begin, cases[i].begin / 100, 1e-11);
+        assert_near(sweep->end, cases[i].end / 100, 1e-11);
+        assert_true(sweep->begin <= cases[i].begin / 100); /* a jump there is not a frame late */
+        assert_ok(sc_job_write(&quiet, &job, false, &written));
+        assert_int_equal(load(written.data, &h, NULL, NULL, &again), SC_OK);
+        assert_near(again.animation.sweeps[0].begin, sweep->begin, 0);
+        assert_near(again.animation.sweeps[0].end, sweep->end, 0);
+        sc_text_clear(&written);
+        sc_job_clear(&job);
+        sc_job_clear(&again);
+    }
+}
+
+static void wrong_times_are_refused(void **state)
+{
+    static const char *const wrong[] = {
+        "[1, 2]",       "[3s, 1s]",    "[1:5, 0:09]", "[0:60, 0:09]",       "[-1s, 2s]",
+        "[1.2.3s, 4s]", "[1e1f, 12f]", "[1 h, 2 h]",  "[1:00:00, 1:00:01]", "[50%, 1s]"};
+    char text[256];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(wrong); i++) {
+        snprintf(text, sizeof text,
+                 "volume: phantom\nanimation: {frames: 900, camera: {zoom: {during: %s}}}\n",
+                 wrong[i]);
+        refuses(text, "expected two rising times of the animation");
+    }
+    refuses("volume: phantom\noutput: {fps: 25}\nanimation:\n  frames: 50\n  camera:\n"
+            "    zoom: {during: [1s, 3s]}\n",
+            "job.yaml:6: during: 3s is behind the end of the animation, which has 50 frames at 25 "
+            "frames per second: 2 s");
+}
+
 /* A job that is written as resolved and read again is the same job. */
 static void a_resolved_job_reads_back_the_same(void **state)
 {
@@ -775,6 +832,8 @@ int main(void)
         cmocka_unit_test(what_is_meant_otherwise_is_told),
         cmocka_unit_test(nesting_is_bounded),
         cmocka_unit_test(a_resolved_job_reads_back_the_same),
+        cmocka_unit_test(parts_of_the_animation_may_be_times),
+        cmocka_unit_test(wrong_times_are_refused),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(every_row_is_complete),
         cmocka_unit_test(nested_keys_are_set_in_every_way),

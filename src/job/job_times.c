@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Parts of the animation that are given in frames, seconds or minutes. They are turned into shares
+ * of the animation in the tree, before it is read by the table of keys: only the whole job knows
+ * how many frames there are, and how many make a second. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What turns times into shares. */
+typedef struct clock_of_job {
+    double frames, fps; /* of the animation; both above 0 */
+} clock_of_job;
+
+/* @return the number at @p path, if it lies in the range from 1 to @p most, else @p fallback: what
+ * is wrong is told when the key itself is read. */
+static double number_at(const sc_yaml *root, const char *path, double most, double fallback)
+{
+    const sc_yaml *node = sc_key_node(root, path);
+    double number;
+
+    return node && sc_parse_number(node, &number) && number >= 1 && number <= most ? number
+                                                                                   : fallback;
+}
+
+/* @return frames and frames per second of the job in the tree @p root. @param job holds the
+ * defaults. */
+static clock_of_job clock_of(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    const sc_key key = {.name = "duration", .type = &sc_type_duration};
+    const sc_yaml *duration = sc_key_node(root, "animation.duration");
+    clock_of_job out = {.fps = number_at(root, "output.fps", 1e6, job->output.fps)};
+    double seconds;
+
+    out.frames = number_at(root, "animation.frames", SC_JOB_FRAMES_MAX, job->animation.frames);
+    if (duration && key.type->read(&quiet, &key, duration, &seconds) == SC_OK)
+        out.frames = fmax(floor(seconds * out.fps + 0.5), 1);
+    return out;
+}
+
+/* @return whether @p text is one of the units of an animation; *seconds is how long it is, 0 for
+ * frames. */
+static bool find_unit(const char *text, double *seconds)
+{
+    static const struct {
+        const char *name;
+        double seconds;
+    } units[] = {{"f", 0}, {"frame", 0}, {"frames", 0}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(text, units[i].name)) {
+            *seconds = units[i].seconds;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Read digits and what stands behind a point, nothing else. @param end what follows. @return false
+ * if there are none. */
+static bool parse_digits(const char *text, double *number, const char **end)
+{
+    char *behind;
+
+    *end = text + strspn(text, "0123456789.");
+    *number = strtod(text, &behind);
+    return behind == *end && behind != text;
+}
+
+/* Read a time that is no share. @param frame where it lies, in frames from the beginning. @return
+ * false if @p node is anything else. */
+static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *frame)
+{
+    const char *end;
+    double number, seconds;
+
+    if (node->kind != SC_YAML_SCALAR || !parse_digits(node->text, &number, &end))
+        return false;
+    if (*end == ':') { /* minutes and seconds */
+        const char *colon = end;
+
+        if (strspn(node->text, "0123456789") != (size_t)(colon - node->text) ||
+            strspn(colon + 1, "0123456789") != 2 || !parse_digits(colon + 1, &seconds, &end) ||
+            *end || seconds >= 60)
+            return false;
+        *frame = (60 * number + seconds) * clock->fps;
+        return true;
+    }
+    if (!find_unit(end + strspn(end, " "), &seconds))
+        return false;
+    *frame = number * (seconds > 0 ? seconds * clock->fps : 1);
+    return true;
+}
+
+/* Put a share, 0 to 1, in percent in the place of the time @p node. It is rounded down, so that
+ * what happens at a frame happens there and not one later. */
+static sc_status put_share(const sc_ctx *ctx, double share, sc_yaml *node)
+{
+    char *text, *old = node->text;
+    char digits[40];
+    void *block;
+    sc_status status;
+
+    snprintf(digits, sizeof digits, "%.12g%%", floor(share * 100 * 1e9) / 1e9);
+    status = sc_alloc(ctx, strlen(digits) + 1, 1, &block);
+    if (status != SC_OK)
+        return status;
+    text = block;
+    strcpy(text, digits);
+    node->text = text;
+    sc_free(old);
+    return SC_OK;
+}
+
+/* Turn one end of a part of the animation into a share, if it is a time; one behind the end of the
+ * animation, which is a mistake, becomes the end. @param list its key is named in messages. */
+static sc_status resolve_end(const sc_ctx *ctx, const clock_of_job *clock, const sc_yaml *list,
+                             sc_yaml *node)
+{
+    double frame;
+    sc_status status = SC_OK, put;
+
+    if (!parse_time(clock, node, &frame))
+        return SC_OK;
+    if (frame > clock->frames * (1 + 1e-9))
+        status = sc_yaml_fail(ctx, node,
+                              "%s: %s is behind the end of the animation, which has %.0f frame%s "
+                              "at %g frames per second: %.6g s",
+                              list->key, node->text, clock->frames, clock->frames > 1 ? "s" : "",
+                              clock->fps, clock->frames / clock->fps);
+    put = put_share(ctx, clock->frames > 1 ? fmin(frame / (clock->frames - 1), 1) : 0, node);
+    return put == SC_OK ? status : put;
+}
+
+/* Are both ends of a part of the animation times or shares, and times in their order? Others are
+ * left as they are, so that the message of the mistake quotes what stands in the file. */
+static bool is_resolved(const clock_of_job *clock, const sc_yaml *list)
+{
+    double frames[2];
+    int times = 0;
+
+    for (size_t i = 0; i < list->count; i++) {
+        const sc_yaml *node = list->items[i];
+
+        if (times < 2 && parse_time(clock, node, &frames[times]))
+            times++;
+        else if (node->kind != SC_YAML_SCALAR || !strchr(node->text, '%'))
+            return false;
+    }
+    return list->count == 2 && (times < 2 || frames[0] <= frames[1]);
+}
+
+/* Turn all times in the lists called "during" in and below @p node into shares. */
+static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
+{
+    const bool is_part = node->kind == SC_YAML_LIST && node->key && !strcmp(node->key, "during");
+    sc_status status = SC_OK;
+
+    if (is_part && !is_resolved(clock, node))
+        return SC_OK;
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_goes_on(&status, is_part ? resolve_end(ctx, clock, node, node->items[i])
+                                         : resolve_below(ctx, clock, node->items[i])))
+            break;
+    }
+    return status;
+}
+
+sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, sc_yaml *root)
+{
+    sc_yaml *animation = sc_yaml_member(root, "animation");
+    const clock_of_job clock = clock_of(ctx, root, job);
+
+    return animation ? resolve_below(ctx, &clock, animation) : SC_OK;
+}
