@@ -45,6 +45,9 @@ typedef struct sc_march_tissue {
     float rgb[3];            /**< linear light */
     float boundary_alpha;    /**< of one crossing (smooth) or one sample (voxel) */
     float interior_alpha;    /**< of one sample; voxel only */
+    float cap_alpha;         /**< of a cut face: 1, but less while the tissue fades */
+    float thickness_factor;  /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
+                                  1, but less or more while the tissue fades */
     float diffuse, specular; /**< weights of the diffuse light and of the highlight */
     int shininess;           /**< exponent of the highlight */
     uint8_t show;            /**< SC_SHOW_* */
@@ -99,7 +102,7 @@ typedef struct sc_march {
     float opaque_below; /**< a ray ends when its transmittance is below this: SC_OPAQUE (early ray
                              termination, Levoy 1990); 0: it goes on to its end, which takes longer
                              and gives the same bits */
-    bool caps;          /**< cut faces are drawn solid, in the colour of their tissue */
+    bool caps;          /**< cut faces are drawn, in the colour of their tissue: cap_alpha */
     bool only_caps;     /**< nothing but cut faces is drawn: a slice */
     float cap_outline;  /**< half the width of the lines between tissues on cut faces,
                              in voxels; 0: no lines; smooth only */

@@ -48,8 +48,13 @@ typedef struct sc_tissue {
     float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
     bool color_given;        /**< a label table or a rule has set the colour */
     sc_material material;
-    uint8_t clip_set; /**< which planes cut it: index into sc_scene.clip_sets */
+    uint8_t clip_set;   /**< which planes cut it: index into sc_scene.clip_sets */
+    uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:
+                             the tissues of a group fade alike, or nearly so; only their shade on
+                             others depends on it */
 } sc_tissue;
+/** The most groups of tissues that fade alike. Each takes 2 bytes for a brick of 64 voxels. */
+enum { SC_FADE_GROUPS_MAX = 8 };
 
 /** How well the name of a label fits a pattern. Of the labels of a volume a pattern means those
  * that fit it best. */
@@ -240,7 +245,10 @@ typedef struct sc_scene {
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
-    bool slice; /**< draw nothing but the cut faces: a slice through the volume */
+    bool slice;         /**< draw nothing but the cut faces: a slice through the volume */
+    const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
+                             multiplied by, at least 0; opacities above 1 become 1. Those of fade
+                             group 0 are 1. NULL: all are 1. Borrowed. */
 } sc_scene;
 
 #endif

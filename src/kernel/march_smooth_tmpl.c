@@ -28,7 +28,8 @@ static float alpha_by_thickness(const cursor *c, uint32_t label, const float at[
         weights += weight;
         sum += weight * m->thickness_alpha[m->volume->thickness[c->cell.record_index[i]]];
     }
-    return weights > 0 ? sum / weights : m->tissues[label].boundary_alpha;
+    return weights > 0 ? sum / weights * m->tissues[label].thickness_factor
+                       : m->tissues[label].boundary_alpha;
 }
 
 /* The share, 0 to 1, of the surface of @p label that is left at the point @p at of the present

@@ -93,7 +93,8 @@ static void add_boundary(cursor *c, int k, const sc_march_tissue *tissue, size_t
     const uint32_t label = (uint32_t)(tissue - m->tissues);
     const bool measured = tissue->by_thickness && m->volume->thickness;
     const float alpha =
-        measured ? m->thickness_alpha[m->volume->thickness[record]] : tissue->boundary_alpha;
+        measured ? m->thickness_alpha[m->volume->thickness[record]] * tissue->thickness_factor
+                 : tissue->boundary_alpha;
     sc_spot spot = {.eye = c->ray->toward_eye,
                     .depth_mm = c->ray->base_mm + ((float)k + 0.5f) * m->step_mm};
     const int voxel[3] = {(int)p[0] - 1, (int)p[1] - 1, (int)p[2] - 1};

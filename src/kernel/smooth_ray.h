@@ -174,8 +174,8 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     sc_light_cut(m, &m->tissues[owner], &spot, rgb);
     for (int i = 0; i < 3; i++)
         rgb[i] *= 1 - OUTLINE_DARK * line;
-    sc_remember_surface(&c->light, owner, 1, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, 1);
+    sc_remember_surface(&c->light, owner, m->tissues[owner].cap_alpha, spot.depth_mm, spot.normal);
+    sc_blend(&c->light, rgb, m->tissues[owner].cap_alpha);
     c->contributions++;
 }
 

@@ -87,8 +87,8 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     }
     sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;
-    sc_remember_surface(&c->light, label, 1, spot.depth_mm, spot.normal);
-    sc_blend(&c->light, rgb, 1);
+    sc_remember_surface(&c->light, label, m->tissues[label].cap_alpha, spot.depth_mm, spot.normal);
+    sc_blend(&c->light, rgb, m->tissues[label].cap_alpha);
 }
 
 /* Find the first sample from @p k on that any clip set keeps, to @p first, and the end of the

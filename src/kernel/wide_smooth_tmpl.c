@@ -165,7 +165,10 @@ static vf v_alpha_by_thickness(const packet *p, vi label, const vf at[3], vm on)
         weights = f_pick(own, weights + weight, weights);
         sum = f_pick(own, sum + weight * alpha, sum);
     }
-    return f_pick(m_and(measured, f_below(f_set(0), weights)), sum / weights, plain);
+    return f_pick(m_and(measured, f_below(f_set(0), weights)),
+                  sum / weights *
+                      v_tissue_floats(m, label, offsetof(sc_march_tissue, thickness_factor), on),
+                  plain);
 }
 
 /* The share of the surfaces of @p label that is left at the points @p at of their cells; see

@@ -207,14 +207,18 @@ static inline vm v_find_records(const sc_prepared *v, const vi at[3], vm on, vi 
 static inline vf v_boundary_alpha(const sc_march *m, vi label, vi record, vm on)
 {
     const vf plain = v_tissue_floats(m, label, offsetof(sc_march_tissue, boundary_alpha), on);
+    vf factor;
     vm measured;
     vi code;
 
     if (!m->volume->thickness)
         return plain;
     measured = v_by_thickness(v_tissue_bytes(m, label, on), on);
+    if (!m_any(measured))
+        return plain;
+    factor = v_tissue_floats(m, label, offsetof(sc_march_tissue, thickness_factor), measured);
     code = i_gather(m->volume->thickness, record, measured) & 255;
-    return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured), plain);
+    return f_pick(measured, f_gather(m->thickness_alpha, code * 4, measured) * factor, plain);
 }
 
 /* Add the present samples of the lanes of @p on, which lie in the interior of @p label, to the

@@ -540,6 +540,7 @@ static void begin_view(frame *f)
 {
     sc_renderer *r = f->renderer;
 
+    sc_set_fades(r, f->scene->fades);
     set_light_directions(r, &f->scene->camera);
     set_depth_cue(r, &f->scene->camera);
     set_planes(r, f->scene);

@@ -19,6 +19,24 @@ typedef struct sc_pixel_state {
     bool sampled; /* the pixel has several rays */
 } sc_pixel_state;
 
+/* What of a tissue changes while it fades, as it is when it does not. */
+typedef struct sc_full_look {
+    double opacity, interior_opacity;
+    uint8_t show;  /* SC_SHOW_* */
+    uint8_t group; /* as of sc_tissue.fade_group */
+} sc_full_look;
+
+/* How tissues fade. Owns mixed; the arrays of filled belong to the team, base to it or to the
+ * volume. */
+typedef struct sc_fades {
+    bool are_set;             /* the tissues of the march may be other than their full looks */
+    int groups;               /* how many: the highest number of a group; 0: nothing fades */
+    const uint8_t (*base)[2]; /* sc_occlusion.filled with every tissue as it is ... */
+    const uint8_t (*filled[SC_FADE_GROUPS_MAX])[2]; /* ... and of what each group adds to it */
+    uint8_t (*mixed)[2];                   /* what is left of the base; NULL without occlusion */
+    int mixed_weights[SC_FADE_GROUPS_MAX]; /* what of each group is taken away in mixed, 256ths */
+} sc_fades;
+
 /* Middle, in voxel coordinates, of a block of bricks that holds something visible. */
 typedef struct sc_block {
     float x, y, z;
@@ -44,6 +62,8 @@ struct sc_renderer {
                        set for each view */
     sc_march on_white; /* without a background, and if the far end fades: march, fading to white */
     sc_march_tissue *tissues; /* [label_count] */
+    sc_full_look *looks;      /* [label_count] */
+    sc_fades fades;
     sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
                                 is borrowed from volume->stored */
     const uint64_t *visible; /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
@@ -52,7 +72,7 @@ struct sc_renderer {
     uint8_t *cell_distances;  /* SC_SKIP_PROXIMITY and SC_SKIP_CHESSBOARD only, else NULL */
     const uint32_t *cell_start; /* as of sc_cells: smooth and wide kernels only, else NULL */
     const uint64_t *cells;      /* the same */
-    sc_occlusion occlusion;     /* empty if the light does without */
+    sc_occlusion occlusion;     /* empty if the light does without; see also fades */
     sc_block *blocks;           /* [block_count] */
     size_t block_count;
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
@@ -96,6 +116,20 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * direction and the parts that each clip set keeps. @return false if no part of it is kept
  * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
+
+/* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
+ * smooth surface, but per voxel length for the voxel surface, which takes samples step_voxels
+ * apart. */
+float sc_alpha_of(const sc_render_settings *s, double opacity);
+
+/* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
+ * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
+sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
+/* Set what of r->tissues and of the occlusion depends on how far tissues have faded. @param factors
+ * as of sc_scene.fades. */
+void sc_set_fades(sc_renderer *r, const float *factors);
+/* @return bytes of memory that the rank has for itself because of them. */
+uint64_t sc_fades_bytes(const sc_renderer *r);
 
 /* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks and
  * r->block_count. Collective in r->team. @return SC_ERR_MEMORY. */

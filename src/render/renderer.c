@@ -14,10 +14,7 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-/* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
- * smooth surface, but per voxel length for the voxel surface, which takes samples step_voxels
- * apart. */
-static float alpha_of(const sc_render_settings *s, double opacity)
+float sc_alpha_of(const sc_render_settings *s, double opacity)
 {
     return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
                                            : (float)(1 - pow(1 - opacity, s->step_voxels));
@@ -35,8 +32,8 @@ static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
                      (interior ? SC_SHOW_INTERIOR : 0));
 }
 
-/* Set r->tissues from @p tissues, and for each label (dense id) what of it is shown in @p show
- * and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
+/* Set r->tissues and r->looks from @p tissues, and for each label (dense id) what of it is shown in
+ * @p show and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
 static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity)
 {
     const sc_render_settings *s = &r->settings;
@@ -45,8 +42,10 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         sc_march_tissue *to = &r->tissues[id];
 
         memcpy(to->rgb, tissues[id].rgb_linear, sizeof to->rgb);
-        to->boundary_alpha = alpha_of(s, tissues[id].opacity);
-        to->interior_alpha = alpha_of(s, tissues[id].interior_opacity);
+        to->boundary_alpha = sc_alpha_of(s, tissues[id].opacity);
+        to->interior_alpha = sc_alpha_of(s, tissues[id].interior_opacity);
+        to->cap_alpha = 1;
+        to->thickness_factor = 1;
         to->diffuse = (float)tissues[id].material.diffuse;
         to->specular = (float)tissues[id].material.specular;
         to->shininess = tissues[id].material.shininess;
@@ -54,6 +53,10 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         to->clip_set = tissues[id].clip_set;
         to->by_thickness = s->local_thickness && tissues[id].opacity_auto && !tissues[id].is_cover;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
+        r->looks[id] = (sc_full_look){.opacity = tissues[id].opacity,
+                                      .interior_opacity = tissues[id].interior_opacity,
+                                      .show = show[id],
+                                      .group = show[id] ? tissues[id].fade_group : 0};
     }
 }
 
@@ -66,7 +69,7 @@ static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
 
     for (int code = 0; code < 256; code++)
         r->march.thickness_alpha[code] =
-            alpha_of(&r->settings, sc_auto_opacity(&scale, sc_thickness_mm(code)));
+            sc_alpha_of(&r->settings, sc_auto_opacity(&scale, sc_thickness_mm(code)));
 }
 
 /* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are
@@ -278,6 +281,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     measure_hull(r);
     if (!light->flat && (light->occlusion > 0 || light->shadows))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
+    SC_TRY(sc_find_fades(ctx, r));
     decide_cover(r);
     if (!r->covers_all)
         SC_TRY(sc_find_blocks(ctx, r));
@@ -296,6 +300,8 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
 
     SC_TRY(sc_alloc(ctx, (size_t)r->volume->label_count, sizeof *r->tissues, &block));
     r->tissues = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)r->volume->label_count, sizeof *r->looks, &block));
+    r->looks = block;
     SC_TRY(sc_zalloc(ctx, threads, sizeof *r->stats, &block));
     r->stats = block;
     SC_TRY(sc_zalloc(ctx, threads, sizeof *r->spans, &block));
@@ -397,6 +403,8 @@ void sc_renderer_free(sc_renderer *r)
         return;
     sc_team_close(r->team);
     sc_free(r->tissues);
+    sc_free(r->looks);
+    sc_free(r->fades.mixed);
     sc_free(r->cover);
     sc_free(r->stats);
     sc_free(r->spans);
@@ -420,8 +428,8 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
     const size_t side = (size_t)r->settings.tile_px + 2;
     const size_t threads = (size_t)r->settings.threads;
 
-    return sizeof *r + (size_t)r->volume->label_count * sizeof *r->tissues +
-           (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
+    return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
+           sc_fades_bytes(r) + (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
            threads * (side * side * sizeof *r->pixels + sizeof *r->stats + sizeof *r->spans);
 }
 

@@ -255,9 +255,10 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     sc_render_view(renderer, scene, &space, rows, image, &sum);
     for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);
-        const sc_scene slice = slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2,
-                                           scene->clip_set_count);
+        sc_scene slice = slice_scene(views, &slice_views[i], d.mm_per_px * p.height_px / 2,
+                                     scene->clip_set_count);
 
+        slice.fades = scene->fades;
         sc_render_view(renderer, &slice, &p, rows, image, &each);
         add_stats(&sum, &each);
     }

@@ -162,7 +162,11 @@ sc_status stage_open(const sc_ctx *ctx, const sc_volume *volume, const drawing *
     st->tissues = block;
     for (size_t id = 0; id < labels; id++) {
         show[id] = id ? SC_SHOW_BOUNDARY : 0;
-        st->tissues[id] = (sc_march_tissue){.boundary_alpha = 1, .show = show[id], .shininess = 1};
+        st->tissues[id] = (sc_march_tissue){.boundary_alpha = 1,
+                                            .cap_alpha = 1,
+                                            .thickness_factor = 1,
+                                            .show = show[id],
+                                            .shininess = 1};
     }
     SC_TRY(sc_team_open(ctx, NULL, how->threads, NULL, &st->team));
     if (how->surface == SC_SURFACE_SMOOTH)

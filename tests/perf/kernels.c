@@ -73,6 +73,8 @@ static stage make_stage(sc_surface surface, int label_bytes)
         show[id] = id == 0 ? 0 : id == 2 && surface == SC_SURFACE_VOXEL ? 3 : id == 4 ? 0 : 1;
         s.tissues[id] = (sc_march_tissue){.rgb = {0.1f * (float)id, 0.9f, 0.3f},
                                           .boundary_alpha = id == 3 ? 1 : 0.3f,
+                                          .cap_alpha = 1,
+                                          .thickness_factor = 1,
                                           .interior_alpha = 0.05f,
                                           .diffuse = 0.9f,
                                           .specular = 0.2f,

@@ -340,6 +340,95 @@ static void counts_of_pixels_add_up_to_the_frame(void **state)
     free_scene(&s);
 }
 
+/* A frame with a clip plane in which tissues have faded to different degrees, two of them to
+ * nothing. @param factors room for those of all tissues. */
+static sc_scene faded_view(small_scene *s, float *factors)
+{
+    sc_scene scene = front_view(s);
+
+    for (int id = 0; id < s->prepared.view.label_count; id++) {
+        s->tissues[id].fade_group = id % 4 ? (uint8_t)(1 + id % 3) : 0;
+        factors[id] = id % 4 ? 0.7f * (float)(id % 3) : 1;
+    }
+    scene.plane_count = 1;
+    scene.planes[0] = (sc_plane){{0, -1, 0}, 0};
+    scene.clip_set_count = 1;
+    scene.clip_sets[0] = 1;
+    scene.fades = factors;
+    return scene;
+}
+
+/* Tissues that fade look the same whatever way a frame is drawn. */
+static void faded_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
+{
+    float factors[64];
+
+    (void)state;
+    for (int local = 0; local < 2; local++) {
+        small_scene s = make_scene(small_phantom(), 0.8);
+        sc_scene scene = faded_view(&s, factors);
+        sc_image first;
+
+        s.settings.local_thickness = local;
+        s.settings.light.shadows = local;
+        for (int id = 1; id < s.prepared.view.label_count; id++)
+            s.tissues[id].opacity_auto = local;
+        s.settings.skip = SC_SKIP_NONE;
+        first = draw_view(&s, &scene, NULL);
+        for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
+            sc_image other;
+
+            s.settings.skip = (sc_skip)(i / 2);
+            s.settings.cpu = i % 2 ? "c" : "auto";
+            s.settings.tile_px = 8 + 11 * i;
+            s.settings.threads = 1 + i % 3;
+            other = draw_view(&s, &scene, NULL);
+            expect_alike(&first, &other, 0);
+            sc_image_clear(&other);
+        }
+        sc_image_clear(&first);
+        free_scene(&s);
+    }
+}
+
+/* What has faded to nothing leaves no trace: the picture is that of a volume in which these tissues
+ * are not shown, but for the rounding of the occlusion. Factors of 1 change nothing at all. */
+static void what_has_faded_leaves_no_trace(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 0.8);
+    float factors[64];
+    sc_scene scene = faded_view(&s, factors);
+    sc_renderer *r;
+    sc_image full, again, faded, hidden;
+    sc_render_stats stats, of_faded, of_hidden;
+
+    (void)state;
+    for (int id = 1; id < s.prepared.view.label_count; id++)
+        factors[id] = s.tissues[id].fade_group ? 0 : 1;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_image_init(&quiet, s.settings.width_px, s.settings.height_px, &faded));
+    assert_ok(sc_image_init(&quiet, s.settings.width_px, s.settings.height_px, &again));
+    sc_render_frame(r, &scene, NULL, &faded, &of_faded);
+    for (int id = 1; id < s.prepared.view.label_count; id++)
+        factors[id] = 1;
+    sc_render_frame(r, &scene, NULL, &again, &stats);
+    scene.fades = NULL;
+    full = draw_view(&s, &scene, NULL);
+    expect_alike(&full, &again, 0);
+    for (int id = 1; id < s.prepared.view.label_count; id++)
+        s.tissues[id].visible = !s.tissues[id].fade_group;
+    hidden = draw_view(&s, &scene, &of_hidden);
+    expect_alike(&hidden, &faded, 0.2);
+    assert_int_equal(of_faded.counters.contributions, of_hidden.counters.contributions);
+    assert_true(difference_rms(&full, &faded) > 10);
+    sc_renderer_free(r);
+    sc_image_clear(&full);
+    sc_image_clear(&again);
+    sc_image_clear(&faded);
+    sc_image_clear(&hidden);
+    free_scene(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -351,6 +440,8 @@ int main(void)
         cmocka_unit_test(a_quarter_turn_equals_permuted_axes),
         cmocka_unit_test(counts_of_pixels_add_up_to_the_frame),
         cmocka_unit_test(transparent_pictures_fit_any_background),
+        cmocka_unit_test(faded_pictures_do_not_depend_on_the_way_they_are_drawn),
+        cmocka_unit_test(what_has_faded_leaves_no_trace),
     };
 
     int failed = 0;

@@ -325,8 +325,11 @@ static sc_radiance trace(const small_scene *s, const uint64_t *cells, float alph
         .parts = {{{.end_mm = length, .cap_plane = -1}}}};
 
     for (int id = 0; id < 8; id++)
-        tissues[id] = (sc_march_tissue){
-            .boundary_alpha = alpha, .show = id ? SC_SHOW_BOUNDARY : 0, .shininess = 1};
+        tissues[id] = (sc_march_tissue){.boundary_alpha = alpha,
+                                        .cap_alpha = 1,
+                                        .thickness_factor = 1,
+                                        .show = id ? SC_SHOW_BOUNDARY : 0,
+                                        .shininess = 1};
     kernel->march(&march, &ray, 1, &light, &counters);
     *contributions = counters.contributions;
     return light;
