@@ -59,6 +59,61 @@ typedef struct sc_slices {
                            0 is the right, posterior, inferior corner, 1 the opposite one */
 } sc_slices;
 
+/** What a verb does to the opacity of tissues. */
+typedef enum sc_verb_kind {
+    SC_VERB_FADE,   /**< it moves to another one, and stays there */
+    SC_VERB_APPEAR, /**< tissues that are not seen before appear, all or one after the other */
+    SC_VERB_PULSE   /**< it goes to another one and back, several times */
+} sc_verb_kind;
+
+/** In which order tissues appear. Those of a direction begin with the tissue whose middle is the
+ * furthest from there, so that the order runs that way. */
+typedef enum sc_verb_order {
+    SC_ORDER_LIST, /**< as the tissues are listed; those of one pattern as the labels are */
+    SC_ORDER_LARGEST,
+    SC_ORDER_SMALLEST, /**< the first, by the number of voxels */
+    SC_ORDER_RIGHT,
+    SC_ORDER_LEFT,
+    SC_ORDER_ANTERIOR,
+    SC_ORDER_POSTERIOR,
+    SC_ORDER_SUPERIOR,
+    SC_ORDER_INFERIOR
+} sc_verb_order;
+
+/** The most verbs of an animation. */
+enum { SC_VERBS_MAX = 100 };
+
+/** A verb as the job asks for it; its tissues are listed apart from it. */
+typedef struct sc_verb {
+    sc_verb_kind kind;
+    double begin, end; /**< as of sc_ramp */
+    sc_ease ease;
+    double to;           /**< fade, pulse: the opacity, 0 to 1, or ... */
+    bool to_factor;      /**< ... what the tissue's own opacity is multiplied by */
+    sc_verb_order order; /**< appear */
+    double stagger;  /**< appear, 0 to 1: how much of the time that one takes passes before the next
+                          begins; 1: one after the other, 0: all at once */
+    int times;       /**< pulse: how often, at least 1 */
+    char where[160]; /**< "file:line" for messages; may be empty */
+} sc_verb;
+
+/** Tissues of a verb. */
+typedef struct sc_verb_tissue {
+    int verb;                    /**< index of the verb */
+    char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
+    char where[160];             /**< "file:line" for messages; may be empty */
+} sc_verb_tissue;
+
+/** What one verb does to one tissue. */
+typedef struct sc_fade {
+    int id; /**< dense id */
+    sc_verb_kind kind;
+    double begin, end; /**< as of sc_ramp */
+    sc_ease ease;
+    double to; /**< what the opacity of the tissue is multiplied by then, at least 0 */
+    int times; /**< pulse */
+} sc_fade;
+
 /** An animation as the job asks for it. */
 typedef struct sc_animation {
     int frames; /**< how many, at least 1 */
@@ -78,7 +133,32 @@ typedef struct sc_timeline {
     uint32_t clip_sets[SC_CLIP_SETS_MAX];                /**< as of sc_scene */
     int clip_set_count;
     sc_vec3 low_mm, high_mm; /**< bounding box of the visible tissues, RAS */
+    const sc_fade *fades;    /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
+    size_t fade_count;
 } sc_timeline;
+
+/** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
+ *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                            const sc_verb_tissue *list, size_t count);
+
+/** Find what verbs do to each tissue.
+ *  @param tissues [label_count] by dense id, resolved; fade_group of all is set.
+ *  @param verbs [verb_count]. @param list [list_count] their tissues, in the order of the verbs.
+ *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
+ *  owns: sc_free.
+ *  @return SC_ERR_DATA as of sc_verb_tissues_check, or if nothing of the tissues of a verb is
+ *  visible (all are logged); SC_ERR_MEMORY. Nothing is written to @p out then. */
+SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
+                                       sc_tissue *tissues, const sc_verb *verbs, size_t verb_count,
+                                       const sc_verb_tissue *list, size_t list_count, sc_fade **out,
+                                       size_t *count);
+
+/** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in
+ *  [0, frames): see sc_scene.fades. Verbs of one tissue follow one another by the time at which
+ * they begin: a fade goes on from where those before it have left the opacity, and a tissue is not
+ * seen before it appears, unless another verb has been at work before. Pulses multiply. */
+void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
  * the visible tissues. One framing holds for the whole orbit, and for the tissues as they are
@@ -97,6 +177,9 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);
 /** @return the point in which the slices of frame @p k in [0, frames) meet, RAS mm. */
 sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k);
 
+/** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
+ * (see sc_ramp) has covered in frame @p k of @p frames. */
+double sc_progress(double begin, double end, sc_ease ease, int k, int frames);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);

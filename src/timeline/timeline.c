@@ -43,9 +43,7 @@ double sc_ease_value(sc_ease ease, double u)
     return u;
 }
 
-/* @return the share of its way, 0 to 1, that a ramp over the part [begin, end] of the animation has
- * covered in frame k. */
-static double progress(double begin, double end, sc_ease ease, int k, int frames)
+double sc_progress(double begin, double end, sc_ease ease, int k, int frames)
 {
     const double at = frames > 1 ? (double)k / (frames - 1) : 0;
     const double u = end > begin ? (at - begin) / (end - begin) : at >= begin;
@@ -88,7 +86,7 @@ static sc_camera camera_at(const sc_timeline *t, int k)
     const sc_ramp *zoom = &orbit->zoom;
     const double factor =
         zoom->from + (zoom->to - zoom->from) *
-                         progress(zoom->begin, zoom->end, zoom->ease, k, t->animation.frames);
+                         sc_progress(zoom->begin, zoom->end, zoom->ease, k, t->animation.frames);
     const double half_height = t->half_height / factor;
     const double elevation = orbit->elevation_deg * M_PI / 180;
     double angle;
@@ -109,8 +107,8 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
     const sc_slices *slices = &timeline->animation.slices;
     const sc_ramp *ramp = &slices->share;
     const double share =
-        ramp->from + (ramp->to - ramp->from) * progress(ramp->begin, ramp->end, ramp->ease, k,
-                                                        timeline->animation.frames);
+        ramp->from + (ramp->to - ramp->from) * sc_progress(ramp->begin, ramp->end, ramp->ease, k,
+                                                           timeline->animation.frames);
 
     if (slices->has_point)
         return slices->point_mm;
@@ -127,7 +125,7 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 
     for (int i = 0; i < a->sweep_count; i++) {
         const sc_sweep *sweep = &a->sweeps[i];
-        const double u = progress(sweep->begin, sweep->end, sweep->ease, k, a->frames);
+        const double u = sc_progress(sweep->begin, sweep->end, sweep->ease, k, a->frames);
 
         scene.planes[i].normal = sweep->normal;
         scene.planes[i].offset_mm =

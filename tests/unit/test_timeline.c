@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
+#include <stdio.h>
+#include <string.h>
+
 #include "segcast/timeline.h"
 
 enum { CORNERS = 8 };
@@ -236,9 +239,146 @@ static void without_visible_points_there_is_still_a_camera(void **state)
     assert_true(t.animation.camera.distance_mm > 0);
 }
 
+/* A timeline in which verbs do the given things to tissues, and its frames. */
+static sc_timeline fading(const sc_fade *fades, size_t count, int frames)
+{
+    return (sc_timeline){.animation = {.frames = frames}, .fades = fades, .fade_count = count};
+}
+
+static void expect_factor(const sc_timeline *t, int k, int id, double factor)
+{
+    float out[4];
+
+    sc_timeline_fades(t, k, out, SC_COUNT_OF(out));
+    assert_near(out[0], 1, 0);
+    assert_near(out[id], factor, 1e-6);
+}
+
+/* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
+static void verbs_of_one_tissue_combine(void **state)
+{
+    static const sc_fade fades[] = {{1, SC_VERB_FADE, 0.1, 0.2, SC_EASE_LINEAR, 0.5, 0},
+                                    {1, SC_VERB_PULSE, 0.1, 0.5, SC_EASE_LINEAR, 0.2, 2},
+                                    {1, SC_VERB_FADE, 0.6, 0.8, SC_EASE_LINEAR, 2, 0},
+                                    {2, SC_VERB_APPEAR, 0.5, 0.5, SC_EASE_LINEAR, 1, 0},
+                                    {2, SC_VERB_FADE, 0.6, 0.7, SC_EASE_SMOOTH, 0, 0},
+                                    {3, SC_VERB_FADE, 0.1, 0.2, SC_EASE_LINEAR, 0, 0},
+                                    {3, SC_VERB_APPEAR, 0.4, 0.6, SC_EASE_LINEAR, 1, 0}};
+    const sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+
+    (void)state;
+    expect_factor(&t, 0, 1, 1);
+    expect_factor(&t, 20, 1, 0.5 * 0.2); /* the turning point of the first beat */
+    expect_factor(&t, 30, 1, 0.5);
+    expect_factor(&t, 35, 1, 0.5 * 0.6);
+    expect_factor(&t, 55, 1, 0.5);
+    expect_factor(&t, 70, 1, 1.25);
+    expect_factor(&t, 100, 1, 2);
+    expect_factor(&t, 0, 2, 0);
+    expect_factor(&t, 49, 2, 0);
+    expect_factor(&t, 50, 2, 1);
+    expect_factor(&t, 65, 2, 0.5);
+    expect_factor(&t, 70, 2, 0);
+    expect_factor(&t, 0, 3, 1); /* it is seen, and fades, before it appears again */
+    expect_factor(&t, 30, 3, 0);
+    expect_factor(&t, 50, 3, 0.5);
+}
+
+/* Three tissues in a row along x, of 10, 4 and 7 voxels' length. */
+static sc_prepared three_tissues(sc_label labels[4], sc_label_stats stats[4])
+{
+    static const char *const names[] = {"", "middle", "left", "right"};
+    static const int lows[] = {0, 10, 0, 30}, highs[] = {0, 19, 3, 36};
+
+    for (int id = 0; id < 4; id++) {
+        labels[id] = (sc_label){.value = id};
+        snprintf(labels[id].name, sizeof labels[id].name, "%s", names[id]);
+        stats[id] = (sc_label_stats){.voxels = (uint64_t)(highs[id] - lows[id] + 1),
+                                     .low = {lows[id], 0, 0},
+                                     .high = {highs[id], 0, 0}};
+    }
+    return (sc_prepared){.label_count = 4,
+                         .labels = labels,
+                         .stats = stats,
+                         .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+}
+
+/* Tissues appear in the order that is asked for, and as much one after the other. */
+static void tissues_appear_in_their_order(void **state)
+{
+    static const struct {
+        sc_verb_order order;
+        double stagger;
+        double begins[3]; /* of middle, left, right, in 36ths */
+        double takes;
+    } cases[] = {{SC_ORDER_LIST, 1, {24, 12, 0}, 12},     {SC_ORDER_LARGEST, 1, {0, 24, 12}, 12},
+                 {SC_ORDER_SMALLEST, 1, {24, 0, 12}, 12}, {SC_ORDER_RIGHT, 1, {12, 0, 24}, 12},
+                 {SC_ORDER_LEFT, 0.5, {9, 18, 0}, 18},    {SC_ORDER_SUPERIOR, 0, {0, 0, 0}, 36}};
+    sc_verb_tissue list[3] = {{0, "right", ""}, {0, "left", ""}, {0, "*", ""}};
+    sc_label labels[4];
+    sc_label_stats stats[4];
+    const sc_prepared volume = three_tissues(labels, stats);
+
+    (void)state;
+    for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
+        const sc_verb verb = {
+            .kind = SC_VERB_APPEAR, .end = 1, .order = cases[c].order, .stagger = cases[c].stagger};
+        sc_tissue tissues[4] = {{0},
+                                {.visible = true, .opacity = 1},
+                                {.visible = true, .opacity = 1},
+                                {.visible = true, .opacity = 1}};
+        sc_fade *fades;
+        size_t count;
+
+        assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &verb, 1, list, 3, &fades, &count));
+        assert_int_equal(count, 3);
+        for (int i = 0; i < 3; i++) {
+            assert_int_equal(fades[i].id, i + 1);
+            assert_near(fades[i].begin, cases[c].begins[i] / 36, 1e-12);
+            assert_near(fades[i].end, (cases[c].begins[i] + cases[c].takes) / 36, 1e-12);
+            assert_true(tissues[i + 1].fade_group > 0);
+        }
+        assert_true((tissues[1].fade_group == tissues[2].fade_group) == (cases[c].stagger == 0));
+        sc_free(fades);
+    }
+}
+
+/* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
+static void verbs_need_tissues_that_are_shown(void **state)
+{
+    const sc_verb_tissue list[] = {{0, "left", "job:1"}, {1, "mid*", "job:2"}};
+    const sc_verb verbs[] = {{.kind = SC_VERB_FADE, .end = 1, .to = 0.2, .where = "job:1"},
+                             {.kind = SC_VERB_FADE, .end = 1, .to = 0.2, .to_factor = true}};
+    sc_tissue tissues[4] = {
+        {0}, {.visible = true, .opacity = 0.5}, {.visible = false, .opacity = 1}};
+    sc_label labels[4];
+    sc_label_stats stats[4];
+    const sc_prepared volume = three_tissues(labels, stats);
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_fade *fades = NULL;
+    size_t count;
+
+    (void)state;
+    assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, verbs, 2, list, 2, &fades, &count),
+                     SC_ERR_DATA);
+    assert_null(fades);
+    assert_non_null(strstr(h.text, "job:1: no tissue of this verb is shown"));
+    tissues[2] = (sc_tissue){.visible = true, .opacity = 0.4};
+    assert_ok(sc_verbs_resolve(&ctx, &volume, tissues, verbs, 2, list, 2, &fades, &count));
+    assert_int_equal(count, 2);
+    assert_near(fades[0].to, 0.2, 1e-12);
+    assert_near(fades[1].to, 0.5, 1e-12);
+    assert_int_equal(tissues[3].fade_group, 0);
+    sc_free(fades);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(verbs_of_one_tissue_combine),
+        cmocka_unit_test(tissues_appear_in_their_order),
+        cmocka_unit_test(verbs_need_tissues_that_are_shown),
         cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_repeating_a_frame),
         cmocka_unit_test(framing_keeps_all_corners_in_the_picture),
         cmocka_unit_test(framing_is_tight_and_centred),

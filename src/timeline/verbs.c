@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Verbs: what they do to each tissue, and how opaque that is in a frame. */
+#include "segcast/timeline.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A factor below this is none: the tissue is not there. The ends of parts of the animation are
+ * rounded, so that a tissue would else be left a trace of in the frame in which it begins to
+ * appear. */
+#define LEAST_FACTOR 1e-6
+
+sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                const sc_verb_tissue *list, size_t count)
+{
+    int mistakes = 0;
+
+    for (size_t i = 0; i < count && mistakes < SC_MISTAKES_MAX; i++) {
+        const sc_status status = sc_pattern_check(ctx, volume, list[i].pattern, list[i].where);
+
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        mistakes += status == SC_ERR_DATA;
+    }
+    return mistakes ? SC_ERR_DATA : SC_OK;
+}
+
+/* ---- the tissues of a verb ---- */
+
+/* A tissue of a verb, and where it comes in the order of the verb. */
+typedef struct member {
+    int id;
+    double rank; /* the least comes first; of equal ones the one that is listed first */
+    size_t listed;
+} member;
+
+static int compare_members(const void *a, const void *b)
+{
+    const member *left = a, *right = b;
+
+    if (left->rank < right->rank || left->rank > right->rank)
+        return left->rank < right->rank ? -1 : 1;
+    return (left->listed > right->listed) - (left->listed < right->listed);
+}
+
+/* Can a tissue be seen at all, so that a verb changes anything? */
+static bool is_seen(const sc_tissue *tissue)
+{
+    return tissue->visible && (tissue->opacity > 0 || tissue->interior_opacity > 0);
+}
+
+/* @return where a tissue comes in an order. */
+static double rank_of(const sc_prepared *volume, int id, sc_verb_order order)
+{
+    static const sc_vec3 directions[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                         {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+    const sc_label_stats *s = &volume->stats[id];
+    const sc_vec3 middle = {0.5 * (s->low[0] + s->high[0]), 0.5 * (s->low[1] + s->high[1]),
+                            0.5 * (s->low[2] + s->high[2])};
+
+    switch (order) {
+    case SC_ORDER_LIST:
+        return 0;
+    case SC_ORDER_LARGEST:
+        return -(double)s->voxels;
+    case SC_ORDER_SMALLEST:
+        return (double)s->voxels;
+    default:
+        return sc_vec3_dot(directions[order - SC_ORDER_RIGHT],
+                           sc_affine_point(&volume->to_ras_mm, middle));
+    }
+}
+
+/* The tissues of an animation while its verbs are resolved. */
+typedef struct resolving {
+    const sc_prepared *volume;
+    const sc_tissue *tissues;
+    const sc_verb_tissue *list; /* [list_count] */
+    size_t list_count;
+    bool *taken;     /* [label_count]: by the present verb */
+    member *members; /* room for [label_count] */
+    sc_fade *fades;  /* [fade_count], with room for fade_room */
+    size_t fade_count, fade_room;
+} resolving;
+
+/* Find the tissues of verb @p v that can be seen, each once, in its order: r->members. @return how
+ * many there are. */
+static size_t find_members(resolving *r, const sc_verb *verb, int v)
+{
+    size_t count = 0;
+
+    memset(r->taken, 0, (size_t)r->volume->label_count);
+    for (size_t i = 0; i < r->list_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(r->list[i].pattern);
+        const sc_match best =
+            r->list[i].verb == v
+                ? sc_pattern_match(r->volume->labels, r->volume->label_count, &pattern)
+                : SC_MATCH_NONE;
+
+        for (int id = 1; id < r->volume->label_count && best != SC_MATCH_NONE; id++) {
+            if (r->taken[id] || !is_seen(&r->tissues[id]) ||
+                sc_label_match(&r->volume->labels[id], &pattern) != best)
+                continue;
+            r->taken[id] = true;
+            r->members[count] = (member){id, rank_of(r->volume, id, verb->order), count};
+            count++;
+        }
+    }
+    qsort(r->members, count, sizeof *r->members, compare_members);
+    return count;
+}
+
+/* @return what the verb multiplies the opacity of a tissue by in the end. */
+static double factor_of(const sc_verb *verb, const sc_tissue *tissue)
+{
+    if (verb->kind == SC_VERB_APPEAR)
+        return 1;
+    if (verb->to_factor)
+        return verb->to;
+    return tissue->opacity > 0 ? verb->to / tissue->opacity : verb->to / tissue->interior_opacity;
+}
+
+/* Append what a verb does to each of its tissues, r->members [@p count]. @return SC_ERR_MEMORY. */
+static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb, size_t count)
+{
+    const double stagger = verb->kind == SC_VERB_APPEAR ? verb->stagger : 0;
+    const double each = (verb->end - verb->begin) / (1 + stagger * ((double)count - 1));
+    void *grown;
+
+    if (r->fade_count + count > r->fade_room) {
+        const size_t room = 2 * r->fade_room + count;
+        const sc_status status = sc_alloc(ctx, room, sizeof *r->fades, &grown);
+
+        if (status != SC_OK)
+            return status;
+        if (r->fade_count)
+            memcpy(grown, r->fades, r->fade_count * sizeof *r->fades);
+        sc_free(r->fades);
+        r->fades = grown;
+        r->fade_room = room;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const double begin = verb->begin + (double)i * stagger * each;
+
+        r->fades[r->fade_count++] =
+            (sc_fade){.id = r->members[i].id,
+                      .kind = verb->kind,
+                      .begin = begin,
+                      .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
+                      .ease = verb->ease,
+                      .to = factor_of(verb, &r->tissues[r->members[i].id]),
+                      .times = verb->times};
+    }
+    return SC_OK;
+}
+
+/* Does @p a come after @p b: by the tissue, then by when they begin? */
+static bool comes_after(const sc_fade *a, const sc_fade *b)
+{
+    return a->id != b->id ? a->id > b->id : a->begin > b->begin;
+}
+
+/* Sort by merging, which keeps equal ones in the order of their verbs. @param room [count]. */
+static void sort_fades(sc_fade *fades, size_t count, sc_fade *room)
+{
+    for (size_t width = 1; width < count; width *= 2) {
+        for (size_t low = 0; low < count; low += 2 * width) {
+            const size_t middle = low + width < count ? low + width : count;
+            const size_t high = middle + width < count ? middle + width : count;
+            size_t left = low, right = middle;
+
+            for (size_t to = low; to < high; to++)
+                room[to] =
+                    right == high || (left < middle && !comes_after(&fades[left], &fades[right]))
+                        ? fades[left++]
+                        : fades[right++];
+        }
+        memcpy(fades, room, count * sizeof *fades);
+    }
+}
+
+/* ---- groups of tissues that fade alike ---- */
+
+/* All fades of one tissue, and how they compare with those of others. */
+typedef struct track {
+    const sc_fade *fades; /* [count] */
+    size_t count;
+    double middle; /* of the times of all of them: in its order tracks are put together */
+} track;
+
+/* Do the same to two tissues? */
+static bool is_same(const track *a, const track *b)
+{
+    bool same = a->count == b->count;
+
+    for (size_t i = 0; i < a->count && same; i++) {
+        const sc_fade *x = &a->fades[i], *y = &b->fades[i];
+
+        same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
+               fabs(x->end - y->end) < 1e-9 && x->ease == y->ease && fabs(x->to - y->to) < 1e-9 &&
+               x->times == y->times;
+    }
+    return same;
+}
+
+static int compare_tracks(const void *a, const void *b)
+{
+    const track *left = a, *right = b;
+
+    if (left->middle < right->middle || left->middle > right->middle)
+        return left->middle < right->middle ? -1 : 1;
+    return (left->fades > right->fades) - (left->fades < right->fades);
+}
+
+/* Find the tracks: one for each tissue that fades. @param tracks room for [label_count].
+ * @return how many there are. */
+static size_t find_tracks(const sc_fade *fades, size_t count, track *tracks)
+{
+    size_t n = 0;
+
+    for (size_t i = 0; i < count; n++) {
+        track t = {.fades = &fades[i]};
+
+        for (; i < count && fades[i].id == t.fades->id; i++, t.count++)
+            t.middle += fades[i].begin + fades[i].end;
+        t.middle /= (double)t.count;
+        tracks[n] = t;
+    }
+    return n;
+}
+
+/* Set fade_group of the tissues that fade: those that do so alike share one. Where there would be
+ * more than SC_FADE_GROUPS_MAX, those that do so nearly at the same time do, too. @param tracks
+ * room for [label_count]. */
+static void set_groups(const sc_fade *fades, size_t count, track *tracks, sc_tissue *tissues)
+{
+    const size_t n = find_tracks(fades, count, tracks);
+    size_t kinds = 0, kind = 0;
+
+    qsort(tracks, n, sizeof *tracks, compare_tracks);
+    for (size_t i = 0; i < n; i++)
+        kinds += i == 0 || !is_same(&tracks[i - 1], &tracks[i]);
+    for (size_t i = 0; i < n; i++) {
+        kind += i > 0 && !is_same(&tracks[i - 1], &tracks[i]);
+        tissues[tracks[i].fades->id].fade_group =
+            (uint8_t)(1 + (kinds <= SC_FADE_GROUPS_MAX ? kind : kind * SC_FADE_GROUPS_MAX / kinds));
+    }
+}
+
+/* ---- resolving ---- */
+
+/* Append the fades of all verbs. @return the first mistake; all are logged. */
+static sc_status resolve_all(const sc_ctx *ctx, resolving *r, const sc_verb *verbs, size_t count)
+{
+    sc_status status = SC_OK;
+
+    for (size_t v = 0; v < count; v++) {
+        const size_t members = find_members(r, &verbs[v], (int)v);
+
+        if (!members)
+            status = sc_fail(ctx, SC_ERR_DATA,
+                             "%s%sno tissue of this verb is shown, by the label table or the "
+                             "tissues of the job; expected one that is: a verb multiplies its "
+                             "opacity",
+                             verbs[v].where, verbs[v].where[0] ? ": " : "");
+        else if (add_fades(ctx, r, &verbs[v], members) != SC_OK)
+            return SC_ERR_MEMORY;
+    }
+    return status;
+}
+
+sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
+                           const sc_verb *verbs, size_t verb_count, const sc_verb_tissue *list,
+                           size_t list_count, sc_fade **out, size_t *count)
+{
+    const size_t labels = (size_t)volume->label_count;
+    resolving r = {.volume = volume, .tissues = tissues, .list = list, .list_count = list_count};
+    void *taken = NULL, *members = NULL, *tracks = NULL, *room = NULL;
+    sc_status status;
+
+    for (size_t id = 0; id < labels; id++)
+        tissues[id].fade_group = 0;
+    SC_TRY(sc_verb_tissues_check(ctx, volume, list, list_count));
+    SC_TRY(sc_alloc(ctx, labels, sizeof *r.taken, &taken));
+    SC_TRY(sc_alloc(ctx, labels, sizeof *r.members, &members));
+    SC_TRY(sc_alloc(ctx, labels, sizeof(track), &tracks));
+    r.taken = taken;
+    r.members = members;
+    SC_TRY(resolve_all(ctx, &r, verbs, verb_count));
+    SC_TRY(sc_alloc(ctx, r.fade_count, sizeof *r.fades, &room));
+    sort_fades(r.fades, r.fade_count, room);
+    set_groups(r.fades, r.fade_count, tracks, tissues);
+    *out = r.fades;
+    *count = r.fade_count;
+    r.fades = NULL;
+out:
+    sc_free(taken);
+    sc_free(members);
+    sc_free(tracks);
+    sc_free(room);
+    sc_free(r.fades);
+    return status;
+}
+
+/* ---- frames ---- */
+
+/* @return how far a pulse has gone to its end and come back, 0 to 1. */
+static double pulse_at(const sc_fade *fade, int k, int frames)
+{
+    const double beats =
+        fade->times * sc_progress(fade->begin, fade->end, SC_EASE_LINEAR, k, frames);
+    const double beat = beats - floor(beats);
+
+    return sc_ease_value(fade->ease, beat < 0.5 ? 2 * beat : 2 - 2 * beat);
+}
+
+/* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
+static double factor_at(const sc_fade *fades, size_t count, int k, int frames)
+{
+    double factor = 1, pulses = 1;
+    bool first = true;
+
+    for (size_t i = 0; i < count; i++) {
+        const sc_fade *f = &fades[i];
+
+        if (f->kind == SC_VERB_PULSE) {
+            pulses *= 1 + (f->to - 1) * pulse_at(f, k, frames);
+            continue;
+        }
+        if (first && f->kind == SC_VERB_APPEAR)
+            factor = 0;
+        first = false;
+        factor += (f->to - factor) * sc_progress(f->begin, f->end, f->ease, k, frames);
+    }
+    factor *= pulses;
+    return factor < LEAST_FACTOR ? 0 : factor;
+}
+
+void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count)
+{
+    for (int id = 0; id < label_count; id++)
+        out[id] = 1;
+    for (size_t i = 0; i < timeline->fade_count;) {
+        const sc_fade *first = &timeline->fades[i];
+        size_t count = 0;
+
+        while (i < timeline->fade_count && timeline->fades[i].id == first->id) {
+            count++;
+            i++;
+        }
+        out[first->id] = (float)factor_at(first, count, k, timeline->animation.frames);
+    }
+}
