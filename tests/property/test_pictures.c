@@ -419,7 +419,8 @@ static void what_has_faded_leaves_no_trace(void **state)
         s.tissues[id].visible = !s.tissues[id].fade_group;
     hidden = draw_view(&s, &scene, &of_hidden);
     expect_alike(&hidden, &faded, 0.2);
-    assert_int_equal(of_faded.counters.contributions, of_hidden.counters.contributions);
+    if (tested_surface == SC_SURFACE_SMOOTH) /* voxels go by the masks, and add what is clear */
+        assert_int_equal(of_faded.counters.contributions, of_hidden.counters.contributions);
     assert_true(difference_rms(&full, &faded) > 10);
     sc_renderer_free(r);
     sc_image_clear(&full);

@@ -51,8 +51,11 @@ typedef struct prepared_copy {
 
 static inline prepared_copy prepare_copy(const sc_volume *volume, int threads)
 {
-    const sc_prepare_settings settings = {
-        .smooth = {1, 1, 1}, .thickness = true, .surface = true, .threads = threads};
+    const sc_prepare_settings settings = {.smooth = {1, 1, 1},
+                                          .thickness = true,
+                                          .local_thickness = true,
+                                          .surface = true,
+                                          .threads = threads};
     sc_preparation *p;
     prepared_copy out;
     size_t bytes;
