@@ -93,7 +93,7 @@ typedef struct sc_farm_options {
     bool share; /**< ranks on rank 0's node draw into its memory */
 } sc_farm_options;
 
-/** A job. Plain data but for two arrays, so that it can be sent to other ranks. */
+/** A job. Plain data but for four arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
     bool has_volume_size;       /**< the volume is resampled by nearest label */
@@ -110,6 +110,11 @@ typedef struct sc_job {
     size_t rule_count;
     sc_clip_exception *exceptions; /**< [exception_count], owned */
     size_t exception_count;
+    bool has_verbs; /**< a list of verbs is given, even if it is empty */
+    sc_verb *verbs; /**< [verb_count], owned */
+    size_t verb_count;
+    sc_verb_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
+    size_t verb_tissue_count;
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
 } sc_job;

@@ -126,6 +126,9 @@ typedef struct sc_session {
     sc_prepared volume;    /* a view of what the members above hold */
     sc_tissue *tissues;
     sc_renderer *renderer;
+    sc_fade *fades; /* [fade_count], what verbs do to tissues; owned */
+    size_t fade_count;
+    float *frame_fades; /* [label_count of the volume], of the frame being drawn; owned */
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
     int clip_set_count;
     sc_timeline timeline;

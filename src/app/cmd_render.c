@@ -11,6 +11,20 @@ enum { TRACE_EVENTS = 1 << 20 };
 
 /* ---- the identity of a job ---- */
 
+/* Append to @p text what verbs do to each tissue, in the order in which they do it. */
+static sc_status add_fades(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < s->fade_count && status == SC_OK; i++) {
+        const sc_fade *f = &s->fades[i];
+
+        status = sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
+                             f->begin, f->end, (int)f->ease, f->to, f->times);
+    }
+    return status;
+}
+
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
  * label table, which the keys of the job do not hold. */
 static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
@@ -41,6 +55,7 @@ static sc_status hash_job(const sc_run *run, uint64_t *out)
 
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
     SC_TRY(add_tissues(ctx, &run->session, &text));
+    SC_TRY(add_fades(ctx, &run->session, &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);

@@ -46,8 +46,10 @@ static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *vo
         SC_TRY(add_number(app->ctx, job->rules[i].pattern, &table));
     for (size_t i = 0; i < job->exception_count; i++)
         SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &table));
+    for (size_t i = 0; i < job->verb_tissue_count; i++)
+        SC_TRY(add_number(app->ctx, job->verb_tissues[i].pattern, &table));
     SC_TRY(sc_volume_add_labels(app->ctx, volume, &table));
-    if (job->rule_count + job->exception_count > 0)
+    if (job->rule_count + job->exception_count + job->verb_tissue_count > 0)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",

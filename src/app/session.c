@@ -47,7 +47,7 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
 
-    if (!job->volume[0] || job->rule_count + job->exception_count == 0 ||
+    if (!job->volume[0] || job->rule_count + job->exception_count + job->verb_tissue_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
         return;
     errors.level = SC_LOG_ERROR;
@@ -69,7 +69,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .no_video = app->options.no_video,
                                     .check_inputs = true};
     sc_job *job = &session->job;
-    void *rules = NULL, *exceptions = NULL;
+    void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
@@ -81,16 +81,25 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     if (sc_comm_rank(app->comm) == 0) {
         rules = job->rules;
         exceptions = job->exceptions;
+        verbs = job->verbs;
+        verb_tissues = job->verb_tissues;
     }
     sc_comm_broadcast(app->comm, job, sizeof *job);
     /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
      * rank's own: NULL at first, then the copies of the arrays. */
     job->rules = rules;
     job->exceptions = exceptions;
+    job->verbs = verbs;
+    job->verb_tissues = verb_tissues;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
     SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
     job->exceptions = exceptions;
+    SC_TRY(sc_broadcast_array(app, &verbs, job->verb_count, sizeof *job->verbs));
+    job->verbs = verbs;
+    SC_TRY(
+        sc_broadcast_array(app, &verb_tissues, job->verb_tissue_count, sizeof *job->verb_tissues));
+    job->verb_tissues = verb_tissues;
 out:
     return status;
 }
@@ -113,7 +122,7 @@ static void apply_interior(const sc_ctx *ctx, const sc_job *job, sc_session *ses
                      "surface: voxel");
 }
 
-/* The part of sc_session_tissues that rank 0 does: fill session->tissues, clip_sets,
+/* The part of sc_session_tissues that rank 0 does: fill session->tissues, fades, clip_sets,
  * clip_set_count, and an automatic background. */
 static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
@@ -134,9 +143,13 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     if (!job->render.background.is_none)
         sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
                                 session->tissues);
-    status = sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
-                               job->exception_count, session->tissues, session->clip_sets,
-                               &session->clip_set_count);
+    SC_TRY(sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
+                             job->exception_count, session->tissues, session->clip_sets,
+                             &session->clip_set_count));
+    if (job->verb_count)
+        status = sc_verbs_resolve(ctx, &session->volume, session->tissues, job->verbs,
+                                  job->verb_count, job->verb_tissues, job->verb_tissue_count,
+                                  &session->fades, &session->fade_count);
 out:
     return status;
 }
@@ -144,7 +157,7 @@ out:
 sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
-    void *tissues = NULL;
+    void *tissues = NULL, *fades = NULL, *frame_fades = NULL;
     sc_status status;
 
     /* Colours and opacities are decided with floating point, in which the libraries of two hosts
@@ -154,6 +167,14 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_broadcast_array(app, &tissues, (size_t)session->volume.label_count,
                               sizeof *session->tissues));
     session->tissues = tissues;
+    sc_comm_broadcast(app->comm, &session->fade_count, sizeof session->fade_count);
+    fades = session->fades;
+    SC_TRY(sc_broadcast_array(app, &fades, session->fade_count, sizeof *session->fades));
+    session->fades = fades;
+    status = sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_fades,
+                      &frame_fades);
+    session->frame_fades = status == SC_OK ? frame_fades : NULL;
+    SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, session->job.render.background.rgb,
                       sizeof session->job.render.background.rgb);
     sc_comm_broadcast(app->comm, session->clip_sets, sizeof session->clip_sets);
@@ -377,11 +398,23 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
+/* @return the scene of frame @p k, with its fades, which stay those of the session. */
+static sc_scene scene_of(const sc_session *session, int k)
+{
+    sc_scene scene = sc_timeline_scene(&session->timeline, k);
+
+    if (session->fade_count) {
+        sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
+        scene.fades = session->frame_fades;
+    }
+    return scene;
+}
+
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_scene scene = sc_timeline_scene(timeline, k);
+    const sc_scene scene = scene_of(session, k);
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
@@ -403,7 +436,7 @@ double sc_session_aspect(const sc_session *session)
 void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
                        sc_render_stats *stats)
 {
-    const sc_scene scene = sc_timeline_scene(&session->timeline, k);
+    const sc_scene scene = scene_of(session, k);
 
     sc_render_counts(session->renderer, &scene, size_px[0], size_px[1], out, stats);
 }
@@ -436,6 +469,8 @@ void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points
     sc_comm_broadcast(app->comm, &session->timeline, sizeof session->timeline);
     memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
     session->timeline.clip_set_count = session->clip_set_count;
+    session->timeline.fades = session->fades;
+    session->timeline.fade_count = session->fade_count;
     if (count > 0 && first) {
         warn_of_planes(app, session);
         sc_warn_of_zoom(app, session, picture_aspect(&session->job), points, count);
@@ -486,6 +521,8 @@ void sc_session_clear(sc_session *session)
 {
     sc_renderer_free(session->renderer);
     sc_free(session->tissues);
+    sc_free(session->fades);
+    sc_free(session->frame_fades);
     sc_shared_free(session->shared);
     sc_free(session->labels);
     sc_free(session->stats);

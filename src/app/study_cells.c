@@ -94,6 +94,7 @@ static sc_status hash_volume(const sc_ctx *ctx, const sc_job *job, uint64_t *out
     part.farm = (sc_farm_options){.tile_px = 8};
     part.exceptions = NULL;
     part.exception_count = 0;
+    part.has_verbs = false;
     part.render.skip = 0;
     part.render.cpu = 0;
     part.render.early_termination = true;

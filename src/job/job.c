@@ -227,6 +227,8 @@ void sc_job_clear(sc_job *job)
 {
     sc_free(job->rules);
     sc_free(job->exceptions);
+    sc_free(job->verbs);
+    sc_free(job->verb_tissues);
     *job = (sc_job){0};
 }
 

@@ -176,6 +176,9 @@ static const sc_key animation_keys[] = {
      .choices = clip_modes},
     {"clip", &sc_type_clip, 0, NULL, .help = "clip planes", .keys = sc_clip_keys,
      .without = "none"},
+    {"verbs", &sc_type_verbs, 0, NULL,
+     .help = "what happens to tissues, one verb after the other or at the same time",
+     .keys = sc_verb_keys, .without = "none", .given = SC_GIVEN(sc_job, has_verbs)},
     {"slices", &sc_type_flow_map, offsetof(sc_job, animation.slices), NULL,
      .help = "the slices of layout: views", .keys = sc_slices_keys},
     {0}};

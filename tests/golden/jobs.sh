@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Every job of jobs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
+# Every job of jobs/ and jobs/verbs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
 # To replace these, after looking at the new ones: GOLDEN_UPDATE=1 ctest -L golden
 golden=$SOURCE/tests/golden
-for job in "$SOURCE"/jobs/*.yaml; do
+for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
     frames=$(sed -n 's/^ *frames: *//p' "$job")
     chosen=0,$((frames / 4)),$((frames / 2)),$((frames * 3 / 4)),$((frames - 1))

@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each frame has the same hash for any number of ranks and threads, any partition, tile size and skip
 # method, and with the plain C kernels or the fastest ones; for both surface models, with the three views,
-# and without a background.
+# without a background, and while tissues fade.
 small_job job.yaml
-kinds=(smooth voxel views clear)
-settings=(render.surface=smooth render.surface=voxel output.layout=views render.background=none)
-for i in 0 1 2 3; do
+kinds=(smooth voxel views clear fading)
+settings=(render.surface=smooth render.surface=voxel output.layout=views render.background=none
+    'animation.verbs=[{fade: {tissues: "*", to: 70%, during: [0%, 0%]}}, {fade: {tissues: "*", to: 0, during: [10%, 90%]}}]')
+for i in 0 1 2 3 4; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "${kinds[i]}" -q --set "${settings[i]}" >/dev/null
     [ "$(hashes "${kinds[i]}" | wc -l)" = 7 ] || fail "${kinds[i]}: the manifest does not name 7 frames"
     [ "$(hashes "${kinds[i]}" | cut -d' ' -f2 | sort -u | wc -l)" = 7 ] || fail "${kinds[i]}: frames repeat"
 done
-[ "$(cat smooth/manifest.jsonl voxel/manifest.jsonl views/manifest.jsonl clear/manifest.jsonl |
-    jq -r 'select(.frame != null).hash' | sort -u | wc -l)" = 28 ] || fail "different pictures have the same hash"
+[ "$(cat smooth/manifest.jsonl voxel/manifest.jsonl views/manifest.jsonl clear/manifest.jsonl fading/manifest.jsonl |
+    jq -r 'select(.frame != null).hash' | sort -u | wc -l)" = 35 ] || fail "different pictures have the same hash"
 partitions=(auto frames tiles)
 n=0
 for ranks in 1 2 3 5; do
     for threads in 1 2 3; do
         for skip in none interior octree proximity chessboard leap; do
             n=$((n + 1))
-            kind=${kinds[(n + n / 3) % 4]} setting=${settings[(n + n / 3) % 4]}
+            kind=${kinds[(n + n / 5) % 5]} setting=${settings[(n + n / 5) % 5]}
             [ "$ranks" = 2 ] && kind=smooth setting=render.surface=smooth
             OMP_NUM_THREADS=$threads mpi "$ranks" "$SEGCAST" render job.yaml -o "run$n" -q \
                 --set render.skip=$skip --cpu "$([ $(((n + n / 6) % 2)) = 0 ] && echo c || echo auto)" --set farm.tile=$((8 + 13 * n % 120)) \

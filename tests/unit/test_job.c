@@ -325,7 +325,33 @@ static const char full[] =
     "  clip_mode: cut\n  clip:\n"
     "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
     "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%}\n"
+    "  verbs:\n"
+    "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
+    "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
+    "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
     "farm: {tile: 16}\n";
+
+static void expect_verbs(const sc_job *job)
+{
+    assert_int_equal(job->verb_count, 3);
+    assert_int_equal(job->verb_tissue_count, 4);
+    assert_string_equal(job->verb_tissues[0].pattern, "myo*");
+    assert_string_equal(job->verb_tissues[2].pattern, "a: b");
+    assert_int_equal(job->verb_tissues[2].verb, 1);
+    assert_int_equal(job->verb_tissues[3].verb, 2);
+    assert_int_equal(job->verbs[0].kind, SC_VERB_FADE);
+    assert_near(job->verbs[0].to, 0.25, 0);
+    assert_true(!job->verbs[0].to_factor);
+    assert_near(job->verbs[0].begin, 1 / 11.0, 1e-10);
+    assert_int_equal(job->verbs[0].ease, SC_EASE_LINEAR);
+    assert_int_equal(job->verbs[1].kind, SC_VERB_APPEAR);
+    assert_int_equal(job->verbs[1].order, SC_ORDER_SUPERIOR);
+    assert_near(job->verbs[1].stagger, 0.4, 1e-12);
+    assert_int_equal(job->verbs[1].ease, SC_EASE_SMOOTH);
+    assert_int_equal(job->verbs[2].times, 2);
+    assert_true(job->verbs[2].to_factor);
+    assert_near(job->verbs[2].to, 0.3, 1e-12);
+}
 
 static void expect_full(const sc_job *job)
 {
@@ -347,6 +373,42 @@ static void expect_full(const sc_job *job)
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
     assert_int_equal(job->exception_count, 2);
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
+    expect_verbs(job);
+}
+
+static void wrong_verbs_are_refused(void **state)
+{
+    static const struct {
+        const char *verb, *message;
+    } cases[] = {
+        {"fad: {tissues: aorta}", "job.yaml:4: unknown key \"fad\"; did you mean \"fade\"?"},
+        {"fade: {}", "fade: the key \"tissues\" is missing"},
+        {"fade: {tissues: []}", "tissues is [], expected a tissue or a list of tissues"},
+        {"fade: {tissues: {a: 1}}", "expected a tissue or a list of tissues"},
+        {"fade: {tissues: [a, [b]]}", "expected a tissue or a list of tissues"},
+        {"fade: {tissues: a, to: 2}", "to is \"2\", expected an opacity from 0 to 1"},
+        {"fade: {tissues: a, to: -10%}", "to is \"-10%\", expected an opacity from 0 to 1"},
+        {"fade: {tissues: a, to: 1001%}", "to is \"1001%\", expected an opacity from 0 to 1"},
+        {"fade: {tissues: a, to: \"%\"}", "to is \"%\", expected an opacity"},
+        {"fade: {tissues: a, stager: 1}", "unknown key \"stager\""},
+        {"appear: {tissues: a, order: upwards}", "order"},
+        {"appear: {tissues: a, stagger: 0.5}", "stagger is \"0.5\", expected a share"},
+        {"pulse: {tissues: a, times: 0}", "times is"},
+        {"fade: 3", "fade is \"3\", expected"},
+        {"fade: {tissues: a}, pulse: {tissues: a}", "a verb is one map: either fade, appear"},
+        {"fade: {tissues: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
+    };
+    char text[256];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  verbs:\n  - {%s}\n",
+                 cases[i].verb);
+        refuses(text, cases[i].message);
+    }
+    refuses("volume: phantom\nanimation: {verbs: {}}\n",
+            "verbs is a map, expected a list of verbs");
+    refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected {fade: {...}}, {appear");
 }
 
 /* Times are shares of the way from the first frame to the last: frame k of N is at k / (N - 1). */
@@ -834,6 +896,7 @@ int main(void)
         cmocka_unit_test(a_resolved_job_reads_back_the_same),
         cmocka_unit_test(parts_of_the_animation_may_be_times),
         cmocka_unit_test(wrong_times_are_refused),
+        cmocka_unit_test(wrong_verbs_are_refused),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(every_row_is_complete),
         cmocka_unit_test(nested_keys_are_set_in_every_way),

@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Verbs of a job: what happens to tissues in a part of the animation. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <string.h>
+
+/* What a verb of the file is read into. The list of its tissues goes to the job. */
+typedef struct verb_entry {
+    sc_verb verb;
+    sc_job *job; /* borrowed */
+    int index;   /* of the verb in the job */
+} verb_entry;
+
+#define VERB(member) offsetof(verb_entry, verb.member)
+
+/* ---- types of values ---- */
+
+/* Append one tissue of the present verb to the job. */
+static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
+                            const sc_yaml *item, const verb_entry *entry)
+{
+    sc_verb_tissue *to = &entry->job->verb_tissues[entry->job->verb_tissue_count];
+
+    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
+        sc_yaml named = *item;
+
+        named.key = list->key; /* for the message: items of a list have no key of their own */
+        return sc_wrong_type(ctx, &named, key->type->expected);
+    }
+    *to = (sc_verb_tissue){.verb = entry->index};
+    strcpy(to->pattern, item->text);
+    sc_note_where(item, to->where, sizeof to->where);
+    entry->job->verb_tissue_count++;
+    return SC_OK;
+}
+
+/* Read one tissue, or a list of them. @p value is the whole verb_entry. @return the first mistake;
+ * all are logged. */
+static sc_status read_verb_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                   void *value)
+{
+    const verb_entry *entry = value;
+    sc_job *job = entry->job;
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const size_t count = is_one ? 1 : node->count;
+    void *grown;
+    sc_status status;
+
+    if (node->kind == SC_YAML_MAP || !count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    status = sc_zalloc(ctx, job->verb_tissue_count + count, sizeof *job->verb_tissues, &grown);
+    if (status != SC_OK)
+        return status;
+    if (job->verb_tissue_count)
+        memcpy(grown, job->verb_tissues, job->verb_tissue_count * sizeof *job->verb_tissues);
+    sc_free(job->verb_tissues);
+    job->verb_tissues = grown;
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_goes_on(&status, add_tissue(ctx, key, node, is_one ? node : node->items[i], entry)))
+            break;
+    }
+    return status;
+}
+
+/* Write the tissues of the verb, [a, "b*"], as read_verb_tissues reads them. */
+static sc_status write_verb_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                    int indent, sc_text *text)
+{
+    const verb_entry *entry = value;
+    const char *comma = "[";
+    sc_status status = SC_OK;
+
+    (void)key;
+    (void)indent;
+    for (size_t i = 0; i < entry->job->verb_tissue_count; i++) {
+        if (entry->job->verb_tissues[i].verb != entry->index)
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", comma));
+        SC_TRY(sc_write_quoted(ctx, entry->job->verb_tissues[i].pattern, text));
+        comma = ", ";
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+static json_t *verb_tissues_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
+                     "type", "array", "minItems", 1, "items", "type", "string", "integer");
+}
+
+static const sc_value_type type_verb_tissues = {
+    .name = "tissues",
+    .expected = "a tissue or a list of tissues: names, globs or label numbers",
+    .read = read_verb_tissues,
+    .write = write_verb_tissues,
+    .schema = verb_tissues_schema,
+};
+
+/* Read an opacity from 0 to 1, or with a % sign what the tissue's own is multiplied by. @p value is
+ * the whole verb_entry. */
+static sc_status read_target(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    verb_entry *entry = value;
+    sc_yaml number = *node;
+    char text[64] = "";
+    size_t length = 0;
+    double target;
+
+    if (node->kind == SC_YAML_SCALAR) {
+        length = strlen(node->text);
+        snprintf(text, sizeof text, "%s", node->text);
+        number.text = text;
+    }
+    entry->verb.to_factor = length > 1 && length < sizeof text && text[length - 1] == '%';
+    if (entry->verb.to_factor)
+        text[length - 1] = '\0';
+    if (length >= sizeof text || !sc_parse_number(&number, &target) || target < 0 ||
+        target > (entry->verb.to_factor ? 1000 : 1))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    entry->verb.to = entry->verb.to_factor ? target / 100 : target;
+    return SC_OK;
+}
+
+static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_verb *verb = &((const verb_entry *)value)->verb;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g%s", verb->to_factor ? 100 * verb->to : verb->to,
+                       verb->to_factor ? "%" : "");
+}
+
+static json_t *target_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s, s:i, s:i}, {s:s, s:s}]}", "anyOf", "type", "number", "minimum", 0,
+                     "maximum", 1, "type", "string", "pattern", "^[0-9.]+ *%$");
+}
+
+static const sc_value_type type_target = {
+    .name = "opacity or share",
+    .expected = "an opacity from 0 to 1, or a share of the tissue's own from 0% to 1000%",
+    .read = read_target,
+    .write = write_target,
+    .schema = target_schema,
+};
+
+/* ---- rows ---- */
+
+static const sc_choice orders[] = {
+    {"list", SC_ORDER_LIST},           {"largest", SC_ORDER_LARGEST},
+    {"smallest", SC_ORDER_SMALLEST},   {"right", SC_ORDER_RIGHT},
+    {"left", SC_ORDER_LEFT},           {"anterior", SC_ORDER_ANTERIOR},
+    {"posterior", SC_ORDER_POSTERIOR}, {"superior", SC_ORDER_SUPERIOR},
+    {"inferior", SC_ORDER_INFERIOR},   {NULL, 0}};
+
+#define TISSUES_ROW                                                                                \
+    {                                                                                              \
+        "tissues", &type_verb_tissues, 0, NULL,                                                    \
+            .help = "a tissue or a list of tissues: names, globs or label numbers",                \
+            .required = true                                                                       \
+    }
+#define DURING_ROW(what)                                                                           \
+    {                                                                                              \
+        "during", &sc_type_span, VERB(begin), "[0%, 100%]",                                        \
+            .help = "part of the animation in which " what                                         \
+    }
+#define EASE_ROW(fallback)                                                                         \
+    {                                                                                              \
+        "ease", &sc_type_choice, VERB(ease), fallback, .help = "how the change begins and ends",   \
+                                                       .choices = sc_ease_choices                  \
+    }
+
+static const sc_key fade_keys[] = {
+    TISSUES_ROW,
+    {"to", &type_target, 0, "0",
+     .help = "the opacity in the end, from 0 to 1, or a share of the tissue's own, such as 30%"},
+    DURING_ROW("the opacity changes; it stays so afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+static const sc_key appear_keys[] = {
+    TISSUES_ROW,
+    {"order", &sc_type_choice, VERB(order), "list",
+     .help = "which comes first: as listed, the largest, the smallest, or on the way towards a "
+             "direction",
+     .choices = orders},
+    {"stagger", &sc_type_share, VERB(stagger), "100%",
+     .help = "how much of the time that one tissue takes passes before the next begins; 0%: all "
+             "appear together"},
+    DURING_ROW("they appear; before, they are not seen"),
+    EASE_ROW("smooth"),
+    {0}};
+
+static const sc_key pulse_keys[] = {
+    TISSUES_ROW,
+    {"to", &type_target, 0, "20%",
+     .help = "the opacity at the turning points, from 0 to 1, or a share of the tissue's own"},
+    {"times", &sc_type_int, VERB(times), "3", .help = "how often it goes there and back", .low = 1,
+     .high = 1000},
+    DURING_ROW("the opacity changes"),
+    EASE_ROW("smooth"),
+    {0}};
+
+#define KINDS "fade, appear or pulse"
+
+const sc_key sc_verb_keys[] = {
+    {"fade", &sc_type_map, 0, NULL, .help = "tissues become more or less opaque, or disappear",
+     .keys = fade_keys, .alternative = KINDS, .required = true},
+    {"appear", &sc_type_map, 0, NULL, .help = "tissues appear, one after the other",
+     .keys = appear_keys, .alternative = KINDS, .required = true},
+    {"pulse", &sc_type_map, 0, NULL, .help = "tissues become fainter and return, several times",
+     .keys = pulse_keys, .alternative = KINDS, .required = true},
+    {0}};
+
+/* @return the row of a kind of verb: its index in sc_verb_keys. */
+static const sc_key *row_of(sc_verb_kind kind)
+{
+    return &sc_verb_keys[kind];
+}
+
+/* ---- reading ---- */
+
+/* Find the row of the only key of an entry of the list, and the map that stands there. @return as
+ * sc_yaml_fail. */
+static sc_status find_kind(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node,
+                           sc_verb_kind *kind)
+{
+    const sc_key *key;
+
+    if (node->kind != SC_YAML_MAP || node->count != 1)
+        return node->kind == SC_YAML_MAP
+                   ? sc_yaml_fail(ctx, node, "a verb is one map: either " KINDS)
+                   : sc_wrong_type(ctx, node, "{fade: {...}}, {appear: {...}} or {pulse: {...}}");
+    key = sc_key_find(keys, node->items[0]->key);
+    if (!key)
+        return sc_key_unknown(ctx, keys, node->items[0]);
+    *kind = (sc_verb_kind)(key - keys);
+    return node->items[0]->kind == SC_YAML_MAP
+               ? SC_OK
+               : sc_wrong_type(ctx, node->items[0], key->type->expected);
+}
+
+/* Read one entry of the list into the next verb of the job, for which there is room. */
+static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node, sc_job *job)
+{
+    verb_entry entry = {.job = job, .index = (int)job->verb_count};
+    sc_status status = find_kind(ctx, keys, node, &entry.verb.kind);
+
+    if (status != SC_OK)
+        return status;
+    SC_TRY(sc_keys_set_defaults(ctx, row_of(entry.verb.kind)->keys, &entry));
+    sc_note_where(node->items[0], entry.verb.where, sizeof entry.verb.where);
+    SC_TRY(sc_keys_read(ctx, row_of(entry.verb.kind)->keys, node->items[0], &entry));
+out:
+    job->verbs[job->verb_count++] = entry.verb;
+    return status;
+}
+
+/* Read the list of verbs. @p value is the whole sc_job. @return the first mistake; all are logged.
+ */
+static sc_status read_verbs(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    void *block;
+    sc_status status;
+
+    if (node->kind != SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (node->count > SC_VERBS_MAX)
+        return sc_yaml_fail(ctx, node, "there are %zu verbs, expected at most %d", node->count,
+                            SC_VERBS_MAX);
+    status = sc_zalloc(ctx, node->count, sizeof *job->verbs, &block);
+    if (status != SC_OK)
+        return status;
+    job->verbs = block;
+    for (size_t i = 0; i < node->count; i++) {
+        if (!sc_goes_on(&status, read_entry(ctx, key->keys, node->items[i], job)))
+            break;
+    }
+    return status;
+}
+
+/* ---- writing ---- */
+
+/* Write the verbs of the sc_job @p value, one to a line. */
+static sc_status write_verbs(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    sc_job job = *(const sc_job *)value; /* borrows the arrays; they are only read */
+    sc_status status = sc_text_add(ctx, text, "%s", job.verb_count ? "" : "[]");
+
+    (void)key;
+    for (size_t i = 0; i < job.verb_count && status == SC_OK; i++) {
+        const verb_entry entry = {.verb = job.verbs[i], .job = &job, .index = (int)i};
+        const sc_key *row = row_of(entry.verb.kind);
+
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", row->name));
+        status = sc_keys_write_flow(ctx, row->keys, &entry, text);
+    }
+out:
+    return status;
+}
+
+static json_t *verbs_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:i, s:o}", "type", "array", "maxItems", SC_VERBS_MAX, "items",
+                     sc_keys_schema(key->keys));
+}
+
+const sc_value_type sc_type_verbs = {
+    .name = "list of verbs",
+    .expected = "a list of verbs, such as - fade: {tissues: skin, to: 0, during: [2s, 4s]}",
+    .read = read_verbs,
+    .write = write_verbs,
+    .schema = verbs_schema,
+    .container = SC_CONTAINER_LIST,
+};
