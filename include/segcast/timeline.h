@@ -104,6 +104,14 @@ typedef struct sc_verb_tissue {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_verb_tissue;
 
+/** The verbs of an animation with their tissues. Borrows both. */
+typedef struct sc_verbs {
+    const sc_verb *verbs; /**< [verb_count] */
+    size_t verb_count;
+    const sc_verb_tissue *list; /**< [list_count], in the order of the verbs */
+    size_t list_count;
+} sc_verbs;
+
 /** What one verb does to one tissue. */
 typedef struct sc_fade {
     int id; /**< dense id */
@@ -144,14 +152,12 @@ SC_MUST_USE sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared
 
 /** Find what verbs do to each tissue.
  *  @param tissues [label_count] by dense id, resolved; fade_group of all is set.
- *  @param verbs [verb_count]. @param list [list_count] their tissues, in the order of the verbs.
  *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
  *  owns: sc_free.
  *  @return SC_ERR_DATA as of sc_verb_tissues_check, or if nothing of the tissues of a verb is
  *  visible (all are logged); SC_ERR_MEMORY. Nothing is written to @p out then. */
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
-                                       sc_tissue *tissues, const sc_verb *verbs, size_t verb_count,
-                                       const sc_verb_tissue *list, size_t list_count, sc_fade **out,
+                                       sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
                                        size_t *count);
 
 /** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in

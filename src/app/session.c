@@ -128,6 +128,7 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
     const sc_ctx *ctx = app->ctx;
     const sc_job *job = &session->job;
+    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
     void *block = NULL;
     sc_status status;
 
@@ -147,9 +148,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
                              job->exception_count, session->tissues, session->clip_sets,
                              &session->clip_set_count));
     if (job->verb_count)
-        status = sc_verbs_resolve(ctx, &session->volume, session->tissues, job->verbs,
-                                  job->verb_count, job->verb_tissues, job->verb_tissue_count,
-                                  &session->fades, &session->fade_count);
+        status = sc_verbs_resolve(ctx, &session->volume, session->tissues, &verbs, &session->fades,
+                                  &session->fade_count);
 out:
     return status;
 }

@@ -75,8 +75,7 @@ static double rank_of(const sc_prepared *volume, int id, sc_verb_order order)
 typedef struct resolving {
     const sc_prepared *volume;
     const sc_tissue *tissues;
-    const sc_verb_tissue *list; /* [list_count] */
-    size_t list_count;
+    const sc_verbs *verbs;
     bool *taken;     /* [label_count]: by the present verb */
     member *members; /* room for [label_count] */
     sc_fade *fades;  /* [fade_count], with room for fade_room */
@@ -90,10 +89,10 @@ static size_t find_members(resolving *r, const sc_verb *verb, int v)
     size_t count = 0;
 
     memset(r->taken, 0, (size_t)r->volume->label_count);
-    for (size_t i = 0; i < r->list_count; i++) {
-        const sc_pattern pattern = sc_pattern_of(r->list[i].pattern);
+    for (size_t i = 0; i < r->verbs->list_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(r->verbs->list[i].pattern);
         const sc_match best =
-            r->list[i].verb == v
+            r->verbs->list[i].verb == v
                 ? sc_pattern_match(r->volume->labels, r->volume->label_count, &pattern)
                 : SC_MATCH_NONE;
 
@@ -250,43 +249,55 @@ static void set_groups(const sc_fade *fades, size_t count, track *tracks, sc_tis
 /* ---- resolving ---- */
 
 /* Append the fades of all verbs. @return the first mistake; all are logged. */
-static sc_status resolve_all(const sc_ctx *ctx, resolving *r, const sc_verb *verbs, size_t count)
+static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
 {
     sc_status status = SC_OK;
 
-    for (size_t v = 0; v < count; v++) {
-        const size_t members = find_members(r, &verbs[v], (int)v);
+    for (size_t v = 0; v < r->verbs->verb_count; v++) {
+        const sc_verb *verb = &r->verbs->verbs[v];
+        const size_t members = find_members(r, verb, (int)v);
 
         if (!members)
             status = sc_fail(ctx, SC_ERR_DATA,
                              "%s%sno tissue of this verb is shown, by the label table or the "
                              "tissues of the job; expected one that is: a verb multiplies its "
                              "opacity",
-                             verbs[v].where, verbs[v].where[0] ? ": " : "");
-        else if (add_fades(ctx, r, &verbs[v], members) != SC_OK)
+                             verb->where, verb->where[0] ? ": " : "");
+        else if (add_fades(ctx, r, verb, members) != SC_OK)
             return SC_ERR_MEMORY;
     }
     return status;
 }
 
-sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
-                           const sc_verb *verbs, size_t verb_count, const sc_verb_tissue *list,
-                           size_t list_count, sc_fade **out, size_t *count)
+/* Allocate what is needed to resolve verbs: r->taken, r->members and @p tracks, which the caller
+ * frees, also after an error. */
+static sc_status allocate(const sc_ctx *ctx, resolving *r, void **tracks)
 {
-    const size_t labels = (size_t)volume->label_count;
-    resolving r = {.volume = volume, .tissues = tissues, .list = list, .list_count = list_count};
-    void *taken = NULL, *members = NULL, *tracks = NULL, *room = NULL;
+    const size_t labels = (size_t)r->volume->label_count;
+    void *block;
     sc_status status;
 
-    for (size_t id = 0; id < labels; id++)
+    SC_TRY(sc_alloc(ctx, labels, sizeof *r->taken, &block));
+    r->taken = block;
+    SC_TRY(sc_alloc(ctx, labels, sizeof *r->members, &block));
+    r->members = block;
+    status = sc_alloc(ctx, labels, sizeof(track), tracks);
+out:
+    return status;
+}
+
+sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
+                           const sc_verbs *verbs, sc_fade **out, size_t *count)
+{
+    resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
+    void *tracks = NULL, *room = NULL;
+    sc_status status;
+
+    for (int id = 0; id < volume->label_count; id++)
         tissues[id].fade_group = 0;
-    SC_TRY(sc_verb_tissues_check(ctx, volume, list, list_count));
-    SC_TRY(sc_alloc(ctx, labels, sizeof *r.taken, &taken));
-    SC_TRY(sc_alloc(ctx, labels, sizeof *r.members, &members));
-    SC_TRY(sc_alloc(ctx, labels, sizeof(track), &tracks));
-    r.taken = taken;
-    r.members = members;
-    SC_TRY(resolve_all(ctx, &r, verbs, verb_count));
+    SC_TRY(sc_verb_tissues_check(ctx, volume, verbs->list, verbs->list_count));
+    SC_TRY(allocate(ctx, &r, &tracks));
+    SC_TRY(resolve_all(ctx, &r));
     SC_TRY(sc_alloc(ctx, r.fade_count, sizeof *r.fades, &room));
     sort_fades(r.fades, r.fade_count, room);
     set_groups(r.fades, r.fade_count, tracks, tissues);
@@ -294,8 +305,8 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
     *count = r.fade_count;
     r.fades = NULL;
 out:
-    sc_free(taken);
-    sc_free(members);
+    sc_free(r.taken);
+    sc_free(r.members);
     sc_free(tracks);
     sc_free(room);
     sc_free(r.fades);

@@ -327,10 +327,11 @@ static void tissues_appear_in_their_order(void **state)
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1}};
+        const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list)};
         sc_fade *fades;
         size_t count;
 
-        assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &verb, 1, list, 3, &fades, &count));
+        assert_ok(sc_verbs_resolve(&quiet, &volume, tissues, &all, &fades, &count));
         assert_int_equal(count, 3);
         for (int i = 0; i < 3; i++) {
             assert_int_equal(fades[i].id, i + 1);
@@ -356,16 +357,16 @@ static void verbs_need_tissues_that_are_shown(void **state)
     const sc_prepared volume = three_tissues(labels, stats);
     heard h;
     const sc_ctx ctx = listening(&h);
+    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list)};
     sc_fade *fades = NULL;
     size_t count;
 
     (void)state;
-    assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, verbs, 2, list, 2, &fades, &count),
-                     SC_ERR_DATA);
+    assert_int_equal(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count), SC_ERR_DATA);
     assert_null(fades);
     assert_non_null(strstr(h.text, "job:1: no tissue of this verb is shown"));
     tissues[2] = (sc_tissue){.visible = true, .opacity = 0.4};
-    assert_ok(sc_verbs_resolve(&ctx, &volume, tissues, verbs, 2, list, 2, &fades, &count));
+    assert_ok(sc_verbs_resolve(&ctx, &volume, tissues, &all, &fades, &count));
     assert_int_equal(count, 2);
     assert_near(fades[0].to, 0.2, 1e-12);
     assert_near(fades[1].to, 0.5, 1e-12);
