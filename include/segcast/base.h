@@ -201,6 +201,14 @@ SC_MUST_USE sc_status sc_file_read(const sc_ctx *ctx, const char *path, size_t m
  * sc_file_unmap. */
 SC_MUST_USE sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out,
                                   size_t *out_bytes);
+/** What tells a file of this machine from others, and from what it was before it was changed. Of
+ *  64-bit numbers alone, so that it can be sent and compared as bytes. */
+typedef struct sc_file_identity {
+    uint64_t device, inode, bytes, changed_s, changed_ns;
+} sc_file_identity;
+/** As sc_file_map, and tell which file it is. */
+SC_MUST_USE sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void **out,
+                                             size_t *out_bytes, sc_file_identity *identity);
 /** End the mapping of sc_file_map: @p data and @p bytes are its outputs. NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 

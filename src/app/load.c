@@ -144,7 +144,67 @@ out:
     return status;
 }
 
-/* ---- prepared files: every rank maps the file; a node holds it once ---- */
+/* ---- prepared files: every rank maps the file; a node holds it once, and checks it once ---- */
+
+/* What the first rank of a node tells the others of the file that it has mapped and checked. */
+typedef struct checked_file {
+    sc_file_identity identity;
+    uint64_t hash; /* of the file */
+    int64_t word;  /* HAS_CHECKED, HAS_FAILED; 0 of those that only listen */
+} checked_file;
+enum { HAS_CHECKED = 1, HAS_FAILED = 2 };
+
+/* @return what the one rank of a team that has checked its file says, of @p all [count]. */
+static const checked_file *word_of(const checked_file *all, int count)
+{
+    int i = 0;
+
+    while (i < count - 1 && !all[i].word)
+        i++;
+    return &all[i];
+}
+
+/* View the mapped file of a session. It is checked by the first rank of a node; the others take its
+ * word if they have mapped the same file, and check by themselves if they have not, or if the ranks
+ * cannot share memory to talk by. @param mapped the return code of mapping on this rank. @param
+ * identity of the mapped file. @return of mapping, or of the check; what the first rank has found
+ * wrong, others find as well. Collective on the node. */
+static sc_status view_file(const sc_app *app, const sc_ctx *ctx, sc_session *session,
+                           sc_status mapped, const sc_file_identity *identity)
+{
+    const sc_ctx silent = {.rank = 0};
+    checked_file mine = {.identity = *identity};
+    const checked_file *told;
+    sc_team *team = NULL;
+    void *all = NULL;
+    bool first = true, trusted = false;
+    sc_status status = mapped;
+
+    if (sc_team_open(&silent, app->comm, 1, NULL, &team) == SC_OK)
+        first = sc_team_is_first(team);
+    if (first && status == SC_OK)
+        status = sc_prepared_file_view(ctx, session->job.volume, session->mapped,
+                                       session->mapped_bytes, &session->volume);
+    if (first) {
+        mine.hash = session->volume.file_hash;
+        mine.word = status == SC_OK ? HAS_CHECKED : HAS_FAILED;
+    }
+    if (team && sc_team_collect(&silent, team, &mine, sizeof mine, &all) == SC_OK) {
+        told = word_of(all, sc_team_ranks(team));
+        trusted =
+            told->word == HAS_CHECKED && memcmp(&told->identity, identity, sizeof *identity) == 0;
+        mine.hash = told->hash;
+    }
+    if (!first && status == SC_OK && trusted) {
+        status = sc_prepared_view(ctx, session->mapped, session->mapped_bytes, &session->volume);
+        session->volume.file_hash = mine.hash;
+    } else if (!first && status == SC_OK) {
+        status = sc_prepared_file_view(ctx, session->job.volume, session->mapped,
+                                       session->mapped_bytes, &session->volume);
+    }
+    sc_team_close(team);
+    return status;
+}
 
 /* What a rank reports of the file that it has mapped. Sent as bytes. */
 typedef struct mapped_file {
@@ -321,17 +381,15 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     const bool first = sc_comm_rank(app->comm) == 0;
     const sc_ctx silent = {.rank = 0};
     const sc_ctx *ctx = first ? app->ctx : &silent;
+    sc_file_identity identity = {0};
     needs n = {0};
     sc_status status;
 
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
-    status = sc_file_map(ctx, path, &session->mapped, &session->mapped_bytes);
-
+    status = sc_file_map_identified(ctx, path, &session->mapped, &session->mapped_bytes, &identity);
     if (status == SC_OK)
         status = watch(ctx, path, session);
-    if (status == SC_OK)
-        status = sc_prepared_file_view(ctx, path, session->mapped, session->mapped_bytes,
-                                       &session->volume);
+    status = view_file(app, ctx, session, status, &identity);
     SC_TRY(agree_on_file(app, session, status));
     SC_TRY(share_labels(app, session));
     status = find_needs(app, session, session->volume.labels, session->volume.label_count, &n);

@@ -69,6 +69,14 @@ out:
 
 sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, size_t *out_bytes)
 {
+    sc_file_identity identity;
+
+    return sc_file_map_identified(ctx, path, out, out_bytes, &identity);
+}
+
+sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path, const void **out,
+                                 size_t *out_bytes, sc_file_identity *identity)
+{
     const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat info;
     void *data = MAP_FAILED;
@@ -88,6 +96,9 @@ sc_status sc_file_map(const sc_ctx *ctx, const char *path, const void **out, siz
     } else {
         *out = data;
         *out_bytes = (size_t)info.st_size;
+        *identity =
+            (sc_file_identity){(uint64_t)info.st_dev, (uint64_t)info.st_ino, (uint64_t)info.st_size,
+                               (uint64_t)info.st_mtim.tv_sec, (uint64_t)info.st_mtim.tv_nsec};
     }
     close(file);
     return status;

@@ -101,6 +101,19 @@ static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state
 
 /* ---- a prepared file that is not the same for all ranks ---- */
 
+/* How often a file was checked. The linker lets calls of sc_prepared_file_view end here. */
+static _Atomic int checks;
+sc_status __real_sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
+                                       size_t bytes, sc_prepared *out);
+sc_status __wrap_sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
+                                       size_t bytes, sc_prepared *out);
+sc_status __wrap_sc_prepared_file_view(const sc_ctx *ctx, const char *path, const void *block,
+                                       size_t bytes, sc_prepared *out)
+{
+    checks++;
+    return __real_sc_prepared_file_view(ctx, path, block, bytes, out);
+}
+
 typedef struct mapping {
     const char *files[RANKS]; /* the file that the job's path means on each rank */
     sc_status outcomes[RANKS];
@@ -145,17 +158,21 @@ static void ranks_refuse_prepared_files_that_differ(void **state)
     static const struct {
         const char *files[RANKS];
         sc_status outcome;
+        int checks; /* by ranks that share memory: of the first one's file, and of all others */
         const char *message;
     } cases[] = {
-        {{"a.segc", "a.segc", "a.segc"}, SC_OK, ""},
+        {{"a.segc", "a.segc", "a.segc"}, SC_OK, 1, ""},
+        {{"a.segc", "same.segc", "a.segc"}, SC_OK, 2, ""},
         {{"a.segc", "a.segc", "b.segc"},
          SC_ERR_DATA,
+         2,
          "1 of 3 ranks have not, the first of them "
          "rank 2, which has another file"},
-        {{"a.segc", "b.segc", "b.segc"}, SC_ERR_DATA, "rank 1, which has another file"},
-        {{"a.segc", "none.segc", "a.segc"}, SC_ERR_DATA, "rank 1, which has no such file"},
-        {{"a.segc", "a.segc", "cut.segc"}, SC_ERR_DATA, "rank 2, which has a damaged file"},
-        {{"none.segc", "a.segc", "none.segc"}, SC_ERR_MISSING, "none.segc: "},
+        {{"a.segc", "b.segc", "b.segc"}, SC_ERR_DATA, 3, "rank 1, which has another file"},
+        {{"a.segc", "none.segc", "a.segc"}, SC_ERR_DATA, 1, "rank 1, which has no such file"},
+        {{"a.segc", "a.segc", "cut.segc"}, SC_ERR_DATA, 2, "rank 2, which has a damaged file"},
+        {{"none.segc", "a.segc", "none.segc"}, SC_ERR_MISSING, 1, "none.segc: "},
+        {{"cut.segc", "cut.segc", "cut.segc"}, SC_ERR_DATA, 3, "cut.segc: "},
     };
     char *text;
     size_t bytes;
@@ -165,11 +182,17 @@ static void ranks_refuse_prepared_files_that_differ(void **state)
     prepare_file("b.segc", 13);
     assert_ok(sc_file_read(&quiet, "a.segc", 1 << 30, &text, &bytes));
     assert_ok(sc_file_write(&quiet, "cut.segc", text, bytes / 2));
+    assert_ok(sc_file_write(&quiet, "same.segc", text, bytes));
     sc_free(text);
-    for (size_t c = 0; c < SC_COUNT_OF(cases); c++) {
+    for (size_t i = 0; i < 2 * SC_COUNT_OF(cases); i++) {
+        const size_t c = i / 2;
+        const bool shares = i % 2;
         mapping m = {.files = {cases[c].files[0], cases[c].files[1], cases[c].files[2]}};
 
-        run_ranks(RANKS, false, map_file, &m);
+        checks = 0;
+        run_ranks(RANKS, shares, map_file, &m);
+        if (shares)
+            assert_int_equal(checks, cases[c].checks);
         for (int rank = 0; rank < RANKS; rank++) {
             assert_int_equal(m.outcomes[rank], cases[c].outcome);
             assert_int_equal(m.said[rank].errors, rank == 0 && cases[c].outcome != SC_OK);
@@ -180,6 +203,7 @@ static void ranks_refuse_prepared_files_that_differ(void **state)
     unlink("a.segc");
     unlink("b.segc");
     unlink("cut.segc");
+    unlink("same.segc");
 }
 
 /* ---- what floating point decides ---- */
