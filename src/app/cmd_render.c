@@ -2,6 +2,7 @@
 /* segcast render and segcast orbit: a run, from the job to the finished outputs. */
 #include "run.h"
 
+#include <math.h>
 #include <signal.h>
 #include <string.h>
 #include <time.h>
@@ -174,20 +175,51 @@ out:
 
 /* ---- the plan ---- */
 
+/* Warn, or with farm.encode: gather refuse, if there is too little memory for encoders of gathered
+ * GOPs. @param gathered how many GOPs would be gathered without a limit, by @p ranks ranks. @return
+ * SC_ERR_SYSTEM. */
+static sc_status check_gathering(const sc_run *run, int gathered, int ranks)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
+    const sc_ctx *ctx = run->app->ctx;
+    const sc_job *job = &run->session.job;
+    const double bytes = sc_run_gathering_bytes(job, gathered, ranks),
+                 limit = (double)ctx->memory_max_bytes;
+
+    if (ctx->memory_max_bytes == 0 || bytes <= limit)
+        return SC_OK;
+    if (job->farm.encode == SC_ENCODE_GATHER)
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "farm.encode is gather: each rank that encodes holds frames of %d x %d for "
+                       "%.1f GiB with its encoder, over the limit of %.1f GiB; choose farm.encode: "
+                       "auto, or raise the limit where there is more memory: --max-memory %.0fG",
+                       job->output.size_px[0], job->output.size_px[1], bytes / gib, limit / gib,
+                       ceil(bytes / gib));
+    sc_warn(ctx,
+            "farm.encode: frames of a second are not gathered to be encoded by several ranks: each "
+            "of these would hold %.1f GiB, over the limit of %.1f GiB (--max-memory)",
+            bytes / gib, limit / gib);
+    return SC_OK;
+}
+
 /* Choose, on rank 0, of @p gops [whole], which no run has begun, those that other ranks encode;
- * they are put at the beginning of the array. */
-static void choose_gops(sc_run *run, int *gops, int whole)
+ * they are put at the beginning of the array. @return as of check_gathering. */
+static sc_status choose_gops(sc_run *run, int *gops, int whole)
 {
     sc_draw_plan *plan = &run->plan;
+    const uint64_t limit = run->app->ctx->memory_max_bytes;
+    const int ranks = sc_comm_size(run->app->comm);
     const int frames = run->session.job.animation.frames;
     const int full = whole - (whole > 0 && gops[whole - 1] + plan->gop_frames > frames);
     const sc_run_encoding encoding =
-        sc_run_encoding_of(&run->session.job, whole, full, sc_comm_size(run->app->comm));
+        sc_run_encoding_of(&run->session.job, whole, full, ranks, limit);
+    const sc_run_encoding wanted = sc_run_encoding_of(&run->session.job, whole, full, ranks, 0);
 
     plan->gop_count = encoding.gops;
     plan->gather = encoding.gather;
     if (encoding.gather)
         memmove(gops, gops + full - encoding.gops, (size_t)encoding.gops * sizeof *gops);
+    return check_gathering(run, wanted.gather ? wanted.gops : 0, ranks);
 }
 
 /* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
@@ -205,7 +237,7 @@ static sc_status make_plan(sc_run *run)
     if (run->store)
         SC_TRY(sc_store_whole_gops(ctx, run->store, &gops, &whole));
     if (run->keep_records)
-        choose_gops(run, gops, whole);
+        SC_TRY(choose_gops(run, gops, whole));
     SC_TRY(sc_alloc(ctx, (size_t)run->wanted_count + 1, sizeof(int), &frames));
     for (int i = 0; i < run->wanted_count; i++) {
         const int k = run->wanted[i];

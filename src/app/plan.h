@@ -32,6 +32,7 @@ typedef struct sc_plan_probe {
     uint64_t prepared_bytes, derived_bytes; /* of the volume, once per node */
     uint64_t renderer_bytes;                /* of each rank */
     uint64_t job_bytes;                     /* size of job.yaml */
+    uint64_t memory_max_bytes;              /* that each process may take; 0: no limit */
 } sc_plan_probe;
 
 /* Measure the job of @p session, of which job and volume are filled: parts of frames, some frames

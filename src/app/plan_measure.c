@@ -290,6 +290,7 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     sc_status status;
 
     *out = (sc_plan_probe){.program_bytes = program_bytes,
+                           .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
                            .prepared_bytes = session->shared_bytes,
                            .derived_bytes = sc_renderer_derived_bytes(session->renderer),

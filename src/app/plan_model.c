@@ -144,7 +144,7 @@ sc_plan_run sc_plan_run_on(const sc_job *job, const sc_plan_probe *p, int nodes,
     const int own = threads ? threads : cores > ranks ? cores / ranks : 1;
     const double busy = (double)nodes * (ranks * own < cores ? ranks * own : cores);
     const int full = sc_run_has_video(job) ? frames / gop_frames(job) : 0;
-    const sc_run_encoding encoding = sc_run_encoding_of(job, whole, full, all);
+    const sc_run_encoding encoding = sc_run_encoding_of(job, whole, full, all, p->memory_max_bytes);
     sc_plan_run run = {.nodes = nodes,
                        .ranks = ranks,
                        .threads = own,

@@ -94,8 +94,13 @@ typedef struct sc_run_encoding {
 } sc_run_encoding;
 /* @return who encodes the GOPs that no run has begun: @p whole of them, @p full of which have the
  * full length (the last one of an animation may be shorter), with @p ranks ranks that do a job with
- * all its records. */
-sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks);
+ * all its records. With farm.encode: auto none are gathered if encoders of gathered GOPs need more
+ * than @p memory_max_bytes; 0: there is no limit. */
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks,
+                                   uint64_t memory_max_bytes);
+/* @return how many bytes a rank needs at least that encodes one of @p gathered gathered GOPs, with
+ * @p ranks ranks: the frames that it holds, and its encoder; 0 without GOPs. */
+double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks);
 
 /* ---- directory.c ---- */
 

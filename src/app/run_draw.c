@@ -43,14 +43,35 @@ bool sc_run_has_video(const sc_job *job)
     return strcmp(job->output.video, "none") != 0;
 }
 
-sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks)
+double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks)
+{
+    const sc_video_settings settings = sc_run_video_settings(job);
+    const sc_farm farm = {.width_px = settings.width_px,
+                          .height_px = settings.height_px,
+                          .partition = (sc_partition)job->farm.partition,
+                          .gop_count = gathered,
+                          .gather = true,
+                          .gop_frames = sc_video_gop_frames(&settings),
+                          .total_frames = job->animation.frames,
+                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
+
+    if (gathered == 0)
+        return 0;
+    return (double)sc_farm_memory_of(&farm, ranks).encoder +
+           sc_video_encoder_bytes_least(&settings);
+}
+
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks,
+                                   uint64_t memory_max_bytes)
 {
     const int encode = job->farm.encode;
     const int gathered = sc_handout_gathered(full, ranks, encode == SC_ENCODE_GATHER);
 
     if (encode == SC_ENCODE_ROOT)
         return (sc_run_encoding){0};
-    if (encode == SC_ENCODE_GATHER || gathered > 0)
+    if (encode == SC_ENCODE_GATHER ||
+        (gathered > 0 && (memory_max_bytes == 0 || sc_run_gathering_bytes(job, gathered, ranks) <=
+                                                       (double)memory_max_bytes)))
         return (sc_run_encoding){gathered, true};
     return (sc_run_encoding){sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS), false};
 }

@@ -3,6 +3,7 @@
 #include "check.h"
 
 #include "plan.h"
+#include "run.h"
 
 #include <string.h>
 
@@ -241,9 +242,28 @@ static void the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay
     }
 }
 
+/* With auto, GOPs are not gathered where their encoders have too little memory. */
+static void gathering_needs_memory(void **state)
+{
+    sc_job job = {.output = {.size_px = {3840, 2160}, .fps = 30, .crf = 18},
+                  .animation.frames = 1800,
+                  .farm.encode = SC_ENCODE_AUTO};
+    const uint64_t all = (uint64_t)sc_run_gathering_bytes(&job, 59, 1000);
+
+    (void)state;
+    assert_true(all > 60ull * 3840 * 2160 * 3); /* the frames of two GOPs, and an encoder */
+    assert_true(sc_run_gathering_bytes(&job, 0, 1000) == 0);
+    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, 0).gather);
+    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, all + 1).gather);
+    assert_false(sc_run_encoding_of(&job, 60, 60, 1000, all - 1).gather);
+    job.farm.encode = SC_ENCODE_GATHER; /* is refused instead, when it runs */
+    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, all - 1).gather);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gathering_needs_memory),
         cmocka_unit_test(a_node_draws_and_encodes_with_all_cores),
         cmocka_unit_test(what_limits_depends_on_the_nodes_and_on_who_encodes),
         cmocka_unit_test(threads_of_a_rank_are_its_share_of_the_cores),
