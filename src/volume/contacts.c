@@ -125,7 +125,7 @@ enum { BLOCKS = 32 /* along the longest axis */, SAMPLES = 4 /* voxels of a bloc
 /* Lay blocks over a volume. */
 static blocks lay_blocks(const sc_volume *v)
 {
-    blocks b = {.words = ((size_t)v->label_count + 63) / 64};
+    blocks b = {.words = (size_t)v->label_count / 64 + 1};
     double spacing_mm[3], longest_mm = 0;
 
     for (int i = 0; i < 3; i++) {
@@ -175,8 +175,10 @@ static void gather_around(const blocks *b, const size_t at[3], uint64_t *around)
         for (size_t y = begin[1]; y < end[1]; y++) {
             const uint64_t *sets = b->sets + (z * b->size[1] + y) * b->size[0] * b->words;
 
-            for (size_t i = begin[0] * b->words; i < end[0] * b->words; i++)
-                around[i % b->words] |= sets[i];
+            for (size_t x = begin[0]; x < end[0]; x++) {
+                for (size_t i = 0; i < b->words; i++)
+                    around[i] |= sets[x * b->words + i];
+            }
         }
     }
 }

@@ -307,7 +307,8 @@ static void tissue_goes_on_beyond_the_last_slice(void **state)
     assert_ok(sc_resample(&quiet, &v, &grid, 2));
     ids = v.ids;
     for (int i = 0; i < NX * NY * LAYERS; i++) {
-        const double x = i % NX, z = (i / NX / NY + 0.5) / SPLIT - 0.5;
+        const int layer = i / (NX * NY);
+        const double x = i % NX, z = (layer + 0.5) / SPLIT - 0.5;
 
         if (fabs(x - (4 * z + 3.5)) > 1)
             assert_int_equal(ids[i], steep_id(x, 0, z));

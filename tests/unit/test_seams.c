@@ -135,8 +135,8 @@ static void seams_are_straight(void **state)
             outer = direction(&seed);
             inner = direction(&seed);
         } while (fabs(sc_vec3_dot(outer, inner)) > 0.7);
-        outer_at = inner_at =
-            (sc_vec3){SIDE / 2 + number(&seed), SIDE / 2 + number(&seed), SIDE / 2 + number(&seed)};
+        outer_at = inner_at = (sc_vec3){0.5 * SIDE + number(&seed), 0.5 * SIDE + number(&seed),
+                                        0.5 * SIDE + number(&seed)};
         v = shape_volume((const int[3]){SIDE, SIDE, SIDE}, (const double[3]){1, 1, 1}, 1, 3,
                          two_tissues);
         p = prepare_copy(&v, 2);
