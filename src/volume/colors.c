@@ -62,6 +62,20 @@ static double penalty(double contrast, double enough)
     return lacking * lacking;
 }
 
+/* How far apart hues must lie in the plane of hue and chroma: light and shadow change lightness, so
+ * that a light and a dark blue look alike on a round surface. And how much this counts. */
+#define HUE_DISTANCE 0.08
+#define HUE_SHARE 0.3
+
+/* @return how badly two colours go beside each other that differ by too little else than lightness.
+ */
+static double hue_penalty(const sc_seen_color *a, const sc_seen_color *b)
+{
+    const double *one = a->lab[SC_VISION_FULL], *other = b->lab[SC_VISION_FULL];
+
+    return HUE_SHARE * penalty(hypot(one[1] - other[1], one[2] - other[2]), HUE_DISTANCE);
+}
+
 /* How badly a colour goes beside each of the palette. */
 typedef struct penalties {
     double touching[PALETTE], near[PALETTE];
@@ -87,7 +101,8 @@ static void settle(coloring *c, int id)
     for (int i = 0; i < PALETTE; i++) {
         const double contrast = sc_color_contrast(&seen, &c->places[i]);
 
-        c->penalties[id].touching[i] = penalty(contrast, SC_CONTRAST);
+        c->penalties[id].touching[i] =
+            penalty(contrast, SC_CONTRAST) + hue_penalty(&seen, &c->places[i]);
         c->penalties[id].near[i] = penalty(contrast, NEAR_CONTRAST);
         c->uses[i] += sc_color_distance(&seen, &c->places[i], SC_VISION_FULL) < SAME;
     }
