@@ -17,8 +17,9 @@ typedef struct sc_video_settings {
     int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
     int fps;                 /**< frames per second, a whole number */
     int crf;                 /**< constant rate factor of the encoder, sc_video_crf_least to 51 */
-    const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; VP9 ignores it */
+    const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; only for H.264 */
     const char *title;       /**< of the film, in the metadata of the file; borrowed; NULL: none */
+    bool alpha;              /**< frames have alpha, which the codec has to hold */
 } sc_video_settings;
 
 /* ---- segments: GOPs that are encoded independently ---- */
@@ -67,7 +68,7 @@ SC_MUST_USE sc_status sc_encoder_open(const sc_ctx *ctx, const char *video,
 void sc_encoder_close(sc_encoder *encoder);
 /** @return the bytes of a converted picture: the planes Y, U and V of yuv420p, tightly packed, with
  *  the sides of the frame rounded up to even numbers. */
-size_t sc_picture_bytes(const sc_video_settings *settings);
+size_t sc_picture_bytes(const char *video, const sc_video_settings *settings);
 /** Convert a frame from sRGB to the picture that the encoder compresses: yuv420p in BT.709,
  *  limited range. @param image as large as the settings say. @return the picture,
  *  sc_picture_bytes long, borrowed from the encoder until the next call. */
@@ -95,10 +96,11 @@ void sc_encoder_drop(sc_encoder *encoder);
  *  title alone. */
 typedef struct sc_muxer sc_muxer;
 /** Create the file under a temporary name beside @p path, whose extension chooses the container.
- *  @param title as in sc_video_settings. @return SC_ERR_USAGE for another extension,
- *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_muxer_close, also after sc_muxer_finish. */
-SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title,
-                                    sc_muxer **out);
+ *  @param settings title and alpha are read; borrowed during the call. @return SC_ERR_USAGE for
+ * another extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_muxer_close, also after
+ * sc_muxer_finish. */
+SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path,
+                                    const sc_video_settings *settings, sc_muxer **out);
 /** Append a segment, which is not needed afterwards. Its first_frame is not looked at: the
  *  frames follow those before them. @return SC_ERR_DATA if it is damaged or was made with
  *  another encoder or other settings than the first one, SC_ERR_WRITE, SC_ERR_MEMORY. After an
@@ -117,8 +119,8 @@ void sc_muxer_close(sc_muxer *muxer);
 /** Writes one video file from frames that come in order. */
 typedef struct sc_video_writer sc_video_writer;
 /** Create the video under a temporary name beside @p path. .mp4 and .mkv hold H.264, .webm holds
- *  VP9. @param settings as of sc_encoder_open. @return SC_ERR_USAGE for another extension,
- *  SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_video_writer_close. */
+ *  VP9, .mov ProRes 4444. @param settings as of sc_encoder_open. @return SC_ERR_USAGE for another
+ * extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_video_writer_close. */
 SC_MUST_USE sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                            const sc_video_settings *settings,
                                            sc_video_writer **out);
@@ -140,23 +142,26 @@ void sc_video_writer_close(sc_video_writer *writer);
 /** Append "dir/name.partial.mp4" to @p out for "dir/name.mp4". @p path must have an extension.
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
 SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
-/** @return true if the extension of @p path names a container that can be written: .mp4, .mkv or
- *  .webm, in any case. */
+/** @return true if the extension of @p path names a container that can be written: .mp4, .mkv,
+ *  .webm or .mov, in any case. */
 bool sc_video_name_ok(const char *path);
-/** @return the least crf that the encoder of a video named @p path takes: 1 for H.264, 0 for VP9.
- */
+/** @return the least crf that the encoder of a video named @p path takes: 1 for H.264, 0 for VP9
+ *  and for ProRes, which does not read it. */
 int sc_video_crf_least(const char *path);
 /** @return the name of the codec of a video named @p path, for messages. Static text. */
 const char *sc_video_codec_name(const char *path);
+/** Check that this libavcodec has the encoder of a video named @p path; another name is none of its
+ * business. @return SC_ERR_CREATE, logged, with what it has. */
+SC_MUST_USE sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path);
 /** @return whether a video named @p path holds pictures with alpha. */
 bool sc_video_has_alpha(const char *path);
 /** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
  *  cannot have that many. */
 bool sc_video_size_ok(int width_px, int height_px);
-/** @return a lower bound of the bytes that an encoder with these settings works with. It was
+/** @return a lower bound of the bytes that the encoder of a video named @p video works with. It was
  * measured at 1280 x 720, with libx264 and libvpx: they hold the frames of a GOP that they look
- * ahead at. */
-double sc_video_encoder_bytes_least(const sc_video_settings *settings);
+ * ahead at. ProRes encodes each frame by itself, and has three copies of it here. */
+double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *settings);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);

@@ -250,7 +250,7 @@ static sc_status measure_encoding(prober *p, sc_plan_probe *out)
 
     if (!sc_run_has_video(job) && job->output.frames != SC_FRAMES_PNG)
         return SC_OK;
-    p->picture_bytes = sc_picture_bytes(&video);
+    p->picture_bytes = sc_picture_bytes(job->output.video, &video);
     choose_frames(p, out->draw_cpu_s);
     sc_stage_begin(ctx, "measuring the encoding", 0, (uint64_t)p->places * (uint64_t)p->run);
     if (sc_run_has_video(job)) {

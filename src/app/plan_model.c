@@ -78,7 +78,7 @@ sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int thre
                    TRACE_EVENT * (events < EVENTS_MAX ? events : EVENTS_MAX));
     disk.end = disk.video + disk.frames + disk.records;
     if (sc_run_has_video(job))
-        partial = together * ((double)sc_picture_bytes(&video) + PICTURE_HEAD);
+        partial = together * ((double)sc_picture_bytes(job->output.video, &video) + PICTURE_HEAD);
     /* While the video is joined, its segments are there, too; before that, the pictures of the GOP
      * that is encoded. */
     peak = partial > (double)disk.video ? partial : (double)disk.video;

@@ -82,8 +82,8 @@ sc_status sc_run_accept_gop(void *user, const sc_frame_result *results, int coun
                             const sc_payload *payload);
 /* @return the video settings of a job; their texts are borrowed from it. */
 sc_video_settings sc_run_video_settings(const sc_job *job);
-/* @return SC_ERR_SYSTEM, logged, if the encoder of the job's video takes more memory than is
- * allowed; otherwise SC_OK. */
+/* @return SC_ERR_CREATE, logged, if this libavcodec has no encoder for the job's video;
+ * SC_ERR_SYSTEM, logged, if it takes more memory than is allowed; otherwise SC_OK. */
 SC_MUST_USE sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job);
 bool sc_run_has_video(const sc_job *job);
 /* Who encodes. */

@@ -17,17 +17,23 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
                                .fps = job->output.fps,
                                .crf = job->output.crf,
                                .preset = sc_job_preset(job),
-                               .title = job->output.title};
+                               .title = job->output.title,
+                               .alpha = job->render.background.is_none};
 }
 
 sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
 {
     static const double gib = 1024.0 * 1024 * 1024;
     const sc_video_settings settings = sc_run_video_settings(job);
-    const double bytes = sc_video_encoder_bytes_least(&settings);
+    const double bytes = sc_video_encoder_bytes_least(job->output.video, &settings);
+    sc_status status;
 
-    if (!sc_run_has_video(job) || ctx->memory_max_bytes == 0 ||
-        bytes <= (double)ctx->memory_max_bytes)
+    if (!sc_run_has_video(job))
+        return SC_OK;
+    status = sc_video_check_encoder(ctx, job->output.video);
+    if (status != SC_OK)
+        return status;
+    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
         return SC_OK;
     return sc_fail(
         ctx, SC_ERR_SYSTEM,

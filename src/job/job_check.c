@@ -40,7 +40,8 @@ static sc_status check_alpha(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return sc_yaml_fail(
         ctx, sc_key_node(root, "render.background"),
         "background is \"none\", but the video %s is %s, which has no transparency; "
-        "expected output.video: none with output.frames: png",
+        "expected output.video: none with output.frames: png, or a name ending in .mov (ProRes "
+        "4444)",
         video, sc_video_codec_name(video));
 }
 
@@ -55,9 +56,10 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
     if (!strcmp(video, "none"))
         return SC_OK;
     if (!sc_store_video_ok(video))
-        return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
-                             "a name ending in .mp4, .mkv or .webm, of at most 140 bytes, without "
-                             "a directory, control characters or a dot at the beginning; or none");
+        return sc_wrong_type(
+            ctx, sc_key_node(root, "output.video"),
+            "a name ending in .mp4, .mkv, .webm or .mov, of at most 140 bytes, without "
+            "a directory, control characters or a dot at the beginning; or none");
     if (!sources->no_video)
         (void)sc_goes_on(&status, check_alpha(ctx, root, job));
     if (job->output.crf < sc_video_crf_least(video))

@@ -15,7 +15,7 @@ static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
 static const sc_choice layouts[] = {
     {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
-/* The presets of x264. VP9 (.webm) has none and ignores the choice. */
+/* The presets of x264. VP9 (.webm) and ProRes (.mov) have none and ignores the choice. */
 static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                       "medium",    "slow",      "slower",   "veryslow", NULL};
 
@@ -33,7 +33,8 @@ static const sc_key output_keys[] = {
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
      .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
-     .help = "name of the video: ending in .mp4 or .mkv (H.264) or .webm (VP9), or none",
+     .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9), or .mov "
+             "(ProRes 4444, for editing; also transparent), or none",
      .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"title", &sc_type_text, OUTPUT(title), "\"\"",
      .help = "title of the film, in the metadata of the video",
@@ -45,7 +46,7 @@ static const sc_key output_keys[] = {
      .help = "picture, or views: the three regular slices beside it", .choices = layouts},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 only "
-             "for .webm",
+             "for .webm; .mov has always the same",
      .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoder: slower makes smaller files", .words = presets},
@@ -106,7 +107,7 @@ static const sc_key render_keys[] = {
      .outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
-             "nearly white; none: pictures are transparent (PNG with alpha)"},
+             "nearly white; none: pictures are transparent (PNG with alpha, .mov)"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",
      .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",

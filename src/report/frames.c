@@ -192,13 +192,15 @@ static void choose_frames(const sc_report_run *run, gallery *g)
     }
 }
 
-/* Make @p out from @p image, smaller: each pixel is the mean of those that it covers. */
+/* Make @p out from @p image, smaller: each pixel is the mean of those that it covers, with
+ * white behind what is transparent. */
 static sc_status shrink(const sc_ctx *ctx, const sc_image *image, sc_image *out)
 {
     const int side = image->width_px > image->height_px ? image->width_px : image->height_px;
     const double scale = side > SC_REPORT_PICTURE_SIDE ? (double)SC_REPORT_PICTURE_SIDE / side : 1;
     const int width = (int)fmax(1, scale * image->width_px + 0.5);
     const int height = (int)fmax(1, scale * image->height_px + 0.5);
+    const size_t bytes = sc_pixel_bytes(image->alpha);
     const sc_status status = sc_image_init(ctx, width, height, out);
 
     for (int p = 0; p < width * height && status == SC_OK; p++) {
@@ -212,10 +214,11 @@ static sc_status shrink(const sc_ctx *ctx, const sc_image *image, sc_image *out)
         for (int y = y0; y < y1; y++) {
             for (int x = x0; x < x1; x++) {
                 const uint8_t *rgb =
-                    image->rgb + 3 * ((size_t)y * (size_t)image->width_px + (size_t)x);
+                    image->rgb + bytes * ((size_t)y * (size_t)image->width_px + (size_t)x);
+                const int alpha = image->alpha ? rgb[3] : 255;
 
                 for (int c = 0; c < 3; c++)
-                    sum[c] += rgb[c];
+                    sum[c] += (rgb[c] * alpha + 255 * (255 - alpha) + 127) / 255;
             }
         }
         for (int c = 0; c < 3; c++)
@@ -248,10 +251,9 @@ static void read_video(gallery *g, const char *path, int fps)
         g->status = status;
 }
 
-/* Read those of the frames that are there as PNG files; what is transparent lies on white. */
+/* Read those of the frames that are there as PNG files. */
 static void read_png_files(gallery *g, const char *directory)
 {
-    static const uint8_t white[3] = {255, 255, 255};
     const sc_ctx looking = sc_quiet(g->page->ctx);
 
     for (int i = 0; i < g->count && g->status == SC_OK; i++) {
@@ -261,8 +263,6 @@ static void read_png_files(gallery *g, const char *directory)
 
         snprintf(path, sizeof path, "%s/frames/%06d.png", directory, g->wanted[i]);
         status = sc_image_load_png_alpha(&looking, path, &image);
-        if (status == SC_OK)
-            sc_image_flatten(&image, white);
         if (status == SC_OK)
             (void)keep_frame(g, g->wanted[i], 0, &image); /* its error is in g->status */
         else if (!sc_is_of_input(status))

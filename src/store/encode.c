@@ -138,7 +138,7 @@ sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, in
     sc_status status;
 
     sc_stage_begin(ctx, "joining the video", 0, (uint64_t)gops);
-    SC_TRY(sc_muxer_open(ctx, path, store->job.settings.title, &muxer));
+    SC_TRY(sc_muxer_open(ctx, path, &store->job.settings, &muxer));
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
         char name[SC_FILE_BYTES];
         sc_segment segment = {0};

@@ -229,11 +229,12 @@ static sc_status check_video_name(const sc_ctx *ctx, const sc_store_place *place
 {
     if (!strcmp(place->video, "none") || sc_store_video_ok(place->video))
         return SC_OK;
-    return sc_fail(ctx, SC_ERR_CREATE,
-                   "%s: a video cannot have this name; expected at most %d bytes, ending in "
-                   ".mp4, .mkv or .webm, without a directory or control characters, and without a "
-                   "dot at the beginning",
-                   place->video, SC_VIDEO_NAME_MAX);
+    return sc_fail(
+        ctx, SC_ERR_CREATE,
+        "%s: a video cannot have this name; expected at most %d bytes, ending in "
+        ".mp4, .mkv, .webm or .mov, without a directory or control characters, and without a "
+        "dot at the beginning",
+        place->video, SC_VIDEO_NAME_MAX);
 }
 
 sc_status sc_store_check_place(const sc_ctx *ctx, const sc_store_place *place, sc_names *owned,

@@ -261,7 +261,8 @@ static sc_status allocate(const sc_ctx *ctx, sc_store *store)
     store->has_png = block;
     SC_TRY(sc_zalloc(ctx, gops, sizeof *store->has_segment, &block));
     store->has_segment = block;
-    SC_TRY(sc_alloc(ctx, sc_picture_bytes(&store->job.settings), 1, &store->picture));
+    SC_TRY(sc_alloc(ctx, sc_picture_bytes(store->job.video, &store->job.settings), 1,
+                    &store->picture));
 out:
     return status;
 }
@@ -391,7 +392,7 @@ sc_status sc_store_open(const sc_ctx *ctx, const char *directory, const sc_store
     SC_TRY(set_directory(ctx, store, directory));
     SC_TRY(allocate(ctx, store));
     sc_store_path(store, path, "segments");
-    SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(&job->settings),
+    SC_TRY(sc_partial_open(ctx, path, store->identity, sc_picture_bytes(job->video, &job->settings),
                            job->frames, &store->partial));
     SC_TRY(sc_make_directory(ctx, directory));
     SC_TRY(check(ctx, store, mode, false));

@@ -11,9 +11,14 @@
 
 static const sc_container containers[] = {
     /* With 0, x264 loses nothing, which the profile that all players know does not have. */
-    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", false},
-    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", false},
-    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0, "VP9", false},
+    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", 0, AV_PIX_FMT_YUV420P,
+     AV_PIX_FMT_NONE},
+    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", 0, AV_PIX_FMT_YUV420P,
+     AV_PIX_FMT_NONE},
+    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0, "VP9", 0, AV_PIX_FMT_YUV420P,
+     AV_PIX_FMT_NONE},
+    {".mov", "mov", "prores_ks", AV_CODEC_ID_PRORES, false, 0, "ProRes 4444",
+     MKTAG('a', 'p', '4', 'h'), AV_PIX_FMT_YUV444P10LE, AV_PIX_FMT_YUVA444P10LE},
 };
 
 const sc_container *sc_container_find(const char *path)
@@ -50,7 +55,35 @@ bool sc_video_has_alpha(const char *path)
 {
     const sc_container *container = sc_container_find(path);
 
-    return container && container->alpha;
+    return container && container->alpha != AV_PIX_FMT_NONE;
+}
+
+enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha)
+{
+    return alpha ? container->alpha : container->opaque;
+}
+
+sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path)
+{
+    const sc_container *container = sc_container_find(path);
+    sc_text others = {0};
+    sc_status status = SC_OK;
+
+    if (!container || avcodec_find_encoder_by_name(container->encoder))
+        return SC_OK;
+    for (size_t i = 0; i < SC_COUNT_OF(containers); i++) {
+        if (avcodec_find_encoder_by_name(containers[i].encoder))
+            SC_TRY(sc_text_add(ctx, &others, "%s%s (%s)", others.length_bytes ? ", " : "",
+                               containers[i].extension, containers[i].name));
+    }
+    status = sc_fail(ctx, SC_ERR_CREATE,
+                     "%s: this libavcodec has no encoder %s for %s; it has what these need: %s; or "
+                     "choose video: none with frames: png",
+                     path, container->encoder, container->name,
+                     others.length_bytes ? others.data : "none");
+out:
+    sc_text_clear(&others);
+    return status;
 }
 
 bool sc_video_size_ok(int width_px, int height_px)

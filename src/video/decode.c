@@ -3,6 +3,7 @@
 #include "internal.h"
 
 #include <errno.h>
+#include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 #include <string.h>
 
@@ -18,7 +19,7 @@ typedef struct decoder {
     AVPacket *packet;
     int format_of_first;       /* pixel format of the first frame */
     struct SwsContext *scaler; /* made for the first frame, as is image */
-    sc_image image;            /* frame as sRGB */
+    sc_image image;            /* frame as sRGB, with alpha if the video has it */
     int count;                 /* frames passed on so far */
 } decoder;
 
@@ -69,17 +70,19 @@ static sc_status to_rgb(decoder *d)
 {
     const AVFrame *f = d->frame;
     const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
+    const AVPixFmtDescriptor *pixels = av_pix_fmt_desc_get(f->format);
+    const bool alpha = pixels && (pixels->flags & AV_PIX_FMT_FLAG_ALPHA);
     uint8_t *planes[1];
     int stride[1];
 
     if (!d->scaler) {
-        const sc_status status = sc_image_init(d->ctx, f->width, f->height, &d->image);
+        const sc_status status = sc_image_init_alpha(d->ctx, f->width, f->height, alpha, &d->image);
 
         if (status != SC_OK)
             return status;
-        d->scaler =
-            sws_getContext(f->width, f->height, f->format, f->width, f->height, AV_PIX_FMT_RGB24,
-                           SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
+        d->scaler = sws_getContext(f->width, f->height, f->format, f->width, f->height,
+                                   alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24,
+                                   SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
         if (!d->scaler)
             return fail_data(d, "its pixel format cannot be converted");
         sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
@@ -89,7 +92,7 @@ static sc_status to_rgb(decoder *d)
         f->format != d->format_of_first)
         return fail_data(d, "a frame has another size or pixel format than the first");
     planes[0] = d->image.rgb;
-    stride[0] = d->image.width_px * 3;
+    stride[0] = d->image.width_px * (int)sc_pixel_bytes(d->image.alpha);
     sws_scale(d->scaler, (const uint8_t *const *)f->data, f->linesize, 0, f->height, planes,
               stride);
     return SC_OK;

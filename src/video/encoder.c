@@ -26,6 +26,7 @@ struct sc_encoder {
                            beyond the ends of rows that are not. */
     AVPacket *packet;
     struct SwsContext *scaler;
+    enum AVPixelFormat pixels;  /* of frame and converted */
     sc_image padded;            /* the frame, padded to even sides */
     uint8_t *yuv;               /* the result of sc_encoder_convert */
     sc_segment_builder segment; /* packets and hashes of the GOP that is being encoded */
@@ -52,7 +53,7 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
 
     codec->width = (settings->width_px + 1) & ~1;
     codec->height = (settings->height_px + 1) & ~1;
-    codec->pix_fmt = AV_PIX_FMT_YUV420P;
+    codec->pix_fmt = sc_container_pixels(container, settings->alpha);
     codec->time_base = (AVRational){1, settings->fps};
     codec->framerate = (AVRational){settings->fps, 1};
     codec->sample_aspect_ratio = (AVRational){1, 1};
@@ -66,6 +67,13 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
     codec->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_BITEXACT;
     if (container->global_header)
         codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+    if (codec->codec_id == AV_CODEC_ID_PRORES) {
+        codec->thread_type = FF_THREAD_SLICE;
+        error = av_opt_set(codec->priv_data, "profile", "4444", 0);
+        return error < 0
+                   ? error
+                   : av_opt_set_int(codec->priv_data, "alpha_bits", settings->alpha ? 16 : 0, 0);
+    }
     error = av_opt_set_int(codec->priv_data, "crf", settings->crf, 0);
     if (codec->codec_id == AV_CODEC_ID_H264) {
         error = error < 0 ? error : av_opt_set(codec->priv_data, "preset", settings->preset, 0);
@@ -83,12 +91,10 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
     const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
     int error;
+    sc_status status = sc_video_check_encoder(ctx, e->name);
 
-    if (!codec)
-        return sc_fail(ctx, SC_ERR_CREATE,
-                       "%s: this libavcodec has no encoder %s; choose a video of another "
-                       "extension (.mp4, .mkv, .webm), or frames: png",
-                       e->name, e->container->encoder);
+    if (status != SC_OK)
+        return status;
     e->codec = avcodec_alloc_context3(codec);
     if (!e->codec)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
@@ -113,16 +119,18 @@ static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
     const int width = e->padded.width_px, height = e->padded.height_px;
     const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
 
-    e->scaler = sws_getContext(width, height, AV_PIX_FMT_RGB24, width, height, AV_PIX_FMT_YUV420P,
-                               SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT,
-                               NULL, NULL, NULL);
+    e->pixels = sc_container_pixels(e->container, e->settings.alpha);
+    e->scaler = sws_getContext(
+        width, height, e->settings.alpha ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24, width, height,
+        e->pixels, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT, NULL, NULL,
+        NULL);
     e->converted = av_frame_alloc();
     e->frame = av_frame_alloc();
     e->packet = av_packet_alloc();
     if (!e->scaler || !e->frame || !e->converted || !e->packet ||
         sws_setColorspaceDetails(e->scaler, bt709, 1, bt709, 0, 0, 1 << 16, 1 << 16) < 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
-    e->frame->format = AV_PIX_FMT_YUV420P;
+    e->frame->format = e->pixels;
     e->frame->width = width;
     e->frame->height = height;
     e->frame->colorspace = AVCOL_SPC_BT709;
@@ -147,18 +155,22 @@ sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_s
     sc_status status;
 
     if (!container)
-        return sc_fail(ctx, SC_ERR_USAGE, "%s: the name of a video must end in .mp4, .mkv or .webm",
-                       video);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s: the name of a video must end in .mp4, .mkv, .webm or .mov", video);
     av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *e, &block));
     e = block;
     e->container = container;
     e->settings = *settings;
+    if (settings->alpha && container->alpha == AV_PIX_FMT_NONE) {
+        status = sc_fail(ctx, SC_ERR_USAGE, "%s: %s has no transparency", video, container->name);
+        goto out;
+    }
     SC_TRY(sc_text_add(ctx, &name, "%s", video));
     e->name = name.data;
-    SC_TRY(sc_image_init(ctx, (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1,
-                         &e->padded));
-    SC_TRY(sc_alloc(ctx, sc_picture_bytes(settings), 1, &block));
+    SC_TRY(sc_image_init_alpha(ctx, (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1,
+                               settings->alpha, &e->padded));
+    SC_TRY(sc_alloc(ctx, sc_picture_bytes(video, settings), 1, &block));
     e->yuv = block;
     SC_TRY(open_scaler(ctx, e));
     SC_TRY(open_codec(ctx, e)); /* so that a missing encoder is noticed before anything is drawn */
@@ -169,11 +181,14 @@ out:
     return status;
 }
 
-size_t sc_picture_bytes(const sc_video_settings *settings)
+size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)
 {
+    const sc_container *container = sc_container_find(video);
     const size_t width = (size_t)(settings->width_px + 1) / 2;
     const size_t height = (size_t)(settings->height_px + 1) / 2;
 
+    if (container && container->opaque == AV_PIX_FMT_YUV444P10LE) /* planes of 16 bits */
+        return width * height * 4 * 2 * sc_pixel_bytes(settings->alpha);
     return width * height * 6;
 }
 
@@ -182,22 +197,73 @@ int sc_video_gop_frames(const sc_video_settings *settings)
     return settings->fps;
 }
 
-double sc_video_encoder_bytes_least(const sc_video_settings *settings)
+double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *settings)
 {
+    const sc_container *container = sc_container_find(video);
     static const double fixed_bytes = 30, frame_bytes = 2.4; /* for each pixel */
     enum { FRAMES_AHEAD = 30, FRAMES_AHEAD_ULTRAFAST = 7 };
     const int most = strcmp(settings->preset, "ultrafast") ? FRAMES_AHEAD : FRAMES_AHEAD_ULTRAFAST;
     const int gop = sc_video_gop_frames(settings);
 
+    if (container && container->codec == AV_CODEC_ID_PRORES)
+        return 3 * (double)sc_picture_bytes(video, settings);
     return (double)settings->width_px * settings->height_px *
            (fixed_bytes + frame_bytes * (gop < most ? gop : most));
+}
+
+/* Copy the colours of @p count pixels with alpha, all transparent, and leave their alpha. */
+static void copy_colors(const uint8_t *from, uint8_t *to, int count)
+{
+    for (int x = 0; x < count; x++)
+        memcpy(to + 4 * (size_t)x, from + 4 * (size_t)x, 3);
+}
+
+/* Give what is transparent in a row of @p count pixels with alpha the colour of the nearest pixel
+ * to its left that is not, or else to its right: a codec that loses something would mix the colours
+ * at borders with black. @return false if all of it is transparent. */
+static bool spread_row(uint8_t *row, int count)
+{
+    int first = 0;
+
+    while (first < count && row[4 * first + 3] == 0)
+        first++;
+    if (first == count)
+        return false;
+    for (int x = 0; x < first; x++)
+        memcpy(row + 4 * (size_t)x, row + 4 * (size_t)first, 3);
+    for (int x = first + 1; x < count; x++) {
+        if (row[4 * x + 3] == 0)
+            memcpy(row + 4 * (size_t)x, row + 4 * (size_t)(x - 1), 3);
+    }
+    return true;
+}
+
+/* Spread the colours of a picture with alpha over what is transparent, row by row; a row without
+ * any gets those of the row before it, or of the first that has some. */
+static void spread_colors(sc_image *image)
+{
+    const size_t row_bytes = 4 * (size_t)image->width_px;
+    int first = -1;
+
+    for (int y = 0; y < image->height_px; y++) {
+        uint8_t *row = image->rgb + (size_t)y * row_bytes;
+
+        if (spread_row(row, image->width_px))
+            first = first < 0 ? y : first;
+        else if (first >= 0)
+            copy_colors(row - row_bytes, row, image->width_px);
+    }
+    for (int y = first - 1; y >= 0; y--)
+        copy_colors(image->rgb + (size_t)first * row_bytes, image->rgb + (size_t)y * row_bytes,
+                    image->width_px);
 }
 
 /* Copy a frame into @p padded, which has its size rounded up to even numbers; where a side is
  * odd, its last column or row is repeated. */
 static void pad(const sc_image *image, sc_image *padded)
 {
-    const size_t from = (size_t)image->width_px * 3, to = (size_t)padded->width_px * 3;
+    const size_t bytes = sc_pixel_bytes(padded->alpha);
+    const size_t from = (size_t)image->width_px * bytes, to = (size_t)padded->width_px * bytes;
 
     for (int y = 0; y < padded->height_px; y++) {
         const int source = y < image->height_px ? y : image->height_px - 1;
@@ -205,22 +271,24 @@ static void pad(const sc_image *image, sc_image *padded)
 
         memcpy(row, image->rgb + (size_t)source * from, from);
         if (to > from)
-            memcpy(row + from, row + from - 3, 3);
+            memcpy(row + from, row + from - bytes, bytes);
     }
+    if (padded->alpha)
+        spread_colors(padded);
 }
 
-/* Write the addresses and strides, in bytes, of the planes Y, U and V in the tightly packed
+/* Write the addresses and strides, in bytes, of the planes Y, U, V and alpha in the tightly packed
  * picture @p yuv to @p planes and @p strides. */
 static void find_planes(const sc_encoder *e, uint8_t *yuv, uint8_t *planes[4], int strides[4])
 {
-    av_image_fill_arrays(planes, strides, yuv, AV_PIX_FMT_YUV420P, e->padded.width_px,
-                         e->padded.height_px, 1);
+    av_image_fill_arrays(planes, strides, yuv, e->pixels, e->padded.width_px, e->padded.height_px,
+                         1);
 }
 
 const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
 {
     const uint8_t *from[1] = {e->padded.rgb};
-    const int stride[1] = {e->padded.width_px * 3};
+    const int stride[1] = {e->padded.width_px * (int)sc_pixel_bytes(e->padded.alpha)};
     uint8_t *planes[4];
     int strides[4];
 
@@ -229,7 +297,7 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
               e->converted->linesize);
     find_planes(e, e->yuv, planes, strides);
     av_image_copy(planes, strides, (const uint8_t **)e->converted->data, e->converted->linesize,
-                  AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
+                  e->pixels, e->padded.width_px, e->padded.height_px);
     return e->yuv;
 }
 
@@ -268,8 +336,8 @@ sc_status sc_encoder_push(const sc_ctx *ctx, sc_encoder *e, const void *picture,
         goto out;
     }
     find_planes(e, (uint8_t *)(uintptr_t)picture, planes, strides);
-    av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides,
-                  AV_PIX_FMT_YUV420P, e->padded.width_px, e->padded.height_px);
+    av_image_copy(e->frame->data, e->frame->linesize, (const uint8_t **)planes, strides, e->pixels,
+                  e->padded.width_px, e->padded.height_px);
     e->frame->pts = e->segment.frames - 1;
     errno = 0;
     error = sc_av_error(avcodec_send_frame(e->codec, e->frame));

@@ -16,12 +16,17 @@ typedef struct sc_container {
     bool global_header; /* parameter sets belong into the container's header, not into the stream */
     int crf_least;      /* of its encoder */
     const char *name;   /* of the codec, for messages */
-    bool alpha;         /* it holds pictures with alpha */
+    uint32_t tag;       /* libav's codec_tag in the container; 0: its default */
+    /* libav's formats of the pictures that the encoder gets, opaque and with alpha; the latter is
+     * AV_PIX_FMT_NONE where the codec has no transparency. */
+    enum AVPixelFormat opaque, alpha;
 } sc_container;
 
 /* @return the container that the extension of @p path names, in any case, from a static table;
  * NULL for another extension or none. */
 const sc_container *sc_container_find(const char *path);
+/* @return the format of the pictures that the encoder of a video gets. */
+enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha);
 /* Log "PATH: WHAT: REASON" with libav's text for its @p error. @return @p status, or SC_ERR_MEMORY
  * if that is the error. */
 sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,

@@ -9,7 +9,9 @@
 struct sc_muxer {
     char *path;      /* given to sc_muxer_open; owned */
     sc_outfile file; /* zero once it has got its final name */
-    bool begun;      /* the header of the file has been written */
+    const sc_container *container;
+    bool alpha; /* the pictures have it */
+    bool begun; /* the header of the file has been written */
     AVFormatContext *format;
     AVStream *stream;       /* borrowed from format; NULL until begun */
     AVPacket *packet;       /* scratch of add_packet */
@@ -18,8 +20,10 @@ struct sc_muxer {
     int64_t packets;        /* number of packets written so far */
 };
 
-sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, sc_muxer **out)
+sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
+                        sc_muxer **out)
 {
+    const char *title = settings->title;
     const sc_container *container = sc_container_find(path);
     sc_muxer *m = NULL;
     sc_text copy = {0};
@@ -28,11 +32,13 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const char *title, 
     sc_status status;
 
     if (!container)
-        return sc_fail(ctx, SC_ERR_USAGE, "%s: the name of a video must end in .mp4, .mkv or .webm",
-                       path);
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "%s: the name of a video must end in .mp4, .mkv, .webm or .mov", path);
     av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
     m = block;
+    m->container = container;
+    m->alpha = settings->alpha;
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     m->path = copy.data;
     SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
@@ -81,7 +87,10 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     m->codec.extradata = p->extradata;
     p->codec_type = AVMEDIA_TYPE_VIDEO;
     p->codec_id = (enum AVCodecID)m->codec.codec_id;
-    p->format = AV_PIX_FMT_YUV420P;
+    p->codec_tag = m->container->tag;
+    p->format = sc_container_pixels(m->container, m->alpha);
+    /* Editors look for 32 bits, with alpha, in the header of the file. */
+    p->bits_per_coded_sample = m->codec.codec_id == AV_CODEC_ID_PRORES ? m->alpha ? 32 : 24 : 0;
     p->width = m->codec.width_px;
     p->height = m->codec.height_px;
     p->sample_aspect_ratio = m->stream->sample_aspect_ratio = (AVRational){1, 1};

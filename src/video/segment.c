@@ -187,7 +187,8 @@ bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *f
 /* @return whether the numbers in the head of a segment can be those of a GOP. */
 static bool is_sane(const segment_head *head)
 {
-    return (head->codec_id == AV_CODEC_ID_H264 || head->codec_id == AV_CODEC_ID_VP9) &&
+    return (head->codec_id == AV_CODEC_ID_H264 || head->codec_id == AV_CODEC_ID_VP9 ||
+            head->codec_id == AV_CODEC_ID_PRORES) &&
            head->width_px >= 1 && head->width_px <= SIDE_MAX_PX && head->height_px >= 1 &&
            head->height_px <= SIDE_MAX_PX && head->fps >= 1 && head->fps <= FPS_MAX &&
            head->reorder >= 0 && head->reorder <= REORDER_MAX && head->first_frame >= 0 &&
@@ -220,7 +221,7 @@ static bool has_sane_packets(const sc_segment *segment, const segment_head *head
 }
 
 /* @return whether the extradata of a segment, whose head is sane, are what its codec's encoder
- * writes: parameter sets of H.264, nothing for VP9. */
+ * writes: parameter sets of H.264, nothing for the others. */
 static bool has_sane_extradata(const sc_segment *segment, const segment_head *head)
 {
     return head->codec_id == AV_CODEC_ID_H264

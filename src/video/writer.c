@@ -101,7 +101,7 @@ sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     writer->path = copy.data;
     SC_TRY(sc_encoder_open(ctx, path, settings, &writer->encoder));
-    SC_TRY(sc_muxer_open(ctx, path, settings->title, &writer->muxer));
+    SC_TRY(sc_muxer_open(ctx, path, settings, &writer->muxer));
     *out = writer;
     return SC_OK;
 out:

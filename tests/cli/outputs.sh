@@ -60,7 +60,7 @@ grep -q $'\r' stderr.txt && fail "a progress bar was written to a file"
 true
 
 # The title of a film stands in the metadata of each container.
-for video in t.mp4 t.mkv t.webm; do
+for video in t.mp4 t.mkv t.webm t.mov; do
     "$SEGCAST" render job.yaml -o "titled-$video" -q --frames 0-6 --set output.video="$video" \
         --set 'output.title="The heart, opened"' >/dev/null
     grep -aq 'The heart, opened' "titled-$video/$video" || fail "$video has no title"

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Pictures without a background: PNG files with alpha, whose hashes hold it, are verified and drawn again.
 small_job job.yaml
+sed -i 's/, video: none//' job.yaml
 printf 'render: {background: none}\n' >>job.yaml
 kind_of() { od -An -tu1 -j25 -N1 "$1" | tr -d ' '; } # kind_of FILE.png: 2: RGB, 6: RGB with alpha
-"$SEGCAST" render job.yaml -o out -q --set output.frames=png >/dev/null
+"$SEGCAST" render job.yaml -o out -q --set output.video=none --set output.frames=png >/dev/null
 [ "$(kind_of out/frames/000004.png)" = 6 ] || fail 'a frame without a background has no alpha'
 expect 0 '' "$SEGCAST" verify out
 "$SEGCAST" still job.yaml --frame 4 -o still.png -q >/dev/null
@@ -16,7 +17,7 @@ grep -q '^ *background: none$' out/job.yaml || fail "the resolved job: $(grep ba
 cp -r out copy
 cp white.png copy/frames/000004.png
 expect 65 '000004.png: is missing, damaged, or not the picture' "$SEGCAST" verify copy
-expect 0 '' "$SEGCAST" render job.yaml -o copy --set output.frames=png --resume
+expect 0 '' "$SEGCAST" render job.yaml -o copy --set output.video=none --set output.frames=png --resume
 cmp out/frames/000004.png copy/frames/000004.png || fail 'a frame that was drawn again is another one'
 
 # Slices with lines and letters, which lie over what is transparent, and a sheet, which is opaque.
@@ -27,4 +28,14 @@ cmp out/frames/000004.png copy/frames/000004.png || fail 'a frame that was drawn
 "$SEGCAST" views phantom:59x41x61 --size 96x72 --set render.background=none -o slices.png -q >/dev/null
 [ "$(kind_of slices.png)" = 6 ] || fail 'segcast views has no alpha'
 # The job is planned with the memory of four bytes for a pixel.
-expect 0 '' "$SEGCAST" plan job.yaml --json
+expect 0 '' "$SEGCAST" plan job.yaml --json --set output.video=film.mov
+
+# A transparent film: the same bytes whoever encodes it, verified, resumed, and refused where there is no alpha.
+film=(--set output.video=film.mov --set output.fps=3)
+"$SEGCAST" render job.yaml -o film -q "${film[@]}" >/dev/null
+expect 0 '' "$SEGCAST" verify film
+"$SEGCAST" render job.yaml -o parts -q "${film[@]}" --frames 0-3 >/dev/null
+"$SEGCAST" render job.yaml -o parts -q "${film[@]}" --frames 4-6 >/dev/null
+"$SEGCAST" join parts -q >/dev/null || true
+cmp film/film.mov parts/film.mov || fail 'a film drawn in two parts has other bytes'
+expect 65 'H.264, which has no transparency' "$SEGCAST" check job.yaml; one_error

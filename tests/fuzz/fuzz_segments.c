@@ -58,7 +58,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (sc_segment_inspect(&forged, &info)) {
         FUZZ_CHECK(info.first_frame >= 0 && info.width_px > 0 && info.height_px > 0);
         FUZZ_CHECK(info.frame_count >= 1 && info.frame_count <= info.fps);
-        FUZZ_CHECK(sc_muxer_open(&fuzz_ctx, path, NULL, &muxer) == SC_OK);
+        FUZZ_CHECK(sc_muxer_open(&fuzz_ctx, path, &(sc_video_settings){.title = NULL}, &muxer) ==
+                   SC_OK);
         if (sc_muxer_add(&fuzz_ctx, muxer, &forged) == SC_OK &&
             sc_muxer_finish(&fuzz_ctx, muxer, path, true) == SC_OK)
             unlink(path);

@@ -47,3 +47,8 @@ for encode in rank0 segments gather auto; do
         diff -r v1/frames v$ranks$encode/frames || fail "PNG files depend on who writes them"
     done
 done
+clear=(--set output.video=v.mov --set output.fps=2 --set render.background=none)
+for encode in rank0 segments gather; do
+    mpi 3 "$SEGCAST" render job.yaml -o c$encode -q "${clear[@]}" --set farm.encode=$encode >/dev/null
+    cmp crank0/v.mov c$encode/v.mov || fail "the transparent video depends on who encodes"
+done

@@ -12,6 +12,8 @@
 
 enum { WIDTH = 32, HEIGHT = 24, FPS = 4, FRAMES = 6 };
 
+static const sc_video_settings untitled = {.title = NULL};
+
 static const sc_video_settings settings = {
     .width_px = WIDTH, .height_px = HEIGHT, .fps = FPS, .crf = 20, .preset = "fast"};
 static char folder[] = "/tmp/segcast-store-XXXXXX";
@@ -359,7 +361,7 @@ static void random_segments(void **state)
             forged.bytes = bytes;
         }
         repair(&forged);
-        assert_ok(sc_muxer_open(&quiet, in_folder("v.mp4"), NULL, &muxer));
+        assert_ok(sc_muxer_open(&quiet, in_folder("v.mp4"), &untitled, &muxer));
         status = sc_muxer_add(&quiet, muxer, &forged);
         if (status == SC_OK)
             accepted += sc_muxer_finish(&quiet, muxer, in_folder("v.mp4"), true) == SC_OK;
@@ -391,7 +393,7 @@ static void find_file(const char *ending, char path[512])
 static void forged_pictures(void **state)
 {
     static const int64_t values[] = {INT64_MIN, -1, 0, 1, 5, 6, 1 << 30, INT64_MAX};
-    const size_t head_bytes = 48, picture = sc_picture_bytes(&settings);
+    const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
     size_t bytes, video_bytes;
     char path[512], *part, *video, *again;
     sc_store *whole;

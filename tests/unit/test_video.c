@@ -67,7 +67,7 @@ static sc_status compare_frame(void *user, int k, double time_s, const sc_image 
 
 static void write_video(const char *path, int width, int height, int frames, bool complete)
 {
-    const sc_video_settings settings = {width, height, 24, 16, "fast", NULL};
+    const sc_video_settings settings = {width, height, 24, 16, "fast", NULL, false};
     sc_video_writer *writer;
 
     assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
@@ -81,9 +81,11 @@ static void write_video(const char *path, int width, int height, int frames, boo
     sc_video_writer_close(writer);
 }
 
+static const sc_video_settings untitled = {.title = NULL};
+
 static void every_container_decodes_to_what_was_pushed(void **state)
 {
-    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm"};
+    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm", "v.mov"};
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
@@ -98,6 +100,53 @@ static void every_container_decodes_to_what_was_pushed(void **state)
                      d.largest_error);
         unlink(names[i]);
     }
+}
+
+/* For sc_video_decode: compare a frame of transparent_film, and count it. */
+static sc_status compare_alpha(void *user, int k, double time_s, const sc_image *image)
+{
+    (void)time_s;
+    assert_true(image->alpha);
+    for (int i = 0; i < 64 * 48; i++) {
+        const uint8_t *p = image->rgb + 4 * (size_t)i;
+        const int alpha = i % 64 < 20 + k ? 255 : i % 64 < 40 ? 100 : 0;
+
+        assert_true(abs(p[3] - alpha) <= 1);
+        for (int c = 0; c < 3 && alpha; c++) /* nothing of what is transparent is mixed in */
+            assert_true(abs(p[c] - (c == 0 ? 200 : 180 - 60 * c)) <= 6);
+    }
+    ++*(int *)user;
+    return SC_OK;
+}
+
+/* Frames with opaque, half transparent and empty parts, of which the last are black. */
+static void a_transparent_film_keeps_its_alpha(void **state)
+{
+    const sc_video_settings settings = {64, 48, 4, 18, "fast", NULL, true};
+    sc_video_writer *writer;
+    sc_encoder *encoder;
+    sc_image image;
+    int count = 0;
+
+    (void)state;
+    assert_ok(sc_image_init_alpha(&quiet, 64, 48, true, &image));
+    assert_ok(sc_video_writer_open(&quiet, "t.mov", &settings, &writer));
+    for (int k = 0; k < 6; k++) {
+        for (int i = 0; i < 64 * 48; i++) {
+            const uint8_t alpha = i % 64 < 20 + k ? 255 : i % 64 < 40 ? 100 : 0;
+            const uint8_t seen[4] = {200, 120, 60, alpha}, nothing[4] = {0, 0, 0, 0};
+
+            memcpy(image.rgb + 4 * (size_t)i, alpha ? seen : nothing, 4);
+        }
+        assert_ok(sc_video_writer_push(&quiet, writer, &image));
+    }
+    assert_ok(sc_video_writer_finish(&quiet, writer, true, true));
+    sc_video_writer_close(writer);
+    assert_ok(sc_video_decode(&quiet, "t.mov", compare_alpha, &count));
+    assert_int_equal(count, 6);
+    unlink("t.mov");
+    assert_int_equal(sc_encoder_open(&quiet, "t.mp4", &settings, &encoder), SC_ERR_USAGE);
+    sc_image_clear(&image);
 }
 
 /* Keep the number of a frame of 64 x 64 pixels, and compare it with what was pushed. */
@@ -120,7 +169,7 @@ static sc_status pick_frame(void *user, int k, double time_s, const sc_image *im
  * out. */
 static void single_frames_are_found(void **state)
 {
-    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm"};
+    static const char *const names[] = {"v.mp4", "v.mkv", "v.webm", "v.mov"};
     static const int wanted[] = {0, 5, 24, 71, 99, 100, 150};
 
     (void)state;
@@ -200,7 +249,7 @@ static bool exists(const char *path)
 
 static void an_unfinished_video_never_bears_the_final_name(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL};
+    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL, false};
     decoded d = {0};
     sc_video_writer *writer;
     sc_image image = test_picture(64, 64, 0);
@@ -232,7 +281,7 @@ static void an_unfinished_video_never_bears_the_final_name(void **state)
  * encoder writes. */
 static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 {
-    const sc_video_settings settings = {192, 120, 24, 16, "fast", NULL};
+    const sc_video_settings settings = {192, 120, 24, 16, "fast", NULL, false};
     const int gop_frames = sc_video_gop_frames(&settings);
     sc_segment segments[2];
     sc_segment_info info;
@@ -258,7 +307,7 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
         assert_int_equal(info.first_frame, g * gop_frames);
         assert_int_equal(info.frame_count, g ? FRAMES - gop_frames : gop_frames);
     }
-    assert_ok(sc_muxer_open(&quiet, "j.mp4", NULL, &muxer));
+    assert_ok(sc_muxer_open(&quiet, "j.mp4", &untitled, &muxer));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[0]));
     assert_ok(sc_muxer_add(&quiet, muxer, &segments[1]));
     assert_false(exists("j.mp4"));
@@ -279,7 +328,7 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 
 static void a_damaged_segment_is_refused(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL};
+    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL, false};
     sc_image image = test_picture(64, 64, 3);
     sc_segment segment, shorter;
     sc_segment_info info;
@@ -300,7 +349,7 @@ static void a_damaged_segment_is_refused(void **state)
         assert_false(sc_segment_inspect(&shorter, &info));
     }
     ((char *)segment.data)[segment.bytes / 2] ^= 1;
-    assert_ok(sc_muxer_open(&quiet, "t.webm", NULL, &muxer));
+    assert_ok(sc_muxer_open(&quiet, "t.webm", &untitled, &muxer));
     assert_int_equal(sc_muxer_add(&quiet, muxer, &segment), SC_ERR_DATA);
     sc_muxer_close(muxer);
     assert_false(exists("t.webm"));
@@ -313,7 +362,7 @@ static void a_damaged_segment_is_refused(void **state)
  * must not take that for a lack of memory. @param user sc_status: the first error. */
 static void *write_large(void *user)
 {
-    const sc_video_settings settings = {1920, 1080, 24, 16, "fast", NULL};
+    const sc_video_settings settings = {1920, 1080, 24, 16, "fast", NULL, false};
     sc_status *status = user;
     sc_image image = test_picture(settings.width_px, settings.height_px, 0);
     sc_video_writer *writer = NULL;
@@ -344,6 +393,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_container_decodes_to_what_was_pushed),
+        cmocka_unit_test(a_transparent_film_keeps_its_alpha),
         cmocka_unit_test(single_frames_are_found),
         cmocka_unit_test(odd_sizes_are_padded_not_scaled),
         cmocka_unit_test(equal_frames_give_equal_bytes_and_the_index_comes_first),
