@@ -102,14 +102,23 @@ static void every_container_decodes_to_what_was_pushed(void **state)
     }
 }
 
-/* For sc_video_decode: compare a frame of transparent_film, and count it. */
+/* The alpha of pixel @p i of frame @p k of the transparent film, of 64 x 48 pixels: dots, half
+ * transparent, empty. */
+static uint8_t alpha_of(int i, int k)
+{
+    const int x = i % 64, y = i / 64;
+
+    return x < 32 ? (x * x + 3 * y * y + x * y + k) % 7 < 3 ? 0 : 255 : x < 43 ? 100 : 0;
+}
+
+/* For sc_video_decode: compare a frame of the transparent film, and count it. */
 static sc_status compare_alpha(void *user, int k, double time_s, const sc_image *image)
 {
     (void)time_s;
     assert_true(image->alpha);
     for (int i = 0; i < 64 * 48; i++) {
         const uint8_t *p = image->rgb + 4 * (size_t)i;
-        const int alpha = i % 64 < 20 + k ? 255 : i % 64 < 40 ? 100 : 0;
+        const int alpha = alpha_of(i, k);
 
         assert_true(abs(p[3] - alpha) <= 1);
         for (int c = 0; c < 3 && alpha; c++) /* nothing of what is transparent is mixed in */
@@ -119,7 +128,7 @@ static sc_status compare_alpha(void *user, int k, double time_s, const sc_image 
     return SC_OK;
 }
 
-/* Frames with opaque, half transparent and empty parts, of which the last are black. */
+/* What is transparent is black in the frames. */
 static void a_transparent_film_keeps_its_alpha(void **state)
 {
     const sc_video_settings settings = {64, 48, 4, 18, "fast", NULL, true};
@@ -133,7 +142,7 @@ static void a_transparent_film_keeps_its_alpha(void **state)
     assert_ok(sc_video_writer_open(&quiet, "t.mov", &settings, &writer));
     for (int k = 0; k < 6; k++) {
         for (int i = 0; i < 64 * 48; i++) {
-            const uint8_t alpha = i % 64 < 20 + k ? 255 : i % 64 < 40 ? 100 : 0;
+            const uint8_t alpha = alpha_of(i, k);
             const uint8_t seen[4] = {200, 120, 60, alpha}, nothing[4] = {0, 0, 0, 0};
 
             memcpy(image.rgb + 4 * (size_t)i, alpha ? seen : nothing, 4);
@@ -146,6 +155,38 @@ static void a_transparent_film_keeps_its_alpha(void **state)
     assert_int_equal(count, 6);
     unlink("t.mov");
     assert_int_equal(sc_encoder_open(&quiet, "t.mp4", &settings, &encoder), SC_ERR_USAGE);
+    sc_image_clear(&image);
+}
+
+/* The encoder gets no black where nothing is seen: rows have one lightness, and so have rows
+ * without tissue above and below. Planes are of 16 bits, that of the lightness first. */
+static void what_is_transparent_has_the_colour_beside_it(void **state)
+{
+    const sc_video_settings settings = {64, 48, 4, 18, "fast", NULL, true};
+    sc_encoder *encoder;
+    sc_image image;
+    const char *picture;
+    uint16_t first, other;
+
+    (void)state;
+    assert_ok(sc_image_init_alpha(&quiet, 64, 48, true, &image));
+    memset(image.rgb, 0, sc_image_bytes(&image));
+    for (int i = 64 * 10; i < 64 * 30; i++) {
+        const uint8_t seen[4] = {200, 120, 60, 255};
+
+        if (i % 64 >= 20 && i % 64 < 30)
+            memcpy(image.rgb + 4 * (size_t)i, seen, 4);
+    }
+    assert_ok(sc_encoder_open(&quiet, "t.mov", &settings, &encoder));
+    picture = sc_encoder_convert(encoder, &image);
+    assert_int_equal(sc_picture_bytes("t.mov", &settings), 64 * 48 * 2 * 4);
+    memcpy(&first, picture, 2);
+    assert_in_range(first, 400, 700); /* of 10 bits; black is 64 */
+    for (size_t i = 1; i < 64 * 48; i++) {
+        memcpy(&other, picture + 2 * i, 2);
+        assert_int_equal(other, first);
+    }
+    sc_encoder_close(encoder);
     sc_image_clear(&image);
 }
 
@@ -394,6 +435,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_container_decodes_to_what_was_pushed),
         cmocka_unit_test(a_transparent_film_keeps_its_alpha),
+        cmocka_unit_test(what_is_transparent_has_the_colour_beside_it),
         cmocka_unit_test(single_frames_are_found),
         cmocka_unit_test(odd_sizes_are_padded_not_scaled),
         cmocka_unit_test(equal_frames_give_equal_bytes_and_the_index_comes_first),
