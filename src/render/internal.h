@@ -120,7 +120,11 @@ bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
 /* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
  * smooth surface, but per voxel length for the voxel surface, which takes samples step_voxels
  * apart. */
-float sc_alpha_of(const sc_render_settings *s, double opacity);
+static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
+{
+    return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
+                                           : (float)(1 - pow(1 - opacity, s->step_voxels));
+}
 
 /* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
  * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */

@@ -14,12 +14,6 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-float sc_alpha_of(const sc_render_settings *s, double opacity)
-{
-    return s->surface == SC_SURFACE_SMOOTH ? (float)opacity
-                                           : (float)(1 - pow(1 - opacity, s->step_voxels));
-}
-
 /* How a tissue takes part in the picture: SC_SHOW_* bits, 0 if it is not visible. The smooth
  * surface has no interior. */
 static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
