@@ -11,13 +11,13 @@
 
 static const sc_container containers[] = {
     /* With 0, x264 loses nothing, which the profile that all players know does not have. */
-    {".mp4", "mp4", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", 0, AV_PIX_FMT_YUV420P,
+    {".mp4", "mp4", "libx264", "H.264", AV_CODEC_ID_H264, true, 1, 0, AV_PIX_FMT_YUV420P,
      AV_PIX_FMT_NONE},
-    {".mkv", "matroska", "libx264", AV_CODEC_ID_H264, true, 1, "H.264", 0, AV_PIX_FMT_YUV420P,
+    {".mkv", "matroska", "libx264", "H.264", AV_CODEC_ID_H264, true, 1, 0, AV_PIX_FMT_YUV420P,
      AV_PIX_FMT_NONE},
-    {".webm", "webm", "libvpx-vp9", AV_CODEC_ID_VP9, false, 0, "VP9", 0, AV_PIX_FMT_YUV420P,
+    {".webm", "webm", "libvpx-vp9", "VP9", AV_CODEC_ID_VP9, false, 0, 0, AV_PIX_FMT_YUV420P,
      AV_PIX_FMT_NONE},
-    {".mov", "mov", "prores_ks", AV_CODEC_ID_PRORES, false, 0, "ProRes 4444",
+    {".mov", "mov", "prores_ks", "ProRes 4444", AV_CODEC_ID_PRORES, false, 0,
      MKTAG('a', 'p', '4', 'h'), AV_PIX_FMT_YUV444P10LE, AV_PIX_FMT_YUVA444P10LE},
 };
 

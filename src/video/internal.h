@@ -12,10 +12,10 @@
 typedef struct sc_container {
     const char *extension;       /* end of the file name, e.g. ".mp4" */
     const char *muxer, *encoder; /* their names in libav */
+    const char *name;            /* of the codec, for messages */
     enum AVCodecID codec;
     bool global_header; /* parameter sets belong into the container's header, not into the stream */
     int crf_least;      /* of its encoder */
-    const char *name;   /* of the codec, for messages */
     uint32_t tag;       /* libav's codec_tag in the container; 0: its default */
     /* libav's formats of the pictures that the encoder gets, opaque and with alpha; the latter is
      * AV_PIX_FMT_NONE where the codec has no transparency. */
