@@ -64,7 +64,7 @@ double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks)
     if (gathered == 0)
         return 0;
     return (double)sc_farm_memory_of(&farm, ranks).encoder +
-           sc_video_encoder_bytes_least(&settings);
+           sc_video_encoder_bytes_least(job->output.video, &settings);
 }
 
 sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks,
