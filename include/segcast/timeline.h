@@ -69,7 +69,7 @@ typedef enum sc_verb_kind {
 /** In which order tissues appear. Those of a direction begin with the tissue whose middle is the
  * furthest from there, so that the order runs that way. */
 typedef enum sc_verb_order {
-    SC_ORDER_LIST, /**< as the tissues are listed; those of one pattern as the labels are */
+    SC_ORDER_LIST, /**< in the order of the job; of one pattern by rising label number */
     SC_ORDER_LARGEST,
     SC_ORDER_SMALLEST, /**< the first, by the number of voxels */
     SC_ORDER_RIGHT,
@@ -88,8 +88,8 @@ typedef struct sc_verb {
     sc_verb_kind kind;
     double begin, end; /**< as of sc_ramp */
     sc_ease ease;
-    double to;           /**< fade, pulse: the opacity, 0 to 1, or ... */
-    bool to_factor;      /**< ... what the tissue's own opacity is multiplied by */
+    double to;      /**< fade, pulse: an opacity from 0 to 1, or a factor */
+    bool to_factor; /**< true: "to" multiplies the opacity of the tissue; false: it replaces it */
     sc_verb_order order; /**< appear */
     double stagger;  /**< appear, 0 to 1: how much of the time that one takes passes before the next
                           begins; 1: one after the other, 0: all at once */

@@ -161,8 +161,8 @@ typedef enum sc_table_format {
                               and Alpha, levels from 0 to 1 */
     SC_TABLE_DELIMITED,  /**< a line of headings, as "value,name,color", and a line for each label,
                               separated by commas, semicolons or tabs: BIDS, 3D Slicer, spreadsheets.
-                              Levels go from 0 to 1 if none is above 1, else to 255; what is headed
-                              "opacity" goes to 100 if none is above that */
+                              Levels go from 0 to 1 if none is above 1, else to 255; those in a
+                            column  "opacity" are percent if none is above 100 */
     SC_TABLE_JSON        /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
                               between numbers and names; levels as of SC_TABLE_DELIMITED */
 } sc_table_format;
