@@ -101,6 +101,17 @@ typedef struct sc_option_list {
 /* List the options of @p command; status also accepts those of render, which are not listed.
  * @return SC_ERR_MEMORY, or SC_ERR_INTERNAL for too many. */
 sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out);
+/* Append the options of a command that the list does not hold yet, judged by their names. @return
+ * as sc_options_list. */
+sc_status sc_options_list_more(const sc_ctx *ctx, const char *command, sc_option_list *list);
+
+/* The commands that have an option. */
+typedef struct sc_option_owners {
+    const char *option; /* its name; borrowed */
+    char commands[256]; /* their names, separated by spaces; empty: there are none */
+} sc_option_owners;
+/* Find the commands that have an option. @return SC_ERR_MEMORY. */
+sc_status sc_options_find_owners(const sc_ctx *ctx, const char *option, sc_option_owners *out);
 
 /* Read argv[2...] as the options and the argument of @p command (getopt_long: options may stand
  * behind the argument, and "--" ends them; but names of options have to be written in full, so that

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The options of all commands in one table, and those that stand in the job's table of keys. */
+#include "option_values.h"
+
+#include <string.h>
+
+#define JOB_COMMANDS "render check plan still storyboard orbit views"
+#define AT(member) offsetof(sc_options, member)
+
+static const sc_option option_rows[] = {
+    {"output", 'o', "DIR", "directory for everything the job makes", "render", sc_store_output,
+     AT(output), ""},
+    {"output", 'o', "DIR", "directory for what the study measures (segcast-study)", "study",
+     sc_store_output, AT(output), ""},
+    {"output", 'o', "FILE.html", "the page that compares several directories (comparison.html)",
+     "report", sc_store_output, AT(output), ""},
+    {"output", 'o', "FILE", "the file to write",
+     "still storyboard orbit phantom views prepare init tables", sc_store_output, AT(output), ""},
+    {"frames", 0, "LIST", "only these frames of the animation, for example 0-35:2,40",
+     "render storyboard", sc_store_text, AT(frames), ""},
+    {"resume", 0, NULL, "go on with what the directory holds of this job, after verifying it",
+     "render", sc_store_flag, AT(resume), ""},
+    {"overwrite", 0, NULL, "begin anew in a directory that holds a run", "render", sc_store_flag,
+     AT(overwrite), ""},
+    {"overwrite", 0, NULL, "replace the file if there is one",
+     "still storyboard orbit phantom views prepare report tables", sc_store_flag, AT(overwrite),
+     ""},
+    {"resume", 0, NULL, "go on with the measurements that the directory holds of this study",
+     "study", sc_store_flag, AT(resume), ""},
+    {"overwrite", 0, NULL, "begin anew in a directory that holds a study", "study", sc_store_flag,
+     AT(overwrite), ""},
+    {"time-limit", 0, "HH:MM:SS", "stop in order before so much time is over, with exit code 75",
+     "render study", sc_store_time_limit, 0, ""},
+    {"slice", 0, "I/N", "only part I of N, counted from 0: for job arrays that share the directory",
+     "render", sc_store_slice, 0, ""},
+    {"frame", 0, "K", "number of the frame to draw", "still", sc_store_frame, 0, ""},
+    {"time", 0, "T",
+     "draw the frame at this time: seconds, MM:SS, or a share of the film such as 50%", "still",
+     sc_store_moment, 0, ""},
+    {"count", 0, "N", "how many frames to show, from the first to the last (12)", "storyboard",
+     sc_store_pictures, 0, ""},
+    {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated",
+     JOB_COMMANDS " prepare study", sc_store_set, 0, ""},
+    {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", sc_store_text, AT(size),
+     ""},
+    {"to", 0, "NAME",
+     "format to be written: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer or "
+     "ome-zarr (default: by the ending of the file)",
+     "tables", sc_store_text, AT(to), ""},
+    {"fast", 0, NULL, "read only the header of the volume, not its voxels", "check", sc_store_flag,
+     AT(fast), ""},
+    {"nodes", 0, "N",
+     "nodes to tell time and memory for, like this one (1, 4 and 16; a table to 64)", "plan",
+     sc_store_count, AT(nodes), ""},
+    {"ranks", 0, "N", "ranks on each node (1); with --threads N, or as many as there are cores",
+     "plan", sc_store_count, AT(ranks), ""},
+    {"json", 0, NULL, "as JSON, for machines", "info keys plan calibrate status", sc_store_flag,
+     AT(json), ""},
+    {"markdown", 0, NULL, "as the document docs/job.md", "keys", sc_store_flag, AT(markdown), ""},
+    {"markdown", 0, NULL, "print the tables of a study in Markdown, and make no page", "report",
+     sc_store_flag, AT(markdown), ""},
+    {"schema", 0, NULL, "as a JSON schema, with which editors complete and check job files", "keys",
+     sc_store_flag, AT(schema), ""},
+    {"study-schema", 0, NULL, "the same of study files", "keys", sc_store_flag, AT(study), ""},
+    {"man", 0, NULL, "as a manual page: segcast-job(5)", "keys", sc_store_flag, AT(man), ""},
+    {"man", 0, NULL, "everything as a manual page: segcast(1)", "help", sc_store_flag, AT(man), ""},
+    {"bash", 0, NULL, "completions of the command line for bash", "help", sc_store_flag, AT(bash),
+     ""},
+    {"zsh", 0, NULL, "completions for zsh", "help", sc_store_flag, AT(zsh), ""},
+    {"fish", 0, NULL, "completions for fish", "help", sc_store_flag, AT(fish), ""},
+    {"threads", 0, "N", "threads of each rank (also SEGCAST_THREADS)",
+     JOB_COMMANDS " info init phantom prepare join verify study", sc_store_threads, 0, ""},
+    {"max-memory", 0, "SIZE",
+     "refuse volumes that take more memory, for example 8G (also SEGCAST_MAX_MEMORY; default: what "
+     "the machine has)",
+     JOB_COMMANDS " info phantom prepare study", sc_store_max_memory, 0, ""},
+    {"quiet", 'q', NULL, "errors and warnings only",
+     JOB_COMMANDS " info init phantom prepare join verify status study report calibrate tables",
+     sc_store_flag, AT(quiet), ""},
+    {"help", 'h', NULL, "explain the command and its options", NULL, sc_store_flag, AT(help), ""},
+    {"version", 'V', NULL, "print version, commit, compiler and libraries", NULL, sc_store_flag,
+     AT(version), ""},
+};
+
+/* Is @p command one of the names in @p commands, which spaces separate? */
+static bool names_command(const char *commands, const char *command)
+{
+    const size_t length = strlen(command);
+
+    for (; commands; commands = strchr(commands, ' ')) {
+        commands += *commands == ' ';
+        if (!strncmp(commands, command, length) &&
+            (commands[length] == '\0' || commands[length] == ' '))
+            return true;
+    }
+    return false;
+}
+
+bool sc_command_has_threads(const sc_command *command)
+{
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
+        if (!strcmp(option_rows[i].name, "threads"))
+            return names_command(option_rows[i].commands, command->name);
+    }
+    return false;
+}
+
+/* Lists the options of a command. */
+typedef struct lister {
+    const sc_ctx *ctx;
+    const char *name;     /* of the command */
+    sc_option_list *list; /* rows are appended here, unless an option of that name is there */
+} lister;
+
+static sc_status add_row(const lister *l, const sc_option *row)
+{
+    for (size_t i = 0; i < l->list->count; i++) {
+        if (!strcmp(l->list->rows[i].name, row->name))
+            return SC_OK;
+    }
+    if (l->list->count == SC_OPTIONS_MAX)
+        return sc_fail(l->ctx, SC_ERR_INTERNAL, "a command has more than %d options",
+                       SC_OPTIONS_MAX);
+    l->list->rows[l->list->count++] = *row;
+    return SC_OK;
+}
+
+/* Append the option of a key to the list, if the command has it. For sc_job_each_key, with a lister
+ * as user. */
+static sc_status add_key(void *user, const sc_key_info *info)
+{
+    const lister *l = user;
+    sc_option row = {.name = info->option,
+                     .argument = info->argument,
+                     .help = info->help,
+                     .commands = info->commands,
+                     .store = sc_store_key};
+
+    if (!info->option || !names_command(info->commands, l->name))
+        return SC_OK;
+    if (strlen(info->path) >= sizeof row.key)
+        return sc_fail(l->ctx, SC_ERR_INTERNAL, "the key %s is too long for an option", info->path);
+    strcpy(row.key, info->path);
+    return add_row(l, &row);
+}
+
+sc_status sc_options_list_more(const sc_ctx *ctx, const char *command, sc_option_list *list)
+{
+    lister l = {.ctx = ctx, .name = command, .list = list};
+    sc_status status;
+
+    SC_TRY(sc_job_each_key(ctx, add_key, &l));
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++) {
+        if (!option_rows[i].commands || names_command(option_rows[i].commands, command))
+            SC_TRY(add_row(&l, &option_rows[i]));
+    }
+out:
+    return status;
+}
+
+sc_status sc_options_list(const sc_ctx *ctx, const sc_command *command, sc_option_list *out)
+{
+    out->count = 0;
+    return sc_options_list_more(ctx, command->name, out);
+}
+
+static void add_owners(sc_option_owners *o, const char *option, const char *commands)
+{
+    char *end = o->commands + strlen(o->commands);
+
+    if (option && commands && !strcmp(option, o->option))
+        snprintf(end, (size_t)(o->commands + sizeof o->commands - end), "%s%s",
+                 o->commands[0] ? " " : "", commands);
+}
+
+/* Add the commands that have the option of a key. For sc_job_each_key, with sc_option_owners as
+ * user. */
+static sc_status add_owners_of_key(void *user, const sc_key_info *info)
+{
+    add_owners(user, info->option, info->commands);
+    return SC_OK;
+}
+
+sc_status sc_options_find_owners(const sc_ctx *ctx, const char *option, sc_option_owners *out)
+{
+    *out = (sc_option_owners){.option = option};
+    for (size_t i = 0; i < SC_COUNT_OF(option_rows); i++)
+        add_owners(out, option_rows[i].name, option_rows[i].commands);
+    return sc_job_each_key(ctx, add_owners_of_key, out);
+}

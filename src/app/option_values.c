@@ -1,0 +1,329 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Check the values of options and store them; settings of the job that options make. */
+#include "option_values.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- settings of the job ---- */
+
+/* Keep @p text until the options are cleared; takes ownership of it, also after an error. @param
+ * out its characters. */
+static sc_status own(const sc_ctx *ctx, sc_options *options, sc_text *text, const char **out)
+{
+    if (options->owned_count == SC_SETTINGS_MAX) {
+        sc_text_clear(text);
+        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
+    }
+    options->owned[options->owned_count++] = text->data;
+    *out = text->data;
+    return SC_OK;
+}
+
+/* Keep a copy of the first @p length characters of @p from until the options are cleared. */
+static sc_status copy(const sc_ctx *ctx, sc_options *options, const char *from, size_t length,
+                      const char **out)
+{
+    sc_text text = {0};
+    sc_status status = sc_text_add(ctx, &text, "%.*s", (int)length, from);
+
+    if (status == SC_OK)
+        return own(ctx, options, &text, out);
+    sc_text_clear(&text);
+    return status;
+}
+
+/* Append a setting, whose texts stay borrowed. */
+static sc_status add_setting(const sc_ctx *ctx, sc_options *options, sc_setting setting)
+{
+    if (options->setting_count == SC_SETTINGS_MAX)
+        return sc_fail(ctx, SC_ERR_USAGE, "more than %d settings", SC_SETTINGS_MAX);
+    options->settings[options->setting_count++] = setting;
+    return SC_OK;
+}
+
+/* Append a setting with copies of both texts. Messages name its key. @param literal see sc_setting.
+ */
+static sc_status add_copy(const sc_ctx *ctx, sc_options *options, const char *key,
+                          const char *value, bool literal)
+{
+    sc_setting setting = {.literal = literal};
+    sc_status status;
+
+    SC_TRY(copy(ctx, options, key, strlen(key), &setting.path));
+    SC_TRY(copy(ctx, options, value, strlen(value), &setting.value));
+    setting.origin = setting.path;
+    status = add_setting(ctx, options, setting);
+out:
+    return status;
+}
+
+sc_status sc_options_set_text(const sc_ctx *ctx, sc_options *options, const char *key,
+                              const char *value)
+{
+    return add_copy(ctx, options, key, value, true);
+}
+
+sc_status sc_options_set(const sc_ctx *ctx, sc_options *options, const char *key, const char *value)
+{
+    return add_copy(ctx, options, key, value, false);
+}
+
+sc_status sc_options_default(const sc_ctx *ctx, sc_options *options, const char *key,
+                             const char *value)
+{
+    if (options->default_count == SC_COUNT_OF(options->defaults))
+        return sc_fail(ctx, SC_ERR_INTERNAL, "a command sets more than %zu defaults",
+                       SC_COUNT_OF(options->defaults));
+    options->defaults[options->default_count++] =
+        (sc_setting){.origin = key, .path = key, .value = value};
+    return SC_OK;
+}
+
+/* ---- values ---- */
+
+sc_status sc_store_key(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                       const char *value)
+{
+    sc_setting setting = {.value = value, .literal = true};
+    sc_text origin = {0};
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &origin, "--%s %s", option->name, value));
+    SC_TRY(own(ctx, options, &origin, &setting.origin));
+    SC_TRY(copy(ctx, options, option->key, strlen(option->key), &setting.path));
+    status = add_setting(ctx, options, setting);
+    return status;
+out:
+    sc_text_clear(&origin);
+    return status;
+}
+
+sc_status sc_store_set(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                       const char *value)
+{
+    sc_setting setting = {.origin = value};
+    const char *equals = value;
+    bool quoted = false;
+    sc_status status;
+
+    while (*equals && (quoted || *equals != '=')) {
+        quoted ^= *equals == '"';
+        equals++;
+    }
+    if (!*equals)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected KEY.PATH=VALUE, for example "
+                       "render.samples=4; `segcast keys` lists all keys",
+                       option->name, value);
+    setting.value = equals + 1;
+    status = copy(ctx, options, value, (size_t)(equals - value), &setting.path);
+    return status == SC_OK ? add_setting(ctx, options, setting) : status;
+}
+
+/* Read a whole number from @p low to @p high. @param name what messages call it. */
+static sc_status read_number(const sc_ctx *ctx, const char *name, const char *value, long low,
+                             long high, long *out)
+{
+    char *end;
+    long number;
+
+    errno = 0;
+    number = strtol(value, &end, 10);
+    if (end == value || *end || errno || number < low || number > high)
+        return sc_fail(ctx, SC_ERR_USAGE, "%s is \"%s\", expected a whole number from %ld to %ld",
+                       name, value, low, high);
+    *out = number;
+    return SC_OK;
+}
+
+sc_status sc_options_set_threads(const sc_ctx *ctx, sc_options *options, const char *name,
+                                 const char *value)
+{
+    long threads = 0;
+    sc_status status = read_number(ctx, name, value, 1, 4096, &threads);
+
+    if (status == SC_OK)
+        options->threads = (int)threads;
+    return status;
+}
+
+sc_status sc_store_threads(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                           const char *value)
+{
+    (void)option;
+    return sc_options_set_threads(ctx, options, "--threads", value);
+}
+
+sc_status sc_store_count(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                         const char *value)
+{
+    char name[32];
+    long number = 0;
+    int count;
+    sc_status status;
+
+    snprintf(name, sizeof name, "--%s", option->name);
+    status = read_number(ctx, name, value, 1, 65536, &number);
+    count = (int)number;
+    if (status == SC_OK)
+        memcpy((char *)options + option->offset, &count, sizeof count);
+    return status;
+}
+
+sc_status sc_options_set_max_memory(const sc_ctx *ctx, sc_options *options, const char *name,
+                                    const char *value)
+{
+    static const char units[] = "KMGT";
+    char *end;
+    double bytes = strtod(value, &end);
+    const char *unit = *end ? strchr(units, *end) : NULL;
+
+    if (unit) {
+        for (const char *u = units; u <= unit; u++)
+            bytes *= 1024;
+        end++;
+        end += !strcmp(end, "iB") ? 2 : !strcmp(end, "B") ? 1 : 0;
+    }
+    if (end == value || *end || !(bytes >= 1 && bytes <= 1e18))
+        return sc_fail(ctx, SC_ERR_USAGE, "%s is \"%s\", expected a size such as 8G or 500M", name,
+                       value);
+    options->max_memory_bytes = (uint64_t)bytes;
+    return SC_OK;
+}
+
+sc_status sc_store_max_memory(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                              const char *value)
+{
+    (void)option;
+    return sc_options_set_max_memory(ctx, options, "--max-memory", value);
+}
+
+sc_status sc_store_frame(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                         const char *value)
+{
+    (void)option;
+    return read_number(ctx, "--frame", value, 0, 1000000, &options->frame);
+}
+
+sc_status sc_store_pictures(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                            const char *value)
+{
+    long count = 0;
+    char name[32];
+    sc_status status;
+
+    snprintf(name, sizeof name, "--%s", option->name);
+    status = read_number(ctx, name, value, 1, SC_PICTURES_MAX, &count);
+    if (status == SC_OK)
+        options->pictures = (int)count;
+    return status;
+}
+
+sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                        const char *value)
+{
+    (void)ctx;
+    memcpy((char *)options + option->offset, &value, sizeof value);
+    return SC_OK;
+}
+
+sc_status sc_store_output(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value)
+{
+    const char *home = getenv("HOME");
+
+    if (!value[0])
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is empty, expected %s; is a variable of the script not set?",
+                       option->name, option->argument);
+    if (value[0] == '~' && (!value[1] || value[1] == '/'))
+        return sc_fail(
+            ctx, SC_ERR_USAGE,
+            "--%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes "
+            "and at the beginning of a word; write %s%s",
+            option->name, value, home ? home : "$HOME", value + 1);
+    return sc_store_text(ctx, options, option, value);
+}
+
+sc_status sc_store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                        const char *value)
+{
+    const bool set = true;
+
+    (void)ctx;
+    (void)value;
+    memcpy((char *)options + option->offset, &set, sizeof set);
+    return SC_OK;
+}
+
+sc_status sc_store_slice(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                         const char *value)
+{
+    int slice, slices, used = 0;
+
+    if (sscanf(value, "%d/%d%n", &slice, &slices, &used) != 2 || value[used] || slice < 0 ||
+        slice >= slices || slices > 1000000)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected I/N with I from 0 to N - 1, for example 0/4",
+                       option->name, value);
+    options->slice = slice;
+    options->slices = slices;
+    return SC_OK;
+}
+
+/* Read seconds, MM:SS or HH:MM:SS, where the last part may have decimals. @return false if @p value
+ * is anything else. */
+static bool read_seconds(const char *value, double *out)
+{
+    double seconds = 0;
+    const char *at = value;
+    int parts = 0;
+    char *end;
+
+    for (;;) {
+        const double part = strtod(at, &end);
+
+        if (end == at || !(part >= 0 && part <= 1e8) || ++parts > 3 || (*end && *end != ':'))
+            return false;
+        seconds = 60 * seconds + part;
+        if (!*end)
+            break;
+        at = end + 1;
+    }
+    *out = seconds;
+    return true;
+}
+
+sc_status sc_store_time_limit(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                              const char *value)
+{
+    double seconds;
+
+    if (!read_seconds(value, &seconds))
+        return sc_fail(ctx, SC_ERR_USAGE, "--%s is \"%s\", expected seconds, MM:SS or HH:MM:SS",
+                       option->name, value);
+    options->time_limit_s = seconds > 0 ? seconds : 1e-3;
+    return SC_OK;
+}
+
+sc_status sc_store_moment(const sc_ctx *ctx, sc_options *options, const sc_option *option,
+                          const char *value)
+{
+    char *end;
+    const double percent = strtod(value, &end);
+
+    if (end != value && !strcmp(end, "%") && percent >= 0 && percent <= 100) {
+        options->moment = SC_MOMENT_SHARE;
+        options->moment_at = percent / 100;
+        return SC_OK;
+    }
+    if (!read_seconds(value, &options->moment_at))
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "--%s is \"%s\", expected seconds, MM:SS, HH:MM:SS, or a share of the film "
+                       "from 0%% to 100%%",
+                       option->name, value);
+    options->moment = SC_MOMENT_SECONDS;
+    return SC_OK;
+}
