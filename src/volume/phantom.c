@@ -254,10 +254,15 @@ static void build_fat(sc_phantom *phantom)
  * fat and great arteries. */
 static double surface_field(const sc_phantom *phantom, sc_vec3 p)
 {
-    const double arteries = sc_smooth_min(sc_shape_field(&phantom->shapes[AORTA], p),
-                                          sc_shape_field(&phantom->shapes[PULMONARY], p), 4);
+    const double blend = 4;
+    const double fat = sc_shape_field(&phantom->shapes[FAT], p, HUGE_VAL);
+    const double limit =
+        fat + 2 * blend; /* the arteries' own union is at most blend / 4 below both */
+    const double arteries =
+        sc_smooth_min(sc_shape_field(&phantom->shapes[AORTA], p, limit),
+                      sc_shape_field(&phantom->shapes[PULMONARY], p, limit), blend);
 
-    return sc_smooth_min(sc_shape_field(&phantom->shapes[FAT], p), arteries, 4);
+    return sc_smooth_min(fat, arteries, blend);
 }
 
 /* A field in mm, negative inside, at a point in mm; @p which is a label value, from 1, for
@@ -339,15 +344,29 @@ static void build_coronaries(sc_phantom *phantom)
     }
 }
 
-double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p)
+/* Make the fields of all shapes quick that have parts. */
+static void measure_shapes(sc_phantom *phantom)
+{
+    for (int i = 0; i < SHAPES; i++)
+        sc_shape_measure(&phantom->shapes[i]);
+}
+
+/* Added to limits of fields, so that rounding does not bring a field that is not exact below. */
+static const double ROUNDING_MM = 1e-6;
+
+double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p, double limit_mm)
 {
     const tissue *t = &tissues[label - 1];
-    double field = sc_shape_field(&phantom->shapes[t->shape], p) - t->grow_mm;
+    double field =
+        sc_shape_field(&phantom->shapes[t->shape], p, limit_mm + t->grow_mm + ROUNDING_MM);
 
-    if (t->within != NONE) {
-        const double limit = sc_shape_field(&phantom->shapes[t->within], p) - t->within_grow_mm;
+    field -= t->grow_mm;
+    if (t->within != NONE && field < limit_mm) {
+        const sc_shape *within = &phantom->shapes[t->within];
+        const double other = sc_shape_field(within, p, limit_mm + t->within_grow_mm + ROUNDING_MM) -
+                             t->within_grow_mm;
 
-        field = field > limit ? field : limit;
+        field = field > other ? field : other;
     }
     return field;
 }
@@ -366,7 +385,9 @@ sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
     build_great_arteries(phantom);
     build_veins(phantom);
     build_fat(phantom);
+    measure_shapes(phantom);
     build_coronaries(phantom);
+    measure_shapes(phantom);
     for (int i = 0; i < TISSUES; i++) {
         sc_label *label = &phantom->labels[i];
 
@@ -399,7 +420,7 @@ const sc_label *sc_phantom_label(const sc_phantom *phantom, int label)
 int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
 {
     for (int label = 1; label <= TISSUES; label++) {
-        if (sc_phantom_field(phantom, label, point_mm) < 0)
+        if (sc_phantom_field(phantom, label, point_mm, 0) < 0)
             return label;
     }
     return 0;
@@ -409,10 +430,10 @@ int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
  * before it in the table, which own what they share with it. A field_fn. */
 static double owned_field(const sc_phantom *phantom, int label, sc_vec3 p)
 {
-    double field = sc_phantom_field(phantom, label, p);
+    double field = sc_phantom_field(phantom, label, p, HUGE_VAL);
 
     for (int before = 1; before < label; before++) {
-        const double other = -sc_phantom_field(phantom, before, p);
+        const double other = -sc_phantom_field(phantom, before, p, -field);
 
         field = other > field ? other : field;
     }

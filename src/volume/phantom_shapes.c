@@ -36,17 +36,90 @@ static double ellipsoid_field(sc_vec3 centre, sc_vec3 radii, sc_vec3 p)
     return (sc_vec3_length(unit) - 1) * least;
 }
 
-/* The union of the cones along part->points. */
-static double tube_field(const sc_part *part, sc_vec3 p)
+/* What stands for a part that is too far away to matter: finite, because the difference of two of
+ * them is taken. */
+static const double FAR_MM = 1e9;
+
+/* The first segment of a span of a tube, whose segments are numbered from 0. */
+static int span_begin(const sc_part *part, int span)
+{
+    return (part->point_count - 1) * span / SC_TUBE_SPANS;
+}
+
+/* Set part->spans of a tube. */
+static void measure_tube(sc_part *part)
 {
     const double step = (part->radius_b_mm - part->radius_a_mm) / (part->point_count - 1);
-    double best = HUGE_VAL;
 
-    for (int i = 0; i + 1 < part->point_count; i++) {
+    for (int i = 0; i < SC_TUBE_SPANS; i++) {
+        const int begin = span_begin(part, i), end = span_begin(part, i + 1);
+        const double first = part->radius_a_mm + step * begin,
+                     last = part->radius_a_mm + step * end;
+        sc_tube_span *span = &part->spans[i];
+
+        *span = (sc_tube_span){part->points[begin], part->points[begin], fmax(first, last)};
+        for (int k = begin + 1; k <= end; k++) {
+            const sc_vec3 p = part->points[k];
+
+            span->low =
+                (sc_vec3){fmin(span->low.x, p.x), fmin(span->low.y, p.y), fmin(span->low.z, p.z)};
+            span->high = (sc_vec3){fmax(span->high.x, p.x), fmax(span->high.y, p.y),
+                                   fmax(span->high.z, p.z)};
+        }
+    }
+}
+
+/* How far @p x lies outside of the interval from @p low to @p high. */
+static double outside(double low, double x, double high)
+{
+    return x < low ? low - x : x > high ? x - high : 0;
+}
+
+/* @return what the field of the cones of a span is at least, less a nanometre for rounding. */
+static double span_bound(const sc_tube_span *span, sc_vec3 p)
+{
+    const sc_vec3 off = {outside(span->low.x, p.x, span->high.x),
+                         outside(span->low.y, p.y, span->high.y),
+                         outside(span->low.z, p.z, span->high.z)};
+
+    return sc_vec3_length(off) - span->radius_mm - 1e-6;
+}
+
+/* The least field of the cones of a span. */
+static double span_field(const sc_part *part, int span, sc_vec3 p)
+{
+    const double step = (part->radius_b_mm - part->radius_a_mm) / (part->point_count - 1);
+    double best = FAR_MM;
+
+    for (int i = span_begin(part, span); i < span_begin(part, span + 1); i++) {
         const double radius = part->radius_a_mm + step * i;
         const double d = cone_field(part->points[i], part->points[i + 1], radius, radius + step, p);
 
         best = d < best ? d : best;
+    }
+    return best;
+}
+
+/* The union of the cones along part->points: exact below @p limit_mm. The nearest span is looked at
+ * first, so that most others cannot hold a lesser field. */
+static double tube_field(const sc_part *part, sc_vec3 p, double limit_mm)
+{
+    double bounds[SC_TUBE_SPANS], best = FAR_MM;
+    int nearest = 0;
+
+    for (int i = 0; i < SC_TUBE_SPANS; i++) {
+        bounds[i] = span_bound(&part->spans[i], p);
+        nearest = bounds[i] < bounds[nearest] ? i : nearest;
+    }
+    if (bounds[nearest] >= limit_mm)
+        return FAR_MM;
+    best = span_field(part, nearest, p);
+    for (int i = 0; i < SC_TUBE_SPANS; i++) {
+        if (i != nearest && bounds[i] < best && bounds[i] < limit_mm) {
+            const double d = span_field(part, i, p);
+
+            best = d < best ? d : best;
+        }
     }
     return best;
 }
@@ -66,8 +139,8 @@ static double leaflet_field(const sc_part *part, sc_vec3 p)
     return -sc_smooth_min(-shell, -inside, part->radius_b_mm);
 }
 
-/* Field of a part of any kind. */
-static double part_field(const sc_part *part, sc_vec3 p)
+/* Field of a part of any kind: exact below @p limit_mm, and elsewhere at least that. */
+static double part_field(const sc_part *part, sc_vec3 p, double limit_mm)
 {
     switch (part->kind) {
     case SC_PART_CONE:
@@ -75,19 +148,44 @@ static double part_field(const sc_part *part, sc_vec3 p)
     case SC_PART_ELLIPSOID:
         return ellipsoid_field(part->a, part->b, p);
     case SC_PART_TUBE:
-        return tube_field(part, p);
+        return tube_field(part, p, limit_mm);
     case SC_PART_LEAFLET:
         return leaflet_field(part, p);
     }
     return HUGE_VAL;
 }
 
-double sc_shape_field(const sc_shape *shape, sc_vec3 p)
+/* A smooth union is at most a quarter of its width below its parts, and a part has no influence
+ * where it is farther than the width beyond the others. So what is left out with all parts that lie
+ * at least reach beyond a limit, reach = widest blend + a quarter of all blends, does not change
+ * the union where that is below the limit, nor lower what is above it to below it. */
+void sc_shape_measure(sc_shape *shape)
 {
-    double field = part_field(&shape->parts[0], p);
+    double widest = 0, all = 0;
 
-    for (int i = 1; i < shape->part_count; i++)
-        field = sc_smooth_min(field, part_field(&shape->parts[i], p), shape->parts[i].blend_mm);
+    for (int i = 0; i < shape->part_count; i++) {
+        sc_part *part = &shape->parts[i];
+
+        widest = fmax(widest, part->blend_mm);
+        all += part->blend_mm;
+        if (part->kind == SC_PART_TUBE)
+            measure_tube(part);
+    }
+    shape->blend_reach_mm = widest + 0.25 * all;
+}
+
+double sc_shape_field(const sc_shape *shape, sc_vec3 p, double limit_mm)
+{
+    const double limit = limit_mm + shape->blend_reach_mm;
+    double field = part_field(&shape->parts[0], p, limit);
+
+    for (int i = 1; i < shape->part_count; i++) {
+        const double blend = shape->parts[i].blend_mm;
+
+        field = sc_smooth_min(
+            field, part_field(&shape->parts[i], p, field + blend < limit ? field + blend : limit),
+            blend);
+    }
     for (int i = 0; i < shape->cut_count; i++) {
         const sc_cut *cut = &shape->cuts[i];
         const double beyond = sc_vec3_dot(sc_vec3_sub(p, cut->point), cut->normal);

@@ -18,6 +18,15 @@ typedef enum sc_part_kind {
     SC_PART_LEAFLET    /* a piece of spherical shell: a valve */
 } sc_part_kind;
 
+/* A box, in mm, that holds a stretch of a tube's course, and the largest radius along it. */
+typedef struct sc_tube_span {
+    sc_vec3 low, high;
+    double radius_mm;
+} sc_tube_span;
+
+/* Spans that the course of a tube is divided into, evenly. */
+enum { SC_TUBE_SPANS = 5 };
+
 /* One part of a shape; positions and radii in mm. */
 typedef struct sc_part {
     sc_part_kind kind;
@@ -25,7 +34,8 @@ typedef struct sc_part {
     sc_vec3 a, b;    /* cone: ends; ellipsoid: centre, radii; leaflet: centre, unit axis */
     double radius_a_mm, radius_b_mm; /* cone, tube: at the ends; leaflet: radius, half thickness */
     const sc_vec3 *points;           /* tube: [point_count], its course; borrowed */
-    int point_count;                 /* tube: at least 2 */
+    int point_count;                 /* tube: more than SC_TUBE_SPANS */
+    sc_tube_span spans[SC_TUBE_SPANS]; /* tube: set by sc_shape_measure */
 } sc_part;
 
 /* A half-space that is taken out of a shape. */
@@ -42,10 +52,17 @@ typedef struct sc_shape {
     int part_count;
     sc_cut cuts[SC_SHAPE_CUTS];
     int cut_count;
+    double blend_reach_mm; /* set by sc_shape_measure: a part that is farther than this beyond a
+                            * limit has no influence on where the field is below the limit */
 } sc_shape;
 
-/* Field of the shape at @p p (mm), in mm, negative inside. */
-double sc_shape_field(const sc_shape *shape, sc_vec3 p);
+/* Set the members of the shape that make its field quick. To be called when its parts are whole,
+ * and again after the course of a tube has moved. */
+void sc_shape_measure(sc_shape *shape);
+/* Field of the shape, which has been measured, at @p p (mm), in mm, negative inside: exact, to the
+ * last bit, where it is below @p limit_mm, and elsewhere any value of at least that. With
+ * HUGE_VAL it is exact everywhere; the lower the limit, the fewer cones are looked at. */
+double sc_shape_field(const sc_shape *shape, sc_vec3 p, double limit_mm);
 /* Polynomial smooth minimum: equals the smaller value where they differ by more than @p width,
  * and lies below it, by up to a quarter of @p width, where they do not. A @p width of 0 gives
  * the minimum. */

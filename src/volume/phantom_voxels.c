@@ -59,7 +59,7 @@ static int prune(const voxeliser *v, const block *b, const uint8_t *candidates, 
     for (int i = 0; i < count; i++) {
         const sc_vec3 offset = {centre[0], centre[1], centre[2]};
         const double field =
-            sc_phantom_field(v->phantom, candidates[i], sc_vec3_add(v->origin_mm, offset));
+            sc_phantom_field(v->phantom, candidates[i], sc_vec3_add(v->origin_mm, offset), reach);
 
         if (field >= reach && field >= 0)
             continue;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 
+#include "phantom_shapes.h"
 #include "segcast/phantom.h"
 
 static sc_vec3 random_point(uint64_t *seed)
@@ -196,6 +197,75 @@ static void a_scan_finds_the_boxes_of_the_tissues(void **state)
     sc_phantom_free(phantom);
 }
 
+/* Two courses, and the shape that is their union, less a half-space. */
+enum { COURSE_POINTS = 8 };
+
+static sc_shape two_tubes(uint64_t *seed, sc_vec3 points[2][COURSE_POINTS])
+{
+    sc_shape shape = {.part_count = 2, .cut_count = 1};
+
+    for (int t = 0; t < 2; t++) {
+        const sc_vec3 controls[] = {random_point(seed), random_point(seed), random_point(seed)};
+
+        sc_spline_points(controls, 3, points[t], COURSE_POINTS);
+        shape.parts[t] = (sc_part){.kind = SC_PART_TUBE,
+                                   .blend_mm = 11,
+                                   .points = points[t],
+                                   .point_count = COURSE_POINTS,
+                                   .radius_a_mm = random_real(seed, 1, 13),
+                                   .radius_b_mm = random_real(seed, 1, 13)};
+    }
+    shape.cuts[0] = (sc_cut){random_point(seed), sc_vec3_unit(random_point(seed)), 3};
+    sc_shape_measure(&shape);
+    return shape;
+}
+
+/* The field of the tube's cones, each of which is looked at. */
+static double field_of_cones(const sc_part *tube, sc_vec3 p)
+{
+    const double step = (tube->radius_b_mm - tube->radius_a_mm) / (COURSE_POINTS - 1);
+    sc_shape cones = {.part_count = COURSE_POINTS - 1};
+
+    for (int i = 0; i + 1 < COURSE_POINTS; i++) {
+        const double radius = tube->radius_a_mm + step * i;
+
+        cones.parts[i] = (sc_part){.kind = SC_PART_CONE,
+                                   .a = tube->points[i],
+                                   .b = tube->points[i + 1],
+                                   .radius_a_mm = radius,
+                                   .radius_b_mm = radius + step};
+    }
+    return sc_shape_field(&cones, p, HUGE_VAL);
+}
+
+static void fields_are_exact_below_their_limit(void **state)
+{
+    uint64_t seed = 77;
+    int below = 0;
+
+    (void)state;
+    for (int n = 0; n < 200; n++) {
+        sc_vec3 points[2][COURSE_POINTS];
+        const sc_shape shape = two_tubes(&seed, points);
+        sc_shape alone = shape;
+
+        alone.part_count = 1;
+        alone.cut_count = 0;
+        for (int i = 0; i < 200; i++) {
+            const sc_vec3 p = random_point(&seed);
+            const double field = sc_shape_field(&shape, p, HUGE_VAL);
+            const double limit = field + random_real(&seed, -20, 20);
+            const double limited = sc_shape_field(&shape, p, limit);
+
+            assert_true(field < limit ? limited == field : limited >= limit);
+            assert_true(fabs(sc_shape_field(&alone, p, HUGE_VAL) -
+                             field_of_cones(&alone.parts[0], p)) < 1e-9);
+            below += field < limit;
+        }
+    }
+    assert_in_range(below, 10000, 30000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -205,6 +275,7 @@ int main(void)
         cmocka_unit_test(the_heart_lies_as_in_a_chest),
         cmocka_unit_test(saving_and_reading_gives_the_same_volume),
         cmocka_unit_test(a_scan_finds_the_boxes_of_the_tissues),
+        cmocka_unit_test(fields_are_exact_below_their_limit),
     };
 
     return RUN(tests);
