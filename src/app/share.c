@@ -195,7 +195,10 @@ static sc_status prepare_volume(const sc_app *app, const sc_session *session,
         .volume = input->volume, .settings = input->settings, .resample = input->resample};
     if (sc_comm_size(app->comm) > 1)
         status = prepare_together(app, &lenient, session, input, p, &wrong);
-    if (status == SC_OK || !first)
+    if (status == SC_OK)
+        return SC_OK;
+    p->settings.team = NULL; /* what it has not prepared it cannot pack together either */
+    if (!first)
         return SC_OK;
     SC_TRY(wrong);
     if (input->resample)

@@ -10,6 +10,7 @@
 # FAULT_OFFSET    the first of them (default: 0)
 # FAULT_RANKS     "1", "2" or "1 2" (default)
 # FAULT_KINDS     for example "write sync" (default: all)
+# FAULT_FUNCTION  only calls that are made while this function of the program works
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
 # FAULT_RESUME    1: the run with faults continues one that was killed half way
 # FAULT_ENCODE    farm.encode (default: segments), and
@@ -25,6 +26,13 @@ offset=${FAULT_OFFSET:-0}
 read -ra all_ranks <<<"${FAULT_RANKS:-1 2}"
 read -ra all_kinds <<<"${FAULT_KINDS:-alloc write sync rename open map thread}"
 command -v mpirun >/dev/null || all_ranks=(1)
+
+if [ -n "${FAULT_FUNCTION:-}" ]; then
+    FAULT_WITHIN=$(nm -S "$SEGCAST" | awk -v name="$FAULT_FUNCTION" '$4 == name {print $1, $2}' |
+        while read -r begin size; do printf '%x-%x' $((16#$begin)) $((16#$begin + 16#$size)); done)
+    [ -n "$FAULT_WITHIN" ] || fail "$SEGCAST has no function $FAULT_FUNCTION"
+    export FAULT_WITHIN
+fi
 
 # Files are forced to the disk some hundred times a run: where there is room in memory, they are there.
 if [ "$(df --output=avail /dev/shm 2>/dev/null | tail -n 1)" -gt 1000000 ] 2>/dev/null; then

@@ -8,11 +8,12 @@
  *   FAULT_ERROR   ENOMEM, ENOSPC, EIO, EMFILE or EAGAIN; SHORT: half of what was to be written is
  *                 written; KILL: the process is killed instead of doing the call
  *   FAULT_RANK    only the MPI process of this rank has faults (default: all)
- *   FAULT_REPORT  a file, to which are appended: where the fault was, and at exit the numbers of
- *                 calls of each kind; the rank, if any, is added to its name
- *   FAULT_SITES   N: each call is reported, too, as "site KIND NUMBER STACK", where STACK is a hash
- *                 of the return addresses out to the N-th in the program itself; it is the same for
- *                 calls that come the same way, in this process
+ *   FAULT_WITHIN  BEGIN-END, offsets of code in the program, in hexadecimal: only calls count that
+ * are made while a function between them works (default: all) FAULT_REPORT  a file, to which are
+ * appended: where the fault was, and at exit the numbers of calls of each kind; the rank, if any,
+ * is added to its name FAULT_SITES   N: each call is reported, too, as "site KIND NUMBER STACK",
+ * where STACK is a hash of the return addresses out to the N-th in the program itself; it is the
+ * same for calls that come the same way, in this process
  *
  * Which calls count: those of the program itself and of the libraries that it calls, so that a
  * fault number means the same in each run. Each call is judged by the return addresses on its
@@ -154,7 +155,8 @@ static int fault_kind = KIND_COUNT; /* none */
 static long fault_at = -1;
 static bool fault_on;
 static int fault_error = EIO;
-static long site_depth; /* 0: sites are not reported */
+static long site_depth;                        /* 0: sites are not reported */
+static unsigned long within_begin, within_end; /* offsets in the program; 0: everywhere */
 static char report[4096];
 static __thread bool busy; /* within this library: what it calls does not count */
 
@@ -240,29 +242,52 @@ static bool counts(const void *address)
     return found == OWNER_LIBRARY;
 }
 
+/* @return whether one of the functions works that FAULT_WITHIN names. */
+static bool is_within(void)
+{
+    void *frames[FRAMES_MAX];
+    const int count = within_end ? backtrace(frames, FRAMES_MAX) : 0;
+
+    for (int i = 0; i < count; i++) {
+        const object *found = object_at(frames[i]);
+        const unsigned long offset = found ? (uintptr_t)frames[i] - found->base : 0;
+
+        if (found && found->owner == OWNER_PROGRAM && offset > within_begin && offset <= within_end)
+            return true;
+    }
+    return !within_end;
+}
+
+/* Count a call that counts, and decide whether it is to fail. @return as fault. */
+static int fault_of_counted(kind what, const char *function)
+{
+    const long number = atomic_fetch_add(&calls[what], 1) + 1;
+
+    if (site_depth > 0)
+        tell_site(what, number);
+    if (what != (kind)fault_kind || (fault_on ? number < fault_at : number != fault_at))
+        return 0;
+    if (number == fault_at)
+        tell_fault(what, function, number);
+    if (fault_error == ERROR_KILL)
+        kill(getpid(), SIGKILL);
+    return fault_error;
+}
+
 /* Count a call, and decide whether it is to fail. @param address where it returns to. @return the
  * errno with which to fail, ERROR_SHORT, or 0. Leaves errno alone. */
 static int fault(kind what, const char *function, const void *address)
 {
     const int before = errno;
     int error = 0;
-    long number;
 
     if (!ready || busy)
         return 0;
     busy = true;
     if (counts(address)) {
         armed = true;
-        number = atomic_fetch_add(&calls[what], 1) + 1;
-        if (site_depth > 0)
-            tell_site(what, number);
-        if (what == (kind)fault_kind && (fault_on ? number >= fault_at : number == fault_at)) {
-            if (number == fault_at)
-                tell_fault(what, function, number);
-            if (fault_error == ERROR_KILL)
-                kill(getpid(), SIGKILL);
-            error = fault_error;
-        }
+        if (is_within())
+            error = fault_of_counted(what, function);
     }
     busy = false;
     errno = before;
@@ -305,7 +330,7 @@ __attribute__((constructor)) static void begin(void)
     const char *what = getenv("FAULT_KIND"), *at = getenv("FAULT_AT"), *on = getenv("FAULT_MODE");
     const char *error = getenv("FAULT_ERROR"), *only = getenv("FAULT_RANK");
     const char *file = getenv("FAULT_REPORT"), *rank = own_rank();
-    const char *sites = getenv("FAULT_SITES");
+    const char *sites = getenv("FAULT_SITES"), *within = getenv("FAULT_WITHIN");
     const char *program = program_invocation_short_name;
 
     /* The variables reach the launcher, its daemons and shells as well: they are left alone. */
@@ -325,6 +350,8 @@ __attribute__((constructor)) static void begin(void)
     fault_on = on && !strcmp(on, "on");
     fault_error = error ? error_named(error) : EIO;
     site_depth = sites ? atol(sites) : 0;
+    if (within && sscanf(within, "%lx-%lx", &within_begin, &within_end) != 2)
+        within_end = ULONG_MAX;
     ready = true;
 }
 
