@@ -49,6 +49,12 @@ sc_stage_view sc_stage_look(const sc_ctx *ctx);
 /* Called now and then with the stage, from another thread. */
 typedef void sc_watch_fn(void *user, const sc_stage_view *view);
 
+/* The label table of a job, and where it was read. */
+typedef struct sc_label_source {
+    sc_label_table table;
+    char path[SC_PATH_BYTES]; /* empty: there is none */
+} sc_label_source;
+
 /* What every command gets. */
 struct sc_app {
     sc_ctx *ctx;
@@ -57,10 +63,11 @@ struct sc_app {
     const char *const *environment;
     const sc_command *commands; /* the table; ended by a row without a name */
     sc_options options;
-    int threads;         /* number of threads of this rank */
-    double begin_s;      /* when the process began, by sc_wall_s */
-    sc_trace *trace;     /* where sc_add_time adds events; borrowed, or NULL */
-    sc_display *display; /* shows the progress; NULL: not on this rank */
+    int threads;                   /* number of threads of this rank */
+    double begin_s;                /* when the process began, by sc_wall_s */
+    sc_trace *trace;               /* where sc_add_time adds events; borrowed, or NULL */
+    sc_display *display;           /* shows the progress; NULL: not on this rank */
+    sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
 };
 
 /* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a
@@ -163,10 +170,15 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
  * $FREESURFER_HOME. It is told. @param out [SC_PATH_BYTES] its path; empty if there is none. */
 void sc_find_labels(const sc_app *app, const char *volume, char *out);
 /* Read the label table of the job, if it names one, or else, if @p volume has no names, that of
- * sc_find_labels. Not collective. Caller owns *out, which may be empty: sc_label_table_clear. */
+ * sc_find_labels. Not collective. Caller owns *out, which may be empty: sc_label_source_clear. */
 sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
-                            sc_label_table *out);
-/* Give @p volume the names and colours of its table (sc_read_labels_of). Not collective. */
+                            sc_label_source *out);
+/* Free the table and set @p source to zero. */
+void sc_label_source_clear(sc_label_source *source);
+/* Move @p source to app->label_source, instead of what is there, if that is wanted. */
+void sc_label_source_keep(const sc_app *app, sc_label_source *source);
+/* Give @p volume the names and colours of its table (sc_read_labels_of), and keep the table
+ * (sc_label_source_keep). Not collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
 /* Fill in what can be known of the volume of session->job without preparing it: in session->volume
  * its size, geometry and labels, and in its label statistics their voxels and bounding boxes; the

@@ -2,6 +2,7 @@
 /* segcast check: whether a job can run, found without preparing its volume, so that it may be
  * called on a login node. */
 #include "app.h"
+#include "label_report.h"
 #include "run.h"
 
 /* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues, or of that
@@ -56,6 +57,8 @@ sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
     const sc_job *job = &session.job;
+    sc_label_source source = {0};
+    sc_label_report report = {0};
     sc_vec3 *corners = NULL;
     size_t count;
     sc_status status;
@@ -65,10 +68,12 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(check_cpu(app, job));
     SC_TRY(sc_run_check_encoder(app->ctx, job));
     sc_warn_of_outputs(app, job);
+    app->label_source = &source;
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));
     SC_TRY(sc_session_tissues(app, &session));
     SC_TRY(find_corners(app, &session, &corners, &count));
     sc_session_timeline(app, &session, corners, count);
+    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
@@ -76,7 +81,11 @@ sc_status sc_cmd_check(sc_app *app)
            session.volume.size[0], session.volume.size[1], session.volume.size[2],
            session.volume.label_count - 1,
            app->options.fast ? " in its tables (the voxels were not read)" : "");
+    sc_label_report_print(&report, stdout);
 out:
+    app->label_source = NULL;
+    sc_label_report_clear(&report);
+    sc_label_source_clear(&source);
     sc_free(corners);
     sc_session_clear(&session);
     return status;

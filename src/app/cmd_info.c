@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast info: what is in a volume. */
 #include "app.h"
+#include "label_report.h"
 #include "segcast/resample.h"
 
 #include <jansson.h>
@@ -9,6 +10,7 @@
 typedef struct info {
     const sc_prepared *volume;
     const sc_tissue *tissues;
+    const sc_label_report *report; /* on its label table */
     double spacing_mm[3], voxel_mm3;
     sc_length_unit unit; /* lengths are printed in this unit */
     sc_drawn_grid drawn; /* how its voxels were drawn */
@@ -77,13 +79,14 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     for (int id = 0; id < v->label_count; id++)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
     json = json_pack(
-        "{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, s:o}", "schema",
-        "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
+        "{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, s:o, s:o}",
+        "schema", "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
         in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
         in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "moved_slices", in->drawn.moved[0],
         in->drawn.moved[1], in->drawn.moved[2], "border_noise", in->drawn.noise, "axes", in->axes,
         "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
-        (json_int_t)v->boundary_count, "labels", labels);
+        (json_int_t)v->boundary_count, "labels", labels, "label_table",
+        sc_label_report_json(in->report));
     text = json && !failed ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(json);
     if (!text)
@@ -150,11 +153,16 @@ static void print_text(const info *in)
         sc_print(stdout, v->labels[id].name);
         printf("%s\n", in->tissues[id].visible ? "" : "  (hidden)");
     }
+    if (in->report->owned)
+        printf("\n");
+    sc_label_report_print(in->report, stdout);
 }
 
 sc_status sc_cmd_info(sc_app *app)
 {
     sc_session session = {0};
+    sc_label_source source = {0};
+    sc_label_report report = {0};
     info in;
     sc_volume view;
     sc_status status;
@@ -162,9 +170,12 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true;
+    app->label_source = &source;
     SC_TRY(sc_session_load(app, &session));
     SC_TRY(sc_session_tissues(app, &session));
+    SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, true, &report));
     in = gather(&session.volume, session.tissues);
+    in.report = &report;
     view = sc_volume_of_prepared(&session.volume);
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));
@@ -174,6 +185,9 @@ sc_status sc_cmd_info(sc_app *app)
     else
         print_text(&in);
 out:
+    app->label_source = NULL;
+    sc_label_report_clear(&report);
+    sc_label_source_clear(&source);
     sc_session_clear(&session);
     return status;
 }

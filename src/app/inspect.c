@@ -38,24 +38,28 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
  * tables only, so that a tissue name in the job that is in no table is reported as an error. */
 static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
-    sc_label_table table = {0};
+    sc_label_table numbers = {0};
+    sc_label_source source;
     sc_status status;
 
-    SC_TRY(sc_read_labels_of(app, job, volume, &table));
+    SC_TRY(sc_read_labels_of(app, job, volume, &source));
     for (size_t i = 0; i < job->rule_count; i++)
-        SC_TRY(add_number(app->ctx, job->rules[i].pattern, &table));
+        SC_TRY(add_number(app->ctx, job->rules[i].pattern, &numbers));
     for (size_t i = 0; i < job->exception_count; i++)
-        SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &table));
+        SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &numbers));
     for (size_t i = 0; i < job->verb_tissue_count; i++)
-        SC_TRY(add_number(app->ctx, job->verb_tissues[i].pattern, &table));
-    SC_TRY(sc_volume_add_labels(app->ctx, volume, &table));
+        SC_TRY(add_number(app->ctx, job->verb_tissues[i].pattern, &numbers));
+    SC_TRY(sc_volume_add_labels(app->ctx, volume, &numbers));
+    SC_TRY(sc_volume_add_labels(app->ctx, volume, &source.table));
     if (job->rule_count + job->exception_count + job->verb_tissue_count > 0)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",
                 job->volume);
+    sc_label_source_keep(app, &source);
 out:
-    sc_label_table_clear(&table);
+    sc_label_table_clear(&numbers);
+    sc_label_source_clear(&source);
     return status;
 }
 

@@ -68,26 +68,47 @@ static bool has_names(const sc_volume *volume)
 }
 
 sc_status sc_read_labels_of(const sc_app *app, const sc_job *job, const sc_volume *volume,
-                            sc_label_table *out)
+                            sc_label_source *out)
 {
-    char found[SC_PATH_BYTES];
+    const bool named = job->labels[0];
 
-    if (job->labels[0])
-        return sc_label_table_read(app->ctx, job->labels, (sc_table_format)job->labels_format, out);
-    if (has_names(volume))
+    *out = (sc_label_source){0};
+    if (named)
+        snprintf(out->path, sizeof out->path, "%s", job->labels);
+    else if (!has_names(volume))
+        sc_find_labels(app, job->volume, out->path);
+    if (!out->path[0])
         return SC_OK;
-    sc_find_labels(app, job->volume, found);
-    return found[0] ? sc_label_table_read(app->ctx, found, SC_TABLE_AUTO, out) : SC_OK;
+    return sc_label_table_read(app->ctx, out->path,
+                               named ? (sc_table_format)job->labels_format : SC_TABLE_AUTO,
+                               &out->table);
+}
+
+void sc_label_source_clear(sc_label_source *source)
+{
+    sc_label_table_clear(&source->table);
+    *source = (sc_label_source){0};
+}
+
+void sc_label_source_keep(const sc_app *app, sc_label_source *source)
+{
+    if (!app->label_source)
+        return;
+    sc_label_source_clear(app->label_source); /* a prepared file may be read twice */
+    *app->label_source = *source;
+    *source = (sc_label_source){0};
 }
 
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume)
 {
-    sc_label_table table = {0};
-    const sc_status status = sc_read_labels_of(app, job, volume, &table);
+    sc_label_source source;
+    const sc_status status = sc_read_labels_of(app, job, volume, &source);
 
     if (status == SC_OK)
-        sc_volume_apply_table(volume, &table);
-    sc_label_table_clear(&table);
+        sc_volume_apply_table(volume, &source.table);
+    if (status == SC_OK)
+        sc_label_source_keep(app, &source);
+    sc_label_source_clear(&source);
     return status;
 }
 

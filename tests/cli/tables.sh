@@ -98,3 +98,28 @@ export FREESURFER_HOME=$PWD/installed
 cp aseg.mgh beside
 sed 's/Left/Own/' installed/FreeSurferColorLUT.txt >beside/FreeSurferColorLUT.txt
 [ "$(name_of beside/aseg.mgh)" = Own-Hippocampus ] || fail "the table beside the volume does not win"
+
+# info and check tell how a table and the voxels agree: values of several rows, rows of no voxel, voxels of no row.
+cat >some.csv <<'CSV'
+value,name
+99,ghost
+2,second
+2,again
+1,first
+CSV
+"$SEGCAST" info phantom.nrrd --labels some.csv >info.txt 2>/dev/null
+cat >expected.txt <<'TXT'
+label table some.csv: 4 rows
+  several rows          2 second
+  rows without voxels   99 ghost
+TXT
+sed -n "s|$PWD/||; /^label table/,\$p" info.txt | head -3 | diff expected.txt - >&2 || fail "info: the report on the table"
+grep -q '^  voxels without a row  3 mitral valve, 4 tricuspid valve, .* and 6 more$' info.txt || { cat info.txt; fail "info: voxels without a row"; }
+"$SEGCAST" info phantom.nrrd --labels some.csv --json -q | jq -e '.label_table | .rows == 4 and .several_rows == [2] and
+    .rows_without_voxels == [99] and .voxels_without_row == [range(3; 21)]' >/dev/null || fail "info --json: the report on the table"
+"$SEGCAST" info phantom.nrrd --json -q | jq -e 'has("label_table") and .label_table == null' >/dev/null || fail "info --json without a table"
+printf 'volume: phantom.nrrd\nlabels: some.csv\n' >job.yaml
+"$SEGCAST" check job.yaml >check.txt 2>/dev/null
+sed '1d' check.txt | diff - <(sed -n '/^label table/,$p' info.txt) >&2 || fail "check: the report on the table"
+"$SEGCAST" check job.yaml --fast >check.txt 2>/dev/null
+sed "1d; s|$PWD/||" check.txt | diff - <(head -2 expected.txt) >&2 || fail "check --fast: the report on the table"

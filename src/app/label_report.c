@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How a label table and the voxels of a volume agree, for segcast info and check: values that
+ * several rows name, rows of values that no voxel has, and voxels whose value no row names. */
+#include "label_report.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LISTED_MAX = 12 /* labels that are printed of each list; JSON has all */ };
+
+/* For qsort of pointers to sc_label: rising by value; of one value in the order of the table. */
+static int by_value(const void *a, const void *b)
+{
+    const sc_label *x = *(const sc_label *const *)a, *y = *(const sc_label *const *)b;
+
+    return x->value != y->value ? (x->value > y->value) - (x->value < y->value) : (x > y) - (x < y);
+}
+
+/* @return the voxels of the label @p value; 0 if there are none. */
+static uint64_t voxels_of(const sc_prepared *volume, int64_t value)
+{
+    int low = 0, high = volume->label_count - 1;
+
+    while (low <= high) {
+        const int middle = low + (high - low) / 2;
+
+        if (volume->labels[middle].value == value)
+            return volume->stats[middle].voxels;
+        if (volume->labels[middle].value < value)
+            low = middle + 1;
+        else
+            high = middle - 1;
+    }
+    return 0;
+}
+
+/* Append a label to a list, which has room. */
+static void append(sc_label_list *list, const sc_label *label)
+{
+    list->labels[list->count++] = label;
+}
+
+/* Fill the lists of @p out from @p rows, sorted by value. */
+static void compare(const sc_label *const *rows, size_t row_count, const sc_prepared *volume,
+                    bool scanned, sc_label_report *out)
+{
+    size_t at = 0;
+
+    for (size_t i = 0; i < row_count; i++) {
+        const bool again = i > 0 && rows[i]->value == rows[i - 1]->value;
+
+        if (again && (i == 1 || rows[i]->value != rows[i - 2]->value))
+            append(&out->doubled, rows[i - 1]);
+        if (scanned && !again && !voxels_of(volume, rows[i]->value))
+            append(&out->without_voxels, rows[i]);
+    }
+    for (int id = 1; id < volume->label_count && scanned; id++) {
+        while (at < row_count && rows[at]->value < volume->labels[id].value)
+            at++;
+        if (volume->stats[id].voxels &&
+            (at == row_count || rows[at]->value != volume->labels[id].value))
+            append(&out->without_row, &volume->labels[id]);
+    }
+}
+
+sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
+                               const sc_prepared *volume, bool scanned, sc_label_report *out)
+{
+    const size_t count = source->table.count;
+    const sc_label **rows;
+    void *block = NULL, *lists = NULL;
+    sc_status status;
+
+    *out = (sc_label_report){.source = source};
+    if (!source->path[0])
+        return SC_OK;
+    SC_TRY(sc_alloc(ctx, count + 1, sizeof *rows, &block));
+    rows = block;
+    SC_TRY(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
+    for (size_t i = 0; i < count; i++)
+        rows[i] = &source->table.rows[i];
+    qsort(rows, count, sizeof *rows, by_value);
+    out->owned = lists;
+    out->doubled.labels = lists;
+    out->without_voxels.labels = out->doubled.labels + count;
+    out->without_row.labels = out->without_voxels.labels + count;
+    compare(rows, count, volume, scanned, out);
+out:
+    sc_free(block);
+    return status;
+}
+
+void sc_label_report_clear(sc_label_report *report)
+{
+    sc_free(report->owned);
+    *report = (sc_label_report){0};
+}
+
+/* Print one list in a line, if it holds anything. */
+static void print_list(FILE *stream, const char *what, const sc_label_list *list)
+{
+    if (!list->count)
+        return;
+    fprintf(stream, "  %-22s", what);
+    for (size_t i = 0; i < list->count && i < LISTED_MAX; i++) {
+        fprintf(stream, "%s%lld", i ? ", " : "", (long long)list->labels[i]->value);
+        if (list->labels[i]->name[0]) {
+            fputc(' ', stream);
+            sc_print(stream, list->labels[i]->name);
+        }
+    }
+    if (list->count > LISTED_MAX)
+        fprintf(stream, ", and %zu more", list->count - LISTED_MAX);
+    fputc('\n', stream);
+}
+
+void sc_label_report_print(const sc_label_report *report, FILE *stream)
+{
+    if (!report->owned)
+        return;
+    fputs("label table ", stream);
+    sc_print(stream, report->source->path);
+    fprintf(stream, ": %zu rows\n", report->source->table.count);
+    print_list(stream, "several rows", &report->doubled);
+    print_list(stream, "rows without voxels", &report->without_voxels);
+    print_list(stream, "voxels without a row", &report->without_row);
+}
+
+/* @return the values of a list as an array of JSON, or NULL without memory. */
+static json_t *values(const sc_label_list *list)
+{
+    json_t *array = json_array();
+
+    for (size_t i = 0; i < list->count; i++) {
+        if (json_array_append_new(array, json_integer((json_int_t)list->labels[i]->value)) != 0) {
+            json_decref(array);
+            return NULL;
+        }
+    }
+    return array;
+}
+
+json_t *sc_label_report_json(const sc_label_report *report)
+{
+    if (!report->owned)
+        return json_null();
+    return json_pack("{s:s, s:I, s:o, s:o, s:o}", "path", report->source->path, "rows",
+                     (json_int_t)report->source->table.count, "several_rows",
+                     values(&report->doubled), "rows_without_voxels",
+                     values(&report->without_voxels), "voxels_without_row",
+                     values(&report->without_row));
+}
