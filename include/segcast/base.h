@@ -136,6 +136,13 @@ void sc_text_clear(sc_text *text);
 /** @return how many bytes the character at @p text has: 1 to 4 for a well-formed character of
  * UTF-8, 0 at the end of the text and for a byte that begins none. */
 size_t sc_utf8_bytes(const char *text);
+/** @return the number of the character that begins at @p text, which is @p bytes long, as of
+ * sc_utf8_bytes; of a byte that begins none, with @p bytes 1, the byte. */
+unsigned sc_utf8_code(const char *text, size_t bytes);
+/** @return whether a terminal would obey the character of number @p code instead of showing it:
+ * control characters, separators of lines, and what turns the direction of the text around, so that
+ * it reads as something else. */
+bool sc_is_control(unsigned code);
 /** Write @p text to out[size] as a terminal shows it without obeying it: control characters and
  *  bytes that are not UTF-8 become for example \\x1b, characters that turn the direction of the
  * text around become \\u202e. What does not fit is left out at a whole character. @p text and @p
@@ -181,6 +188,9 @@ typedef struct sc_length_unit {
 /** @return the largest of millimetres, micrometres and nanometres in which @p finest_mm, the
  * smallest length that matters, is at least a tenth of a unit; millimetres for 0. */
 sc_length_unit sc_length_unit_for(double finest_mm);
+/** @return the longest length of 1, 2 or 5 times a power of ten that is at most @p most_mm; 0 if
+ * that is not above 0. */
+double sc_round_length_mm(double most_mm);
 /** @return @p value, or 0 if it would be printed as zero with @p decimals digits behind the point:
  * so that nothing is printed as "-0.0". */
 double sc_no_negative_zero(double value, int decimals);

@@ -17,6 +17,8 @@ typedef struct sc_views {
     uint8_t background[3]; /**< sRGB, by which the colours of text and lines are chosen */
 } sc_views;
 
+/** @return where the panel of the picture in space lies, in a picture of the given size. */
+sc_viewport sc_views_space(int width_px, int height_px);
 /** @return width divided by height of the panel that holds the picture in space, in a picture of
  * the given size. */
 double sc_views_aspect(int width_px, int height_px);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "segcast/base.h"
 
+#include <math.h>
+
 sc_length_unit sc_length_unit_for(double finest_mm)
 {
     static const sc_length_unit units[] = {{"mm", 1}, {"um", 1e-3}, {"nm", 1e-6}};
@@ -10,6 +12,15 @@ sc_length_unit sc_length_unit_for(double finest_mm)
     while (i + 1 < SC_COUNT_OF(units) && finest_mm > 0 && finest_mm < 0.0999 * units[i].mm)
         i++;
     return units[i];
+}
+
+double sc_round_length_mm(double most_mm)
+{
+    const double decade = pow(10, floor(log10(most_mm)));
+
+    if (!(most_mm > 0))
+        return 0;
+    return most_mm >= 5 * decade ? 5 * decade : most_mm >= 2 * decade ? 2 * decade : decade;
 }
 
 double sc_no_negative_zero(double value, int decimals)

@@ -27,8 +27,7 @@ size_t sc_utf8_bytes(const char *text)
     return bytes;
 }
 
-/* The number of the character that begins at @p text, which is @p bytes long, of sc_utf8_bytes. */
-static unsigned code_of(const char *text, size_t bytes)
+unsigned sc_utf8_code(const char *text, size_t bytes)
 {
     unsigned code = (unsigned char)text[0];
 
@@ -39,10 +38,8 @@ static unsigned code_of(const char *text, size_t bytes)
     return code;
 }
 
-/* Would a terminal obey the character instead of showing it? Control characters of both sets (the
- * second, U+0080 to U+009F, begins escape sequences in one byte), separators of lines, and what
- * turns the direction of the text around, so that it reads as something else. */
-static bool is_control(unsigned code)
+/* The second set of control characters, U+0080 to U+009F, begins escape sequences in one byte. */
+bool sc_is_control(unsigned code)
 {
     return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x061c || code == 0x200e ||
            code == 0x200f || (code >= 0x2028 && code <= 0x202e) ||
@@ -55,11 +52,11 @@ static bool is_control(unsigned code)
 static size_t show(const char **at, char *out)
 {
     const size_t bytes = sc_utf8_bytes(*at);
-    const unsigned code = code_of(*at, bytes ? bytes : 1);
+    const unsigned code = sc_utf8_code(*at, bytes ? bytes : 1);
     const char *from = *at;
 
     *at += bytes ? bytes : 1;
-    if (bytes && !is_control(code)) {
+    if (bytes && !sc_is_control(code)) {
         memcpy(out, from, bytes);
         return bytes;
     }
@@ -114,7 +111,7 @@ bool sc_copy_name(const char *from, char *out, size_t size)
 
     while (*from) {
         const size_t bytes = sc_utf8_bytes(from);
-        const unsigned code = code_of(from, bytes ? bytes : 1);
+        const unsigned code = sc_utf8_code(from, bytes ? bytes : 1);
         const bool control = bytes && (code < 0x20 || (code >= 0x7f && code < 0xa0));
         const char *to = bytes ? control ? " " : from : replacement;
         const size_t count = bytes ? control ? 1 : bytes : sizeof replacement - 1;

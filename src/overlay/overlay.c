@@ -3,6 +3,8 @@
  * picture. */
 #include "segcast/overlay.h"
 
+#include "blend.h"
+
 #include <cairo.h>
 
 /* Height of capital letters as a share of the font's ascent, for DejaVu Sans about. */
@@ -10,11 +12,21 @@
 
 struct sc_overlay {
     sc_image *image;          /* borrowed */
-    cairo_surface_t *surface; /* as large as image, transparent at first */
+    sc_viewport within;       /* the part of the picture that the surface covers */
+    sc_rows rows;             /* of the picture, that may be written to */
+    cairo_surface_t *surface; /* as large as that part, transparent at first */
     cairo_t *cairo;
 };
 
 sc_status sc_overlay_begin(const sc_ctx *ctx, sc_image *image, sc_overlay **out)
+{
+    const sc_viewport all = {0, 0, image->width_px, image->height_px};
+
+    return sc_overlay_begin_within(ctx, image, &all, NULL, out);
+}
+
+sc_status sc_overlay_begin_within(const sc_ctx *ctx, sc_image *image, const sc_viewport *within,
+                                  const sc_rows *rows, sc_overlay **out)
 {
     sc_overlay *overlay;
     void *block;
@@ -24,9 +36,12 @@ sc_status sc_overlay_begin(const sc_ctx *ctx, sc_image *image, sc_overlay **out)
         return status;
     overlay = block;
     overlay->image = image;
+    overlay->within = *within;
+    overlay->rows = rows ? *rows : (sc_rows){0, image->height_px};
     overlay->surface =
-        cairo_image_surface_create(CAIRO_FORMAT_ARGB32, image->width_px, image->height_px);
+        cairo_image_surface_create(CAIRO_FORMAT_ARGB32, within->width_px, within->height_px);
     overlay->cairo = cairo_create(overlay->surface);
+    cairo_translate(overlay->cairo, -within->x_px, -within->y_px);
     if (cairo_status(overlay->cairo) != CAIRO_STATUS_SUCCESS) {
         status =
             sc_fail(ctx, SC_ERR_MEMORY, "drawing over a picture of %d x %d: %s", image->width_px,
@@ -88,6 +103,39 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
     cairo_fill(overlay->cairo);
 }
 
+bool sc_is_light(const uint8_t rgb[3])
+{
+    return 2 * rgb[0] + 5 * rgb[1] + rgb[2] > 8 * 110; /* luma of about 110 of 255 */
+}
+
+void sc_overlay_polygon(sc_overlay *overlay, const double (*corners)[2], int count,
+                        const uint8_t rgb[3], double alpha, double outline_px,
+                        const uint8_t outline[3])
+{
+    for (int i = 0; i < count; i++)
+        cairo_line_to(overlay->cairo, corners[i][0], corners[i][1]);
+    cairo_close_path(overlay->cairo);
+    set_color(overlay, rgb, alpha);
+    cairo_fill_preserve(overlay->cairo);
+    cairo_set_line_join(overlay->cairo, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_width(overlay->cairo, outline_px);
+    set_color(overlay, outline, 1);
+    cairo_stroke(overlay->cairo);
+}
+
+void sc_overlay_fill(sc_image *image, const sc_viewport *rectangle, const uint8_t rgb[3], int alpha,
+                     const sc_rows *rows)
+{
+    const sc_viewport part = sc_blend_part(image, rectangle, rows);
+
+    for (int y = 0; y < part.height_px; y++) {
+        uint8_t *to = sc_blend_pixel(image, part.x_px, part.y_px + y);
+
+        for (int x = 0; x < part.width_px; x++, to += sc_pixel_bytes(image->alpha))
+            sc_blend(rgb, (unsigned)alpha, image->alpha, to);
+    }
+}
+
 /* Blend a pixel of cairo, which is premultiplied, over one with alpha, which is not. */
 static void blend_over_alpha(uint32_t from, uint8_t to[4])
 {
@@ -103,27 +151,37 @@ static void blend_over_alpha(uint32_t from, uint8_t to[4])
     to[3] = (uint8_t)((alpha + 127) / 255);
 }
 
+/* Blend a pixel of cairo over an opaque one. */
+static void blend_over_opaque(uint32_t from, uint8_t to[3])
+{
+    const uint32_t left = 255 - (from >> 24);
+
+    for (int c = 0; c < 3 && from; c++)
+        to[c] = (uint8_t)((from >> (16 - 8 * c) & 255) + (to[c] * left + 127) / 255);
+}
+
 void sc_overlay_finish(sc_overlay *overlay)
 {
-    const sc_image *image = overlay->image;
-    const size_t bytes = sc_pixel_bytes(image->alpha);
+    sc_image *image = overlay->image;
+    const sc_viewport *within = &overlay->within;
+    const sc_viewport part = sc_blend_part(image, within, &overlay->rows);
     const uint8_t *data;
     int stride;
 
     cairo_surface_flush(overlay->surface);
     data = cairo_image_surface_get_data(overlay->surface);
     stride = cairo_image_surface_get_stride(overlay->surface);
-    for (int y = 0; data && y < image->height_px; y++) {
-        const uint32_t *from = (const uint32_t *)(const void *)(data + (size_t)y * (size_t)stride);
-        uint8_t *to = image->rgb + (size_t)y * (size_t)image->width_px * bytes;
+    for (int y = 0; data && y < part.height_px; y++) {
+        const size_t row = (size_t)(part.y_px + y - within->y_px);
+        const uint32_t *from = (const uint32_t *)(const void *)(data + row * (size_t)stride) +
+                               (part.x_px - within->x_px);
+        uint8_t *to = sc_blend_pixel(image, part.x_px, part.y_px + y);
 
-        for (int x = 0; x < image->width_px && image->alpha; x++)
-            blend_over_alpha(from[x], to + (size_t)x * bytes);
-        for (int x = 0; x < image->width_px && !image->alpha; x++, to += bytes) {
-            const uint32_t left = 255 - (from[x] >> 24); /* the pixels of cairo are premultiplied */
-
-            for (int c = 0; c < 3 && from[x]; c++)
-                to[c] = (uint8_t)((from[x] >> (16 - 8 * c) & 255) + (to[c] * left + 127) / 255);
+        for (int x = 0; x < part.width_px; x++, to += sc_pixel_bytes(image->alpha)) {
+            if (image->alpha)
+                blend_over_alpha(from[x], to);
+            else
+                blend_over_opaque(from[x], to);
         }
     }
     cairo_destroy(overlay->cairo);

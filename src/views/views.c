@@ -33,9 +33,14 @@ static sc_viewport panel(int width_px, int height_px, int which)
                          which & 2 ? height_px - half_height : half_height};
 }
 
+sc_viewport sc_views_space(int width_px, int height_px)
+{
+    return panel(width_px, height_px, SPACE);
+}
+
 double sc_views_aspect(int width_px, int height_px)
 {
-    const sc_viewport space = panel(width_px, height_px, SPACE);
+    const sc_viewport space = sc_views_space(width_px, height_px);
 
     return (double)space.width_px / space.height_px;
 }
@@ -92,8 +97,7 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
  * the reverse for a dark one. */
 static void choose_colors(const sc_views *v, uint8_t text[3], uint8_t halo[3])
 {
-    /* luma of about 110 of 255 */
-    const bool light = 2 * v->background[0] + 5 * v->background[1] + v->background[2] > 8 * 110;
+    const bool light = sc_is_light(v->background);
 
     for (int i = 0; i < 3; i++) {
         text[i] = light ? 24 : 235;
@@ -160,18 +164,10 @@ static void draw_lines(const drawing *d, int which, sc_viewport p)
     }
 }
 
-/* The longest length of 1, 2 or 5 times a power of ten that is at most @p room_mm. */
-static double round_length(double room_mm)
-{
-    const double decade = pow(10, floor(log10(room_mm)));
-
-    return room_mm >= 5 * decade ? 5 * decade : room_mm >= 2 * decade ? 2 * decade : decade;
-}
-
 /* A scale bar of a round length, at most a fifth of the panel wide. */
 static void draw_scale_bar(const drawing *d, sc_viewport p)
 {
-    const double length_mm = round_length(0.2 * p.width_px * d->mm_per_px);
+    const double length_mm = sc_round_length_mm(0.2 * p.width_px * d->mm_per_px);
     const double length_px = length_mm / d->mm_per_px, thick = fmax(2, d->text_px / 6);
     const double x = p.x_px + 0.9 * d->text_px, y = p.y_px + p.height_px - 0.9 * d->text_px;
     const sc_letters letters = letters_of(d, 0.8, NULL);

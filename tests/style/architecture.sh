@@ -23,6 +23,7 @@ name_library() {
     PkgConfig::YAML) echo libyaml ;;
     PkgConfig::JANSSON) echo jansson ;;
     PkgConfig::CAIRO) echo cairo ;;
+    PkgConfig::FONTCONFIG) echo fontconfig ;;
     Threads::Threads) echo POSIX threads ;;
     *) echo "$1 (name it in tests/style/architecture.sh)" ;;
     esac
