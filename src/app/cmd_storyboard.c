@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* segcast storyboard: small pictures of frames of the whole film on one sheet. */
 #include "app.h"
-#include "segcast/overlay.h"
+#include "segcast/annotate.h"
 
 #include <math.h>
 #include <string.h>
@@ -135,14 +135,12 @@ out:
     return status;
 }
 
-/* Write number and time of each frame below its picture. Hundredths of a second tell every frame
- * of a film with up to 50 in a second from the next, thousandths all others. */
+/* Write number and time of each frame below its picture. */
 static sc_status draw_captions(const sc_app *app, const grid *g, const int *frames, int count,
                                int fps, sc_image *sheet)
 {
     const sc_letters letters = {13, {40, 40, 40}, {paper[0], paper[1], paper[2]}};
     const uint8_t line[3] = {150, 150, 150};
-    const int decimals = fps <= 50 ? 2 : 3;
     sc_overlay *overlay;
     char caption[64];
     int at_px[2];
@@ -150,13 +148,11 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
 
     SC_TRY(sc_overlay_begin(app->ctx, sheet, &overlay));
     for (int i = 0; i < count; i++) {
-        const double unit = decimals == 2 ? 100 : 1000;
-        const double rounded_s = floor((double)frames[i] / fps * unit + 0.5) / unit;
-        const int minutes = (int)(rounded_s / 60);
+        char time[SC_TIME_CODE_BYTES];
 
         find_place(g, i, at_px);
-        snprintf(caption, sizeof caption, "%d   %d:%0*.*f", frames[i], minutes, decimals + 3,
-                 decimals, fmax(0, rounded_s - 60.0 * minutes));
+        sc_time_code(frames[i], fps, time);
+        snprintf(caption, sizeof caption, "%d   %s", frames[i], time);
         sc_overlay_frame(overlay, at_px[0] - 0.5, at_px[1] - 0.5, g->picture_px[0] + 1,
                          g->picture_px[1] + 1, 1, line);
         sc_overlay_text(overlay, at_px[0] + 0.5 * g->picture_px[0],

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The overlays of one frame, each in its turn. */
+#include "internal.h"
+
+bool sc_annotations_any(const sc_annotations *annotations)
+{
+    const sc_overlays *o = annotations->overlays;
+
+    return annotations->caption_count || o->time || o->scale_bar;
+}
+
+/* Draw the time at which frame @p k is shown. */
+static void draw_time(sc_drawing *d, int k)
+{
+    const sc_lettering *lettering = d->a->lettering;
+    char text[SC_TIME_CODE_BYTES];
+    sc_viewport room;
+
+    if (!d->a->overlays->time)
+        return;
+    sc_time_code(k, d->a->fps, text);
+    room = sc_take_room(d, d->a->overlays->time, sc_glyphs_width(lettering, text),
+                        sc_glyphs_capitals(lettering));
+    sc_draw_glyphs(d, text, room.x_px, room.y_px + room.height_px);
+}
+
+sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotations, int k,
+                              const sc_scene *scene, sc_image *image, const sc_rows *rows)
+{
+    sc_drawing d;
+
+    (void)ctx;
+    if (!annotations->lettering)
+        return SC_OK;
+    d = sc_drawing_begin(annotations, image, rows);
+    draw_time(&d, k);
+    sc_draw_scale_bar(&d, scene);
+    sc_draw_captions(&d, k);
+    return SC_OK;
+}

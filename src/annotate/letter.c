@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* All text of a film, turned into pixels at once. */
+#include "internal.h"
+
+/* Append the characters of which time codes and scale bars are composed. */
+static sc_status add_glyphs(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list)
+{
+    static const char glyphs[] = SC_GLYPHS;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; glyphs[i] && status == SC_OK; i++)
+        status = sc_add_line(ctx, list,
+                             &(sc_text_line){.kind = SC_WORD_GLYPH,
+                                             .number = glyphs[i],
+                                             .text = &glyphs[i],
+                                             .bytes = 1,
+                                             .size_px = sc_text_px(a)});
+    return status;
+}
+
+sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotations,
+                                sc_lettering **out)
+{
+    const sc_overlays *o = annotations->overlays;
+    sc_line_list list = {0};
+    sc_font *font = NULL;
+    sc_status status;
+
+    SC_TRY(sc_font_open(ctx, o->font, o->font_where, &font));
+    sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
+    if (o->time || o->scale_bar)
+        SC_TRY(add_glyphs(ctx, annotations, &list));
+    SC_TRY(sc_add_captions(ctx, annotations, font, &list));
+    status = sc_lettering_make(ctx, font, list.lines, list.count, out);
+out:
+    sc_free(list.lines);
+    sc_font_close(font);
+    return status;
+}

@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tests what is written onto pictures: that it does not depend on which rows are drawn, that it can
+ * be read on any background, and that it says what is so. */
+#include "check.h"
+
+#include "segcast/annotate.h"
+
+#include <math.h>
+
+enum { WIDTH = 640, HEIGHT = 360, FRAMES = 11 };
+
+/* A film with overlays. */
+typedef struct film {
+    sc_overlays overlays;
+    sc_caption captions[3];
+    sc_timeline timeline;
+    sc_annotations annotations;
+    sc_scene scene;
+    sc_lettering *lettering;
+} film;
+
+/* A film with captions, whose camera sees 180 mm from top to bottom by parallel rays. */
+static void begin_film(film *f, size_t captions)
+{
+    memset(f, 0, sizeof *f);
+    f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 4};
+    for (size_t i = 0; i < captions; i++) {
+        f->captions[i] = (sc_caption){.begin = 0, .end = 1, .place = SC_PLACE_BOTTOM};
+        snprintf(f->captions[i].where, sizeof f->captions[i].where, "job.yaml:%zu", 7 + i);
+    }
+    f->timeline.animation.frames = FRAMES;
+    f->timeline.low_mm = (sc_vec3){-50, -50, -50};
+    f->timeline.high_mm = (sc_vec3){50, 50, 50};
+    f->scene.camera = sc_camera_look((sc_vec3){0, 400, 0}, (sc_vec3){0, 0, 0}, (sc_vec3){0, 0, 1},
+                                     SC_ORTHOGRAPHIC, 90);
+    f->annotations = (sc_annotations){.overlays = &f->overlays,
+                                      .captions = f->captions,
+                                      .caption_count = captions,
+                                      .timeline = &f->timeline,
+                                      .within = {0, 0, WIDTH, HEIGHT},
+                                      .fps = 25,
+                                      .background = {255, 255, 255}};
+}
+
+static void letter(film *f)
+{
+    assert_ok(sc_annotations_letter(&quiet, &f->annotations, &f->lettering));
+    f->annotations.lettering = f->lettering;
+}
+
+static void end_film(film *f)
+{
+    sc_free(f->lettering);
+}
+
+/* A picture of one grey level; with alpha it is transparent. */
+static sc_image blank(bool alpha, int level)
+{
+    sc_image image;
+
+    assert_ok(sc_image_init_alpha(&quiet, WIDTH, HEIGHT, alpha, &image));
+    memset(image.rgb, alpha ? 0 : level, sc_image_bytes(&image));
+    return image;
+}
+
+static sc_image draw(const film *f, int k, bool alpha, int level)
+{
+    sc_image image = blank(alpha, level);
+
+    assert_ok(sc_annotations_draw(&quiet, &f->annotations, k, &f->scene, &image, NULL));
+    return image;
+}
+
+static const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb +
+           ((size_t)y * (size_t)image->width_px + (size_t)x) * sc_pixel_bytes(image->alpha);
+}
+
+/* The bounding box of the pixels of a white picture that are darker than half: left, top, right,
+ * bottom. @return how many they are. */
+static int ink(const sc_image *image, int box[4])
+{
+    int count = 0;
+
+    box[0] = box[1] = 10000;
+    box[2] = box[3] = -1;
+    for (int y = 0; y < HEIGHT; y++) {
+        for (int x = 0; x < WIDTH; x++) {
+            if (pixel(image, x, y)[0] > 127)
+                continue;
+            box[0] = x < box[0] ? x : box[0];
+            box[1] = y < box[1] ? y : box[1];
+            box[2] = x > box[2] ? x : box[2];
+            box[3] = y > box[3] ? y : box[3];
+            count++;
+        }
+    }
+    return count;
+}
+
+/* Everything that there is. */
+static void begin_full_film(film *f)
+{
+    begin_film(f, 2);
+    strcpy(f->captions[0].text, "A caption of two\nlines, with \303\244 and a\314\201");
+    strcpy(f->captions[1].text, "Another one");
+    f->captions[1].place = SC_PLACE_TOP_LEFT;
+    f->overlays.time = SC_PLACE_TOP_RIGHT;
+    f->overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
+    letter(f);
+}
+
+static void rows_can_be_drawn_by_themselves(void **state)
+{
+    film f;
+
+    (void)state;
+    begin_full_film(&f);
+    for (int alpha = 0; alpha < 2; alpha++) {
+        sc_image whole = draw(&f, 3, alpha, 200), parts = blank(alpha, 200);
+
+        for (int row = 0; row < HEIGHT; row += 7) {
+            const sc_rows rows = {row, row + 7 < HEIGHT ? row + 7 : HEIGHT};
+
+            assert_ok(sc_annotations_draw(&quiet, &f.annotations, 3, &f.scene, &parts, &rows));
+        }
+        assert_int_equal(sc_image_hash(&whole), sc_image_hash(&parts));
+        sc_image_clear(&whole);
+        sc_image_clear(&parts);
+    }
+    end_film(&f);
+}
+
+static void without_overlays_a_picture_stays_as_it_is(void **state)
+{
+    sc_image untouched = blank(false, 90), image;
+    film f;
+
+    (void)state;
+    begin_film(&f, 0);
+    assert_false(sc_annotations_any(&f.annotations));
+    image = draw(&f, 0, false, 90);
+    assert_int_equal(sc_image_hash(&image), sc_image_hash(&untouched));
+    sc_image_clear(&image);
+    sc_image_clear(&untouched);
+}
+
+/* Every overlay holds both dark and light pixels, whatever lies behind it. */
+static void text_can_be_read_on_any_background(void **state)
+{
+    film f;
+
+    (void)state;
+    begin_full_film(&f);
+    for (int dark = 0; dark < 2; dark++) {
+        memset(f.annotations.background, dark ? 0 : 255, 3);
+        for (int level = 0; level < 256; level += 51) {
+            sc_image image = draw(&f, 3, false, level);
+            int darkest = 255, lightest = 0;
+
+            for (size_t i = 0; i < sc_image_bytes(&image); i++) {
+                darkest = image.rgb[i] < darkest ? image.rgb[i] : darkest;
+                lightest = image.rgb[i] > lightest ? image.rgb[i] : lightest;
+            }
+            assert_true(lightest - darkest > 150);
+            sc_image_clear(&image);
+        }
+    }
+    end_film(&f);
+}
+
+static void over_transparency_text_is_opaque(void **state)
+{
+    sc_image image;
+    film f;
+    int opaque = 0, clear = 0;
+
+    (void)state;
+    begin_full_film(&f);
+    image = draw(&f, 3, true, 0);
+    for (int y = 0; y < HEIGHT; y++) {
+        for (int x = 0; x < WIDTH; x++) {
+            opaque += pixel(&image, x, y)[3] == 255;
+            clear += pixel(&image, x, y)[3] == 0;
+        }
+    }
+    assert_true(opaque > 1000 && clear > WIDTH * HEIGHT / 2);
+    sc_image_clear(&image);
+    end_film(&f);
+}
+
+/* The longest row of dark pixels. */
+static int longest_row(const sc_image *image)
+{
+    int longest = 0;
+
+    for (int y = 0; y < HEIGHT; y++) {
+        int run = 0;
+
+        for (int x = 0; x < WIDTH; x++) {
+            run = pixel(image, x, y)[0] < 60 ? run + 1 : 0;
+            longest = run > longest ? run : longest;
+        }
+    }
+    return longest;
+}
+
+static void a_scale_bar_is_as_long_as_it_says(void **state)
+{
+    sc_image image;
+    film f;
+
+    (void)state;
+    begin_film(&f, 0);
+    f.overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
+    letter(&f);
+    /* 180 mm on 360 pixels: a fifth of 640 pixels is 64 mm, so the bar is 50 mm: 100 pixels. */
+    image = draw(&f, 0, false, 255);
+    assert_int_equal(longest_row(&image), 100);
+    sc_image_clear(&image);
+    /* Perspective: half the height is 90 mm at 400 mm, where the middle of the box is. */
+    f.scene.camera.projection = SC_PERSPECTIVE;
+    f.scene.camera.half_height = 90.0 / 400;
+    image = draw(&f, 0, false, 255);
+    assert_int_equal(longest_row(&image), 100);
+    sc_image_clear(&image);
+    f.scene.camera.position_mm.y = -400; /* it looks away from all that is visible */
+    f.scene.camera.forward.y = -1;
+    image = draw(&f, 0, false, 255);
+    assert_int_equal(longest_row(&image), 0);
+    sc_image_clear(&image);
+    end_film(&f);
+}
+
+static void captions_are_shown_in_their_time(void **state)
+{
+    static const char seen[FRAMES + 1] = "00011100001"; /* frames 3 to 5; the last one */
+    film f;
+
+    (void)state;
+    begin_film(&f, 2);
+    strcpy(f.captions[0].text, "first");
+    strcpy(f.captions[1].text, "second");
+    f.captions[0].begin = 0.3;
+    f.captions[0].end = 0.6;
+    f.captions[1].begin = 1;
+    letter(&f);
+    for (int k = 0; k < FRAMES; k++) {
+        sc_image image = draw(&f, k, false, 255);
+        int box[4];
+
+        assert_int_equal(ink(&image, box) > 0, seen[k] == '1');
+        sc_image_clear(&image);
+    }
+    end_film(&f);
+}
+
+/* A long text is broken, also where it has no blanks, and stays within the picture. */
+static void long_captions_fit(void **state)
+{
+    film f;
+
+    (void)state;
+    for (int kind = 0; kind < 3; kind++) {
+        sc_image image;
+        int box[4];
+
+        begin_film(&f, 1);
+        for (size_t i = 0; i < (kind == 2 ? 240 : 120); i++)
+            f.captions[0].text[i] = kind == 1 && i % 6 == 5 ? ' ' : 'W';
+        letter(&f);
+        image = draw(&f, 0, false, 255);
+        assert_true(ink(&image, box) > 0);
+        assert_true(box[0] > 4 && box[2] < WIDTH - 4);
+        assert_true(box[1] > HEIGHT / 2 && box[3] < HEIGHT - 4);
+        assert_true(box[3] - box[1] > 20); /* more than one line */
+        sc_image_clear(&image);
+        end_film(&f);
+    }
+}
+
+static void captions_that_cannot_fit_are_refused(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    film f;
+
+    (void)state;
+    begin_film(&f, 2);
+    memset(f.captions[0].text, 'W', SC_CAPTION_BYTES - 1);
+    memset(f.captions[1].text, 'W', SC_CAPTION_BYTES - 1);
+    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
+    assert_int_equal(h.errors, 2);
+    assert_non_null(strstr(h.text, "job.yaml:8: a caption of 511 bytes does not fit"));
+    strcpy(f.overlays.font, "DejaVu Snas");
+    strcpy(f.overlays.font_where, "job.yaml:3");
+    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
+    assert_non_null(strstr(
+        h.text, "job.yaml:3: there is no font \"DejaVu Snas\" here; did you mean \"DejaVu S"));
+}
+
+static void a_missing_character_is_named_once(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    film f;
+
+    (void)state;
+    begin_film(&f, 2); /* U+F0000 is for private use */
+    strcpy(f.captions[0].text, "a \363\260\200\200 b \363\260\200\200");
+    strcpy(f.captions[1].text, "\363\260\200\200");
+    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+    assert_int_equal(h.warnings, 1);
+    assert_non_null(strstr(h.text, "(U+F0000)"));
+    assert_null(strstr(strstr(h.text, "U+F0000") + 1, "U+F0000"));
+    end_film(&f);
+}
+
+static void characters_that_cannot_be_set_are_known(void **state)
+{
+    (void)state;
+    assert_null(sc_font_refuses('a'));
+    assert_null(sc_font_refuses(0xe9));
+    assert_null(sc_font_refuses(0x301)); /* a combining mark */
+    assert_null(sc_font_refuses(0x5fc3));
+    assert_non_null(sc_font_refuses(7));
+    assert_non_null(sc_font_refuses(0x202e)); /* turns the direction around */
+    assert_non_null(strstr(sc_font_refuses(0x5d0), "right to left"));
+    assert_non_null(strstr(sc_font_refuses(0x627), "right to left"));
+    assert_non_null(strstr(sc_font_refuses(0x915), "letters join"));
+}
+
+static void time_codes_tell_frames_apart(void **state)
+{
+    char text[SC_TIME_CODE_BYTES];
+
+    (void)state;
+    sc_time_code(0, 25, text);
+    assert_string_equal(text, "0:00.00");
+    sc_time_code(25 * 62 + 10, 25, text);
+    assert_string_equal(text, "1:02.40");
+    sc_time_code(14399, 240, text);
+    assert_string_equal(text, "0:59.996");
+    sc_time_code(1799, 30, text); /* 59.9667 */
+    assert_string_equal(text, "0:59.97");
+    sc_time_code(999999, 1, text);
+    assert_string_equal(text, "16666:39.00");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rows_can_be_drawn_by_themselves),
+        cmocka_unit_test(without_overlays_a_picture_stays_as_it_is),
+        cmocka_unit_test(text_can_be_read_on_any_background),
+        cmocka_unit_test(over_transparency_text_is_opaque),
+        cmocka_unit_test(a_scale_bar_is_as_long_as_it_says),
+        cmocka_unit_test(captions_are_shown_in_their_time),
+        cmocka_unit_test(long_captions_fit),
+        cmocka_unit_test(captions_that_cannot_fit_are_refused),
+        cmocka_unit_test(a_missing_character_is_named_once),
+        cmocka_unit_test(characters_that_cannot_be_set_are_known),
+        cmocka_unit_test(time_codes_tell_frames_apart),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
