@@ -6,6 +6,7 @@
 #ifndef SEGCAST_JOB_H
 #define SEGCAST_JOB_H
 
+#include "segcast/annotate.h"
 #include "segcast/farm.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
@@ -93,7 +94,7 @@ typedef struct sc_farm_options {
     bool share; /**< ranks on rank 0's node draw into its memory */
 } sc_farm_options;
 
-/** A job. Plain data but for four arrays, so that it can be sent to other ranks. */
+/** A job. Plain data but for five arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
     bool has_volume_size;       /**< the volume is resampled by nearest label */
@@ -105,6 +106,7 @@ typedef struct sc_job {
     sc_render_options render;
     sc_lighting light;
     sc_animation animation;
+    sc_overlays overlays;
     sc_farm_options farm;
     sc_tissue_rule *rules; /**< [rule_count], owned */
     size_t rule_count;
@@ -115,6 +117,9 @@ typedef struct sc_job {
     size_t verb_count;
     sc_verb_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
     size_t verb_tissue_count;
+    bool has_captions;    /**< a list of captions is given, even if it is empty */
+    sc_caption *captions; /**< [caption_count], owned */
+    size_t caption_count;
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
 } sc_job;

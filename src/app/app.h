@@ -4,6 +4,7 @@
 #define SC_APP_APP_H
 
 #include "options.h"
+#include "segcast/annotate.h"
 #include "segcast/comm.h"
 #include "segcast/resample.h"
 #include "segcast/study.h"
@@ -139,6 +140,8 @@ typedef struct sc_session {
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
     int clip_set_count;
     sc_timeline timeline;
+    sc_lettering
+        *lettering; /* text on pictures, the same on all ranks; NULL: there is none; owned */
     sc_rank_record times;
 } sc_session;
 
@@ -193,6 +196,9 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session);
  * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
  * others get its result. */
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
+/* Fill session->lettering, if the job has overlays, after sc_session_timeline: rank 0 makes it, so
+ * that other ranks need no fonts. @return as sc_annotations_letter. */
+sc_status sc_session_letter(sc_app *app, sc_session *session);
 /* A volume that was read for a job, and how it is to be prepared. */
 typedef struct sc_volume_input {
     sc_volume volume;             /* owned */

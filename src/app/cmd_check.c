@@ -74,6 +74,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(find_corners(app, &session, &corners, &count));
     sc_session_timeline(app, &session, corners, count);
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
+    SC_TRY(sc_session_letter(app, &session));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",

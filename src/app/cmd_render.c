@@ -50,6 +50,7 @@ out:
 /* Hash everything that determines the pictures, except the volume, which has a hash of its own. */
 static sc_status hash_job(const sc_run *run, uint64_t *out)
 {
+    const sc_lettering *letters = run->session.lettering;
     const sc_ctx *ctx = run->app->ctx;
     sc_text text = {0};
     sc_status status;
@@ -57,6 +58,9 @@ static sc_status hash_job(const sc_run *run, uint64_t *out)
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
     SC_TRY(add_tissues(ctx, &run->session, &text));
     SC_TRY(add_fades(ctx, &run->session, &text));
+    if (letters) /* their pixels, which follow from the font */
+        SC_TRY(sc_text_add(ctx, &text, "%llx\n",
+                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);

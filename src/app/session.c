@@ -69,7 +69,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .no_video = app->options.no_video,
                                     .check_inputs = true};
     sc_job *job = &session->job;
-    void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL;
+    void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL, *captions = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
@@ -83,6 +83,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
         exceptions = job->exceptions;
         verbs = job->verbs;
         verb_tissues = job->verb_tissues;
+        captions = job->captions;
     }
     sc_comm_broadcast(app->comm, job, sizeof *job);
     /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
@@ -91,6 +92,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     job->exceptions = exceptions;
     job->verbs = verbs;
     job->verb_tissues = verb_tissues;
+    job->captions = captions;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
     SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
@@ -100,6 +102,8 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     SC_TRY(
         sc_broadcast_array(app, &verb_tissues, job->verb_tissue_count, sizeof *job->verb_tissues));
     job->verb_tissues = verb_tissues;
+    SC_TRY(sc_broadcast_array(app, &captions, job->caption_count, sizeof *job->captions));
+    job->captions = captions;
 out:
     return status;
 }
@@ -410,22 +414,69 @@ static sc_scene scene_of(const sc_session *session, int k)
     return scene;
 }
 
+/* @return all that the overlays follow from. */
+static sc_annotations annotations_of(const sc_session *session)
+{
+    const sc_job *job = &session->job;
+    const int *size_px = job->output.size_px;
+    sc_annotations out = {.overlays = &job->overlays,
+                          .captions = job->captions,
+                          .caption_count = job->caption_count,
+                          .timeline = &session->timeline,
+                          .within = {0, 0, size_px[0], size_px[1]},
+                          .fps = job->output.fps,
+                          .lettering = session->lettering};
+
+    if (job->output.layout == SC_LAYOUT_VIEWS)
+        out.within = sc_views_space(size_px[0], size_px[1]);
+    memcpy(out.background, job->render.background.rgb, sizeof out.background);
+    return out;
+}
+
+sc_status sc_session_letter(sc_app *app, sc_session *session)
+{
+    const sc_annotations annotations = annotations_of(session);
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *lettering = NULL;
+    uint64_t bytes = 0;
+    sc_status status = SC_OK;
+
+    if (!sc_annotations_any(&annotations))
+        return SC_OK;
+    if (first)
+        status = sc_annotations_letter(app->ctx, &annotations, &session->lettering);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    lettering = session->lettering;
+    if (first)
+        bytes = session->lettering->bytes;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    SC_TRY(sc_broadcast_array(app, &lettering, bytes, 1));
+    session->lettering = lettering;
+out:
+    return status;
+}
+
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
+    const sc_annotations annotations = annotations_of(session);
     const sc_scene scene = scene_of(session, k);
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
                       .oriented = session->volume.oriented};
 
-    if (session->job.output.layout == SC_LAYOUT_PICTURE) {
-        sc_render_frame(session->renderer, &scene, rows, image, stats);
-        return SC_OK;
-    }
+    sc_status status;
+
     memcpy(views.background, session->job.render.background.rgb, sizeof views.background);
-    return sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats);
+    if (session->job.output.layout == SC_LAYOUT_PICTURE)
+        sc_render_frame(session->renderer, &scene, rows, image, stats);
+    else
+        SC_TRY(sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats));
+    status = sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
+out:
+    return status;
 }
 
 double sc_session_aspect(const sc_session *session)
@@ -489,6 +540,7 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
     SC_TRY(make_renderers(app, session));
     hull = sc_renderer_hull(session->renderer, &hull_count);
     sc_session_timeline(app, session, hull, hull_count);
+    SC_TRY(sc_session_letter(app, session));
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
@@ -523,6 +575,7 @@ void sc_session_clear(sc_session *session)
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
+    sc_free(session->lettering);
     sc_shared_free(session->shared);
     sc_free(session->labels);
     sc_free(session->stats);

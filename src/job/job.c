@@ -229,6 +229,7 @@ void sc_job_clear(sc_job *job)
     sc_free(job->exceptions);
     sc_free(job->verbs);
     sc_free(job->verb_tissues);
+    sc_free(job->captions);
     *job = (sc_job){0};
 }
 

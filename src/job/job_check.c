@@ -271,6 +271,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));
     (void)sc_goes_on(&status, check_turns(ctx, root, job));
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
+    (void)sc_goes_on(&status, sc_captions_check(ctx, job));
     if (!sc_job_is_phantom(job->volume))
         inputs = resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume);
     if (sc_goes_on(&status, inputs))

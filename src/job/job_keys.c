@@ -268,6 +268,8 @@ const sc_key sc_job_keys[] = {
      .help = "how tissues look: by name, glob or label number; later entries win",
      .keys = sc_tissue_keys, .without = "all as the label table says"},
     {"animation", &sc_type_map, 0, NULL, .help = "what moves", .keys = animation_keys},
+    {"overlays", &sc_type_map, 0, NULL, .help = "what is written onto the pictures",
+     .keys = sc_overlays_keys},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,
      .help = "how ranks share the work; same pictures", .keys = farm_keys,
      .outside_identity = true},

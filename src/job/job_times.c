@@ -171,8 +171,15 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
 
 sc_status sc_times_resolve(const sc_ctx *ctx, const sc_job *job, sc_yaml *root)
 {
-    sc_yaml *animation = sc_yaml_member(root, "animation");
+    static const char *const maps[] = {"animation", "overlays"};
     const clock_of_job clock = clock_of(ctx, root, job);
+    sc_status status = SC_OK;
 
-    return animation ? resolve_below(ctx, &clock, animation) : SC_OK;
+    for (size_t i = 0; i < SC_COUNT_OF(maps); i++) {
+        sc_yaml *map = sc_yaml_member(root, maps[i]);
+
+        if (map && !sc_goes_on(&status, resolve_below(ctx, &clock, map)))
+            break;
+    }
+    return status;
 }

@@ -90,7 +90,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_keys[],
-    sc_verb_keys[], sc_tissue_keys[];
+    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 extern const sc_choice sc_ease_choices[];
@@ -148,9 +148,16 @@ struct sc_job_sources;
 sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, const sc_yaml *root,
                        struct sc_job *job);
 
+/* ---- job_overlays.c ---- */
+
+/* Refuse captions that are shown in no frame, or with another one at the same time and place.
+ * @param job all of it, with its number of frames. @return SC_ERR_DATA, all are logged. */
+sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
+
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, turn parts of the animation (during) that are given in frames,
+/* In the tree @p root of a job, below animation and overlays, turn parts of the animation (during)
+ * that are given in frames,
  * seconds or minutes into shares of the animation. @param job holds the defaults. @return the first
  * mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);

@@ -329,6 +329,8 @@ static const char full[] =
     "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
     "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
     "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
+    "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
+    "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
     "farm: {tile: 16}\n";
 
 static void expect_verbs(const sc_job *job)
@@ -353,6 +355,20 @@ static void expect_verbs(const sc_job *job)
     assert_near(job->verbs[2].to, 0.3, 1e-12);
 }
 
+static void expect_overlays(const sc_job *job)
+{
+    assert_int_equal(job->overlays.time, SC_PLACE_TOP_RIGHT);
+    assert_int_equal(job->overlays.scale_bar, SC_PLACE_NONE);
+    assert_string_equal(job->overlays.font, "DejaVu Sans");
+    assert_int_equal(job->caption_count, 2);
+    assert_string_equal(job->captions[0].text, "The heart");
+    assert_int_equal(job->captions[0].place, SC_PLACE_BOTTOM);
+    assert_string_equal(job->captions[1].text, "a\nb: \"c\"");
+    assert_int_equal(job->captions[1].place, SC_PLACE_TOP_LEFT);
+    assert_near(job->captions[1].begin, 1 / 11.0, 1e-10);
+    assert_near(job->captions[1].end, 5 / 11.0, 1e-10);
+}
+
 static void expect_full(const sc_job *job)
 {
     assert_int_equal(job->output.size_px[1], 480);
@@ -374,6 +390,50 @@ static void expect_full(const sc_job *job)
     assert_int_equal(job->exception_count, 2);
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
     expect_verbs(job);
+    expect_overlays(job);
+}
+
+static void wrong_captions_are_refused(void **state)
+{
+    static const struct {
+        const char *captions, *message;
+    } cases[] = {
+        {"[{txt: a}]", "unknown key \"txt\"; did you mean \"text\"?"},
+        {"[{place: top}]", "the key \"text\" is missing"},
+        {"{text: a}", "caption is a map, expected a text, or a list of captions"},
+        {"[{text: \"\"}]", "text has no value, expected a text that is not empty"},
+        {"[{text: a, place: middle}]", "place"},
+        {"[\"bell \\a\"]", "as its character 6, U+0007, which is a control character"},
+        {"[\"\\u202eabc\"]", "U+202E, which is a control character"},
+        {"[\"\\u05d0\"]", "U+05D0, which is of a script that is written from right to left"},
+        {"[\"1\\n2\\n3\\n4\\n5\\n6\\n7\\n8\\n9\"]", "has 9 lines, expected at most 8"},
+        {"[a, b]", "same time and place as that of job.yaml:2"},
+        {"[{text: a, during: [0%, 50%]}, {text: b, during: [40%, 60%]}]", "same time and place"},
+        {"[{text: a, during: [10.1%, 10.2%]}]", "is shown in no frame"},
+        {"[{text: a, during: [5s, 99s]}]", "99s is behind the end of the animation"},
+    };
+    char text[256];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        snprintf(text, sizeof text, "volume: phantom\noverlays: {caption: %s}\n",
+                 cases[i].captions);
+        refuses(text, cases[i].message);
+    }
+    refuses("volume: phantom\noverlays: {time: middle}\n", "time");
+    refuses("volume: phantom\noverlays: {font: \"\"}\n", "expected the name of a family of fonts");
+}
+
+/* A text that is too long is told by its length, and not shown. */
+static void long_captions_are_refused(void **state)
+{
+    char text[10100] = "volume: phantom\noverlays: {caption: ";
+    const size_t begin = strlen(text);
+
+    (void)state;
+    memset(text + begin, 'a', 10000);
+    strcpy(text + begin + 10000, "}\n");
+    refuses(text, "the text of a caption has 10000 bytes, expected at most 511");
 }
 
 static void wrong_verbs_are_refused(void **state)
@@ -897,6 +957,8 @@ int main(void)
         cmocka_unit_test(parts_of_the_animation_may_be_times),
         cmocka_unit_test(wrong_times_are_refused),
         cmocka_unit_test(wrong_verbs_are_refused),
+        cmocka_unit_test(wrong_captions_are_refused),
+        cmocka_unit_test(long_captions_are_refused),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(every_row_is_complete),
         cmocka_unit_test(nested_keys_are_set_in_every_way),

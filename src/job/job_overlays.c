@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a job wants written onto its pictures. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- the font ---- */
+
+/* char[64] of sc_overlays.font, and its line. @p value is the whole sc_job. */
+static sc_status read_font(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_overlays *overlays = &((sc_job *)value)->overlays;
+
+    if (node->kind != SC_YAML_SCALAR || !node->text[0] ||
+        strlen(node->text) >= sizeof overlays->font)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    strcpy(overlays->font, node->text);
+    if (node->origin) /* not the default */
+        sc_note_where(node, overlays->font_where, sizeof overlays->font_where);
+    return SC_OK;
+}
+
+static sc_status write_font(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_write_quoted(ctx, ((const sc_job *)value)->overlays.font, text);
+}
+
+static json_t *word_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s}", "type", "string");
+}
+
+static const sc_value_type type_font = {
+    .name = "text",
+    .expected = "the name of a family of fonts, such as DejaVu Sans, of at most 63 bytes",
+    .read = read_font,
+    .write = write_font,
+    .schema = word_schema,
+};
+
+/* ---- captions ---- */
+
+/* Log why a character of a caption cannot be drawn. @param at which it is, counted from 1. */
+static sc_status refuse_character(const sc_ctx *ctx, const sc_yaml *node, unsigned code, size_t at,
+                                  const char *why)
+{
+    return sc_yaml_fail(ctx, node,
+                        "the text of a caption has, as its character %zu, U+%04X, which %s", at,
+                        code, why);
+}
+
+/* char[SC_CAPTION_BYTES]: a text whose characters can be drawn, lines separated by \n. */
+static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                   void *value)
+{
+    size_t lines = 1, at = 0, characters = 0;
+
+    if (node->kind != SC_YAML_SCALAR || !node->text[strspn(node->text, " \n")])
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (strlen(node->text) >= SC_CAPTION_BYTES)
+        return sc_yaml_fail(ctx, node, "the text of a caption has %zu bytes, expected at most %d",
+                            strlen(node->text), SC_CAPTION_BYTES - 1);
+    for (size_t bytes; node->text[at]; at += bytes ? bytes : 1) {
+        unsigned code;
+        const char *why;
+
+        bytes = sc_utf8_bytes(node->text + at);
+        code = sc_utf8_code(node->text + at, bytes ? bytes : 1);
+        characters++;
+        lines += code == '\n' && node->text[at + 1];
+        why = bytes ? sc_font_refuses(code) : "is no character of UTF-8";
+        if (why && code != '\n')
+            return refuse_character(ctx, node, code, characters, why);
+    }
+    if (lines > SC_CAPTION_LINES_MAX)
+        return sc_yaml_fail(ctx, node, "the text of a caption has %zu lines, expected at most %d",
+                            lines, SC_CAPTION_LINES_MAX);
+    strcpy(value, node->text);
+    return SC_OK;
+}
+
+static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                    int indent, sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_write_quoted(ctx, value, text);
+}
+
+static const sc_value_type type_caption_text = {
+    .name = "text",
+    .expected = "a text that is not empty",
+    .read = read_caption_text,
+    .write = write_caption_text,
+    .schema = word_schema,
+};
+
+#define PLACES(name)                                                                               \
+    {"top-left", SC_PLACE_TOP_LEFT}, {"top", SC_PLACE_TOP}, {"top-right", SC_PLACE_TOP_RIGHT},     \
+        {"bottom-left", SC_PLACE_BOTTOM_LEFT}, {"bottom", SC_PLACE_BOTTOM},                        \
+        {"bottom-right", SC_PLACE_BOTTOM_RIGHT},                                                   \
+    {                                                                                              \
+        NULL, 0                                                                                    \
+    }
+
+static const sc_choice caption_places[] = {PLACES()};
+static const sc_choice places[] = {{"none", SC_PLACE_NONE}, PLACES()};
+
+const sc_key sc_caption_keys[] = {
+    {"text", &type_caption_text, offsetof(sc_caption, text), NULL,
+     .help = "what is written; \\n in double quotes begins a new line, and lines that are too long "
+             "are broken",
+     .required = true},
+    {"place", &sc_type_choice, offsetof(sc_caption, place), "bottom",
+     .help = "where: in a corner, or in the middle of the upper or lower edge",
+     .choices = caption_places},
+    {"during", &sc_type_span, offsetof(sc_caption, begin), "[0%, 100%]",
+     .help = "part of the animation in which it is shown"},
+    {0}};
+
+/* Read one caption, a map or a text, into the next one of the job, for which there is room. */
+static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *node,
+                              sc_job *job)
+{
+    sc_caption caption = {.place = SC_PLACE_BOTTOM};
+    sc_status status;
+
+    SC_TRY(sc_keys_set_defaults(ctx, keys, &caption));
+    sc_note_where(node, caption.where, sizeof caption.where);
+    if (node->kind == SC_YAML_MAP)
+        status = sc_keys_read(ctx, keys, node, &caption);
+    else
+        status = type_caption_text.read(ctx, &keys[0], node, caption.text);
+    if (status == SC_OK)
+        job->captions[job->caption_count++] = caption;
+out:
+    return status;
+}
+
+/* Read a text, or a list of captions. @p value is the whole sc_job. @return the first mistake; all
+ * are logged. */
+static sc_status read_captions(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const size_t count = is_one ? 1 : node->count;
+    sc_job *job = value;
+    void *block;
+    sc_status status;
+
+    if (node->kind == SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (count > SC_CAPTIONS_MAX)
+        return sc_yaml_fail(ctx, node, "there are %zu captions, expected at most %d", count,
+                            SC_CAPTIONS_MAX);
+    status = sc_zalloc(ctx, count, sizeof *job->captions, &block);
+    if (status != SC_OK)
+        return status;
+    job->captions = block;
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_goes_on(&status, read_caption(ctx, key->keys, is_one ? node : node->items[i], job)))
+            break;
+    }
+    return status;
+}
+
+/* Write the captions of the sc_job @p value, one to a line. */
+static sc_status write_captions(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const sc_job *job = value;
+    sc_status status = sc_text_add(ctx, text, "%s", job->caption_count ? "" : "[]");
+
+    for (size_t i = 0; i < job->caption_count && status == SC_OK; i++) {
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- ", indent + 2, ""));
+        status = sc_keys_write_flow(ctx, key->keys, &job->captions[i], text);
+    }
+out:
+    return status;
+}
+
+static json_t *captions_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:[{s:s}, o]}}]}", "anyOf", "type", "string", "type",
+                     "array", "maxItems", SC_CAPTIONS_MAX, "items", "anyOf", "type", "string",
+                     sc_keys_schema(key->keys));
+}
+
+static const sc_value_type type_captions = {
+    .name = "text or list of captions",
+    .expected = "a text, or a list of captions, such as - {text: The heart, during: [0s, 4s]}",
+    .read = read_captions,
+    .write = write_captions,
+    .schema = captions_schema,
+    .container = SC_CONTAINER_LIST,
+};
+
+/* @return whether the caption is shown in a frame. */
+static bool is_ever_shown(const sc_caption *caption, int frames)
+{
+    const int k = (int)ceil(caption->begin * (frames - 1) - 1e-6);
+
+    return sc_caption_is_shown(caption, k < frames - 1 ? k : frames - 1, frames);
+}
+
+sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < job->caption_count; i++) {
+        const sc_caption *one = &job->captions[i];
+
+        if (!is_ever_shown(one, job->animation.frames))
+            (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
+                                              "%s: this caption is shown in no frame: its time "
+                                              "falls between two of the %d frames; make it longer",
+                                              one->where, job->animation.frames));
+        for (size_t j = 0; j < i; j++) {
+            const sc_caption *other = &job->captions[j];
+
+            if (one->place != other->place ||
+                fmax(one->begin, other->begin) >= fmin(one->end, other->end))
+                continue;
+            (void)sc_goes_on(&status, sc_fail(ctx, SC_ERR_DATA,
+                                              "%s: this caption is shown at the same time and "
+                                              "place as that of %s; expected another place, or "
+                                              "times that do not overlap",
+                                              one->where, other->where));
+            break;
+        }
+    }
+    return status;
+}
+
+/* ---- rows ---- */
+
+#define OVERLAYS(member) offsetof(sc_job, overlays.member)
+
+/* Offsets into sc_job, because captions are an array of it. */
+const sc_key sc_overlays_keys[] = {
+    {"font", &type_font, 0, "DejaVu Sans",
+     .help = "family of the font of all text on pictures, in bold; other fonts stand in for "
+             "characters that it lacks"},
+    {"text_size", &sc_type_real, OVERLAYS(text_percent), "2.8",
+     .help = "size of the font, in percent of the height of the picture; captions are a quarter "
+             "larger",
+     .low = 1, .high = 20, .unit = "percent"},
+    {"caption", &type_captions, 0, NULL, .help = "text that is shown in parts of the animation",
+     .keys = sc_caption_keys, .without = "none", .given = SC_GIVEN(sc_job, has_captions)},
+    {"time", &sc_type_choice, OVERLAYS(time), "none",
+     .help = "where the time code stands: minutes, seconds and hundredths", .choices = places},
+    {"scale_bar", &sc_type_choice, OVERLAYS(scale_bar), "none",
+     .help = "where a bar of a round length stands: exact with projection: orthographic, otherwise "
+             "at the depth of the middle of what is visible",
+     .choices = places},
+    {0}};

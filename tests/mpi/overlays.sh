@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# With overlays, too, each frame has the same hash for any number of ranks, partition, tile size, skip method
+# and kernel; alone it is that of the film. Without fonts on any rank but the first the pictures stay the same,
+# and a run does not go on with another font.
+small_job job.yaml
+overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left
+    --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
+for setting in output.layout=picture output.layout=views render.background=none; do
+    OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null
+    "$SEGCAST" render job.yaml -o "bare-$setting" -q --set output.size=[200,160] --set $setting >/dev/null
+    [ -z "$(comm -12 <(hashes "one-$setting" | sort) <(hashes "bare-$setting" | sort))" ] ||
+        fail "$setting: pictures with overlays are as those without"
+    n=0
+    for ranks in 1 2 3; do
+        for partition in frames tiles; do
+            n=$((n + 1))
+            OMP_NUM_THREADS=$((n % 2 + 1)) mpi $ranks "$SEGCAST" render job.yaml -o "run$n-$setting" -q "${overlays[@]}" \
+                --set $setting --set farm.partition=$partition --set farm.tile=$((8 + 17 * n)) \
+                --set render.skip="$([ $((n % 2)) = 0 ] && echo leap || echo none)" \
+                --cpu "$([ $((n % 2)) = 0 ] && echo c || echo auto)" --set farm.share="$([ $((n % 3)) = 0 ] && echo true || echo false)" >/dev/null
+            [ "$(hashes "one-$setting")" = "$(hashes "run$n-$setting")" ] ||
+                fail "the pictures differ with $ranks ranks, $partition, $setting"
+        done
+    done
+done
+"$SEGCAST" render job.yaml -o alone -q "${overlays[@]}" --frames 3 >/dev/null
+[ "$(hashes alone)" = "$(hashes one-output.layout=picture | sed -n 4p)" ] || fail "a frame alone is not that of the film"
+
+# A rank that finds no fonts.
+mkdir none
+printf '<?xml version="1.0"?><fontconfig><dir>%s/none</dir></fontconfig>\n' "$PWD" >none.conf
+cat >rank.sh <<'SH'
+#!/bin/sh
+[ "${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-0}}" = 0 ] || export FONTCONFIG_FILE=$PWD/none.conf
+exec "$@"
+SH
+chmod +x rank.sh
+mpi 2 ./rank.sh "$SEGCAST" render job.yaml -o fontless -q "${overlays[@]}" --set farm.partition=tiles >/dev/null
+[ "$(hashes fontless)" = "$(hashes one-output.layout=picture)" ] || fail "the pictures differ where a rank has no fonts"
+FONTCONFIG_FILE=$PWD/none.conf expect 71 'fontconfig finds no font' "$SEGCAST" check job.yaml "${overlays[@]}"
+FONTCONFIG_FILE=$PWD/none.conf expect 0 '' "$SEGCAST" check job.yaml
+
+# The same family name, but another font file, in the middle of a film.
+command -v fc-match >/dev/null || exit 0
+overlays+=(--set overlays.font=sans-serif)
+expect 0 '' "$SEGCAST" render job.yaml -o film -q "${overlays[@]}" --frames 0-2
+mkdir other
+cp "$(fc-match -f '%{file}' 'DejaVu Sans Mono:bold')" other
+printf '<?xml version="1.0"?><fontconfig><dir>%s/other</dir></fontconfig>\n' "$PWD" >other.conf
+FONTCONFIG_FILE=$PWD/other.conf expect 73 'another job' "$SEGCAST" render job.yaml -o film --resume -q "${overlays[@]}"
+expect 0 '' "$SEGCAST" render job.yaml -o film --resume -q "${overlays[@]}"
