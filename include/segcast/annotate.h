@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
- *  What is written onto the pictures of a film, its overlays: captions, time code, scale bar. A
- *  process that has fonts turns all their text into pixels, once for the film; what is then drawn
- *  onto a frame follows from these, from the job and from the number of the frame. */
+ *  What is written onto the pictures of a film, its overlays: captions, time code, scale bar,
+ * legend. A process that has fonts turns all their text into pixels, once for the film; what is
+ * then drawn onto a frame follows from these, from the job and from the number of the frame. */
 #ifndef SEGCAST_ANNOTATE_H
 #define SEGCAST_ANNOTATE_H
 
@@ -10,7 +10,7 @@
 #include "segcast/timeline.h"
 
 /** Where something is written onto the picture. What has the same place stands in a stack: time
- * code, scale bar, then the caption, from the edge of the picture inwards. */
+ * code, scale bar, legend, then the caption, from the edge of the picture inwards. */
 typedef enum sc_overlay_place {
     SC_PLACE_NONE, /**< it is not written at all */
     SC_PLACE_TOP_LEFT,
@@ -37,10 +37,10 @@ bool sc_caption_is_shown(const sc_caption *caption, int k, int frames);
 
 /** Which overlays a film has. Members that hold an enum are of type int, as in job.h. */
 typedef struct sc_overlays {
-    char font[64];        /**< family */
-    char font_where[160]; /**< "file:line" for messages; may be empty */
-    double text_percent;  /**< font size in percent of the height of the picture */
-    int time, scale_bar;  /**< sc_overlay_place */
+    char font[64];               /**< family */
+    char font_where[160];        /**< "file:line" for messages; may be empty */
+    double text_percent;         /**< font size in percent of the height of the picture */
+    int time, scale_bar, legend; /**< sc_overlay_place */
 } sc_overlays;
 
 /** All that the overlays of a film follow from. Borrows everything. */
@@ -48,6 +48,8 @@ typedef struct sc_annotations {
     const sc_overlays *overlays;
     const sc_caption *captions; /**< [caption_count] */
     size_t caption_count;
+    const sc_prepared *volume; /**< of which only labels, geometry and statistics are read */
+    const sc_tissue *tissues;  /**< [label_count] */
     const sc_timeline *timeline;
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     int fps;
@@ -59,7 +61,8 @@ typedef struct sc_annotations {
 bool sc_annotations_any(const sc_annotations *annotations);
 /** Turn all text of the overlays into pixels. @param annotations all but lettering.
  *  @return SC_ERR_DATA if the font is not there or a caption does not fit into the picture,
- *  SC_ERR_SYSTEM without any font, SC_ERR_MEMORY. Caller owns *out: sc_free. */
+ *  or if the name of a tissue cannot be written; SC_ERR_SYSTEM without any font, SC_ERR_MEMORY.
+ * Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotations,
                                             sc_lettering **out);
 /** Draw the overlays of frame @p k over its picture. @param scene of that frame. @param rows as of

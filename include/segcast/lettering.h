@@ -32,6 +32,7 @@ const char *sc_font_refuses(unsigned code);
 /** A line of text that is to become pixels. */
 typedef struct sc_text_line {
     int kind, number; /**< the caller's own, by which the line is found again */
+    int32_t data;     /**< the caller's own */
     const char *text; /**< [bytes] of UTF-8, borrowed */
     size_t bytes;
     double size_px; /**< font size */
@@ -39,13 +40,12 @@ typedef struct sc_text_line {
 
 /** One line of text as pixels. */
 typedef struct sc_word {
-    int32_t kind, number;         /**< as of sc_text_line */
+    int32_t kind, number, data;   /**< as of sc_text_line */
     int32_t left_px, top_px;      /**< upper left corner of its pixels, from where the text begins
                                        on its base line; y down */
     int32_t width_px, height_px;  /**< of its pixels */
     int32_t advance_px;           /**< from where the text begins to where one behind it does */
     int32_t capitals_px, line_px; /**< height of capital letters; distance of two base lines */
-    int32_t unused;
     uint64_t at; /**< where its pixels begin in the lettering: [2][height_px][width_px], how much of
                       each pixel the halo covers, and then the letters, 0 to 255 */
 } sc_word;

@@ -8,9 +8,13 @@
 
 /* Kinds of words in the lettering, and what their number is. */
 enum {
-    SC_WORD_GLYPH,  /* one character, of which changing text is composed: its code */
-    SC_WORD_CAPTION /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
+    SC_WORD_GLYPH,   /* one character, of which changing text is composed: its code */
+    SC_WORD_CAPTION, /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
+    SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
+    SC_WORD_MORE     /* the last row of a legend that has no room for all tissues: 0 */
 };
+/* The most rows of a legend. */
+enum { SC_LEGEND_ROWS_MAX = 60 };
 
 /* ---- layout.c ---- */
 
@@ -48,13 +52,32 @@ void sc_draw_scale_bar(sc_drawing *d, const sc_scene *scene);
 typedef struct sc_line_list {
     sc_text_line *lines; /* [count], owned */
     size_t count, room;
+    char **texts; /* [text_count], owned: those that were made for the list */
+    size_t text_count;
 } sc_line_list;
 /* Append a line. @return SC_ERR_MEMORY. */
 sc_status sc_add_line(const sc_ctx *ctx, sc_line_list *list, const sc_text_line *line);
+/* Copy a text that a line is to borrow. @param out the copy; the list owns it. */
+sc_status sc_keep_text(const sc_ctx *ctx, sc_line_list *list, const char *text, const char **out);
+/* Free what a list owns. */
+void sc_lines_clear(sc_line_list *list);
 /* Append the lines of all captions, broken so that they fit. @return SC_ERR_DATA if one does not.
  */
 sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
                           sc_line_list *list);
+/* @return whether a tissue can be seen in the film at all. */
+bool sc_is_in_film(const sc_annotations *a, int id);
+/* @return how much of a tissue is shown in a frame, 0 to 255, by its verbs and the clip planes. */
+int sc_shown_alpha(const sc_annotations *a, const sc_scene *scene, int id);
+/* Find the name of a tissue, its words separated by blanks, or "label 5". @return SC_ERR_DATA if it
+ * cannot be written. */
+sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, sc_line_list *list,
+                     const char **out);
+/* Append the rows of the legend. @return as sc_name_of. */
+sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                        sc_line_list *list);
+/* Draw the legend of a frame, if there is one. */
+void sc_draw_legend(sc_drawing *d, const sc_scene *scene);
 /* Draw the captions of frame @p k. */
 void sc_draw_captions(sc_drawing *d, int k);
 

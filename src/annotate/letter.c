@@ -30,10 +30,12 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
     sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
     if (o->time || o->scale_bar)
         SC_TRY(add_glyphs(ctx, annotations, &list));
+    if (o->legend)
+        SC_TRY(sc_add_legend(ctx, annotations, font, &list));
     SC_TRY(sc_add_captions(ctx, annotations, font, &list));
     status = sc_lettering_make(ctx, font, list.lines, list.count, out);
 out:
-    sc_free(list.lines);
+    sc_lines_clear(&list);
     sc_font_close(font);
     return status;
 }

@@ -23,3 +23,30 @@ sc_status sc_add_line(const sc_ctx *ctx, sc_line_list *list, const sc_text_line 
     list->lines[list->count++] = *line;
     return SC_OK;
 }
+
+sc_status sc_keep_text(const sc_ctx *ctx, sc_line_list *list, const char *text, const char **out)
+{
+    void *grown;
+    char *copy;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, list->text_count + 1, sizeof *list->texts, &grown));
+    if (list->text_count)
+        memcpy(grown, list->texts, list->text_count * sizeof *list->texts);
+    sc_free(list->texts);
+    list->texts = grown;
+    SC_TRY(sc_text_copy(ctx, text, &copy));
+    list->texts[list->text_count++] = copy;
+    *out = copy;
+out:
+    return status;
+}
+
+void sc_lines_clear(sc_line_list *list)
+{
+    for (size_t i = 0; i < list->text_count; i++)
+        sc_free(list->texts[i]);
+    sc_free(list->texts);
+    sc_free(list->lines);
+    *list = (sc_line_list){0};
+}

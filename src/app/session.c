@@ -422,6 +422,8 @@ static sc_annotations annotations_of(const sc_session *session)
     sc_annotations out = {.overlays = &job->overlays,
                           .captions = job->captions,
                           .caption_count = job->caption_count,
+                          .volume = &session->volume,
+                          .tissues = session->tissues,
                           .timeline = &session->timeline,
                           .within = {0, 0, size_px[0], size_px[1]},
                           .fps = job->output.fps,

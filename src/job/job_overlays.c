@@ -259,4 +259,7 @@ const sc_key sc_overlays_keys[] = {
      .help = "where a bar of a round length stands: exact with projection: orthographic, otherwise "
              "at the depth of the middle of what is visible",
      .choices = places},
+    {"legend", &sc_type_choice, OVERLAYS(legend), "none",
+     .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
+     .choices = places},
     {0}};

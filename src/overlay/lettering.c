@@ -34,6 +34,7 @@ static void outline_line(sc_font *font, const sc_text_line *line, cairo_t *cairo
     out->word =
         (sc_word){.kind = line->kind,
                   .number = line->number,
+                  .data = line->data,
                   .left_px = (int32_t)floor(left - halo) - 1,
                   .top_px = (int32_t)floor(top - halo) - 1,
                   .width_px = (int32_t)(ceil(right + halo) - floor(left - halo)) + 2,

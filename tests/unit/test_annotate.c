@@ -3,14 +3,21 @@
  * be read on any background, and that it says what is so. */
 #include "check.h"
 
-#include "segcast/annotate.h"
+#include "internal.h"
 
 #include <math.h>
 
 enum { WIDTH = 640, HEIGHT = 360, FRAMES = 11 };
 
+enum { LABELS = 40 };
+
 /* A film with overlays. */
 typedef struct film {
+    sc_label labels[LABELS];
+    sc_label_stats stats[LABELS];
+    sc_tissue tissues[LABELS];
+    sc_prepared volume;
+    float fades[LABELS];
     sc_overlays overlays;
     sc_caption captions[3];
     sc_timeline timeline;
@@ -40,6 +47,25 @@ static void begin_film(film *f, size_t captions)
                                       .within = {0, 0, WIDTH, HEIGHT},
                                       .fps = 25,
                                       .background = {255, 255, 255}};
+}
+
+/* Give a film @p count tissues, boxes of 10 mm that lie 20 mm from each other along y. */
+static void add_tissues(film *f, int count)
+{
+    f->volume = (sc_prepared){
+        .label_count = count + 1, .labels = f->labels, .stats = f->stats, .oriented = true};
+    f->volume.to_ras_mm = (sc_affine){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    for (int id = 1; id <= count; id++) {
+        f->labels[id].value = 2 * id;
+        snprintf(f->labels[id].name, sizeof f->labels[id].name, "tissue_%d", id);
+        f->tissues[id] = (sc_tissue){.visible = true, .opacity = 0.5, .rgb_linear = {1, 0, 0}};
+        f->fades[id] = 1;
+        f->stats[id] = (sc_label_stats){
+            .voxels = (uint64_t)(1000 + id), .low = {0, 20 * id, 0}, .high = {9, 20 * id + 9, 9}};
+    }
+    f->scene.fades = f->fades;
+    f->annotations.volume = &f->volume;
+    f->annotations.tissues = f->tissues;
 }
 
 static void letter(film *f)
@@ -103,6 +129,8 @@ static int ink(const sc_image *image, int box[4])
 static void begin_full_film(film *f)
 {
     begin_film(f, 2);
+    add_tissues(f, 5);
+    f->overlays.legend = SC_PLACE_BOTTOM_RIGHT;
     strcpy(f->captions[0].text, "A caption of two\nlines, with \303\244 and a\314\201");
     strcpy(f->captions[1].text, "Another one");
     f->captions[1].place = SC_PLACE_TOP_LEFT;
@@ -280,6 +308,106 @@ static void long_captions_fit(void **state)
     }
 }
 
+/* The red pixels of squares in row @p row of a legend in the upper left corner: how many, and the
+ * least value of green among them. */
+static int square(const sc_image *image, const film *f, int row, int *green)
+{
+    const sc_word *word = sc_lettering_find(f->lettering, SC_WORD_LEGEND, 1); /* the first row */
+    const int margin = (int)(0.8 * 0.04 * HEIGHT + 0.5);
+    int count = 0;
+
+    assert_non_null(word);
+    *green = 255;
+    for (int y = margin + row * word->line_px; y < margin + row * word->line_px + word->capitals_px;
+         y++) {
+        for (int x = margin; x < margin + word->capitals_px; x++) {
+            const uint8_t *p = pixel(image, x, y);
+
+            count += p[0] > 250 && p[1] < 250;
+            *green = p[1] < *green ? p[1] : *green;
+        }
+    }
+    return count;
+}
+
+static void a_legend_shows_what_is_seen_now(void **state)
+{
+    sc_image image;
+    film f;
+    int green;
+
+    (void)state;
+    begin_film(&f, 0);
+    add_tissues(&f, 5);
+    f.overlays.legend = SC_PLACE_TOP_LEFT;
+    f.tissues[3].visible = false; /* it has no row */
+    letter(&f);
+    assert_null(sc_lettering_find(f.lettering, SC_WORD_LEGEND, 3));
+    image = draw(&f, 0, false, 255);
+    for (int row = 0; row < 4; row++) {
+        assert_true(square(&image, &f, row, &green) > 50);
+        assert_int_equal(green, 0);
+    }
+    sc_image_clear(&image);
+    /* Tissue 2 has faded to a half, tissue 5, in the fourth row, is cut away; no row moves. */
+    f.fades[2] = 0.5f;
+    f.scene.planes[0] = (sc_plane){{0, -1, 0}, 99}; /* keeps y up to 99 */
+    f.scene.plane_count = 1;
+    f.scene.clip_set_count = 1;
+    f.scene.clip_sets[0] = 1;
+    image = draw(&f, 0, false, 255);
+    assert_true(square(&image, &f, 0, &green) > 50 && green == 0);
+    assert_true(square(&image, &f, 1, &green) > 50 && green > 100 && green < 140);
+    assert_true(square(&image, &f, 2, &green) > 50 && green == 0);
+    assert_true(square(&image, &f, 3, &green) == 0);
+    sc_image_clear(&image);
+    end_film(&f);
+}
+
+/* A legend for which there is no room shows the largest tissues, and how many there are beside. */
+static void a_long_legend_names_the_largest(void **state)
+{
+    sc_image image;
+    film f;
+    int box[4], rows = 0;
+
+    (void)state;
+    begin_film(&f, 0);
+    add_tissues(&f, LABELS - 1);
+    f.overlays.legend = SC_PLACE_BOTTOM_RIGHT;
+    memset(f.labels[39].name, 'W', SC_NAME_BYTES - 1);
+    letter(&f);
+    for (int id = 1; id < LABELS; id++) {
+        const bool has_row = sc_lettering_find(f.lettering, SC_WORD_LEGEND, id) != NULL;
+
+        assert_true(!rows || has_row); /* voxels rise with the id */
+        rows += has_row;
+    }
+    assert_true(rows > 10 && rows < LABELS - 1);
+    assert_non_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 0));
+    image = draw(&f, 0, false, 255);
+    assert_true(ink(&image, box) > 0);
+    assert_true(box[0] > WIDTH / 2 && box[2] < WIDTH && box[1] > HEIGHT / 5 && box[3] < HEIGHT);
+    sc_image_clear(&image);
+    end_film(&f);
+}
+
+static void names_that_cannot_be_written_are_refused(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    film f;
+
+    (void)state;
+    begin_film(&f, 0);
+    add_tissues(&f, 2);
+    f.overlays.legend = SC_PLACE_TOP;
+    strcpy(f.labels[2].name, "\327\220");
+    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
+    assert_int_equal(h.errors, 1);
+    assert_non_null(strstr(h.text, "(label 4) cannot be written onto pictures: U+05D0"));
+}
+
 static void captions_that_cannot_fit_are_refused(void **state)
 {
     heard h;
@@ -358,6 +486,9 @@ int main(void)
         cmocka_unit_test(a_scale_bar_is_as_long_as_it_says),
         cmocka_unit_test(captions_are_shown_in_their_time),
         cmocka_unit_test(long_captions_fit),
+        cmocka_unit_test(a_legend_shows_what_is_seen_now),
+        cmocka_unit_test(a_long_legend_names_the_largest),
+        cmocka_unit_test(names_that_cannot_be_written_are_refused),
         cmocka_unit_test(captions_that_cannot_fit_are_refused),
         cmocka_unit_test(a_missing_character_is_named_once),
         cmocka_unit_test(characters_that_cannot_be_set_are_known),
