@@ -10,7 +10,8 @@
 #include "segcast/timeline.h"
 
 /** Where something is written onto the picture. What has the same place stands in a stack: time
- * code, scale bar, legend, then the caption, from the edge of the picture inwards. */
+ * code, scale bar, orientation cube, legend, then the caption, from the edge of the picture
+ * inwards. */
 typedef enum sc_overlay_place {
     SC_PLACE_NONE, /**< it is not written at all */
     SC_PLACE_TOP_LEFT,
@@ -37,10 +38,10 @@ bool sc_caption_is_shown(const sc_caption *caption, int k, int frames);
 
 /** Which overlays a film has. Members that hold an enum are of type int, as in job.h. */
 typedef struct sc_overlays {
-    char font[64];               /**< family */
-    char font_where[160];        /**< "file:line" for messages; may be empty */
-    double text_percent;         /**< font size in percent of the height of the picture */
-    int time, scale_bar, legend; /**< sc_overlay_place */
+    char font[64];        /**< family */
+    char font_where[160]; /**< "file:line" for messages; may be empty */
+    double text_percent;  /**< font size in percent of the height of the picture */
+    int time, scale_bar, orientation, legend; /**< sc_overlay_place */
 } sc_overlays;
 
 /** All that the overlays of a film follow from. Borrows everything. */

@@ -6,7 +6,7 @@ bool sc_annotations_any(const sc_annotations *annotations)
 {
     const sc_overlays *o = annotations->overlays;
 
-    return annotations->caption_count || o->time || o->scale_bar || o->legend;
+    return annotations->caption_count || o->time || o->scale_bar || o->orientation || o->legend;
 }
 
 /* Draw the time at which frame @p k is shown. */
@@ -28,14 +28,15 @@ sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotatio
                               const sc_scene *scene, sc_image *image, const sc_rows *rows)
 {
     sc_drawing d;
+    sc_status status;
 
-    (void)ctx;
     if (!annotations->lettering)
         return SC_OK;
     d = sc_drawing_begin(annotations, image, rows);
     draw_time(&d, k);
     sc_draw_scale_bar(&d, scene);
+    status = sc_draw_orientation(ctx, &d, scene);
     sc_draw_legend(&d, scene);
     sc_draw_captions(&d, k);
-    return SC_OK;
+    return status;
 }

@@ -23,7 +23,8 @@ bool sc_caption_is_shown(const sc_caption *caption, int k, int frames)
 static bool has_neighbours(const sc_annotations *a, int place)
 {
     const int left = place <= SC_PLACE_TOP_RIGHT ? SC_PLACE_TOP_LEFT : SC_PLACE_BOTTOM_LEFT;
-    const int places[] = {a->overlays->time, a->overlays->scale_bar, a->overlays->legend};
+    const sc_overlays *o = a->overlays;
+    const int places[] = {o->time, o->scale_bar, o->orientation, o->legend};
 
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
         if (places[i] == left || places[i] == left + 2)

@@ -11,7 +11,8 @@ enum {
     SC_WORD_GLYPH,   /* one character, of which changing text is composed: its code */
     SC_WORD_CAPTION, /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
     SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
-    SC_WORD_MORE     /* the last row of a legend that has no room for all tissues: 0 */
+    SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
+    SC_WORD_ORIENTATION /* a letter of the orientation cube: its code */
 };
 /* The most rows of a legend. */
 enum { SC_LEGEND_ROWS_MAX = 60 };
@@ -78,6 +79,10 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
                         sc_line_list *list);
 /* Draw the legend of a frame, if there is one. */
 void sc_draw_legend(sc_drawing *d, const sc_scene *scene);
+/* Append the letters of the orientation cube; a volume without orientation gets a warning. */
+sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list);
+/* Draw the orientation cube of a frame, if there is one. @return SC_ERR_MEMORY. */
+sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene);
 /* Draw the captions of frame @p k. */
 void sc_draw_captions(sc_drawing *d, int k);
 

@@ -259,6 +259,10 @@ const sc_key sc_overlays_keys[] = {
      .help = "where a bar of a round length stands: exact with projection: orthographic, otherwise "
              "at the depth of the middle of what is visible",
      .choices = places},
+    {"orientation", &sc_type_choice, OVERLAYS(orientation), "none",
+     .help = "where a cube stands that is turned as the patient is, with letters for right, left, "
+             "anterior, posterior, superior and inferior",
+     .choices = places},
     {"legend", &sc_type_choice, OVERLAYS(legend), "none",
      .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
      .choices = places},

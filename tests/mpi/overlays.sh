@@ -3,7 +3,7 @@
 # and kernel; alone it is that of the film. Without fonts on any rank but the first the pictures stay the same,
 # and a run does not go on with another font.
 small_job job.yaml
-overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.legend=top-left
+overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.legend=top-left --set overlays.orientation=bottom-right
     --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
 for setting in output.layout=picture output.layout=views render.background=none; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null

@@ -5,8 +5,6 @@
 
 #include "internal.h"
 
-#include <math.h>
-
 enum { WIDTH = 640, HEIGHT = 360, FRAMES = 11 };
 
 enum { LABELS = 40 };
@@ -68,7 +66,7 @@ static void add_tissues(film *f, int count)
     f->annotations.tissues = f->tissues;
 }
 
-static void letter(film *f)
+static void letter_film(film *f)
 {
     assert_ok(sc_annotations_letter(&quiet, &f->annotations, &f->lettering));
     f->annotations.lettering = f->lettering;
@@ -136,7 +134,8 @@ static void begin_full_film(film *f)
     f->captions[1].place = SC_PLACE_TOP_LEFT;
     f->overlays.time = SC_PLACE_TOP_RIGHT;
     f->overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
-    letter(f);
+    f->overlays.orientation = SC_PLACE_TOP_RIGHT;
+    letter_film(f);
 }
 
 static void rows_can_be_drawn_by_themselves(void **state)
@@ -242,7 +241,7 @@ static void a_scale_bar_is_as_long_as_it_says(void **state)
     (void)state;
     begin_film(&f, 0);
     f.overlays.scale_bar = SC_PLACE_BOTTOM_LEFT;
-    letter(&f);
+    letter_film(&f);
     /* 180 mm on 360 pixels: a fifth of 640 pixels is 64 mm, so the bar is 50 mm: 100 pixels. */
     image = draw(&f, 0, false, 255);
     assert_int_equal(longest_row(&image), 100);
@@ -273,7 +272,7 @@ static void captions_are_shown_in_their_time(void **state)
     f.captions[0].begin = 0.3;
     f.captions[0].end = 0.6;
     f.captions[1].begin = 1;
-    letter(&f);
+    letter_film(&f);
     for (int k = 0; k < FRAMES; k++) {
         sc_image image = draw(&f, k, false, 255);
         int box[4];
@@ -297,7 +296,7 @@ static void long_captions_fit(void **state)
         begin_film(&f, 1);
         for (size_t i = 0; i < (kind == 2 ? 240 : 120); i++)
             f.captions[0].text[i] = kind == 1 && i % 6 == 5 ? ' ' : 'W';
-        letter(&f);
+        letter_film(&f);
         image = draw(&f, 0, false, 255);
         assert_true(ink(&image, box) > 0);
         assert_true(box[0] > 4 && box[2] < WIDTH - 4);
@@ -341,7 +340,7 @@ static void a_legend_shows_what_is_seen_now(void **state)
     add_tissues(&f, 5);
     f.overlays.legend = SC_PLACE_TOP_LEFT;
     f.tissues[3].visible = false; /* it has no row */
-    letter(&f);
+    letter_film(&f);
     assert_null(sc_lettering_find(f.lettering, SC_WORD_LEGEND, 3));
     image = draw(&f, 0, false, 255);
     for (int row = 0; row < 4; row++) {
@@ -376,7 +375,7 @@ static void a_long_legend_names_the_largest(void **state)
     add_tissues(&f, LABELS - 1);
     f.overlays.legend = SC_PLACE_BOTTOM_RIGHT;
     memset(f.labels[39].name, 'W', SC_NAME_BYTES - 1);
-    letter(&f);
+    letter_film(&f);
     for (int id = 1; id < LABELS; id++) {
         const bool has_row = sc_lettering_find(f.lettering, SC_WORD_LEGEND, id) != NULL;
 
@@ -406,6 +405,82 @@ static void names_that_cannot_be_written_are_refused(void **state)
     assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
     assert_int_equal(h.errors, 1);
     assert_non_null(strstr(h.text, "(label 4) cannot be written onto pictures: U+05D0"));
+}
+
+/* Remove the letter from the lettering of a film. */
+static void blank_letter(film *f, char letter)
+{
+    const sc_word *word = sc_lettering_find(f->lettering, SC_WORD_ORIENTATION, letter);
+
+    assert_non_null(word);
+    memset((uint8_t *)f->lettering + word->at, 0,
+           2 * (size_t)word->width_px * (size_t)word->height_px);
+}
+
+/* @return whether the letter is drawn in a picture seen from @p from, up the direction @p up. */
+static bool shows_letter(char letter, sc_vec3 from, sc_vec3 up)
+{
+    sc_image with, without;
+    uint64_t hashes[2];
+    film f;
+
+    begin_film(&f, 0);
+    add_tissues(&f, 1);
+    f.overlays.orientation = SC_PLACE_BOTTOM_RIGHT;
+    f.scene.camera =
+        sc_camera_look(sc_vec3_scale(from, 400), (sc_vec3){0, 0, 0}, up, SC_ORTHOGRAPHIC, 90);
+    letter_film(&f);
+    with = draw(&f, 0, false, 255);
+    blank_letter(&f, letter);
+    without = draw(&f, 0, false, 255);
+    hashes[0] = sc_image_hash(&with);
+    hashes[1] = sc_image_hash(&without);
+    sc_image_clear(&with);
+    sc_image_clear(&without);
+    end_film(&f);
+    return hashes[0] != hashes[1];
+}
+
+/* Seen from a side of the patient, the cube shows the letter of this side and no other. */
+static void the_cube_shows_the_side_that_is_seen(void **state)
+{
+    static const char letters[] = "RLAPSI";
+    static const sc_vec3 sides[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                    {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+
+    (void)state;
+    for (int side = 0; side < 6; side++) {
+        const sc_vec3 up = side < 4 ? (sc_vec3){0, 0, 1} : (sc_vec3){0, 1, 0};
+
+        for (int i = 0; i < 6; i++)
+            assert_int_equal(shows_letter(letters[i], sides[side], up), i == side);
+    }
+    assert_true(shows_letter('R', sc_vec3_unit((sc_vec3){1, 1, 1}), (sc_vec3){0, 0, 1}));
+    assert_true(shows_letter('A', sc_vec3_unit((sc_vec3){1, 1, 1}), (sc_vec3){0, 0, 1}));
+    assert_true(shows_letter('S', sc_vec3_unit((sc_vec3){1, 1, 1}), (sc_vec3){0, 0, 1}));
+    assert_false(shows_letter('L', sc_vec3_unit((sc_vec3){1, 1, 1}), (sc_vec3){0, 0, 1}));
+}
+
+static void without_orientation_there_is_no_cube(void **state)
+{
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_image image;
+    film f;
+    int box[4];
+
+    (void)state;
+    begin_film(&f, 0);
+    add_tissues(&f, 1);
+    f.volume.oriented = false;
+    f.overlays.orientation = SC_PLACE_BOTTOM_RIGHT;
+    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+    assert_int_equal(h.warnings, 1);
+    f.annotations.lettering = f.lettering;
+    image = draw(&f, 0, false, 255);
+    assert_int_equal(ink(&image, box), 0);
+    sc_image_clear(&image);
+    end_film(&f);
 }
 
 static void captions_that_cannot_fit_are_refused(void **state)
@@ -489,6 +564,8 @@ int main(void)
         cmocka_unit_test(a_legend_shows_what_is_seen_now),
         cmocka_unit_test(a_long_legend_names_the_largest),
         cmocka_unit_test(names_that_cannot_be_written_are_refused),
+        cmocka_unit_test(the_cube_shows_the_side_that_is_seen),
+        cmocka_unit_test(without_orientation_there_is_no_cube),
         cmocka_unit_test(captions_that_cannot_fit_are_refused),
         cmocka_unit_test(a_missing_character_is_named_once),
         cmocka_unit_test(characters_that_cannot_be_set_are_known),
