@@ -32,15 +32,20 @@ static inline uint8_t *sc_blend_pixel(const sc_image *image, int x, int y)
 /* Blend the colour @p rgb of opacity @p over, 0 to 255, over a pixel with alpha or without. */
 static inline void sc_blend(const uint8_t rgb[3], unsigned over, bool has_alpha, uint8_t *to)
 {
-    const unsigned below = has_alpha ? to[3] : 255, left = 255 - over;
-    const unsigned alpha = 255 * over + below * left; /* of both, times 255 */
+    const unsigned left = 255 - over;
+    unsigned alpha; /* of both, times 255 */
 
     if (!over)
         return;
+    if (!has_alpha) {
+        for (int c = 0; c < 3; c++)
+            to[c] = (uint8_t)((over * rgb[c] + to[c] * left + 127) / 255);
+        return;
+    }
+    alpha = 255 * over + to[3] * left;
     for (int c = 0; c < 3; c++)
-        to[c] = (uint8_t)((255 * over * rgb[c] + to[c] * below * left + alpha / 2) / alpha);
-    if (has_alpha)
-        to[3] = (uint8_t)((alpha + 127) / 255);
+        to[c] = (uint8_t)((255 * over * rgb[c] + to[c] * to[3] * left + alpha / 2) / alpha);
+    to[3] = (uint8_t)((alpha + 127) / 255);
 }
 
 #endif
