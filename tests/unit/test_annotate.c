@@ -173,15 +173,21 @@ static void without_overlays_a_picture_stays_as_it_is(void **state)
     sc_image_clear(&untouched);
 }
 
-/* Every overlay holds both dark and light pixels, whatever lies behind it. */
+/* Text holds both dark and light pixels, whatever lies behind it, and so does a scale bar. */
 static void text_can_be_read_on_any_background(void **state)
 {
     film f;
 
     (void)state;
-    begin_full_film(&f);
-    for (int dark = 0; dark < 2; dark++) {
+    for (int kind = 0; kind < 4; kind++) {
+        const bool dark = kind & 1, is_bar = kind & 2;
+
+        begin_film(&f, 1);
+        strcpy(f.captions[0].text, "A caption");
+        f.overlays.scale_bar = is_bar ? SC_PLACE_TOP_LEFT : SC_PLACE_NONE;
+        f.annotations.caption_count = !is_bar;
         memset(f.annotations.background, dark ? 0 : 255, 3);
+        letter_film(&f);
         for (int level = 0; level < 256; level += 51) {
             sc_image image = draw(&f, 3, false, level);
             int darkest = 255, lightest = 0;
@@ -193,8 +199,8 @@ static void text_can_be_read_on_any_background(void **state)
             assert_true(lightest - darkest > 150);
             sc_image_clear(&image);
         }
+        end_film(&f);
     }
-    end_film(&f);
 }
 
 static void over_transparency_text_is_opaque(void **state)
