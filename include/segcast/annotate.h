@@ -9,8 +9,8 @@
 #include "segcast/lettering.h"
 #include "segcast/timeline.h"
 
-/** Where something is written onto the picture. What has the same place stands in a stack: time
- * code, scale bar, orientation cube, legend, then the caption, from the edge of the picture
+/** Where something is written onto the picture. What has the same place stands in a stack: logo,
+ * time code, scale bar, orientation cube, legend, then the caption, from the edge of the picture
  * inwards. */
 typedef enum sc_overlay_place {
     SC_PLACE_NONE, /**< it is not written at all */
@@ -41,7 +41,9 @@ typedef struct sc_overlays {
     char font[64];        /**< family */
     char font_where[160]; /**< "file:line" for messages; may be empty */
     double text_percent;  /**< font size in percent of the height of the picture */
-    int time, scale_bar, orientation, legend; /**< sc_overlay_place */
+    int time, scale_bar, orientation, legend, logo_place; /**< sc_overlay_place */
+    char logo[4096];                                      /**< path of a PNG file; empty: none */
+    double logo_percent; /**< its height in percent of that of the picture */
 } sc_overlays;
 
 /** All that the overlays of a film follow from. Borrows everything. */
@@ -55,6 +57,7 @@ typedef struct sc_annotations {
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     int fps;
     uint8_t background[3];         /**< sRGB, by which the colour of text is chosen */
+    sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */
 } sc_annotations;
 
@@ -66,6 +69,11 @@ bool sc_annotations_any(const sc_annotations *annotations);
  * Caller owns *out: sc_free. */
 SC_MUST_USE sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotations,
                                             sc_lettering **out);
+/** Read the logo, which there is, and scale it to its size in the picture; it is not enlarged.
+ * @param annotations all but logo and lettering. @param out with alpha. @return as
+ *  sc_image_load_png_alpha. Caller owns: sc_image_clear. */
+SC_MUST_USE sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotations,
+                                          sc_image *out);
 /** Draw the overlays of frame @p k over its picture. @param scene of that frame. @param rows as of
  *  sc_overlay_begin_within. Any thread. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotations,

@@ -28,6 +28,9 @@ SC_MUST_USE sc_status sc_overlay_begin_within(const sc_ctx *ctx, sc_image *image
  * at once. @param alpha opacity in [0, 255]. @param rows as of sc_overlay_begin_within. */
 void sc_overlay_fill(sc_image *image, const sc_viewport *rectangle, const uint8_t rgb[3], int alpha,
                      const sc_rows *rows);
+/** Draw the picture @p from, which has alpha, over @p image at once. @param x and @p y where its
+ * upper left corner lies. @param rows as of sc_overlay_begin_within. */
+void sc_overlay_image(sc_image *image, const sc_image *from, int x, int y, const sc_rows *rows);
 /** Fill the polygon with the @p count corners @p corners, each x and y, and draw its outline.
  * @param alpha opacity of the inside, in [0, 1]; the outline is opaque. */
 void sc_overlay_polygon(sc_overlay *overlay, const double (*corners)[2], int count,

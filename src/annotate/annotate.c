@@ -6,7 +6,8 @@ bool sc_annotations_any(const sc_annotations *annotations)
 {
     const sc_overlays *o = annotations->overlays;
 
-    return annotations->caption_count || o->time || o->scale_bar || o->orientation || o->legend;
+    return o->logo[0] || annotations->caption_count || o->time || o->scale_bar || o->orientation ||
+           o->legend;
 }
 
 /* Draw the time at which frame @p k is shown. */
@@ -33,6 +34,7 @@ sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotatio
     if (!annotations->lettering)
         return SC_OK;
     d = sc_drawing_begin(annotations, image, rows);
+    sc_draw_logo(&d);
     draw_time(&d, k);
     sc_draw_scale_bar(&d, scene);
     status = sc_draw_orientation(ctx, &d, scene);

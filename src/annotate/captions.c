@@ -24,7 +24,8 @@ static bool has_neighbours(const sc_annotations *a, int place)
 {
     const int left = place <= SC_PLACE_TOP_RIGHT ? SC_PLACE_TOP_LEFT : SC_PLACE_BOTTOM_LEFT;
     const sc_overlays *o = a->overlays;
-    const int places[] = {o->time, o->scale_bar, o->orientation, o->legend};
+    const int places[] = {o->time, o->scale_bar, o->orientation, o->legend,
+                          o->logo[0] ? o->logo_place : SC_PLACE_NONE};
 
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
         if (places[i] == left || places[i] == left + 2)
@@ -83,36 +84,43 @@ static int break_lines(const sc_caption *caption, sc_font *font, double size_px,
     return count;
 }
 
+/* Append lines of the caption @p index. */
+static sc_status add_lines(const sc_ctx *ctx, int index, sc_text_line *lines, int count,
+                           sc_line_list *list)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < count && status == SC_OK; i++) {
+        lines[i].number = index * SC_CAPTION_LINES_MAX + i;
+        status = sc_add_line(ctx, list, &lines[i]);
+    }
+    return status;
+}
+
 /* Append the lines of a caption, in the largest font size in which it fits. */
 static sc_status add_caption(const sc_ctx *ctx, const sc_annotations *a, int index, sc_font *font,
                              sc_line_list *list)
 {
     const sc_caption *caption = &a->captions[index];
     const double full_px = SIZE * sc_text_px(a), least_px = SMALLEST * full_px;
+    double size_px = full_px;
     const double width = width_at(a, caption->place);
     sc_text_line lines[SC_CAPTION_LINES_MAX];
-    sc_status status = SC_OK;
 
-    for (double size_px = full_px; size_px >= least_px; size_px *= 0.93) {
+    do {
         const int count = break_lines(caption, font, size_px, width, lines);
+        const double highest = fmax(HEIGHT * a->within.height_px, 1.3 * size_px);
 
-        if (count > SC_CAPTION_LINES_MAX ||
-            count * ceil(1.3 * size_px) > fmax(HEIGHT * a->within.height_px, 1.3 * size_px))
-            continue;
-        for (int i = 0; i < count; i++) {
-            lines[i].number = index * SC_CAPTION_LINES_MAX + i;
-            SC_TRY(sc_add_line(ctx, list, &lines[i]));
-        }
-        return SC_OK;
-    }
-    status = sc_fail(ctx, SC_ERR_DATA,
-                     "%s%sa caption of %zu bytes does not fit into a picture of %d x %d pixels: "
-                     "expected at most %d lines that fill %g%% of its height; shorten it, or make "
-                     "overlays.text_size smaller",
-                     caption->where, caption->where[0] ? ": " : "", strlen(caption->text),
-                     a->within.width_px, a->within.height_px, SC_CAPTION_LINES_MAX, 100 * HEIGHT);
-out:
-    return status;
+        if (count <= SC_CAPTION_LINES_MAX && count * ceil(1.3 * size_px) <= highest)
+            return add_lines(ctx, index, lines, count, list);
+        size_px *= 0.93;
+    } while (size_px >= least_px);
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s%sa caption of %zu bytes does not fit into a picture of %d x %d pixels: "
+                   "expected at most %d lines that fill %g%% of its height; shorten it, or make "
+                   "overlays.text_size smaller",
+                   caption->where, caption->where[0] ? ": " : "", strlen(caption->text),
+                   a->within.width_px, a->within.height_px, SC_CAPTION_LINES_MAX, 100 * HEIGHT);
 }
 
 sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,

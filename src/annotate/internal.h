@@ -83,6 +83,8 @@ void sc_draw_legend(sc_drawing *d, const sc_scene *scene);
 sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list);
 /* Draw the orientation cube of a frame, if there is one. @return SC_ERR_MEMORY. */
 sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene);
+/* Draw the logo, if there is one. */
+void sc_draw_logo(sc_drawing *d);
 /* Draw the captions of frame @p k. */
 void sc_draw_captions(sc_drawing *d, int k);
 

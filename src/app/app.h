@@ -142,6 +142,7 @@ typedef struct sc_session {
     sc_timeline timeline;
     sc_lettering
         *lettering; /* text on pictures, the same on all ranks; NULL: there is none; owned */
+    sc_image logo;  /* the same on all ranks; empty: there is none; owned */
     sc_rank_record times;
 } sc_session;
 
@@ -196,8 +197,9 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session);
  * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
  * others get its result. */
 void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
-/* Fill session->lettering, if the job has overlays, after sc_session_timeline: rank 0 makes it, so
- * that other ranks need no fonts. @return as sc_annotations_letter. */
+/* Fill session->lettering and session->logo, if the job has overlays, after sc_session_timeline:
+ * rank 0 makes them, so that other ranks need no fonts. @return as sc_annotations_letter and
+ * sc_annotations_logo. */
 sc_status sc_session_letter(sc_app *app, sc_session *session);
 /* A volume that was read for a job, and how it is to be prepared. */
 typedef struct sc_volume_input {

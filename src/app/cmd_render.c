@@ -58,6 +58,9 @@ static sc_status hash_job(const sc_run *run, uint64_t *out)
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
     SC_TRY(add_tissues(ctx, &run->session, &text));
     SC_TRY(add_fades(ctx, &run->session, &text));
+    if (run->session.logo.rgb)
+        SC_TRY(sc_text_add(ctx, &text, "%llx\n",
+                           (unsigned long long)sc_image_hash(&run->session.logo)));
     if (letters) /* their pixels, which follow from the font */
         SC_TRY(sc_text_add(ctx, &text, "%llx\n",
                            (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));

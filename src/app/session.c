@@ -427,12 +427,33 @@ static sc_annotations annotations_of(const sc_session *session)
                           .timeline = &session->timeline,
                           .within = {0, 0, size_px[0], size_px[1]},
                           .fps = job->output.fps,
+                          .logo = session->logo,
                           .lettering = session->lettering};
 
     if (job->output.layout == SC_LAYOUT_VIEWS)
         out.within = sc_views_space(size_px[0], size_px[1]);
     memcpy(out.background, job->render.background.rgb, sizeof out.background);
     return out;
+}
+
+/* Fill session->logo from the file of the job. Collective. */
+static sc_status share_logo(sc_app *app, const sc_annotations *annotations, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_image *logo = &session->logo;
+    void *pixels;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_annotations_logo(app->ctx, annotations, logo);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    pixels = logo->rgb;
+    sc_comm_broadcast(app->comm, logo, sizeof *logo);
+    logo->rgb = pixels; /* that which was received is an address of rank 0 */
+    SC_TRY(sc_broadcast_array(app, &pixels, sc_image_bytes(logo), 1));
+    logo->rgb = pixels;
+out:
+    return status;
 }
 
 sc_status sc_session_letter(sc_app *app, sc_session *session)
@@ -454,6 +475,8 @@ sc_status sc_session_letter(sc_app *app, sc_session *session)
     sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
     SC_TRY(sc_broadcast_array(app, &lettering, bytes, 1));
     session->lettering = lettering;
+    if (session->job.overlays.logo[0])
+        status = share_logo(app, &annotations, session);
 out:
     return status;
 }
@@ -578,6 +601,7 @@ void sc_session_clear(sc_session *session)
     sc_free(session->fades);
     sc_free(session->frame_fades);
     sc_free(session->lettering);
+    sc_image_clear(&session->logo);
     sc_shared_free(session->shared);
     sc_free(session->labels);
     sc_free(session->stats);

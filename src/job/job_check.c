@@ -279,6 +279,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
                          resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
+    (void)sc_goes_on(
+        &status, resolve_path(ctx, sources, root, "overlays.logo", PATH_INPUT, job->overlays.logo));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,

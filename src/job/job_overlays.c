@@ -241,6 +241,7 @@ sc_status sc_captions_check(const sc_ctx *ctx, const sc_job *job)
 /* ---- rows ---- */
 
 #define OVERLAYS(member) offsetof(sc_job, overlays.member)
+_Static_assert(sizeof(((sc_overlays *)0)->logo) == SC_PATH_BYTES, "a path of a job fits");
 
 /* Offsets into sc_job, because captions are an array of it. */
 const sc_key sc_overlays_keys[] = {
@@ -266,4 +267,11 @@ const sc_key sc_overlays_keys[] = {
     {"legend", &sc_type_choice, OVERLAYS(legend), "none",
      .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
      .choices = places},
+    {"logo", &sc_type_text, OVERLAYS(logo), NULL, .help = "a picture in a corner: a PNG file",
+     .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true},
+    {"logo_place", &sc_type_choice, OVERLAYS(logo_place), "top-right",
+     .help = "where the logo stands", .choices = caption_places},
+    {"logo_size", &sc_type_real, OVERLAYS(logo_percent), "10",
+     .help = "height of the logo, in percent of that of the picture; it is never enlarged",
+     .low = 1, .high = 100, .unit = "percent"},
     {0}};

@@ -136,6 +136,20 @@ void sc_overlay_fill(sc_image *image, const sc_viewport *rectangle, const uint8_
     }
 }
 
+void sc_overlay_image(sc_image *image, const sc_image *from, int x, int y, const sc_rows *rows)
+{
+    const sc_viewport all = {x, y, from->width_px, from->height_px};
+    const sc_viewport part = sc_blend_part(image, &all, rows);
+
+    for (int row = 0; row < part.height_px; row++) {
+        const uint8_t *pixel = sc_blend_pixel(from, part.x_px - x, part.y_px + row - y);
+        uint8_t *to = sc_blend_pixel(image, part.x_px, part.y_px + row);
+
+        for (int i = 0; i < part.width_px; i++, pixel += 4, to += sc_pixel_bytes(image->alpha))
+            sc_blend(pixel, pixel[3], image->alpha, to);
+    }
+}
+
 /* Blend a pixel of cairo, which is premultiplied, over one with alpha, which is not. */
 static void blend_over_alpha(uint32_t from, uint8_t to[4])
 {

@@ -3,7 +3,8 @@
 # and kernel; alone it is that of the film. Without fonts on any rank but the first the pictures stay the same,
 # and a run does not go on with another font.
 small_job job.yaml
-overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.legend=top-left --set overlays.orientation=bottom-right
+"$SEGCAST" still job.yaml -o logo.png -q --set output.size=[80,60] --set render.background=none >/dev/null
+overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.logo=logo.png --set overlays.legend=top-left --set overlays.orientation=bottom-right
     --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
 for setting in output.layout=picture output.layout=views render.background=none; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null
@@ -39,6 +40,13 @@ mpi 2 ./rank.sh "$SEGCAST" render job.yaml -o fontless -q "${overlays[@]}" --set
 [ "$(hashes fontless)" = "$(hashes one-output.layout=picture)" ] || fail "the pictures differ where a rank has no fonts"
 FONTCONFIG_FILE=$PWD/none.conf expect 71 'fontconfig finds no font' "$SEGCAST" check job.yaml "${overlays[@]}"
 FONTCONFIG_FILE=$PWD/none.conf expect 0 '' "$SEGCAST" check job.yaml
+
+# Another logo under the same name, in the middle of a film.
+expect 0 '' "$SEGCAST" render job.yaml -o logos -q "${overlays[@]}" --frames 0-2
+mv logo.png first.png
+"$SEGCAST" still job.yaml -o logo.png --frame 2 -q --set output.size=[80,60] >/dev/null
+expect 73 'another job' "$SEGCAST" render job.yaml -o logos --resume -q "${overlays[@]}"
+mv first.png logo.png
 
 # The same family name, but another font file, in the middle of a film.
 command -v fc-match >/dev/null || exit 0

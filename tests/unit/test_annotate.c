@@ -489,6 +489,50 @@ static void without_orientation_there_is_no_cube(void **state)
     end_film(&f);
 }
 
+/* A logo is scaled to its size with its transparency, and no further than its own pixels. */
+static void a_logo_is_scaled_to_its_size(void **state)
+{
+    sc_image logo, image;
+    film f;
+    int red = 0, mixed = 0;
+
+    (void)state;
+    begin_film(&f, 0);
+    f.overlays.logo_place = SC_PLACE_BOTTOM_RIGHT;
+    f.overlays.logo_percent = 10;
+    strcpy(f.overlays.logo, "logo-of-test-annotate.png");
+    assert_ok(sc_image_init_alpha(&quiet, 144, 72, true, &logo));
+    for (int i = 0; i < 144 * 72; i++) { /* red on the left, clear on the right */
+        const uint8_t pixel[4] = {255, 0, 0, 255}, clear[4] = {0};
+
+        memcpy(logo.rgb + 4 * (size_t)i, i % 144 < 71 ? pixel : clear, 4);
+    }
+    assert_ok(sc_image_save_png(&quiet, &logo, f.overlays.logo, true));
+    sc_image_clear(&logo);
+    assert_true(sc_annotations_any(&f.annotations));
+    letter_film(&f);
+    assert_ok(sc_annotations_logo(&quiet, &f.annotations, &f.annotations.logo));
+    assert_int_equal(f.annotations.logo.width_px, 72);
+    assert_int_equal(f.annotations.logo.height_px, 36);
+    image = draw(&f, 0, false, 255);
+    for (int y = 0; y < HEIGHT; y++) {
+        for (int x = 0; x < WIDTH; x++) {
+            red += pixel(&image, x, y)[1] == 0;
+            mixed += pixel(&image, x, y)[1] > 0 && pixel(&image, x, y)[1] < 255;
+        }
+    }
+    assert_int_equal(red, 35 * 36); /* 71 columns are 35 and a half */
+    assert_int_equal(mixed, 36);
+    sc_image_clear(&image);
+    sc_image_clear(&f.annotations.logo);
+    f.overlays.logo_percent = 100;
+    assert_ok(sc_annotations_logo(&quiet, &f.annotations, &f.annotations.logo));
+    assert_int_equal(f.annotations.logo.height_px, 72);
+    sc_image_clear(&f.annotations.logo);
+    assert_int_equal(remove(f.overlays.logo), 0);
+    end_film(&f);
+}
+
 static void captions_that_cannot_fit_are_refused(void **state)
 {
     heard h;
@@ -572,6 +616,7 @@ int main(void)
         cmocka_unit_test(names_that_cannot_be_written_are_refused),
         cmocka_unit_test(the_cube_shows_the_side_that_is_seen),
         cmocka_unit_test(without_orientation_there_is_no_cube),
+        cmocka_unit_test(a_logo_is_scaled_to_its_size),
         cmocka_unit_test(captions_that_cannot_fit_are_refused),
         cmocka_unit_test(a_missing_character_is_named_once),
         cmocka_unit_test(characters_that_cannot_be_set_are_known),
