@@ -8,8 +8,39 @@
 
 #include "segcast/scene.h"
 
-/** How a value moves from its begin to its end: evenly, or starting or ending slowly. */
-typedef enum sc_ease { SC_EASE_LINEAR, SC_EASE_SMOOTH, SC_EASE_IN, SC_EASE_OUT } sc_ease;
+/** The ways from one value to another: evenly, starting and ending slowly, starting slowly, ending
+ * slowly, or along a curve. */
+typedef enum sc_ease_kind {
+    SC_EASE_LINEAR,
+    SC_EASE_SMOOTH,
+    SC_EASE_IN,
+    SC_EASE_OUT,
+    SC_EASE_BEZIER
+} sc_ease_kind;
+
+/** How a value moves from its begin to its end. It never turns back on the way. */
+typedef struct sc_ease {
+    sc_ease_kind kind;
+    double bezier[4]; /**< of SC_EASE_BEZIER: the inner points (x1, y1) and (x2, y2) of a cubic
+                           Bezier curve from (0, 0) to (1, 1), x the time and y the share of the
+                         way; each from 0 to 1 */
+} sc_ease;
+
+/** The most key frames of one value. */
+enum { SC_KEY_FRAMES_MAX = 64 };
+
+/** A value at a time. */
+typedef struct sc_key_frame {
+    double at;     /**< 0 is the first frame of the animation and 1 the last */
+    sc_ease ease;  /**< of the change that ends here; that of the first is not used */
+    sc_vec3 value; /**< of a number: x, and the others are 0 */
+} sc_key_frame;
+
+/** A value by key frames: constant before the first and after the last of them. */
+typedef struct sc_track {
+    int count;                            /**< 0: there are none, the value is constant */
+    sc_key_frame keys[SC_KEY_FRAMES_MAX]; /**< [count] of them, by rising time, no two at one */
+} sc_track;
 
 /** Where a clip plane lies along its normal. */
 typedef struct sc_plane_position {
@@ -31,8 +62,12 @@ typedef struct sc_ramp {
 typedef struct sc_orbit {
     bool fixed;           /**< a still camera at position_mm, which looks at target_mm */
     sc_vec3 axis;         /**< of an orbit: unit, RAS; points upwards in the picture */
-    double turns;         /**< during the whole animation, right-handed about the axis */
-    double elevation_deg; /**< of the camera above the plane of the orbit */
+    double turns;         /**< during the whole animation, right-handed about the axis; of no
+                               meaning where has_angle is set */
+    bool has_angle;       /**< the angle of the orbit is angle_deg or its track */
+    double angle_deg;     /**< right-handed about the axis, from start_deg on */
+    double elevation_deg; /**< of the camera above the plane of the orbit; beyond 90 it comes down
+                               behind, with the picture upside down */
     double start_deg; /**< where the orbit begins; 0 is in front of the patient, where possible */
     bool has_target, has_distance; /**< false: follows from the framing */
     sc_vec3 position_mm, up;       /**< of a still camera */
@@ -41,6 +76,8 @@ typedef struct sc_orbit {
     double fov_deg;                /**< vertical field of view */
     sc_projection projection;
     sc_ramp zoom; /**< scales the picture; above 0; 1: as framed */
+    /** Key frames; those that have any replace the member of that name. */
+    sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
 } sc_orbit;
 
 /** A clip plane that moves along its normal. */
@@ -185,10 +222,15 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k);
 
 /** @return the share of its way, 0 to 1, that what happens in the part [begin, end] of an animation
  * (see sc_ramp) has covered in frame @p k of @p frames. */
-double sc_progress(double begin, double end, sc_ease ease, int k, int frames);
+double sc_progress(double begin, double end, sc_ease ease, double k, int frames);
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
+/** @return the value of a track that has key frames. @param at the time, 0 to 1. */
+sc_vec3 sc_track_value(const sc_track *track, double at);
+/** @return the time of frame @p k of @p frames: 0 for the first, 1 for the last. @param k need not
+ * be whole. */
+double sc_frame_time(double k, int frames);
 /** Find the unit direction, in RAS, that an anatomical word stands for ("left", "superior", ...),
  * case ignored. @return false if it is no such word; @p out is not written then. */
 bool sc_anatomical_direction(const char *word, sc_vec3 *out);

@@ -20,9 +20,12 @@ static sc_status add_fades(const sc_ctx *ctx, const sc_session *s, sc_text *text
     for (size_t i = 0; i < s->fade_count && status == SC_OK; i++) {
         const sc_fade *f = &s->fades[i];
 
-        status = sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
-                             f->begin, f->end, (int)f->ease, f->to, f->times);
+        SC_TRY(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
+                           f->begin, f->end, (int)f->ease.kind, f->to, f->times));
+        for (int j = 0; j < 4 && f->ease.kind == SC_EASE_BEZIER; j++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
     }
+out:
     return status;
 }
 

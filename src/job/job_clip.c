@@ -31,8 +31,8 @@ static const sc_key sweep_keys[] = {
     {"to", &sc_type_plane_position, PLANE(sweep.to), "50%", .help = "where the plane ends"},
     {"during", &sc_type_span, PLANE(sweep.begin), "[0%, 100%]",
      .help = "part of the animation in which the plane moves"},
-    {"ease", &sc_type_choice, PLANE(sweep.ease), "linear",
-     .help = "how the movement begins and ends", .choices = sc_ease_choices},
+    {"ease", &sc_type_ease, PLANE(sweep.ease), "linear",
+     .help = "how the movement begins and ends"},
     {0}};
 
 static const sc_key plane_keys[] = {

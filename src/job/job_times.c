@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parts of the animation that are given in frames, seconds or minutes. They are turned into shares
- * of the animation in the tree, before it is read by the table of keys: only the whole job knows
- * how many frames there are, and how many make a second. */
+/* Parts of the animation and times of key frames that are given in frames, seconds or minutes. They
+ * are turned into shares of the animation in the tree, before it is read by the table of keys: only
+ * the whole job knows how many frames there are, and how many make a second. */
 #include "key.h"
 #include "segcast/job.h"
 
@@ -99,7 +99,7 @@ static bool parse_time(const clock_of_job *clock, const sc_yaml *node, double *f
  * what happens at a frame happens there and not one later. */
 static sc_status put_share(const sc_ctx *ctx, double share, sc_yaml *node)
 {
-    char *text, *old = node->text;
+    char *text;
     char digits[40];
     void *block;
     sc_status status;
@@ -110,15 +110,16 @@ static sc_status put_share(const sc_ctx *ctx, double share, sc_yaml *node)
         return status;
     text = block;
     strcpy(text, digits);
+    sc_free(node->given);
+    node->given = node->text;
     node->text = text;
-    sc_free(old);
     return SC_OK;
 }
 
-/* Turn one end of a part of the animation into a share, if it is a time; one behind the end of the
- * animation, which is a mistake, becomes the end. @param list its key is named in messages. */
-static sc_status resolve_end(const sc_ctx *ctx, const clock_of_job *clock, const sc_yaml *list,
-                             sc_yaml *node)
+/* Turn a time into a share, if it is one; a time behind the end of the animation, which is a
+ * mistake, becomes the end. @param key the name of the value in messages. */
+static sc_status resolve_time(const sc_ctx *ctx, const clock_of_job *clock, const char *key,
+                              sc_yaml *node)
 {
     double frame;
     sc_status status = SC_OK, put;
@@ -129,7 +130,7 @@ static sc_status resolve_end(const sc_ctx *ctx, const clock_of_job *clock, const
         status = sc_yaml_fail(ctx, node,
                               "%s: %s is behind the end of the animation, which has %.0f frame%s "
                               "at %g frames per second: %.6g s",
-                              list->key, node->text, clock->frames, clock->frames > 1 ? "s" : "",
+                              key, node->text, clock->frames, clock->frames > 1 ? "s" : "",
                               clock->fps, clock->frames / clock->fps);
     put = put_share(ctx, clock->frames > 1 ? fmin(frame / (clock->frames - 1), 1) : 0, node);
     return put == SC_OK ? status : put;
@@ -153,7 +154,16 @@ static bool is_resolved(const clock_of_job *clock, const sc_yaml *list)
     return list->count == 2 && (times < 2 || frames[0] <= frames[1]);
 }
 
-/* Turn all times in the lists called "during" in and below @p node into shares. */
+/* Is @p item the time of a key frame, a map in a list? The position of a plane, too, is called
+ * "at", but in a map with a name. */
+static bool is_key_time(const sc_yaml *map, const sc_yaml *item)
+{
+    return map->kind == SC_YAML_MAP && !map->key && item->kind == SC_YAML_SCALAR &&
+           !strcmp(item->key, "at");
+}
+
+/* Turn all times in the lists called "during" and of key frames in and below @p node into shares.
+ */
 static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_yaml *node)
 {
     const bool is_part = node->kind == SC_YAML_LIST && node->key && !strcmp(node->key, "during");
@@ -162,8 +172,12 @@ static sc_status resolve_below(const sc_ctx *ctx, const clock_of_job *clock, sc_
     if (is_part && !is_resolved(clock, node))
         return SC_OK;
     for (size_t i = 0; i < node->count; i++) {
-        if (!sc_goes_on(&status, is_part ? resolve_end(ctx, clock, node, node->items[i])
-                                         : resolve_below(ctx, clock, node->items[i])))
+        sc_yaml *item = node->items[i];
+        const bool is_time = is_part || is_key_time(node, item);
+
+        if (!sc_goes_on(&status,
+                        is_time ? resolve_time(ctx, clock, is_part ? node->key : item->key, item)
+                                : resolve_below(ctx, clock, item)))
             break;
     }
     return status;

@@ -173,8 +173,7 @@ static const sc_choice orders[] = {
     }
 #define EASE_ROW(fallback)                                                                         \
     {                                                                                              \
-        "ease", &sc_type_choice, VERB(ease), fallback, .help = "how the change begins and ends",   \
-                                                       .choices = sc_ease_choices                  \
+        "ease", &sc_type_ease, VERB(ease), fallback, .help = "how the change begins and ends"      \
     }
 
 static const sc_key fade_keys[] = {

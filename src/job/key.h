@@ -63,6 +63,8 @@ struct sc_key {
     const char *const
         *words;         /* of a choice, instead: words whose value is their index, then NULL */
     const sc_key *keys; /* of a container: the table of the maps in it */
+    size_t track; /* of a value that may have key frames: where its sc_track lies, counted from the
+                     value */
     size_t given; /* SC_GIVEN: a bool that tells whether the key was given; 0: there is none */
     const char *alternative; /* keys of one table with the same word here exclude each other */
     const char *without; /* for listings: what happens without the key, where there is no default */
@@ -85,7 +87,8 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
     sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
-    sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength;
+    sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
+    sc_type_ease, sc_type_tracked, sc_type_tracked_point;
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
@@ -93,7 +96,6 @@ extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_k
     sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
-extern const sc_choice sc_ease_choices[];
 
 /* ---- mistakes: all of a job are told in one go ---- */
 
@@ -141,6 +143,7 @@ sc_status sc_key_unknown(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *n
 const sc_yaml *sc_key_node(const sc_yaml *root, const char *path);
 struct sc_job;
 struct sc_job_sources;
+struct sc_track;
 /* Check what no single row can, resolve the paths of the job in place, and turn its duration into
  * frames. @p root: the tree that the job was read from, for line numbers. @return the first
  * mistake, all are logged: SC_ERR_DATA, SC_ERR_USAGE for what a setting said, SC_ERR_MISSING for an
@@ -154,12 +157,25 @@ sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, 
  * @param job all of it, with its number of frames. @return SC_ERR_DATA, all are logged. */
 sc_status sc_captions_check(const sc_ctx *ctx, const struct sc_job *job);
 
+/* ---- tracks.c ---- */
+
+/* Read a list of key frames into the sc_track of a row; their values are those of @p value, a row
+ * of a number or a point. @return the first mistake; all are logged. */
+sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
+                        struct sc_track *track);
+/* Append a track to @p text as sc_read_track reads it. */
+sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,
+                         sc_text *text);
+/* @return the schema of a list of key frames; NULL when out of memory. */
+json_t *sc_track_schema(const sc_key *value);
+
 /* ---- job_times.c ---- */
 
 /* In the tree @p root of a job, below animation and overlays, turn parts of the animation (during)
- * that are given in frames,
- * seconds or minutes into shares of the animation. @param job holds the defaults. @return the first
- * mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
+ * and times of key frames (at) that are given in frames, seconds or minutes into shares of the
+ * animation. @param job holds the
+ * defaults. @return the first mistake, all are logged: a time behind the end of the animation; or
+ * SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
 
 /* ---- settings.c ---- */

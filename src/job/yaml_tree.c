@@ -29,6 +29,7 @@ void sc_yaml_free(sc_yaml *node)
     sc_free(node->slots);
     sc_free(node->key);
     sc_free(node->text);
+    sc_free(node->given);
     sc_free(node);
 }
 

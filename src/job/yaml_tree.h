@@ -12,10 +12,11 @@ typedef enum sc_yaml_kind { SC_YAML_SCALAR, SC_YAML_MAP, SC_YAML_LIST } sc_yaml_
 /* A node of the tree. It owns its key, its text and its items. */
 typedef struct sc_yaml {
     sc_yaml_kind kind;
-    int line;               /* line in the file, from 1; 0: the node is not from a file */
-    const char *origin;     /* name of the file or setting, for messages; borrowed */
-    char *key;              /* of a node in a map; else NULL */
-    char *text;             /* of a scalar; NULL only for one that was added by sc_yaml_add */
+    int line;           /* line in the file, from 1; 0: the node is not from a file */
+    const char *origin; /* name of the file or setting, for messages; borrowed */
+    char *key;          /* of a node in a map; else NULL */
+    char *text;         /* of a scalar; NULL only for one that was added by sc_yaml_add */
+    char *given;        /* of a scalar whose text was replaced: what stood in the file; else NULL */
     struct sc_yaml **items; /* of a map or list: [count] */
     size_t count, capacity;
     uint32_t *slots; /* of a longer map: [slot_count], finds members by their key; else NULL */

@@ -10,9 +10,9 @@
 #include "framing.h"
 
 enum {
-    ANGLES = 128,       /* directions of view: an edge between two of them errs by 0.03 % */
-    EDGES = 4 * ANGLES, /* for each direction: right, left, top, bottom */
-    BLOCKS = 1024,      /* of points, which are searched as a whole */
+    ANGLES = 128,              /* directions about the axis */
+    EDGES = 4 * SC_SIGHTS_MAX, /* for each direction of view: right, left, top, bottom */
+    BLOCKS = 1024,             /* of points, which are searched as a whole */
     STEPS = 48 /* of a search along a line: to 1e-10 of its length, so that where nothing else
                   decides rounding does not either */
 };
@@ -29,16 +29,6 @@ void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *l
         *low = at < *low ? at : *low;
         *high = at > *high ? at : *high;
     }
-}
-
-sc_vec3 sc_orbit_reference(sc_vec3 axis)
-{
-    const sc_vec3 front = {0, 1, 0}, above = {0, 0, 1};
-    sc_vec3 out = sc_vec3_along(front, -sc_vec3_dot(front, axis), axis);
-
-    if (sc_vec3_length(out) < 0.1)
-        out = sc_vec3_along(above, -sc_vec3_dot(above, axis), axis);
-    return sc_vec3_unit(out);
 }
 
 /* Consecutive points, and the box around them. */
@@ -110,22 +100,21 @@ static double support(const sc_vec3 *points, const block *blocks, size_t count, 
     return most;
 }
 
-/* @return the direction from the target to the camera at the share @p turn of a whole turn. */
-static sc_vec3 away_at(const sc_orbit *orbit, double turn)
-{
-    const double elevation = orbit->elevation_deg * M_PI / 180;
-    const double angle = orbit->start_deg * M_PI / 180 + 2 * M_PI * turn;
-    const sc_vec3 out = sc_vec3_rotate(sc_orbit_reference(orbit->axis), orbit->axis, angle);
-
-    return sc_vec3_along(sc_vec3_scale(out, cos(elevation)), sin(elevation), orbit->axis);
-}
-
 /* What the edges of the pictures of an orbit ask for: edge i the distance (perspective) or half
  * height (orthographic) reach[i] - normal[i] . target, in mm. */
 typedef struct edges {
+    int count; /* of the edges */
     sc_vec3 normal[EDGES];
     double reach[EDGES];
 } edges;
+
+/* From where the points are seen, in which pictures. */
+typedef struct seen {
+    const sc_sight *sights; /* [count] */
+    int count;
+    bool orthographic;
+    double aspect; /* width of the picture divided by its height */
+} seen;
 
 /* The points that are framed. */
 typedef struct cloud {
@@ -134,27 +123,23 @@ typedef struct cloud {
     block blocks[BLOCKS]; /* [block_count] of them */
 } cloud;
 
-/* Fill in edges 0 and 1 (right and left) or 2 and 3 (top and bottom) of all directions of view: of
- * a whole turn, or of that part of one which the orbit covers. @param points with none, a ball of 1
- * mm at the origin is framed. @param margin how much larger the picture is than what must be in it.
- */
-static void find_edges(const sc_orbit *orbit, const cloud *c, int first, double aspect,
-                       double margin, edges *out)
+/* Fill in edges 0 and 1 (right and left) or 2 and 3 (top and bottom) of all directions of view.
+ * @param c with no points, a ball of 1 mm at the origin is framed. @param margin how much larger
+ * the picture is than what must be in it. */
+static void find_edges(const seen *s, const cloud *c, int first, double margin, edges *out)
 {
-    const double tangent = tan(orbit->fov_deg * M_PI / 360);
-    const bool part = fabs(orbit->turns) < 1, orthographic = orbit->projection == SC_ORTHOGRAPHIC;
-    const double scale = (orthographic ? margin : margin / tangent) / (first == 0 ? aspect : 1);
-
-    for (int i = 0; i < ANGLES; i++) {
-        const double turn = part ? orbit->turns * i / (ANGLES - 1) : (double)i / ANGLES;
-        const sc_vec3 away = away_at(orbit, turn);
+    out->count = 4 * s->count;
+    for (int i = 0; i < s->count; i++) {
+        const sc_sight *sight = &s->sights[i];
+        const double scale =
+            (s->orthographic ? margin : margin / sight->tangent) / (first == 0 ? s->aspect : 1);
         const sc_camera camera =
-            sc_camera_look(away, (sc_vec3){0, 0, 0}, orbit->axis, SC_ORTHOGRAPHIC, 1);
+            sc_camera_look(sight->away, (sc_vec3){0, 0, 0}, sight->up, SC_ORTHOGRAPHIC, 1);
 
         for (int edge = first; edge < first + 2; edge++) {
             const sc_vec3 side =
                 sc_vec3_scale(first == 0 ? camera.right : camera.up, edge & 1 ? -scale : scale);
-            const sc_vec3 n = orthographic ? side : sc_vec3_add(side, away);
+            const sc_vec3 n = s->orthographic ? side : sc_vec3_add(side, sight->away);
 
             out->normal[4 * i + edge] = n;
             out->reach[4 * i + edge] = c->count ? support(c->points, c->blocks, c->block_count, n)
@@ -169,13 +154,23 @@ static double needed(const edges *e, sc_vec3 target, int from, int to)
 {
     double most = 1e-3;
 
-    for (int i = 0; i < EDGES; i += 4) {
+    for (int i = 0; i < e->count; i += 4) {
         for (int k = i + from; k <= i + to; k++) {
             const double need = e->reach[k] - sc_vec3_dot(e->normal[k], target);
 
             most = need > most ? need : most;
         }
     }
+    return most;
+}
+
+/* The same of all edges, with a target that moves: that of each sight. */
+static double needed_on_the_way(const edges *e, const seen *s)
+{
+    double most = 1e-3;
+
+    for (int i = 0; i < e->count; i++)
+        most = fmax(most, e->reach[i] - sc_vec3_dot(e->normal[i], s->sights[i / 4].target_mm));
     return most;
 }
 
@@ -284,7 +279,7 @@ static double height_at(const void *user, double at)
  * the width of the picture decides about the distance, there is more room than the margin: as much
  * as makes the height ask for the same distance. @param e edges with MARGIN; its upper and lower
  * ones are changed. */
-static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, double aspect, edges *e)
+static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, const seen *s, edges *e)
 {
     enum { TRIES = 24 };
     level l = {e, orbit->axis, middle_across(orbit, c)};
@@ -301,7 +296,7 @@ static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, double aspec
         step /= 2;
         if (i == 0 && height_at(&l, at) >= needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
             break;
-        find_edges(orbit, c, 2, aspect, tried, e);
+        find_edges(s, c, 2, tried, e);
         at = least_cost(height_at, &l, low, high);
         if (height_at(&l, at) < needed(e, sc_vec3_along(l.from, at, l.axis), 0, 1))
             margin = tried;
@@ -309,11 +304,12 @@ static sc_vec3 choose_target(const sc_orbit *orbit, const cloud *c, double aspec
     return sc_vec3_along(l.from, at, orbit->axis);
 }
 
-void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double aspect,
-                    double *half_height)
+void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, const sc_vec3 *points,
+                    size_t count, double aspect, double *half_height)
 {
     const double tangent = tan(orbit->fov_deg * M_PI / 360);
     const bool orthographic = orbit->projection == SC_ORTHOGRAPHIC;
+    const seen s = {sights, sight_count, orthographic, aspect};
     cloud c = {.points = points, .count = count};
     double need, low, high;
     edges e;
@@ -326,14 +322,15 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double
         return;
     }
     c.block_count = make_blocks(points, count, c.blocks);
-    find_edges(orbit, &c, 0, aspect, MARGIN, &e);
-    find_edges(orbit, &c, 2, aspect, MARGIN, &e);
+    find_edges(&s, &c, 0, MARGIN, &e);
+    find_edges(&s, &c, 2, MARGIN, &e);
     if (!orbit->has_target) {
         edges scratch = e;
 
-        orbit->target_mm = choose_target(orbit, &c, aspect, &scratch);
+        orbit->target_mm = choose_target(orbit, &c, &s, &scratch);
     }
-    need = needed(&e, orbit->target_mm, 0, 3);
+    need =
+        orbit->target_track.count ? needed_on_the_way(&e, &s) : needed(&e, orbit->target_mm, 0, 3);
     if (orthographic) {
         *half_height = orbit->has_distance ? tangent * orbit->distance_mm : need;
         sc_extent(points, count, orbit->axis, &low, &high);

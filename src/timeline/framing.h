@@ -4,7 +4,7 @@
 #ifndef SC_TIMELINE_FRAMING_H
 #define SC_TIMELINE_FRAMING_H
 
-#include "segcast/timeline.h"
+#include "motion.h"
 
 /* Write the extent of the points along a unit direction, in mm from the origin, to *low and *high;
  * -0.5 and 0.5 if there are none. */
@@ -12,13 +12,10 @@ void sc_extent(const sc_vec3 *points, size_t count, sc_vec3 direction, double *l
 /* Set target_mm and distance_mm of an orbit where they are left open, so that every point stays in
  * the picture, and *half_height (see sc_camera). A still camera is left as it is. The distance of
  * an orthographic camera, which does not change the picture, is always set, to one outside of the
- * tissues; a given one determines *half_height. @param aspect width of the picture divided by its
- * height.
- */
-void sc_frame_orbit(sc_orbit *orbit, const sc_vec3 *points, size_t count, double aspect,
-                    double *half_height);
-/* @return the unit direction from the target to the camera at angle 0, perpendicular to the unit @p
- * axis: to the front of the patient, or above where the axis itself points nearly that way. */
-sc_vec3 sc_orbit_reference(sc_vec3 axis);
+ * tissues; a given one determines *half_height. @param sights [sight_count] the directions of view
+ * in which the points are to stay in the picture (sc_sights_of). @param aspect width of the picture
+ * divided by its height. */
+void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, const sc_vec3 *points,
+                    size_t count, double aspect, double *half_height);
 
 #endif

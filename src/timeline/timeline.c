@@ -28,29 +28,6 @@ bool sc_anatomical_direction(const char *word, sc_vec3 *out)
     return false;
 }
 
-double sc_ease_value(sc_ease ease, double u)
-{
-    switch (ease) {
-    case SC_EASE_SMOOTH:
-        return u * u * (3 - 2 * u);
-    case SC_EASE_IN:
-        return u * u;
-    case SC_EASE_OUT:
-        return u * (2 - u);
-    case SC_EASE_LINEAR:
-        break;
-    }
-    return u;
-}
-
-double sc_progress(double begin, double end, sc_ease ease, int k, int frames)
-{
-    const double at = frames > 1 ? (double)k / (frames - 1) : 0;
-    const double u = end > begin ? (at - begin) / (end - begin) : at >= begin;
-
-    return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
-}
-
 /* @return a plane position in mm along the normal. @param low and @param high the extent of the
  * visible tissues along it, in mm. */
 static double position_mm(const sc_plane_position *position, double low, double high)
@@ -62,11 +39,18 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
                          double aspect, sc_timeline *out)
 {
     sc_timeline t = {.animation = *animation, .clip_set_count = 1};
+    sc_sight sights[SC_SIGHTS_MAX];
+    const int sight_count = sc_sights_of(animation, sights);
+    sc_orbit *camera = &t.animation.camera;
 
     sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
     sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
     sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
-    sc_frame_orbit(&t.animation.camera, points, point_count, aspect, &t.half_height);
+    if (camera->fov_track.count)
+        camera->fov_deg = camera->fov_track.keys[0].value.x;
+    if (camera->distance_track.count)
+        camera->distance_mm = camera->distance_track.keys[0].value.x;
+    sc_frame_orbit(camera, sights, sight_count, points, point_count, aspect, &t.half_height);
     for (int i = 0; i < animation->sweep_count; i++) {
         const sc_sweep *sweep = &animation->sweeps[i];
         double low, high;
@@ -79,27 +63,48 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     *out = t;
 }
 
+/* @return what the picture is scaled by at frame @p k. */
+static double zoom_at(const sc_animation *a, int k)
+{
+    const sc_ramp *zoom = &a->camera.zoom;
+
+    if (a->camera.zoom_track.count)
+        return sc_track_value(&a->camera.zoom_track, sc_frame_time(k, a->frames)).x;
+    return zoom->from +
+           (zoom->to - zoom->from) * sc_progress(zoom->begin, zoom->end, zoom->ease, k, a->frames);
+}
+
+/* @return half the height of the picture (see sc_camera) at frame @p k, before the zoom. @param
+ * sight of that frame. */
+static double half_height_at(const sc_timeline *t, const sc_sight *sight)
+{
+    const sc_orbit *orbit = &t->animation.camera;
+    double scale = sight->tangent / tan(orbit->fov_deg * M_PI / 360);
+
+    if (!orbit->fov_track.count && !orbit->distance_track.count)
+        return t->half_height;
+    if (orbit->projection == SC_PERSPECTIVE)
+        return sight->tangent;
+    if (orbit->distance_track.count)
+        scale *= sight->distance_mm / orbit->distance_track.keys[0].value.x;
+    return orbit->fixed || orbit->has_distance ? scale * t->half_height : t->half_height;
+}
+
 /* @return the camera of frame @p k, in [0, frames). */
 static sc_camera camera_at(const sc_timeline *t, int k)
 {
     const sc_orbit *orbit = &t->animation.camera;
-    const sc_ramp *zoom = &orbit->zoom;
-    const double factor =
-        zoom->from + (zoom->to - zoom->from) *
-                         sc_progress(zoom->begin, zoom->end, zoom->ease, k, t->animation.frames);
-    const double half_height = t->half_height / factor;
-    const double elevation = orbit->elevation_deg * M_PI / 180;
-    double angle;
-    sc_vec3 away, position;
+    const sc_sight sight = sc_sight_at(&t->animation, k);
+    const double half_height = half_height_at(t, &sight) / zoom_at(&t->animation, k);
+    /* Rays of an orthographic camera begin outside of all tissues. */
+    const double distance_mm =
+        orbit->projection == SC_PERSPECTIVE ? sight.distance_mm : orbit->distance_mm;
 
     if (orbit->fixed)
         return sc_camera_look(orbit->position_mm, orbit->target_mm, orbit->up, orbit->projection,
                               half_height);
-    angle = (orbit->start_deg + 360 * orbit->turns * k / t->animation.frames) * M_PI / 180;
-    away = sc_vec3_rotate(sc_orbit_reference(orbit->axis), orbit->axis, angle);
-    away = sc_vec3_along(sc_vec3_scale(away, cos(elevation)), sin(elevation), orbit->axis);
-    position = sc_vec3_along(orbit->target_mm, orbit->distance_mm, away);
-    return sc_camera_look(position, orbit->target_mm, orbit->axis, orbit->projection, half_height);
+    return sc_camera_look(sc_vec3_along(sight.target_mm, distance_mm, sight.away), sight.target_mm,
+                          sight.up, orbit->projection, half_height);
 }
 
 sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)

@@ -196,8 +196,9 @@ static bool is_same(const track *a, const track *b)
         const sc_fade *x = &a->fades[i], *y = &b->fades[i];
 
         same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
-               fabs(x->end - y->end) < 1e-9 && x->ease == y->ease && fabs(x->to - y->to) < 1e-9 &&
-               x->times == y->times;
+               fabs(x->end - y->end) < 1e-9 && x->ease.kind == y->ease.kind &&
+               !memcmp(x->ease.bezier, y->ease.bezier, sizeof x->ease.bezier) &&
+               fabs(x->to - y->to) < 1e-9 && x->times == y->times;
     }
     return same;
 }
@@ -318,8 +319,8 @@ out:
 /* @return how far a pulse has gone to its end and come back, 0 to 1. */
 static double pulse_at(const sc_fade *fade, int k, int frames)
 {
-    const double beats =
-        fade->times * sc_progress(fade->begin, fade->end, SC_EASE_LINEAR, k, frames);
+    const double beats = fade->times * sc_progress(fade->begin, fade->end,
+                                                   (sc_ease){.kind = SC_EASE_LINEAR}, k, frames);
     const double beat = beats - floor(beats);
 
     return sc_ease_value(fade->ease, beat < 0.5 ? 2 * beat : 2 - 2 * beat);

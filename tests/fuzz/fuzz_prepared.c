@@ -110,7 +110,7 @@ static void draw(const sc_prepared *v, int how)
                                  .turns = 1,
                                  .elevation_deg = 14,
                                  .fov_deg = 30,
-                                 .zoom = {1, 1, 0, 1, 0}}};
+                                 .zoom = {.from = 1, .to = 1, .end = 1}}};
     sc_renderer *renderer;
     void *tissues;
 

@@ -199,7 +199,7 @@ static void start(entry *e, prepared_set *p)
                                  .turns = 1,
                                  .elevation_deg = 12,
                                  .fov_deg = 30,
-                                 .zoom = {1, 1, 0, 1, 0}}};
+                                 .zoom = {.from = 1, .to = 1, .end = 1}}};
     sc_render_settings s = {
         .surface = voxel ? SC_SURFACE_VOXEL : SC_SURFACE_SMOOTH,
         .cpu = e->value[CPU],

@@ -111,7 +111,7 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
                    .elevation_deg = random_real(seed, -89.9, 89.9),
                    .fov_deg = random_below(seed, 2) ? 30 : random_scale(seed, 0.1, 170),
                    .projection = random_below(seed, 4) ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC,
-                   .zoom = {1, 1, 0, 1, 0}}};
+                   .zoom = {.from = 1, .to = 1, .end = 1}}};
 
     if (random_below(seed, 3) == 0)
         a.camera.zoom.from = a.camera.zoom.to = random_scale(seed, 0.01, 1000);
@@ -121,8 +121,8 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
     }
     a.sweep_count = random_below(seed, 3);
     for (int i = 0; i < a.sweep_count; i++)
-        a.sweeps[i] =
-            (sc_sweep){random_direction(seed), {0, true}, {100, true}, 0, 1, SC_EASE_LINEAR};
+        a.sweeps[i] = (sc_sweep){random_direction(seed),  {0, true}, {100, true}, 0, 1,
+                                 {.kind = SC_EASE_LINEAR}};
     return orbit_of(r, (double)WIDTH_PX / HEIGHT_PX, 7, &a);
 }
 

@@ -79,7 +79,7 @@ static inline sc_timeline orbit_of(const sc_renderer *renderer, double aspect, i
                                        .turns = 1,
                                        .elevation_deg = 14,
                                        .fov_deg = 30,
-                                       .zoom = {1, 1, 0, 1, 0}}};
+                                       .zoom = {.from = 1, .to = 1, .end = 1}}};
     sc_timeline_resolve(a, hull, count, aspect, &t);
     return t;
 }

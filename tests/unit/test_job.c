@@ -345,11 +345,11 @@ static void expect_verbs(const sc_job *job)
     assert_near(job->verbs[0].to, 0.25, 0);
     assert_true(!job->verbs[0].to_factor);
     assert_near(job->verbs[0].begin, 1 / 11.0, 1e-10);
-    assert_int_equal(job->verbs[0].ease, SC_EASE_LINEAR);
+    assert_int_equal(job->verbs[0].ease.kind, SC_EASE_LINEAR);
     assert_int_equal(job->verbs[1].kind, SC_VERB_APPEAR);
     assert_int_equal(job->verbs[1].order, SC_ORDER_SUPERIOR);
     assert_near(job->verbs[1].stagger, 0.4, 1e-12);
-    assert_int_equal(job->verbs[1].ease, SC_EASE_SMOOTH);
+    assert_int_equal(job->verbs[1].ease.kind, SC_EASE_SMOOTH);
     assert_int_equal(job->verbs[2].times, 2);
     assert_true(job->verbs[2].to_factor);
     assert_near(job->verbs[2].to, 0.3, 1e-12);
@@ -526,6 +526,110 @@ static void wrong_times_are_refused(void **state)
             "    zoom: {during: [1s, 3s]}\n",
             "job.yaml:6: during: 3s is behind the end of the animation, which has 50 frames at 25 "
             "frames per second: 2 s");
+}
+
+/* @return the job of that camera with 101 frames, written as resolved; the test fails if it is
+ * refused. */
+static void load_camera(const char *camera, sc_text *written, sc_job *job)
+{
+    char text[512];
+    heard h;
+
+    snprintf(text, sizeof text, "volume: phantom\nanimation: {frames: 101, camera: {%s}}\n",
+             camera);
+    if (load(text, &h, NULL, NULL, job) != SC_OK)
+        fail_msg("%s", h.text);
+    assert_ok(sc_job_write(&quiet, job, false, written));
+}
+
+static void values_of_the_camera_may_have_key_frames(void **state)
+{
+    static const char camera[] =
+        "orbit: {angle: [{at: 10f, value: 5}, {at: 0:02, value: -7.5, ease: smooth}, {at: 100%, "
+        "value: 9, ease: [0.1, 0, 1, 0.5]}], elevation: [{at: 0s, value: 130}], target_mm: [{at: "
+        "500ms, value: [1, 2, 3]}, {at: 50%, value: [4, 5, 6]}], distance_mm: 200, fov: [{at: 0%, "
+        "value: 20}]}, zoom: [{at: 20%, value: 1}, {at: 40%, value: 3, ease: out}]";
+    sc_text text = {0}, twice = {0};
+    sc_job job, again;
+    heard h;
+
+    (void)state;
+    load_camera(camera, &text, &job);
+    if (load(text.data, &h, NULL, NULL, &again) != SC_OK)
+        fail_msg("%s", h.text);
+    assert_ok(sc_job_write(&quiet, &again, false, &twice));
+    assert_string_equal(text.data, twice.data);
+    for (const sc_job *j = &job; j; j = j == &job ? &again : NULL) {
+        const sc_orbit *o = &j->animation.camera;
+
+        assert_true(o->has_angle && o->has_target && o->has_distance);
+        assert_int_equal(o->angle_track.count, 3);
+        assert_near(o->angle_track.keys[0].at, 0.1, 1e-10);
+        assert_near(o->angle_track.keys[1].at, 0.6, 1e-10);
+        assert_near(o->angle_track.keys[1].value.x, -7.5, 0);
+        assert_int_equal(o->angle_track.keys[0].ease.kind, SC_EASE_LINEAR);
+        assert_int_equal(o->angle_track.keys[1].ease.kind, SC_EASE_SMOOTH);
+        assert_int_equal(o->angle_track.keys[2].ease.kind, SC_EASE_BEZIER);
+        assert_near(o->angle_track.keys[2].ease.bezier[3], 0.5, 0);
+        assert_int_equal(o->elevation_track.count, 1);
+        assert_int_equal(o->target_track.count, 2);
+        assert_near(o->target_track.keys[0].at, 0.15, 1e-10);
+        assert_near(o->target_track.keys[1].value.z, 6, 0);
+        assert_int_equal(o->distance_track.count, 0);
+        assert_near(o->distance_mm, 200, 0);
+        assert_int_equal(o->zoom_track.count, 2);
+    }
+    sc_text_clear(&text);
+    sc_text_clear(&twice);
+    sc_job_clear(&job);
+    sc_job_clear(&again);
+    load_camera("orbit: {angle: 30, target_mm: [1, 2, 3]}", &text, &job);
+    assert_true(job.animation.camera.has_angle && !job.animation.camera.angle_track.count);
+    assert_null(strstr(text.data, "turns"));
+    sc_text_clear(&text);
+    sc_job_clear(&job);
+}
+
+static void wrong_key_frames_are_refused(void **state)
+{
+    static const struct {
+        const char *camera, *message;
+    } cases[] = {
+        {"elevation: [{at: 1s, value: 1}, {at: 500ms, value: 2}]",
+         "job.yaml:4: elevation: key frame 2, at 500ms, does not come after key frame 1, at 1s"},
+        {"fov: [{at: 0s, value: 1}, {at: 1s, value: 2}, {at: 30f, value: 3}]",
+         "fov: key frame 3, at 30f, does not come after key frame 2, at 1s; expected rising times"},
+        {"angle: [{at: 1s, value: 1}, {at: 70s, value: 2}]",
+         "at: 70s is behind the end of the animation"},
+        {"angle: [{at: 1, value: 1}]",
+         "at is \"1\", expected a time of the animation with its unit"},
+        {"angle: [{at: 0s}]", "the key \"value\" is missing"},
+        {"angle: [{value: 0}]", "the key \"at\" is missing"},
+        {"angle: [{at: 0s, value: 0, eas: in}]", "unknown key \"eas\"; did you mean \"ease\"?"},
+        {"angle: [{at: 0s, value: 0, ease: smoth}]",
+         "unknown ease \"smoth\"; did you mean \"smooth\"?"},
+        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1, 1.5]}]",
+         "ease is [0, 0, 1, 1.5], expected linear, smooth, in, out, or the points"},
+        {"angle: [{at: 0s, value: 0, ease: [0, 0, 1]}]", "expected linear, smooth, in, out, or"},
+        {"angle: [{at: 0s, value: x}]", "value is \"x\", expected a number from -36000 to 36000"},
+        {"angle: []", "angle has 0 key frames, expected 1 to 64"},
+        {"angle: [1, 2]", "angle is \"1\", expected a key frame"},
+        {"angle: {at: 1s, value: 2}", "angle is a map, expected a number, or key frames such as"},
+        {"target_mm: [1, 2]", "target_mm"},
+        {"target_mm: [{at: 0s, value: 3}]", "value"},
+        {"turns: 1, angle: 5", "both \"turns\" and \"angle\" are given"},
+    };
+    char text[512];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        snprintf(text, sizeof text, "volume: phantom\nanimation:\n  camera:\n    orbit: {%s}\n",
+                 cases[i].camera);
+        refuses(text, cases[i].message);
+    }
+    /* "at" is also where a plane lies: that is no time. */
+    refuses("volume: phantom\nanimation:\n  clip: [plane: {normal: left, at: 1s}]\n",
+            "at is \"1s\", expected a position such as 40% or 12 mm");
 }
 
 /* A job that is written as resolved and read again is the same job. */
@@ -959,6 +1063,8 @@ int main(void)
         cmocka_unit_test(wrong_verbs_are_refused),
         cmocka_unit_test(wrong_captions_are_refused),
         cmocka_unit_test(long_captions_are_refused),
+        cmocka_unit_test(values_of_the_camera_may_have_key_frames),
+        cmocka_unit_test(wrong_key_frames_are_refused),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(every_row_is_complete),
         cmocka_unit_test(nested_keys_are_set_in_every_way),

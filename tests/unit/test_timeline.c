@@ -21,7 +21,7 @@ static sc_animation animation(int frames)
                                      .turns = 1,
                                      .elevation_deg = 20,
                                      .fov_deg = 30,
-                                     .zoom = {1, 1, 0, 1, 0}}};
+                                     .zoom = {.from = 1, .to = 1, .end = 1}}};
 }
 
 static void an_orbit_begins_in_front_and_closes_without_repeating_a_frame(void **state)
@@ -185,8 +185,8 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
     (void)state;
     box_corners(corners);
     a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, SC_EASE_SMOOTH};
-    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, SC_EASE_LINEAR};
+    a.sweeps[0] = (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, {.kind = SC_EASE_SMOOTH}};
+    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, {.kind = SC_EASE_LINEAR}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25,
                 1e-9); /* the anterior face of the box, y = 25 */
@@ -203,12 +203,135 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
 static void easing_begins_at_0_and_ends_at_1(void **state)
 {
     (void)state;
-    for (int e = SC_EASE_LINEAR; e <= SC_EASE_OUT; e++) {
-        assert_near(sc_ease_value((sc_ease)e, 0), 0, 0);
-        assert_near(sc_ease_value((sc_ease)e, 1), 1, 0);
+    for (int e = SC_EASE_LINEAR; e <= SC_EASE_BEZIER; e++) {
+        const sc_ease ease = {.kind = (sc_ease_kind)e, .bezier = {0.42, 0, 0.58, 1}};
+
+        assert_near(sc_ease_value(ease, 0), 0, 0);
+        assert_near(sc_ease_value(ease, 1), 1, 0);
         for (int i = 1; i <= 100; i++)
-            assert_true(sc_ease_value((sc_ease)e, i / 100.0) >
-                        sc_ease_value((sc_ease)e, (i - 1) / 100.0));
+            assert_true(sc_ease_value(ease, i / 100.0) > sc_ease_value(ease, (i - 1) / 100.0));
+    }
+}
+
+static void a_bezier_curve_is_solved_for_the_time(void **state)
+{
+    /* x, y of the curve at s = 1/2 follow from its points without solving anything. */
+    static const double curves[][4] = {
+        {0.25, 0.1, 0.25, 1}, {0.42, 0, 0.58, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 0, 1, 0}};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(curves); i++) {
+        const double *b = curves[i];
+        const sc_ease ease = {SC_EASE_BEZIER, {b[0], b[1], b[2], b[3]}};
+        double before = 0;
+
+        /* Where the third stands upright, a rounding error of x is a cubic root of one in y. */
+        assert_near(sc_ease_value(ease, (3 * b[0] + 3 * b[2] + 1) / 8),
+                    (3 * b[1] + 3 * b[3] + 1) / 8, i == 2 ? cbrt(0x1p-52) : 1e-9);
+        for (int k = 0; k <= 1000; k++) {
+            const double value = sc_ease_value(ease, k / 1000.0);
+
+            assert_true(value >= before && value <= 1);
+            before = value;
+        }
+    }
+    for (int k = 0; k <= 10; k++)
+        assert_near(sc_ease_value((sc_ease){SC_EASE_BEZIER, {1 / 3.0, 1 / 3.0, 2 / 3.0, 2 / 3.0}},
+                                  k / 10.0),
+                    k / 10.0, 1e-12);
+}
+
+static void a_track_meets_its_key_frames_and_is_constant_outside(void **state)
+{
+    const sc_track track = {3,
+                            {{0.25, {.kind = SC_EASE_OUT}, {4, 0, 0}},
+                             {0.5, {.kind = SC_EASE_SMOOTH}, {8, -2, 0}},
+                             {0.75, {.kind = SC_EASE_LINEAR}, {0, 0, 6}}}};
+
+    (void)state;
+    assert_near(sc_track_value(&track, 0).x, 4, 0);
+    assert_near(sc_track_value(&track, 0.25).x, 4, 0);
+    assert_near(sc_track_value(&track, 0.3125).x, 4 + 4 * 0.15625, 1e-12); /* smooth at a quarter */
+    assert_near(sc_track_value(&track, 0.5).x, 8, 0);
+    assert_near(sc_track_value(&track, 0.625).y, -1, 1e-12);
+    assert_near(sc_track_value(&track, 0.625).z, 3, 1e-12);
+    assert_near(sc_track_value(&track, 0.75).z, 6, 0);
+    assert_near(sc_track_value(&track, 1).z, 6, 0);
+}
+
+/* The camera rises from the front over the head and comes down at the back: it never turns faster
+ * than it rises, and everything stays in the picture, which is tight. */
+static void a_camera_goes_over_the_pole_without_a_flip(void **state)
+{
+    enum { FRAMES = 181 };
+
+    (void)state;
+    for (int n = 0; n < 4; n++) {
+        sc_animation a = animation(FRAMES);
+        sc_vec3 corners[CORNERS];
+        sc_timeline t;
+        double fill = 0;
+
+        box_corners(corners);
+        a.camera.turns = 0;
+        a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
+        a.camera.elevation_track =
+            (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {n & 2 ? -180 : 180, 0, 0}}}};
+        sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+        for (int k = 0; k < FRAMES; k++) {
+            const sc_camera c = sc_timeline_scene(&t, k).camera;
+
+            expect_in_view(&c, 1.5, corners, &fill);
+            assert_near(c.right.x, -1, 1e-9);
+            if (k > 0) {
+                const sc_camera before = sc_timeline_scene(&t, k - 1).camera;
+
+                assert_near(acos(sc_vec3_dot(c.up, before.up)) * 180 / M_PI, 1, 1e-4);
+            }
+        }
+        assert_near(sc_timeline_scene(&t, FRAMES - 1).camera.up.z, -1, 1e-9);
+        assert_true(fill > 0.945);
+    }
+}
+
+/* What moves by key frames is framed in all frames, and shows what the key frames say. */
+static void key_frames_move_the_camera(void **state)
+{
+    sc_animation a = animation(11);
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+    double fill = 0;
+
+    (void)state;
+    box_corners(corners);
+    a.camera.has_angle = a.camera.has_target = true;
+    a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
+    a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {30, 20, 80}}}};
+    a.camera.fov_track = (sc_track){2, {{0, {0}, {20, 0, 0}}, {0.5, {0}, {60, 0, 0}}}};
+    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+    for (int k = 0; k <= 10; k++) {
+        const sc_camera c = sc_timeline_scene(&t, k).camera;
+        const sc_vec3 target = {3.0 * k, 2.0 * k, 8.0 * k};
+        const double fov_deg = k < 5 ? 20 + 8.0 * k : 60;
+
+        expect_in_view(&c, 1.5, corners, &fill);
+        assert_near(sc_vec3_length(sc_vec3_sub(target, c.position_mm)),
+                    t.animation.camera.distance_mm, 1e-9);
+        assert_near(sc_vec3_dot(c.forward, sc_vec3_unit(sc_vec3_sub(target, c.position_mm))), 1,
+                    1e-12);
+        assert_near(c.half_height, tan(fov_deg * M_PI / 360), 1e-12);
+        assert_near(c.right.x, -cos(k * M_PI / 20), 1e-9);
+    }
+    assert_true(fill > 0.945);
+    a.camera.zoom_track = (sc_track){2, {{0, {0}, {2, 0, 0}}, {1, {0}, {4, 0, 0}}}};
+    a.camera.has_distance = true;
+    a.camera.distance_track = (sc_track){2, {{0, {0}, {100, 0, 0}}, {1, {0}, {200, 0, 0}}}};
+    for (int n = 0; n < 2; n++) {
+        a.camera.projection = n ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
+        sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+        /* An orthographic camera shows what the field of view holds at the target. */
+        assert_near(sc_timeline_scene(&t, 5).camera.half_height, tan(M_PI / 6) / 3 * (n ? 150 : 1),
+                    1e-9);
     }
 }
 
@@ -221,7 +344,7 @@ static void zoom_scales_the_picture(void **state)
 
     (void)state;
     box_corners(corners);
-    a.camera.zoom = (sc_ramp){1, 2, 0, 1, SC_EASE_LINEAR};
+    a.camera.zoom = (sc_ramp){1, 2, 0, 1, {.kind = SC_EASE_LINEAR}};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     first = sc_timeline_scene(&t, 0).camera.half_height;
     assert_near(sc_timeline_scene(&t, 10).camera.half_height, first / 2, 1e-12);
@@ -257,13 +380,13 @@ static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
 static void verbs_of_one_tissue_combine(void **state)
 {
-    static const sc_fade fades[] = {{1, SC_VERB_FADE, 0.1, 0.2, SC_EASE_LINEAR, 0.5, 0},
-                                    {1, SC_VERB_PULSE, 0.1, 0.5, SC_EASE_LINEAR, 0.2, 2},
-                                    {1, SC_VERB_FADE, 0.6, 0.8, SC_EASE_LINEAR, 2, 0},
-                                    {2, SC_VERB_APPEAR, 0.5, 0.5, SC_EASE_LINEAR, 1, 0},
-                                    {2, SC_VERB_FADE, 0.6, 0.7, SC_EASE_SMOOTH, 0, 0},
-                                    {3, SC_VERB_FADE, 0.1, 0.2, SC_EASE_LINEAR, 0, 0},
-                                    {3, SC_VERB_APPEAR, 0.4, 0.6, SC_EASE_LINEAR, 1, 0}};
+    static const sc_fade fades[] = {{1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0.5, 0},
+                                    {1, SC_VERB_PULSE, 0.1, 0.5, {.kind = SC_EASE_LINEAR}, 0.2, 2},
+                                    {1, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 2, 0},
+                                    {2, SC_VERB_APPEAR, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 1, 0},
+                                    {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, 0, 0},
+                                    {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0, 0},
+                                    {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0}};
     const sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
 
     (void)state;
@@ -386,6 +509,10 @@ int main(void)
         cmocka_unit_test(framing_heeds_what_the_job_says),
         cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
         cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
+        cmocka_unit_test(a_bezier_curve_is_solved_for_the_time),
+        cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
+        cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
+        cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(zoom_scales_the_picture),
         cmocka_unit_test(without_visible_points_there_is_still_a_camera),
     };

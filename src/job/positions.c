@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The types of value of an animation: positions of planes, its length, and parts of it. */
+#include "key.h"
+#include "segcast/timeline.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Read a number and, behind it, its unit. @param unit "%", "mm", or "" if there is none. @return
+ * false if @p node is anything else. */
+static bool parse_position(const sc_yaml *node, double *number, const char **unit)
+{
+    char *end;
+
+    if (node->kind != SC_YAML_SCALAR)
+        return false;
+    *number = strtod(node->text, &end);
+    if (end == node->text || !isfinite(*number) || fabs(*number) > 1e6)
+        return false;
+    *unit = end + strspn(end, " ");
+    return !**unit || !strcmp(*unit, "%") || !strcmp(*unit, "mm");
+}
+
+/* Read a plane position: "40%" is 40 percent; "12 mm" is 12 mm. A number without a unit is refused:
+ * it would be millimetres to some users and percent to others. */
+static sc_status read_plane_position(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                     void *value)
+{
+    double number;
+    const char *unit;
+
+    if (!parse_position(node, &number, &unit))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!*unit) {
+        char expected[128];
+        const bool is_share = number > 0 && number < 1;
+
+        snprintf(expected, sizeof expected, "a unit behind the number: %.12g%% or %.12g mm",
+                 is_share ? 100 * number : number, number);
+        return sc_wrong_type(ctx, node, expected);
+    }
+    *(sc_plane_position *)value = (sc_plane_position){.value = number, .percent = *unit == '%'};
+    return SC_OK;
+}
+
+/* Write what read_plane_position reads: "40%" or "12 mm". */
+static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                      int indent, sc_text *text)
+{
+    const sc_plane_position *position = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g%s", position->value, position->percent ? "%" : " mm");
+}
+
+static json_t *plane_position_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:s}", "type", "string", "pattern",
+                     "^-?[0-9.]+([eE][-+]?[0-9]+)? *(%|mm)$");
+}
+
+static json_t *share_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:s}", "type", "string", "pattern", "^[0-9.]+ *%$");
+}
+
+/* Read a share from 0% to 100%, which is stored as a double from 0 to 1. */
+static sc_status read_share(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double number;
+    const char *unit;
+
+    if (!parse_position(node, &number, &unit) || *unit != '%' || number < 0 || number > 100)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(double *)value = number / 100;
+    return SC_OK;
+}
+
+static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g%%", 100 * *(const double *)value);
+}
+
+/* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. Other
+ * times have become shares before (sc_times_resolve). */
+static sc_status read_span(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    double span[2];
+
+    if (node->kind != SC_YAML_LIST || node->count != 2)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (int i = 0; i < 2; i++) {
+        const char *unit;
+
+        if (!parse_position(node->items[i], &span[i], &unit) || *unit != '%' || span[i] < 0 ||
+            span[i] > 100)
+            return sc_wrong_type(ctx, node, key->type->expected);
+        span[i] /= 100;
+    }
+    if (span[1] < span[0])
+        return sc_wrong_type(ctx, node, key->type->expected);
+    memcpy(value, span, sizeof span);
+    return SC_OK;
+}
+
+/* Write two doubles from 0 to 1 as "[20%, 80%]". */
+static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const double *span = value;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[%.12g%%, %.12g%%]", 100 * span[0], 100 * span[1]);
+}
+
+static json_t *span_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:{s:s, s:s}, s:i, s:i}", "type", "array", "items", "type", "string",
+                     "pattern", "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$",
+                     "minItems", 2, "maxItems", 2);
+}
+
+/* Read a time: a number and, behind it, ms, s, min or nothing, which is seconds too. It is stored
+ * as a double, in seconds. */
+static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    static const struct {
+        const char *name;
+        double seconds;
+    } units[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}};
+    char *end = NULL;
+    double number = 0;
+
+    if (node->kind == SC_YAML_SCALAR)
+        number = strtod(node->text, &end);
+    if (!end || end == node->text || !(number > 0 && number <= 1e6))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    end += strspn(end, " ");
+    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(end, units[i].name)) {
+            *(double *)value = number * units[i].seconds;
+            return SC_OK;
+        }
+    }
+    return sc_wrong_type(ctx, node, key->type->expected);
+}
+
+static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%.12g s", *(const double *)value);
+}
+
+static json_t *duration_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, {s:s, s:s}]}", "anyOf", "type", "number", "type", "string",
+                     "pattern", "^[0-9.]+ *(ms|s|min)?$");
+}
+
+const sc_value_type sc_type_duration = {
+    .name = "time",
+    .expected = "a time such as 10s, 1.5 min or 500 ms",
+    .read = read_duration,
+    .write = write_duration,
+    .schema = duration_schema,
+};
+const sc_value_type sc_type_plane_position = {
+    .name = "position",
+    .expected = "a position such as 40% or 12 mm",
+    .read = read_plane_position,
+    .write = write_plane_position,
+    .schema = plane_position_schema,
+};
+const sc_value_type sc_type_share = {
+    .name = "share",
+    .expected = "a share from 0% to 100%, with its % sign",
+    .read = read_share,
+    .write = write_share,
+    .schema = share_schema,
+};
+const sc_value_type sc_type_span = {
+    .name = "[begin, end]",
+    .expected = "two rising times of the animation, such as [0%, 50%], [1.5s, 0:10] or [0f, 45f]",
+    .read = read_span,
+    .write = write_span,
+    .schema = span_schema,
+};

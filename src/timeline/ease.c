@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How values change with time: easing, parts of the animation, and key frames. */
+#include "segcast/timeline.h"
+
+/* @return a cubic Bezier curve from 0 to 1 at @p s. @param p, q the inner control values. */
+static double bezier_at(double p, double q, double s)
+{
+    const double r = 1 - s;
+
+    return s * (3 * r * (r * p + s * q) + s * s);
+}
+
+/* @return y of the curve where its x is @p u. x rises with s, so that halving finds s to the last
+ * bits; a search by slopes would fail where the curve stands upright. */
+static double bezier_value(const double b[4], double u)
+{
+    enum { STEPS = 60 };
+    double low = 0, high = 1;
+
+    if (u <= 0 || u >= 1)
+        return u <= 0 ? 0 : 1;
+    for (int i = 0; i < STEPS; i++) {
+        const double s = 0.5 * (low + high);
+
+        if (bezier_at(b[0], b[2], s) < u)
+            low = s;
+        else
+            high = s;
+    }
+    return bezier_at(b[1], b[3], 0.5 * (low + high));
+}
+
+double sc_ease_value(sc_ease ease, double u)
+{
+    switch (ease.kind) {
+    case SC_EASE_SMOOTH:
+        return u * u * (3 - 2 * u);
+    case SC_EASE_IN:
+        return u * u;
+    case SC_EASE_OUT:
+        return u * (2 - u);
+    case SC_EASE_BEZIER:
+        return bezier_value(ease.bezier, u);
+    case SC_EASE_LINEAR:
+        break;
+    }
+    return u;
+}
+
+double sc_frame_time(double k, int frames)
+{
+    return frames > 1 ? k / (frames - 1) : 0;
+}
+
+double sc_progress(double begin, double end, sc_ease ease, double k, int frames)
+{
+    const double at = sc_frame_time(k, frames);
+    const double u = end > begin ? (at - begin) / (end - begin) : at >= begin;
+
+    return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
+}
+
+sc_vec3 sc_track_value(const sc_track *track, double at)
+{
+    const sc_key_frame *keys = track->keys;
+    int next = 0;
+
+    while (next < track->count && keys[next].at <= at)
+        next++;
+    if (next == 0 || next == track->count)
+        return keys[next ? next - 1 : 0].value;
+    return sc_vec3_along(keys[next - 1].value,
+                         sc_ease_value(keys[next].ease, (at - keys[next - 1].at) /
+                                                            (keys[next].at - keys[next - 1].at)),
+                         sc_vec3_sub(keys[next].value, keys[next - 1].value));
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to timeline: where a camera that turns stands, at any time of the animation. */
+#ifndef SC_TIMELINE_MOTION_H
+#define SC_TIMELINE_MOTION_H
+
+#include "segcast/timeline.h"
+
+/* The most directions of view that a framing looks at. */
+enum { SC_SIGHTS_MAX = 512 };
+
+/* From where a camera that turns sees its target. */
+typedef struct sc_sight {
+    sc_vec3 away;                /* unit: from the target to the camera */
+    sc_vec3 up;                  /* not parallel to away; points upwards in the picture */
+    sc_vec3 target_mm;           /* of no meaning before it is known: sc_orbit.has_target */
+    double distance_mm, tangent; /* the same for distance_mm; of half the field of view */
+} sc_sight;
+
+/* @return the unit direction from the target to the camera at angle 0, perpendicular to the unit @p
+ * axis: to the front of the patient, or above where the axis itself points nearly that way. */
+sc_vec3 sc_orbit_reference(sc_vec3 axis);
+/* @return from where the camera of an orbit sees its target in frame @p k, which need not be whole.
+ */
+sc_sight sc_sight_at(const sc_animation *animation, double k);
+/* Fill @p out with the sights of an orbit by which it is framed: those of a whole turn, or of the
+ * part of one that it covers; of a camera that moves in other ways, too, those of its frames or of
+ * enough of them. @return how many there are. */
+int sc_sights_of(const sc_animation *animation, sc_sight out[SC_SIGHTS_MAX]);
+
+#endif
