@@ -96,12 +96,24 @@ typedef struct sc_slices {
                            0 is the right, posterior, inferior corner, 1 the opposite one */
 } sc_slices;
 
-/** What a verb does to the opacity of tissues. */
+/** What a verb does: first those of the opacity of tissues, then those of the camera. */
 typedef enum sc_verb_kind {
     SC_VERB_FADE,   /**< it moves to another one, and stays there */
     SC_VERB_APPEAR, /**< tissues that are not seen before appear, all or one after the other */
-    SC_VERB_PULSE   /**< it goes to another one and back, several times */
+    SC_VERB_PULSE,  /**< it goes to another one and back, several times */
+    SC_VERB_ORBIT,  /**< the camera turns by an angle, beside what it does anyway */
+    SC_VERB_ROCK,   /**< it swings to both sides and returns, several times */
+    SC_VERB_ZOOM,   /**< the scale of the picture moves to another one */
+    SC_VERB_DOLLY,  /**< the camera goes nearer to its target, or away from it */
+    SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
+    SC_VERB_FRAME   /**< tissues come to fill the picture */
 } sc_verb_kind;
+
+/** @return whether a verb moves the camera, and does nothing to tissues. */
+static inline bool sc_verb_moves_camera(sc_verb_kind kind)
+{
+    return kind >= SC_VERB_ORBIT;
+}
 
 /** In which order tissues appear. Those of a direction begin with the tissue whose middle is the
  * furthest from there, so that the order runs that way. */
@@ -125,14 +137,31 @@ typedef struct sc_verb {
     sc_verb_kind kind;
     double begin, end; /**< as of sc_ramp */
     sc_ease ease;
-    double to;      /**< fade, pulse: an opacity from 0 to 1, or a factor */
+    double to;      /**< fade, pulse: an opacity from 0 to 1, or a factor; zoom: the scale; dolly:
+                         what the distance is multiplied by */
     bool to_factor; /**< true: "to" multiplies the opacity of the tissue; false: it replaces it */
     sc_verb_order order; /**< appear */
-    double stagger;  /**< appear, 0 to 1: how much of the time that one takes passes before the next
-                          begins; 1: one after the other, 0: all at once */
-    int times;       /**< pulse: how often, at least 1 */
+    double stagger; /**< appear, 0 to 1: how much of the time that one takes passes before the next
+                         begins; 1: one after the other, 0: all at once */
+    int times;      /**< pulse, rock: how often, at least 1 */
+    double angle_deg, elevation_deg; /**< orbit: how far the camera turns and rises; rock: how far
+                                        it swings to each side, up and down */
+    double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
+                      which it starts again */
     char where[160]; /**< "file:line" for messages; may be empty */
 } sc_verb;
+
+/** What a verb does to the camera. */
+typedef struct sc_move {
+    sc_verb verb;
+    /** Of a frame: corners of its tissues, RAS mm, borrowed while a timeline is resolved. */
+    const sc_vec3 *points;
+    size_t point_count;
+    /** Of a frame, in a timeline: what the camera looks at in the end, from where, and how much of
+     * it it shows, as of sc_timeline.half_height. */
+    sc_vec3 target_mm;
+    double distance_mm, half_height;
+} sc_move;
 
 /** Tissues of a verb. */
 typedef struct sc_verb_tissue {
@@ -167,6 +196,8 @@ typedef struct sc_animation {
     int sweep_count;
     sc_clip_mode clip_mode;
     sc_slices slices;
+    const sc_move *moves; /**< [move_count] in any order, borrowed while a timeline is resolved */
+    int move_count;       /**< at most SC_VERBS_MAX */
 } sc_animation;
 
 /** An animation in which all that depends on the volume is filled in: the framing of the camera and
@@ -177,8 +208,10 @@ typedef struct sc_timeline {
     double half_height;                                  /**< as of sc_camera, before the zoom */
     uint32_t clip_sets[SC_CLIP_SETS_MAX];                /**< as of sc_scene */
     int clip_set_count;
-    sc_vec3 low_mm, high_mm; /**< bounding box of the visible tissues, RAS */
-    const sc_fade *fades;    /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
+    sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */
+    sc_move moves[SC_VERBS_MAX]; /**< [animation.move_count] of them, by the time at which they
+                                      begin */
+    const sc_fade *fades; /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
     size_t fade_count;
 } sc_timeline;
 
@@ -187,7 +220,12 @@ typedef struct sc_timeline {
 SC_MUST_USE sc_status sc_verb_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
                                             const sc_verb_tissue *list, size_t count);
 
-/** Find what verbs do to each tissue.
+/** Find the tissues of verb @p v that can be seen: out[id] is set for these and cleared for all
+ * others. @param out [label_count] by dense id. @return how many there are. */
+int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const sc_verbs *verbs,
+                    size_t v, bool *out);
+
+/** Find what verbs do to each tissue; those that move the camera do nothing.
  *  @param tissues [label_count] by dense id, resolved; fade_group of all is set.
  *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
  *  owns: sc_free.
@@ -204,9 +242,10 @@ SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *vol
 void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
- * the visible tissues. One framing holds for the whole orbit, and for the tissues as they are
- * without clip planes, so that the scale of the picture stays the same. There is one clip set,
- * which holds all planes; the caller replaces clip_sets where tissues are excepted.
+ * the visible tissues, and with its moves, which it does not point to any more. One framing holds
+ * for the whole orbit, and for the tissues as they are without clip planes, so that the scale of
+ * the picture stays the same. There is one clip set, which holds all planes; the caller replaces
+ * clip_sets where tissues are excepted.
  *  @param points among which are the corners of the visible tissues (sc_hull_points); with none, a
  *  box of 1 mm at the origin is framed. @param aspect width of the picture divided by its height.
  */

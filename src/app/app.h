@@ -193,10 +193,22 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
 /* Resolve the tissues and clip sets of session->volume by the rules of the job: fills
  * session->tissues and session->clip_sets. */
 sc_status sc_session_tissues(sc_app *app, sc_session *session);
+/* The verbs of a job that move the camera. */
+typedef struct sc_moves {
+    sc_move moves[SC_VERBS_MAX]; /* [count] of them */
+    int count;
+    sc_vec3 *points[SC_VERBS_MAX]; /* [count] of them, those of the moves or NULL; owned */
+} sc_moves;
+/* Find the moves of session->job, after sc_session_tissues: with all corners of the tissues that
+ * they frame, or those of boxes around them if there is no renderer yet, and so perhaps no voxels.
+ * Not collective. Caller owns *out, also after an error: sc_moves_clear. @return SC_ERR_MEMORY. */
+sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *out);
+void sc_moves_clear(sc_moves *moves);
 /* Fill session->timeline, framed on @p points (see sc_timeline_resolve), after sc_session_tissues.
  * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
- * others get its result. */
-void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count);
+ * others get its result. @return SC_ERR_MEMORY. */
+sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
+                              size_t count);
 /* Fill session->lettering and session->logo, if the job has overlays, after sc_session_timeline:
  * rank 0 makes them, so that other ranks need no fonts. @return as sc_annotations_letter and
  * sc_annotations_logo. */

@@ -72,7 +72,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));
     SC_TRY(sc_session_tissues(app, &session));
     SC_TRY(find_corners(app, &session, &corners, &count));
-    sc_session_timeline(app, &session, corners, count);
+    SC_TRY(sc_session_timeline(app, &session, corners, count));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     SC_TRY(sc_session_letter(app, &session));
     sc_display_end_stage(app);

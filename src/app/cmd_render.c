@@ -29,6 +29,21 @@ out:
     return status;
 }
 
+/* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
+static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < t->animation.move_count && status == SC_OK; i++) {
+        const sc_move *m = &t->moves[i];
+
+        status = sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
+                             m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
+                             m->half_height);
+    }
+    return status;
+}
+
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
  * label table, which the keys of the job do not hold. */
 static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
@@ -61,6 +76,7 @@ static sc_status hash_job(const sc_run *run, uint64_t *out)
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
     SC_TRY(add_tissues(ctx, &run->session, &text));
     SC_TRY(add_fades(ctx, &run->session, &text));
+    SC_TRY(add_moves(ctx, &run->session.timeline, &text));
     if (run->session.logo.rgb)
         SC_TRY(sc_text_add(ctx, &text, "%llx\n",
                            (unsigned long long)sc_image_hash(&run->session.logo)));

@@ -58,6 +58,8 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
     double worst = 1.005, worst_zoom = 1; /* a reach of less is within the rim of a tissue */
     int at = -1;
 
+    if (t->animation.move_count || t->animation.camera.fov_track.count)
+        return; /* what is left of the picture then is meant to be seen */
     for (int i = 0; i < FRAMES && i < frames; i++) {
         const int k = frames <= FRAMES ? i : (int)((double)i * (frames - 1) / (FRAMES - 1));
         const sc_scene scene = sc_timeline_scene(t, k);

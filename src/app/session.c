@@ -533,14 +533,21 @@ sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, c
     return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
 }
 
-void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
+sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
+    sc_animation animation = session->job.animation;
+    sc_moves moves = {0};
+    sc_status status;
 
     if (count == 0 && session->volume.label_count > 1 && first)
         sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
-    sc_timeline_resolve(&session->job.animation, points, count, picture_aspect(&session->job),
-                        &session->timeline);
+    SC_TRY(sc_comm_agree(app->comm, first ? sc_find_moves(app, session, &moves) : SC_OK));
+    animation.moves = moves.moves;
+    animation.move_count = moves.count;
+    if (first)
+        sc_timeline_resolve(&animation, points, count, picture_aspect(&session->job),
+                            &session->timeline);
     /* Framing, too, is decided with floating point: see sc_session_tissues. */
     sc_comm_broadcast(app->comm, &session->timeline, sizeof session->timeline);
     memcpy(session->timeline.clip_sets, session->clip_sets, sizeof session->clip_sets);
@@ -551,6 +558,9 @@ void sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points
         warn_of_planes(app, session);
         sc_warn_of_zoom(app, session, picture_aspect(&session->job), points, count);
     }
+out:
+    sc_moves_clear(&moves);
+    return status;
 }
 
 sc_status sc_session_scene(sc_app *app, sc_session *session)
@@ -564,7 +574,7 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
     SC_TRY(sc_session_tissues(app, session));
     SC_TRY(make_renderers(app, session));
     hull = sc_renderer_hull(session->renderer, &hull_count);
-    sc_session_timeline(app, session, hull, hull_count);
+    SC_TRY(sc_session_timeline(app, session, hull, hull_count));
     SC_TRY(sc_session_letter(app, session));
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:

@@ -118,6 +118,63 @@ static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
                         "position_mm and target_mm are the same point");
 }
 
+/* ---- verbs of the camera ---- */
+
+/* Log what is wrong with a verb. */
+static sc_status fail_verb(const sc_ctx *ctx, const sc_verb *verb, const char *text)
+{
+    return sc_fail(ctx, SC_ERR_DATA, "%s%s%s", verb->where, verb->where[0] ? ": " : "", text);
+}
+
+/* A hold needs an orbit that turns in the rest of the time, and a time of its own. */
+static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
+{
+    const sc_orbit *camera = &job->animation.camera;
+    const sc_verb *hold = &job->verbs[index];
+
+    if (camera->fixed || camera->has_angle || camera->turns == 0)
+        return fail_verb(ctx, hold,
+                         "hold: the camera does not turn by itself; expected an orbit with turns, "
+                         "whose turning it can pause");
+    if (hold->soft > 0.5)
+        return fail_verb(ctx, hold,
+                         "hold: soft is more than 50%, so that the camera would start "
+                         "again before it stands; expected 0% to 50%");
+    if (hold->end - hold->begin >= 1 && hold->soft == 0)
+        return fail_verb(ctx, hold,
+                         "hold: it lasts for the whole animation, so that there is no "
+                         "time to turn; expected a part of it, or turns: 0");
+    for (size_t i = 0; i < index; i++) {
+        const sc_verb *other = &job->verbs[i];
+
+        if (other->kind == SC_VERB_HOLD && other->begin < hold->end && hold->begin < other->end)
+            return fail_verb(ctx, hold,
+                             "hold: it overlaps with another hold; expected one that "
+                             "begins when the other has ended, or one for both");
+    }
+    return SC_OK;
+}
+
+/* Verbs that the camera of the job cannot do. Not checked after another mistake in them. */
+static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
+{
+    const sc_orbit *camera = &job->animation.camera;
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < job->verb_count; i++) {
+        const sc_verb *verb = &job->verbs[i];
+
+        if (verb->kind == SC_VERB_HOLD)
+            (void)sc_goes_on(&status, check_hold(ctx, job, i));
+        if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)
+            (void)sc_goes_on(&status, fail_verb(ctx, verb,
+                                                "dolly: it changes nothing in an orthographic "
+                                                "picture; expected the verb zoom, or "
+                                                "projection: perspective"));
+    }
+    return status;
+}
+
 /* Turn a duration into a number of frames. */
 static sc_status apply_duration(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
@@ -270,6 +327,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
     (void)sc_goes_on(&status, apply_duration(ctx, root, job));
     (void)sc_goes_on(&status, check_turns(ctx, root, job));
+    if (status == SC_OK)
+        (void)sc_goes_on(&status, check_verbs(ctx, job));
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     (void)sc_goes_on(&status, sc_captions_check(ctx, job));
     if (!sc_job_is_phantom(job->volume))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Verbs of a job: what happens to tissues in a part of the animation. */
+/* Verbs of a job: what happens to tissues or to the camera in a part of the animation. */
 #include "key.h"
 #include "segcast/job.h"
 
@@ -207,15 +207,82 @@ static const sc_key pulse_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
-#define KINDS "fade, appear or pulse"
+/* ---- rows of verbs of the camera ---- */
+
+#define ANGLE_ROW(fallback, what)                                                                  \
+    {                                                                                              \
+        "angle", &sc_type_real, VERB(angle_deg), fallback, .help = (what), .low = -36000,          \
+                                                           .high = 36000, .unit = "degrees"        \
+    }
+#define ELEVATION_ROW(what)                                                                        \
+    {                                                                                              \
+        "elevation", &sc_type_real, VERB(elevation_deg), "0", .help = (what), .low = -36000,       \
+                                                              .high = 36000, .unit = "degrees"     \
+    }
+
+static const sc_key orbit_keys[] = {
+    ANGLE_ROW("0", "how far the camera turns about the axis of the orbit, beside what it does "
+                   "anyway"),
+    ELEVATION_ROW("how far it rises"),
+    DURING_ROW("it turns; it stays there afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+static const sc_key rock_keys[] = {ANGLE_ROW("20", "how far the camera swings to each side"),
+                                   ELEVATION_ROW("how far it swings up and down"),
+                                   {"times", &sc_type_int, VERB(times), "1",
+                                    .help = "how often it swings to both sides and returns",
+                                    .low = 1, .high = 1000},
+                                   DURING_ROW("it swings"),
+                                   EASE_ROW("smooth"),
+                                   {0}};
+
+static const sc_key zoom_keys[] = {
+    {"to", &sc_type_real, VERB(to), NULL, .help = "scale of the picture in the end; 1: as framed",
+     .low = 0.01, .high = 1000, .required = true},
+    DURING_ROW("the scale changes, evenly to the eye; it stays so afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+static const sc_key dolly_keys[] = {
+    {"to", &sc_type_real, VERB(to), NULL,
+     .help = "what the distance of the camera from its target is multiplied by: 0.5 is half as far",
+     .low = 0.01, .high = 100, .required = true},
+    DURING_ROW("it moves; it stays there afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+static const sc_key hold_keys[] = {
+    DURING_ROW("the orbit pauses; it turns faster in the rest of the time, just as far"),
+    {"soft", &sc_type_share, VERB(soft), "20%",
+     .help = "share of that part, up to 50%, in which the camera comes to rest, and in which it "
+             "starts again"},
+    {0}};
+
+static const sc_key frame_keys[] = {
+    TISSUES_ROW,
+    DURING_ROW("the camera moves so that they fill the picture; they do so afterwards, however it "
+               "turns"),
+    EASE_ROW("smooth"),
+    {0}};
+
+#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold or frame"
+#define KIND_ROW(name, rows, what)                                                                 \
+    {                                                                                              \
+        name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
+                                     .required = true                                              \
+    }
 
 const sc_key sc_verb_keys[] = {
-    {"fade", &sc_type_map, 0, NULL, .help = "tissues become more or less opaque, or disappear",
-     .keys = fade_keys, .alternative = KINDS, .required = true},
-    {"appear", &sc_type_map, 0, NULL, .help = "tissues appear, one after the other",
-     .keys = appear_keys, .alternative = KINDS, .required = true},
-    {"pulse", &sc_type_map, 0, NULL, .help = "tissues become fainter and return, several times",
-     .keys = pulse_keys, .alternative = KINDS, .required = true},
+    KIND_ROW("fade", fade_keys, "tissues become more or less opaque, or disappear"),
+    KIND_ROW("appear", appear_keys, "tissues appear, one after the other"),
+    KIND_ROW("pulse", pulse_keys, "tissues become fainter and return, several times"),
+    KIND_ROW("orbit", orbit_keys, "the camera turns by an angle"),
+    KIND_ROW("rock", rock_keys, "the camera swings to both sides, several times"),
+    KIND_ROW("zoom", zoom_keys, "the picture is scaled"),
+    KIND_ROW("dolly", dolly_keys, "the camera comes nearer, or goes away"),
+    KIND_ROW("hold", hold_keys, "the turning of the orbit pauses"),
+    KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
     {0}};
 
 /* @return the row of a kind of verb: its index in sc_verb_keys. */
@@ -236,7 +303,7 @@ static sc_status find_kind(const sc_ctx *ctx, const sc_key *keys, const sc_yaml 
     if (node->kind != SC_YAML_MAP || node->count != 1)
         return node->kind == SC_YAML_MAP
                    ? sc_yaml_fail(ctx, node, "a verb is one map: either " KINDS)
-                   : sc_wrong_type(ctx, node, "{fade: {...}}, {appear: {...}} or {pulse: {...}}");
+                   : sc_wrong_type(ctx, node, "{fade: {...}}, {appear: {...}} or another verb");
     key = sc_key_find(keys, node->items[0]->key);
     if (!key)
         return sc_key_unknown(ctx, keys, node->items[0]);

@@ -339,3 +339,24 @@ void sc_frame_orbit(sc_orbit *orbit, const sc_sight *sights, int sight_count, co
         orbit->distance_mm = need;
     }
 }
+
+double sc_fit_height(const sc_sight *sights, int sight_count, sc_vec3 target_mm, double distance_mm,
+                     const sc_vec3 *points, size_t count, double aspect)
+{
+    double most = 1e-6;
+
+    for (int i = 0; i < sight_count; i++) {
+        const sc_sight *s = &sights[i];
+        const sc_camera c = sc_camera_look(sc_vec3_along(target_mm, distance_mm, s->away),
+                                           target_mm, s->up, SC_PERSPECTIVE, 1);
+
+        for (size_t k = 0; k < count; k++) {
+            const sc_vec3 d = sc_vec3_sub(points[k], c.position_mm);
+            const double across =
+                fmax(fabs(sc_vec3_dot(d, c.right)) / aspect, fabs(sc_vec3_dot(d, c.up)));
+
+            most = fmax(most, across / sc_vec3_dot(d, c.forward));
+        }
+    }
+    return MARGIN * most;
+}

@@ -38,46 +38,140 @@ static double number_at(const sc_track *track, double constant, double at)
     return track->count ? sc_track_value(track, at).x : constant;
 }
 
-sc_sight sc_sight_at(const sc_animation *animation, double k)
+/* @return how much of the time of a hold the camera has stood still, as a share of that time: at @p
+ * x of it, 0 to 1. While it comes to rest its speed falls as an ease of kind smooth rises. */
+static double rest_at(double x, double soft)
 {
-    const sc_orbit *orbit = &animation->camera;
-    const double at = sc_frame_time(k, animation->frames);
-    const double turned = orbit->has_angle ? number_at(&orbit->angle_track, orbit->angle_deg, at)
-                                           : 360 * orbit->turns * k / animation->frames;
+    double y = x;
+
+    if (soft > 0 && x < soft) {
+        y = x / soft;
+        return soft * y * y * y * (1 - y / 2);
+    }
+    if (soft > 0 && x > 1 - soft) {
+        y = (1 - x) / soft;
+        return 1 - soft - soft * y * y * y * (1 - y / 2);
+    }
+    return x - soft / 2;
+}
+
+/* @return the frame at which an orbit would be without holds, when it is at frame @p k. */
+static double without_holds(const sc_timeline *t, double k)
+{
+    const int frames = t->animation.frames;
+    const double at = sc_frame_time(k, frames);
+    double rested = 0, rest = 0;
+
+    for (int i = 0; i < t->animation.move_count; i++) {
+        const sc_verb *hold = &t->moves[i].verb;
+        const double length = hold->end - hold->begin;
+
+        if (hold->kind != SC_VERB_HOLD)
+            continue;
+        rest += length * (1 - hold->soft);
+        if (at > hold->begin)
+            rested += at < hold->end ? length * rest_at((at - hold->begin) / length, hold->soft)
+                                     : length * (1 - hold->soft);
+    }
+    return rest > 0 ? (at - rested) / (1 - rest) * (frames - 1) : k;
+}
+
+/* Add to the angle and the elevation what verbs do to them in frame @p k. */
+static void add_swings(const sc_timeline *t, double k, double *angle_deg, double *elevation_deg)
+{
+    for (int i = 0; i < t->animation.move_count; i++) {
+        const sc_verb *verb = &t->moves[i].verb;
+        double share;
+
+        if (verb->kind != SC_VERB_ORBIT && verb->kind != SC_VERB_ROCK)
+            continue;
+        share = sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames);
+        if (verb->kind == SC_VERB_ROCK) /* at rest after the last swing, and not by rounding */
+            share = share < 1 ? sin(2 * M_PI * verb->times * share) : 0;
+        *angle_deg += share * verb->angle_deg;
+        *elevation_deg += share * verb->elevation_deg;
+    }
+}
+
+/* Set away and up of a camera that stands where the job says, but for what verbs do. */
+static void set_direction_of_fixed(const sc_timeline *t, double k, sc_sight *out)
+{
+    const sc_orbit *fixed = &t->animation.camera;
+    const sc_camera camera =
+        sc_camera_look(fixed->position_mm, fixed->target_mm, fixed->up, fixed->projection, 1);
+    const sc_vec3 axis = sc_vec3_unit(fixed->up);
+    double angle_deg = 0, elevation_deg = 0;
+
+    add_swings(t, k, &angle_deg, &elevation_deg);
+    out->away = sc_vec3_rotate(sc_vec3_scale(camera.forward, -1), camera.right,
+                               -elevation_deg * M_PI / 180);
+    out->away = sc_vec3_rotate(out->away, axis, angle_deg * M_PI / 180);
+    out->up = sc_vec3_rotate(camera.up, camera.right, -elevation_deg * M_PI / 180);
+    out->up = sc_vec3_rotate(out->up, axis, angle_deg * M_PI / 180);
+}
+
+sc_sight sc_sight_at(const sc_timeline *t, double k)
+{
+    const sc_orbit *orbit = &t->animation.camera;
+    const double at = sc_frame_time(k, t->animation.frames);
     sc_sight out = {.target_mm = orbit->target_track.count
                                      ? sc_track_value(&orbit->target_track, at)
                                      : orbit->target_mm,
                     .distance_mm = number_at(&orbit->distance_track, orbit->distance_mm, at),
                     .tangent = tan(number_at(&orbit->fov_track, orbit->fov_deg, at) * M_PI / 360)};
+    double turned = orbit->has_angle
+                        ? number_at(&orbit->angle_track, orbit->angle_deg, at)
+                        : 360 * orbit->turns * without_holds(t, k) / t->animation.frames;
+    double elevation_deg = number_at(&orbit->elevation_track, orbit->elevation_deg, at);
 
-    set_direction(orbit, (orbit->start_deg + turned) * M_PI / 180,
-                  number_at(&orbit->elevation_track, orbit->elevation_deg, at), &out);
+    if (orbit->fixed) {
+        out.distance_mm = sc_vec3_length(sc_vec3_sub(orbit->position_mm, orbit->target_mm));
+        set_direction_of_fixed(t, k, &out);
+        return out;
+    }
+    add_swings(t, k, &turned, &elevation_deg);
+    set_direction(orbit, (orbit->start_deg + turned) * M_PI / 180, elevation_deg, &out);
     return out;
 }
 
-/* Does a camera do nothing but turn evenly? */
-static bool turns_only(const sc_orbit *orbit)
+/* Does a camera do nothing but turn evenly, or pause? */
+static bool turns_only(const sc_timeline *t)
 {
-    return !orbit->has_angle && !orbit->elevation_track.count && !orbit->target_track.count &&
-           !orbit->fov_track.count;
+    const sc_orbit *orbit = &t->animation.camera;
+    bool swings = false;
+
+    for (int i = 0; i < t->animation.move_count; i++)
+        swings = swings || t->moves[i].verb.kind == SC_VERB_ORBIT ||
+                 t->moves[i].verb.kind == SC_VERB_ROCK;
+    return !swings && !orbit->has_angle && !orbit->elevation_track.count &&
+           !orbit->target_track.count && !orbit->fov_track.count;
 }
 
-int sc_sights_of(const sc_animation *animation, sc_sight out[SC_SIGHTS_MAX])
+int sc_sights_between(const sc_timeline *timeline, double first, double last,
+                      sc_sight out[SC_SIGHTS_MAX])
 {
-    const sc_orbit *orbit = &animation->camera;
-    const bool part = fabs(orbit->turns) < 1, even = turns_only(orbit);
-    const int count = even                                ? ANGLES
-                      : animation->frames < SC_SIGHTS_MAX ? animation->frames
-                                                          : SC_SIGHTS_MAX;
+    const double frames = ceil(last - first) + 1;
+    const int count = frames < SC_SIGHTS_MAX ? (int)frames : SC_SIGHTS_MAX;
 
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < count; i++)
+        out[i] =
+            sc_sight_at(timeline, count > 1 ? first + (last - first) * i / (count - 1) : first);
+    return count;
+}
+
+int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX])
+{
+    const sc_orbit *orbit = &timeline->animation.camera;
+    const bool part = fabs(orbit->turns) < 1;
+
+    if (orbit->fixed || !turns_only(timeline))
+        return sc_sights_between(timeline, 0, timeline->animation.frames - 1, out);
+    for (int i = 0; i < ANGLES; i++) {
         const double turn = part ? orbit->turns * i / (ANGLES - 1) : (double)i / ANGLES;
 
-        out[i] = sc_sight_at(animation,
-                             count > 1 ? (double)i * (animation->frames - 1) / (count - 1) : 0);
-        if (even)
-            set_direction(orbit, orbit->start_deg * M_PI / 180 + 2 * M_PI * turn,
-                          orbit->elevation_deg, &out[i]);
+        out[i] = sc_sight_at(timeline, 0);
+        set_direction(orbit, orbit->start_deg * M_PI / 180 + 2 * M_PI * turn, orbit->elevation_deg,
+                      &out[i]);
     }
-    return count;
+    return ANGLES;
 }

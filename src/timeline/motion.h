@@ -19,12 +19,15 @@ typedef struct sc_sight {
 /* @return the unit direction from the target to the camera at angle 0, perpendicular to the unit @p
  * axis: to the front of the patient, or above where the axis itself points nearly that way. */
 sc_vec3 sc_orbit_reference(sc_vec3 axis);
-/* @return from where the camera of an orbit sees its target in frame @p k, which need not be whole.
- */
-sc_sight sc_sight_at(const sc_animation *animation, double k);
-/* Fill @p out with the sights of an orbit by which it is framed: those of a whole turn, or of the
- * part of one that it covers; of a camera that moves in other ways, too, those of its frames or of
- * enough of them. @return how many there are. */
-int sc_sights_of(const sc_animation *animation, sc_sight out[SC_SIGHTS_MAX]);
+/* @return from where the camera sees its target in frame @p k, which need not be whole, as far as
+ * key frames and the verbs orbit, rock and hold decide. */
+sc_sight sc_sight_at(const sc_timeline *timeline, double k);
+/* Fill @p out with the sights by which an orbit is framed: those of a whole turn, or of the part of
+ * one that it covers; of a camera that moves in other ways, too, those of its frames or of enough
+ * of them. @return how many there are. */
+int sc_sights_of(const sc_timeline *timeline, sc_sight out[SC_SIGHTS_MAX]);
+/* The same of the frames from @p first to @p last, which need not be whole. */
+int sc_sights_between(const sc_timeline *timeline, double first, double last,
+                      sc_sight out[SC_SIGHTS_MAX]);
 
 #endif

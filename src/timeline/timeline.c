@@ -35,22 +35,78 @@ static double position_mm(const sc_plane_position *position, double low, double 
     return position->percent ? low + position->value / 100 * (high - low) : position->value;
 }
 
-void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
-                         double aspect, sc_timeline *out)
+/* Copy the moves of @p animation into @p t, by the time at which they begin; those that begin at
+ * the same time stay in their order. */
+static void sort_moves(const sc_animation *animation, sc_timeline *t)
 {
-    sc_timeline t = {.animation = *animation, .clip_set_count = 1};
-    sc_sight sights[SC_SIGHTS_MAX];
-    const int sight_count = sc_sights_of(animation, sights);
-    sc_orbit *camera = &t.animation.camera;
+    for (int i = 0; i < animation->move_count; i++) {
+        int at = i;
 
-    sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
-    sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
-    sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
+        for (; at > 0 && t->moves[at - 1].verb.begin > animation->moves[i].verb.begin; at--)
+            t->moves[at] = t->moves[at - 1];
+        t->moves[at] = animation->moves[i];
+    }
+    t->animation.moves = NULL;
+}
+
+/* Fill in where move @p i, a frame, brings the camera: so that its tissues fill the picture, and
+ * stay in it, until the next one begins. The camera comes no nearer than it stands before, where
+ * that is enough: it would often come to stand within other tissues. */
+static void place_frame(const sc_timeline *t, double aspect, int i, sc_move *move)
+{
+    const int last_frame = t->animation.frames - 1;
+    const sc_orbit *camera = &t->animation.camera;
+    sc_orbit orbit = *camera;
+    double until = 1;
+    sc_sight sights[SC_SIGHTS_MAX];
+    int count;
+
+    for (int next = t->animation.move_count - 1; next > i; next--)
+        until = t->moves[next].verb.kind == SC_VERB_FRAME ? t->moves[next].verb.begin : until;
+    count = sc_sights_between(t, move->verb.begin * last_frame, until * last_frame, sights);
+    if (orbit.fixed)
+        orbit.axis = sc_vec3_unit(orbit.up);
+    orbit.fixed = orbit.has_target = orbit.has_distance = false;
+    orbit.target_track.count = 0;
+    sc_frame_orbit(&orbit, sights, count, move->points, move->point_count, aspect,
+                   &move->half_height);
+    move->target_mm = orbit.target_mm;
+    move->distance_mm =
+        fmax(orbit.distance_mm, camera->fixed ? sights[0].distance_mm : camera->distance_mm);
+    if (orbit.projection == SC_PERSPECTIVE && move->point_count)
+        move->half_height = sc_fit_height(sights, count, move->target_mm, move->distance_mm,
+                                          move->points, move->point_count, aspect);
+    move->points = NULL;
+}
+
+/* Place the camera: what the job leaves open, and all moves that are frames. */
+static void place_camera(const sc_vec3 *points, size_t point_count, double aspect, sc_timeline *t)
+{
+    sc_orbit *camera = &t->animation.camera;
+    sc_sight sights[SC_SIGHTS_MAX];
+    const int sight_count = sc_sights_of(t, sights);
+
     if (camera->fov_track.count)
         camera->fov_deg = camera->fov_track.keys[0].value.x;
     if (camera->distance_track.count)
         camera->distance_mm = camera->distance_track.keys[0].value.x;
-    sc_frame_orbit(camera, sights, sight_count, points, point_count, aspect, &t.half_height);
+    sc_frame_orbit(camera, sights, sight_count, points, point_count, aspect, &t->half_height);
+    for (int i = 0; i < t->animation.move_count; i++) {
+        if (t->moves[i].verb.kind == SC_VERB_FRAME)
+            place_frame(t, aspect, i, &t->moves[i]);
+    }
+}
+
+void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
+                         double aspect, sc_timeline *out)
+{
+    sc_timeline t = {.animation = *animation, .clip_set_count = 1};
+
+    sort_moves(animation, &t);
+    sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
+    sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
+    sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
+    place_camera(points, point_count, aspect, &t);
     for (int i = 0; i < animation->sweep_count; i++) {
         const sc_sweep *sweep = &animation->sweeps[i];
         double low, high;
@@ -90,21 +146,69 @@ static double half_height_at(const sc_timeline *t, const sc_sight *sight)
     return orbit->fixed || orbit->has_distance ? scale * t->half_height : t->half_height;
 }
 
+/* A camera on its way. */
+typedef struct view {
+    sc_sight sight;
+    double half_height, zoom; /* the picture shows half_height / zoom */
+} view;
+
+/* Move a view towards what a frame asks for. The picture grows or shrinks evenly to the eye, and
+ * the target moves with its size, so that what is between the two targets stays in the picture. */
+static void go_to_frame(const sc_timeline *t, const sc_move *move, double share, view *v)
+{
+    const bool is_perspective = t->animation.camera.projection == SC_PERSPECTIVE;
+    const double distance_mm = is_perspective ? v->sight.distance_mm : 1;
+    const double size = v->half_height / v->zoom * distance_mm;
+    const double ratio = move->half_height * (is_perspective ? move->distance_mm : 1) / size;
+    const double way = fabs(ratio - 1) > 1e-6 ? (pow(ratio, share) - 1) / (ratio - 1) : share;
+
+    v->sight.target_mm =
+        sc_vec3_along(v->sight.target_mm, way, sc_vec3_sub(move->target_mm, v->sight.target_mm));
+    v->sight.distance_mm *= pow(move->distance_mm / v->sight.distance_mm, share);
+    v->half_height *= pow(move->half_height / v->half_height, share);
+    v->zoom *= pow(1 / v->zoom, share);
+}
+
+/* Change a view by the verbs zoom, dolly and frame, each from where those before have left it. */
+static void apply_moves(const sc_timeline *t, int k, view *v)
+{
+    for (int i = 0; i < t->animation.move_count; i++) {
+        const sc_verb *verb = &t->moves[i].verb;
+        const double share =
+            sc_progress(verb->begin, verb->end, verb->ease, k, t->animation.frames);
+
+        if (share <= 0)
+            continue;
+        if (verb->kind == SC_VERB_ZOOM)
+            v->zoom *= pow(verb->to / v->zoom, share);
+        else if (verb->kind == SC_VERB_DOLLY)
+            v->sight.distance_mm *= pow(verb->to, share);
+        else if (verb->kind == SC_VERB_FRAME)
+            go_to_frame(t, &t->moves[i], share, v);
+    }
+}
+
 /* @return the camera of frame @p k, in [0, frames). */
 static sc_camera camera_at(const sc_timeline *t, int k)
 {
     const sc_orbit *orbit = &t->animation.camera;
-    const sc_sight sight = sc_sight_at(&t->animation, k);
-    const double half_height = half_height_at(t, &sight) / zoom_at(&t->animation, k);
-    /* Rays of an orthographic camera begin outside of all tissues. */
-    const double distance_mm =
-        orbit->projection == SC_PERSPECTIVE ? sight.distance_mm : orbit->distance_mm;
+    view v = {.sight = sc_sight_at(t, k), .zoom = zoom_at(&t->animation, k)};
+    sc_vec3 base_mm, position_mm;
+    double half_height;
 
-    if (orbit->fixed)
+    v.half_height = half_height_at(t, &v.sight);
+    base_mm = v.sight.target_mm;
+    apply_moves(t, k, &v);
+    half_height = v.half_height / v.zoom;
+    if (orbit->fixed && !t->animation.move_count)
         return sc_camera_look(orbit->position_mm, orbit->target_mm, orbit->up, orbit->projection,
                               half_height);
-    return sc_camera_look(sc_vec3_along(sight.target_mm, distance_mm, sight.away), sight.target_mm,
-                          sight.up, orbit->projection, half_height);
+    if (orbit->projection == SC_ORTHOGRAPHIC && !orbit->fixed) /* rays begin outside of all */
+        v.sight.distance_mm =
+            orbit->distance_mm + sc_vec3_length(sc_vec3_sub(v.sight.target_mm, base_mm));
+    position_mm = sc_vec3_along(v.sight.target_mm, v.sight.distance_mm, v.sight.away);
+    return sc_camera_look(position_mm, v.sight.target_mm, v.sight.up, orbit->projection,
+                          half_height);
 }
 
 sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)

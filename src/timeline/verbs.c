@@ -82,29 +82,45 @@ typedef struct resolving {
     size_t fade_count, fade_room;
 } resolving;
 
-/* Find the tissues of verb @p v that can be seen, each once, in its order: r->members. @return how
- * many there are. */
-static size_t find_members(resolving *r, const sc_verb *verb, int v)
+/* Find the tissues of verb @p v that can be seen, each once. @param taken [label_count]: set for
+ * these. @param members room for [label_count], or NULL. @return how many there are. */
+static size_t each_member(const sc_prepared *volume, const sc_tissue *tissues,
+                          const sc_verbs *verbs, size_t v, bool *taken, member *members)
 {
     size_t count = 0;
 
-    memset(r->taken, 0, (size_t)r->volume->label_count);
-    for (size_t i = 0; i < r->verbs->list_count; i++) {
-        const sc_pattern pattern = sc_pattern_of(r->verbs->list[i].pattern);
-        const sc_match best =
-            r->verbs->list[i].verb == v
-                ? sc_pattern_match(r->volume->labels, r->volume->label_count, &pattern)
-                : SC_MATCH_NONE;
+    memset(taken, 0, (size_t)volume->label_count);
+    for (size_t i = 0; i < verbs->list_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(verbs->list[i].pattern);
+        const sc_match best = verbs->list[i].verb == (int)v
+                                  ? sc_pattern_match(volume->labels, volume->label_count, &pattern)
+                                  : SC_MATCH_NONE;
 
-        for (int id = 1; id < r->volume->label_count && best != SC_MATCH_NONE; id++) {
-            if (r->taken[id] || !is_seen(&r->tissues[id]) ||
-                sc_label_match(&r->volume->labels[id], &pattern) != best)
+        for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++) {
+            if (taken[id] || !is_seen(&tissues[id]) ||
+                sc_label_match(&volume->labels[id], &pattern) != best)
                 continue;
-            r->taken[id] = true;
-            r->members[count] = (member){id, rank_of(r->volume, id, verb->order), count};
+            taken[id] = true;
+            if (members)
+                members[count] = (member){id, rank_of(volume, id, verbs->verbs[v].order), count};
             count++;
         }
     }
+    return count;
+}
+
+int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const sc_verbs *verbs,
+                    size_t v, bool *out)
+{
+    return (int)each_member(volume, tissues, verbs, v, out, NULL);
+}
+
+/* Find the tissues of verb @p v that can be seen, each once, in its order: r->members. @return how
+ * many there are. */
+static size_t find_members(resolving *r, size_t v)
+{
+    const size_t count = each_member(r->volume, r->tissues, r->verbs, v, r->taken, r->members);
+
     qsort(r->members, count, sizeof *r->members, compare_members);
     return count;
 }
@@ -187,6 +203,15 @@ typedef struct track {
     double middle; /* of the times of all of them: in its order tracks are put together */
 } track;
 
+static bool is_same_curve(const sc_ease *a, const sc_ease *b)
+{
+    bool same = true;
+
+    for (size_t i = 0; i < SC_COUNT_OF(a->bezier); i++)
+        same = same && fabs(a->bezier[i] - b->bezier[i]) < 1e-9;
+    return same;
+}
+
 /* Do the same to two tissues? */
 static bool is_same(const track *a, const track *b)
 {
@@ -197,8 +222,8 @@ static bool is_same(const track *a, const track *b)
 
         same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
                fabs(x->end - y->end) < 1e-9 && x->ease.kind == y->ease.kind &&
-               !memcmp(x->ease.bezier, y->ease.bezier, sizeof x->ease.bezier) &&
-               fabs(x->to - y->to) < 1e-9 && x->times == y->times;
+               is_same_curve(&x->ease, &y->ease) && fabs(x->to - y->to) < 1e-9 &&
+               x->times == y->times;
     }
     return same;
 }
@@ -256,15 +281,16 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
 
     for (size_t v = 0; v < r->verbs->verb_count; v++) {
         const sc_verb *verb = &r->verbs->verbs[v];
-        const size_t members = find_members(r, verb, (int)v);
+        const bool needs_tissues = !sc_verb_moves_camera(verb->kind) || verb->kind == SC_VERB_FRAME;
+        const size_t members = needs_tissues ? find_members(r, v) : 0;
 
-        if (!members)
+        if (needs_tissues && !members)
             status = sc_fail(ctx, SC_ERR_DATA,
                              "%s%sno tissue of this verb is shown, by the label table or the "
-                             "tissues of the job; expected one that is: a verb multiplies its "
-                             "opacity",
-                             verb->where, verb->where[0] ? ": " : "");
-        else if (add_fades(ctx, r, verb, members) != SC_OK)
+                             "tissues of the job; expected one that is%s",
+                             verb->where, verb->where[0] ? ": " : "",
+                             verb->kind == SC_VERB_FRAME ? "" : ": a verb multiplies its opacity");
+        else if (!sc_verb_moves_camera(verb->kind) && add_fades(ctx, r, verb, members) != SC_OK)
             return SC_ERR_MEMORY;
     }
     return status;

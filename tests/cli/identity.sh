@@ -30,6 +30,7 @@ changed_by_names 'aorta: {diffuse: 0.2}' 'clip: []'
 changed_by_names 'aorta: {shininess: 3}' 'clip: []'
 changed_by_names 'aorta: {opacity: 1}' 'clip: [{plane: {normal: posterior, at: 50%}, except: [aorta]}]'
 changed_by_names 'aorta: {visible: true}' 'verbs: [{fade: {tissues: aorta, to: 30%}}]'
+changed_by_names 'aorta: {visible: true}' 'verbs: [{frame: {tissues: aorta}}]'
 
 # How a job is run does not belong to its identity.
 table aorta ventricle >names.ctbl

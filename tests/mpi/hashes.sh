@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each frame has the same hash for any number of ranks and threads, any partition, tile size and skip
 # method, and with the plain C kernels or the fastest ones; for both surface models, with the three views,
-# without a background, and while tissues fade.
+# without a background, and while tissues fade and verbs move the camera.
 small_job job.yaml
 kinds=(smooth voxel views clear fading)
 settings=(render.surface=smooth render.surface=voxel output.layout=views render.background=none
-    'animation.verbs=[{fade: {tissues: "*", to: 70%, during: [0%, 0%]}}, {fade: {tissues: "*", to: 0, during: [10%, 90%]}}]')
+    'animation.verbs=[{fade: {tissues: "*", to: 70%, during: [0%, 0%]}}, {fade: {tissues: "*", to: 0, during: [10%, 90%]}},
+        {frame: {tissues: aorta, during: [20%, 60%], ease: [0.6, 0, 0.2, 1]}}, {rock: {angle: 30, elevation: 100}}, {hold: {during: [30%, 50%]}}]')
 for i in 0 1 2 3 4; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "${kinds[i]}" -q --set "${settings[i]}" >/dev/null
     [ "$(hashes "${kinds[i]}" | wc -l)" = 7 ] || fail "${kinds[i]}: the manifest does not name 7 frames"

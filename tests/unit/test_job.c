@@ -331,12 +331,15 @@ static const char full[] =
     "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
     "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
     "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
+    "    - frame: {tissues: [4], ease: [0, 0.25, 0.5, 1]}\n"
+    "    - orbit: {angle: 30, elevation: -4}\n"
+    "    - rock: {angle: 5, times: 3}\n    - zoom: {to: 3}\n"
     "farm: {tile: 16}\n";
 
 static void expect_verbs(const sc_job *job)
 {
-    assert_int_equal(job->verb_count, 3);
-    assert_int_equal(job->verb_tissue_count, 4);
+    assert_int_equal(job->verb_count, 7);
+    assert_int_equal(job->verb_tissue_count, 5);
     assert_string_equal(job->verb_tissues[0].pattern, "myo*");
     assert_string_equal(job->verb_tissues[2].pattern, "a: b");
     assert_int_equal(job->verb_tissues[2].verb, 1);
@@ -353,6 +356,13 @@ static void expect_verbs(const sc_job *job)
     assert_int_equal(job->verbs[2].times, 2);
     assert_true(job->verbs[2].to_factor);
     assert_near(job->verbs[2].to, 0.3, 1e-12);
+    assert_int_equal(job->verbs[3].kind, SC_VERB_FRAME);
+    assert_int_equal(job->verbs[3].ease.kind, SC_EASE_BEZIER);
+    assert_near(job->verbs[3].ease.bezier[1], 0.25, 0);
+    assert_near(job->verbs[4].angle_deg, 30, 0);
+    assert_near(job->verbs[4].elevation_deg, -4, 0);
+    assert_int_equal(job->verbs[5].times, 3);
+    assert_near(job->verbs[6].to, 3, 0);
 }
 
 static void expect_overlays(const sc_job *job)
@@ -456,6 +466,14 @@ static void wrong_verbs_are_refused(void **state)
         {"pulse: {tissues: a, times: 0}", "times is"},
         {"fade: 3", "fade is \"3\", expected"},
         {"fade: {tissues: a}, pulse: {tissues: a}", "a verb is one map: either fade, appear"},
+        {"rock: {angle: 40000}", "angle is \"40000\", expected a number from -36000 to 36000"},
+        {"rock: {times: 0}", "times is \"0\", expected a number from 1 to 1000"},
+        {"zoom: {}", "zoom: the key \"to\" is missing"},
+        {"zoom: {to: 0}", "to is \"0\", expected a number from 0.01 to 1000"},
+        {"dolly: {to: 50%}", "to is \"50%\", expected a number from 0.01 to 100"},
+        {"frame: {during: [0%, 1%]}", "frame: the key \"tissues\" is missing"},
+        {"hold: {during: [2s, 3s], soft: 60%}", "job.yaml:4: hold: soft is more than 50%"},
+        {"hold: {soft: 0%}", "job.yaml:4: hold: it lasts for the whole animation"},
         {"fade: {tissues: a, during: [2s, 70s]}", "70s is behind the end of the animation"},
     };
     char text[256];
@@ -466,6 +484,15 @@ static void wrong_verbs_are_refused(void **state)
                  cases[i].verb);
         refuses(text, cases[i].message);
     }
+    refuses("volume: phantom\nanimation:\n  verbs:\n  - hold: {during: [1s, 3s]}\n"
+            "  - hold: {during: [2s, 4s]}\n",
+            "job.yaml:5: hold: it overlaps with another hold");
+    refuses("volume: phantom\nanimation:\n  camera: {orbit: {turns: 0}}\n  verbs:\n"
+            "  - hold: {during: [1s, 3s]}\n",
+            "job.yaml:5: hold: the camera does not turn by itself");
+    refuses("volume: phantom\nanimation:\n  camera: {projection: orthographic}\n  verbs:\n"
+            "  - dolly: {to: 0.5}\n",
+            "job.yaml:5: dolly: it changes nothing in an orthographic picture");
     refuses("volume: phantom\nanimation: {verbs: {}}\n",
             "verbs is a map, expected a list of verbs");
     refuses("volume: phantom\nanimation: {verbs: [fade]}\n", "expected {fade: {...}}, {appear");
@@ -528,15 +555,14 @@ static void wrong_times_are_refused(void **state)
             "frames per second: 2 s");
 }
 
-/* @return the job of that camera with 101 frames, written as resolved; the test fails if it is
- * refused. */
+/* Load a job of 101 frames with that camera, whose map ends in the text, and write it as resolved;
+ * the test fails if it is refused. */
 static void load_camera(const char *camera, sc_text *written, sc_job *job)
 {
     char text[512];
     heard h;
 
-    snprintf(text, sizeof text, "volume: phantom\nanimation: {frames: 101, camera: {%s}}\n",
-             camera);
+    snprintf(text, sizeof text, "volume: phantom\nanimation: {frames: 101, camera: {%s}\n", camera);
     if (load(text, &h, NULL, NULL, job) != SC_OK)
         fail_msg("%s", h.text);
     assert_ok(sc_job_write(&quiet, job, false, written));
@@ -548,7 +574,7 @@ static void values_of_the_camera_may_have_key_frames(void **state)
         "orbit: {angle: [{at: 10f, value: 5}, {at: 0:02, value: -7.5, ease: smooth}, {at: 100%, "
         "value: 9, ease: [0.1, 0, 1, 0.5]}], elevation: [{at: 0s, value: 130}], target_mm: [{at: "
         "500ms, value: [1, 2, 3]}, {at: 50%, value: [4, 5, 6]}], distance_mm: 200, fov: [{at: 0%, "
-        "value: 20}]}, zoom: [{at: 20%, value: 1}, {at: 40%, value: 3, ease: out}]";
+        "value: 20}]}, zoom: [{at: 20%, value: 1}, {at: 40%, value: 3, ease: out}]}";
     sc_text text = {0}, twice = {0};
     sc_job job, again;
     heard h;
@@ -583,7 +609,13 @@ static void values_of_the_camera_may_have_key_frames(void **state)
     sc_text_clear(&twice);
     sc_job_clear(&job);
     sc_job_clear(&again);
-    load_camera("orbit: {angle: 30, target_mm: [1, 2, 3]}", &text, &job);
+    load_camera("orbit: {}}, verbs: [hold: {during: [20%, 30%], soft: 10%}, dolly: {to: 0.25}]",
+                &text, &job);
+    assert_non_null(strstr(text.data, "- hold: {during: [20%, 30%], soft: 10%}\n    - dolly: "
+                                      "{to: 0.25, during: [0%, 100%], ease: smooth}"));
+    sc_text_clear(&text);
+    sc_job_clear(&job);
+    load_camera("orbit: {angle: 30, target_mm: [1, 2, 3]}}", &text, &job);
     assert_true(job.animation.camera.has_angle && !job.animation.camera.angle_track.count);
     assert_null(strstr(text.data, "turns"));
     sc_text_clear(&text);

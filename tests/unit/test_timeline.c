@@ -335,6 +335,201 @@ static void key_frames_move_the_camera(void **state)
     }
 }
 
+/* @return a verb of the camera during a part of the animation, of even speed. */
+static sc_move move_of(sc_verb_kind kind, double begin, double end)
+{
+    return (sc_move){.verb = {.kind = kind, .begin = begin, .end = end, .times = 1, .to = 1}};
+}
+
+/* @return the angle between what two cameras look at, up and ahead, in degrees. */
+static double turned_deg(const sc_camera *a, const sc_camera *b)
+{
+    const double up = sc_vec3_length(sc_vec3_sub(a->up, b->up));
+    const double ahead = sc_vec3_length(sc_vec3_sub(a->forward, b->forward));
+
+    return 2 * asin(0.5 * fmax(up, ahead)) * 180 / M_PI;
+}
+
+static void a_camera_rocks_and_comes_back(void **state)
+{
+    enum { FRAMES = 101 };
+
+    (void)state;
+    for (int fixed = 0; fixed < 2; fixed++) {
+        sc_animation a = animation(FRAMES);
+        sc_move rock = move_of(SC_VERB_ROCK, 0.2, 0.6);
+        sc_vec3 corners[CORNERS];
+        sc_camera first, quarter, last;
+        sc_timeline t;
+
+        box_corners(corners);
+        a.camera.turns = 0;
+        a.camera.elevation_deg = 0;
+        a.camera.fixed = fixed;
+        a.camera.position_mm = (sc_vec3){0, 300, 0};
+        a.camera.up = (sc_vec3){0, 0, 2};
+        rock.verb.angle_deg = 30;
+        a.moves = &rock;
+        a.move_count = 1;
+        sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+        first = sc_timeline_scene(&t, 0).camera;
+        quarter = sc_timeline_scene(&t, 30).camera;
+        last = sc_timeline_scene(&t, 100).camera;
+        assert_near(turned_deg(&first, &last), 0, 1e-6);
+        assert_near(turned_deg(&first, &quarter), 30, 1e-6);
+        assert_true(quarter.position_mm.x < -10); /* as an orbit: first to the patient's left */
+        quarter = sc_timeline_scene(&t, 50).camera;
+        assert_near(turned_deg(&first, &quarter), 30, 1e-6);
+        assert_true(quarter.position_mm.x > 10);
+        rock.verb.angle_deg = 0;
+        rock.verb.elevation_deg = 120; /* over the pole, and under the other one */
+        sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+        for (int k = 1; k < FRAMES; k++) {
+            const sc_camera before = sc_timeline_scene(&t, k - 1).camera;
+            const sc_camera now = sc_timeline_scene(&t, k).camera;
+
+            assert_true(turned_deg(&before, &now) <= 120 * 2 * M_PI / 40);
+        }
+        quarter = sc_timeline_scene(&t, 30).camera;
+        assert_near(quarter.forward.z, -sin(M_PI * 120 / 180), 1e-9); /* from above, behind */
+        assert_true(quarter.forward.y > 0);
+    }
+}
+
+/* A hold brings the camera to rest without a jolt; the orbit gets as far as without. */
+static void an_orbit_pauses_and_turns_as_far(void **state)
+{
+    enum { FRAMES = 201 };
+    sc_animation a = animation(FRAMES);
+    sc_move holds[] = {move_of(SC_VERB_HOLD, 0.6, 0.7), move_of(SC_VERB_HOLD, 0.2, 0.5)};
+    sc_vec3 corners[CORNERS];
+    sc_timeline t, plain;
+    double step_before = -1;
+
+    (void)state;
+    box_corners(corners);
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &plain);
+    holds[1].verb.soft = 0.25;
+    holds[0].verb.soft = 0.5;
+    a.moves = holds;
+    a.move_count = 2;
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    assert_near(t.animation.camera.distance_mm, plain.animation.camera.distance_mm, 0);
+    for (int k = 0; k < FRAMES - 1; k++) {
+        const sc_camera now = sc_timeline_scene(&t, k).camera;
+        const sc_camera next = sc_timeline_scene(&t, k + 1).camera;
+        const double step = sc_vec3_length(sc_vec3_sub(next.position_mm, now.position_mm)) /
+                            plain.animation.camera.distance_mm;
+
+        if (k >= 40 + 15 && k < 100 - 15)
+            assert_near(step, 0, 1e-9);
+        else if (k < 40 || (k >= 100 && k < 120) || k >= 140)
+            assert_near(step,
+                        2 * M_PI / FRAMES / (1 - 0.3 * 0.75 - 0.1 * 0.5) * cos(20 * M_PI / 180),
+                        1e-4);
+        if (step_before >= 0)
+            assert_true(fabs(step - step_before) < 0.007);
+        step_before = step;
+    }
+    for (int k = 0; k < FRAMES; k += FRAMES - 1) {
+        const sc_camera now = sc_timeline_scene(&t, k).camera;
+        const sc_camera without = sc_timeline_scene(&plain, k).camera;
+
+        assert_near(turned_deg(&now, &without), 0, 1e-6);
+    }
+}
+
+/* A zoom scales the picture; a dolly moves the camera; both go on from where they find it. */
+static void zooms_and_dollies_follow_one_another(void **state)
+{
+    sc_animation a = animation(101);
+    sc_move moves[] = {move_of(SC_VERB_ZOOM, 0.5, 0.7), move_of(SC_VERB_DOLLY, 0.1, 0.3),
+                       move_of(SC_VERB_ZOOM, 0.2, 0.4), move_of(SC_VERB_DOLLY, 0.8, 0.8)};
+    static const double zooms[] = {1, 1, 1, 2, 4, 4, 2, 1, 1, 1, 1};
+    static const double distances[] = {1, 1, M_SQRT1_2, 0.5, 0.5, 0.5, 0.5, 0.5, 1.5, 1.5, 1.5};
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+
+    (void)state;
+    box_corners(corners);
+    moves[0].verb.to = 1;
+    moves[1].verb.to = 0.5;
+    moves[2].verb.to = 4;
+    moves[3].verb.to = 3;
+    a.moves = moves;
+    a.move_count = 4;
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    for (int i = 0; i <= 10; i++) {
+        const sc_camera c = sc_timeline_scene(&t, 10 * i).camera;
+
+        assert_near(t.half_height / c.half_height, zooms[i], 1e-9);
+        assert_near(sc_vec3_length(sc_vec3_sub(c.position_mm, t.animation.camera.target_mm)),
+                    distances[i] * t.animation.camera.distance_mm, 1e-9);
+    }
+}
+
+/* @return the most of half the picture by which @p target moves from one frame to the next. */
+static double most_jump(const sc_timeline *t, sc_vec3 target)
+{
+    double most = 0, before[2] = {0, 0};
+
+    for (int k = 0; k < t->animation.frames; k++) {
+        const sc_camera c = sc_timeline_scene(t, k).camera;
+        const sc_vec3 d = sc_vec3_sub(target, c.position_mm);
+        const double depth = c.projection == SC_PERSPECTIVE ? sc_vec3_dot(d, c.forward) : 1;
+        const double at[2] = {sc_vec3_dot(d, c.right) / (depth * c.half_height),
+                              sc_vec3_dot(d, c.up) / (depth * c.half_height)};
+
+        if (k > 0)
+            most = fmax(most, hypot(at[0] - before[0], at[1] - before[1]));
+        memcpy(before, at, sizeof before);
+    }
+    return most;
+}
+
+/* After a frame its tissues fill the picture from all directions, also if there was a zoom before
+ * and the camera turns, and the way there is smooth. */
+static void tissues_come_to_fill_the_picture(void **state)
+{
+    enum { FRAMES = 121 };
+
+    (void)state;
+    for (int n = 0; n < 8; n++) {
+        sc_animation a = animation(FRAMES);
+        sc_vec3 corners[CORNERS], small[CORNERS];
+        sc_move moves[] = {move_of(SC_VERB_FRAME, 0.3, 0.5), move_of(SC_VERB_ZOOM, 0, 0.2)};
+        double fill = 0;
+        sc_timeline t;
+
+        box_corners(corners);
+        for (int i = 0; i < CORNERS; i++)
+            small[i] = sc_vec3_add(sc_vec3_scale(corners[i], 0.2), (sc_vec3){20, -10, 5});
+        a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
+        a.camera.fixed = n & 2;
+        a.camera.position_mm = (sc_vec3){100, 300, 50};
+        a.camera.up = (sc_vec3){0, 0, 1};
+        a.camera.turns = n & 4 ? 0.4 : 2;
+        if (n == 4)
+            a.camera.fov_track = (sc_track){2, {{0, {0}, {30, 0, 0}}, {1, {0}, {50, 0, 0}}}};
+        moves[0].points = small;
+        moves[0].point_count = CORNERS;
+        moves[0].verb.ease.kind = SC_EASE_SMOOTH;
+        moves[1].verb.to = 1.5;
+        a.moves = moves;
+        a.move_count = 2;
+        sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+        for (int k = FRAMES / 2; k < FRAMES; k++) {
+            const sc_camera c = sc_timeline_scene(&t, k).camera;
+
+            expect_in_view(&c, 1.5, small, &fill);
+        }
+        assert_true(fill > 0.9); /* the framing also heeds the directions on the way */
+        assert_true(most_jump(&t, t.moves[1].target_mm) < 0.2);
+        assert_true(t.moves[1].distance_mm >=
+                    (a.camera.fixed ? 0 : t.animation.camera.distance_mm) * (1 - 1e-12));
+    }
+}
+
 static void zoom_scales_the_picture(void **state)
 {
     sc_animation a = animation(11);
@@ -513,6 +708,10 @@ int main(void)
         cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
         cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
         cmocka_unit_test(key_frames_move_the_camera),
+        cmocka_unit_test(a_camera_rocks_and_comes_back),
+        cmocka_unit_test(an_orbit_pauses_and_turns_as_far),
+        cmocka_unit_test(zooms_and_dollies_follow_one_another),
+        cmocka_unit_test(tissues_come_to_fill_the_picture),
         cmocka_unit_test(zoom_scales_the_picture),
         cmocka_unit_test(without_visible_points_there_is_still_a_camera),
     };
