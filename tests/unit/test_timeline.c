@@ -306,12 +306,12 @@ static void key_frames_move_the_camera(void **state)
     box_corners(corners);
     a.camera.has_angle = a.camera.has_target = true;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
-    a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {30, 20, 80}}}};
+    a.camera.target_track = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
     a.camera.fov_track = (sc_track){2, {{0, {0}, {20, 0, 0}}, {0.5, {0}, {60, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k <= 10; k++) {
         const sc_camera c = sc_timeline_scene(&t, k).camera;
-        const sc_vec3 target = {3.0 * k, 2.0 * k, 8.0 * k};
+        const sc_vec3 target = {10 + 2.0 * k, -5 + 2.5 * k, 50 + 3.0 * k};
         const double fov_deg = k < 5 ? 20 + 8.0 * k : 60;
 
         expect_in_view(&c, 1.5, corners, &fill);
@@ -502,8 +502,8 @@ static void tissues_come_to_fill_the_picture(void **state)
         sc_timeline t;
 
         box_corners(corners);
-        for (int i = 0; i < CORNERS; i++)
-            small[i] = sc_vec3_add(sc_vec3_scale(corners[i], 0.2), (sc_vec3){20, -10, 5});
+        for (int i = 0; i < CORNERS; i++) /* a long box, which is wide from the front only */
+            small[i] = (sc_vec3){corners[i].x * 0.6, corners[i].y * 0.1 - 10, corners[i].z * 0.1};
         a.camera.projection = n & 1 ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         a.camera.fixed = n & 2;
         a.camera.position_mm = (sc_vec3){100, 300, 50};
