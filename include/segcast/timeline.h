@@ -86,6 +86,8 @@ typedef struct sc_sweep {
     sc_plane_position from, to;
     double begin, end; /**< as of sc_ramp */
     sc_ease ease;
+    bool has_active;                 /**< it cuts in a part of the animation only */
+    double active_begin, active_end; /**< that part, 0 to 1; both ends belong to it */
 } sc_sweep;
 
 /** The point in which the slices of the three regular views meet. */
@@ -251,7 +253,10 @@ void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label
  */
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out);
-/** @return the scene of frame @p k in [0, frames); its slice is false. An orbit of one turn in N
+/** @return the planes that cut in frame @p k in [0, frames): bit i for that of sweep i. */
+uint32_t sc_timeline_planes(const sc_timeline *timeline, int k);
+/** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes of
+ * sc_timeline_planes alone, in their order. An orbit of one turn in N
  * frames stands at 360 k / N degrees, so that no direction comes twice when the video loops. Ramps
  * reach their end in the last frame. */
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k);

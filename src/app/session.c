@@ -5,6 +5,7 @@
 
 #include "segcast/views.h"
 
+#include <math.h>
 #include <string.h>
 
 sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
@@ -302,10 +303,13 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
     }
     for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
         const sc_scene scene = sc_timeline_scene(t, k);
+        const uint32_t planes = sc_timeline_planes(t, k);
         bool is_empty = false;
+        int at = 0; /* in the scene, which holds only planes that cut */
 
-        for (int i = 0; i < scene.plane_count; i++) {
-            const double at_mm = -scene.planes[i].offset_mm;
+        for (int i = 0; i < t->animation.sweep_count; i++) {
+            const bool cuts = planes & 1u << i;
+            const double at_mm = cuts ? -scene.planes[at++].offset_mm : -HUGE_VAL;
 
             effects[i].removes_all += at_mm > effects[i].to_mm;
             effects[i].removes_nothing += at_mm < effects[i].from_mm;

@@ -16,6 +16,14 @@
             .required = true                                                                       \
     }
 
+#define ACTIVE_ROW                                                                                 \
+    {                                                                                              \
+        "active", &sc_type_span, PLANE(sweep.active_begin), NULL,                                  \
+            .help = "part of the animation in which the plane cuts; before and after it is not "   \
+                    "there",                                                                       \
+            .given = SC_GIVEN(plane_entry, sweep.has_active), .without = "all of it"               \
+    }
+
 /* What a sweep or a plane of the file is read into. */
 typedef struct plane_entry {
     sc_sweep sweep;
@@ -33,6 +41,7 @@ static const sc_key sweep_keys[] = {
      .help = "part of the animation in which the plane moves"},
     {"ease", &sc_type_ease, PLANE(sweep.ease), "linear",
      .help = "how the movement begins and ends"},
+    ACTIVE_ROW,
     {0}};
 
 static const sc_key plane_keys[] = {
@@ -45,6 +54,7 @@ static const sc_key plane_keys[] = {
      .help = "a point of the plane in patient coordinates, as segcast views prints them",
      .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(plane_entry, has_point),
      .without = "at", .alternative = "at or at_point"},
+    ACTIVE_ROW,
     {0}};
 
 /* The corner of a box: three positions, along R, A and S. */

@@ -224,11 +224,26 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
     return sc_vec3_along(timeline->low_mm, share, sc_vec3_sub(timeline->high_mm, timeline->low_mm));
 }
 
+uint32_t sc_timeline_planes(const sc_timeline *timeline, int k)
+{
+    const sc_animation *a = &timeline->animation;
+    const double at = sc_frame_time(k, a->frames);
+    uint32_t active = 0;
+
+    for (int i = 0; i < a->sweep_count; i++) {
+        const sc_sweep *sweep = &a->sweeps[i];
+
+        if (!sweep->has_active || (at >= sweep->active_begin && at <= sweep->active_end))
+            active |= 1u << i;
+    }
+    return active;
+}
+
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 {
     const sc_animation *a = &timeline->animation;
+    const uint32_t active = sc_timeline_planes(timeline, k);
     sc_scene scene = {.camera = camera_at(timeline, k),
-                      .plane_count = a->sweep_count,
                       .clip_mode = a->clip_mode,
                       .clip_set_count = timeline->clip_set_count};
 
@@ -236,10 +251,13 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
         const sc_sweep *sweep = &a->sweeps[i];
         const double u = sc_progress(sweep->begin, sweep->end, sweep->ease, k, a->frames);
 
-        scene.planes[i].normal = sweep->normal;
-        scene.planes[i].offset_mm =
-            -(timeline->from_mm[i] + u * (timeline->to_mm[i] - timeline->from_mm[i]));
+        if (!(active & 1u << i))
+            continue;
+        for (int g = 0; g < timeline->clip_set_count; g++)
+            scene.clip_sets[g] |= (timeline->clip_sets[g] >> i & 1u) << scene.plane_count;
+        scene.planes[scene.plane_count++] =
+            (sc_plane){sweep->normal,
+                       -(timeline->from_mm[i] + u * (timeline->to_mm[i] - timeline->from_mm[i]))};
     }
-    memcpy(scene.clip_sets, timeline->clip_sets, sizeof scene.clip_sets);
     return scene;
 }

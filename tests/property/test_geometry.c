@@ -121,8 +121,8 @@ static sc_timeline random_timeline(uint64_t *seed, const sc_renderer *r)
     }
     a.sweep_count = random_below(seed, 3);
     for (int i = 0; i < a.sweep_count; i++)
-        a.sweeps[i] = (sc_sweep){random_direction(seed),  {0, true}, {100, true}, 0, 1,
-                                 {.kind = SC_EASE_LINEAR}};
+        a.sweeps[i] = (sc_sweep){random_direction(seed),     {0, true}, {100, true}, 0, 1,
+                                 .ease.kind = SC_EASE_LINEAR};
     return orbit_of(r, (double)WIDTH_PX / HEIGHT_PX, 7, &a);
 }
 

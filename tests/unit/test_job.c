@@ -324,7 +324,8 @@ static const char full[] =
     " zoom: {from: 1, to: 2, ease: in}}\n"
     "  clip_mode: cut\n  clip:\n"
     "    - sweep: {normal: anterior, from: 10%, to: -4 mm, during: [20%, 80%]}\n"
-    "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%}\n"
+    "      except: [coronary*, \"9\"]\n    - plane: {normal: [0, 3, 4], at: 50%, active: [1f, "
+    "50%]}\n"
     "  verbs:\n"
     "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
     "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
@@ -397,6 +398,9 @@ static void expect_full(const sc_job *job)
     assert_true(job->animation.sweeps[0].from.percent && !job->animation.sweeps[0].to.percent);
     assert_near(job->animation.sweeps[0].begin, 0.2, 1e-12);
     assert_near(job->animation.sweeps[1].normal.z, 0.8, 1e-12);
+    assert_true(!job->animation.sweeps[0].has_active && job->animation.sweeps[1].has_active);
+    assert_near(job->animation.sweeps[1].active_begin, 1 / 11.0, 1e-10);
+    assert_near(job->animation.sweeps[1].active_end, 0.5, 1e-12);
     assert_int_equal(job->exception_count, 2);
     assert_string_equal(job->exceptions[0].pattern, "coronary*");
     expect_verbs(job);

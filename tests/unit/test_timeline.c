@@ -185,8 +185,9 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
     (void)state;
     box_corners(corners);
     a.sweep_count = 2;
-    a.sweeps[0] = (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, {.kind = SC_EASE_SMOOTH}};
-    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, {.kind = SC_EASE_LINEAR}};
+    a.sweeps[0] =
+        (sc_sweep){{0, -1, 0}, {0, true}, {60, true}, 0.2, 0.8, .ease.kind = SC_EASE_SMOOTH};
+    a.sweeps[1] = (sc_sweep){{1, 0, 0}, {-5, false}, {5, false}, 0, 1, .ease.kind = SC_EASE_LINEAR};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
     assert_near(sc_timeline_scene(&t, 0).planes[0].offset_mm, 25,
                 1e-9); /* the anterior face of the box, y = 25 */
@@ -198,6 +199,33 @@ static void a_sweep_is_monotone_and_reaches_both_ends(void **state)
                     sc_timeline_scene(&t, k - 1).planes[0].offset_mm);
     assert_near(sc_timeline_scene(&t, 9).planes[0].offset_mm, 25, 1e-9);
     assert_near(sc_timeline_scene(&t, 40).planes[0].offset_mm, 25 - 36, 1e-9);
+}
+
+/* A plane cuts in the frames of its part, the first and the last of them included. */
+static void a_plane_cuts_while_it_is_active(void **state)
+{
+    sc_animation a = animation(11);
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+
+    (void)state;
+    box_corners(corners);
+    a.sweep_count = 2;
+    a.sweeps[1] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
+    a.sweeps[0] = (sc_sweep){
+        .normal = {0, 1, 0}, .end = 1, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    t.clip_sets[1] = 1;
+    t.clip_set_count = 2;
+    for (int k = 0; k <= 10; k++) {
+        const sc_scene scene = sc_timeline_scene(&t, k);
+        const bool cuts = k >= 3 && k <= 6;
+
+        assert_int_equal(scene.plane_count, cuts ? 2 : 1);
+        assert_near(scene.planes[scene.plane_count - 1].normal.z, 1, 0);
+        assert_int_equal(scene.clip_sets[0], cuts ? 3 : 1);
+        assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
+    }
 }
 
 static void easing_begins_at_0_and_ends_at_1(void **state)
@@ -307,12 +335,12 @@ static void key_frames_move_the_camera(void **state)
     a.camera.has_angle = a.camera.has_target = true;
     a.camera.angle_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {1, {0}, {90, 0, 0}}}};
     a.camera.target_track = (sc_track){2, {{0, {0}, {10, -5, 50}}, {1, {0}, {30, 20, 80}}}};
-    a.camera.fov_track = (sc_track){2, {{0, {0}, {20, 0, 0}}, {0.5, {0}, {60, 0, 0}}}};
+    a.camera.fov_track = (sc_track){2, {{0, {0}, {60, 0, 0}}, {0.5, {0}, {20, 0, 0}}}};
     sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
     for (int k = 0; k <= 10; k++) {
         const sc_camera c = sc_timeline_scene(&t, k).camera;
         const sc_vec3 target = {10 + 2.0 * k, -5 + 2.5 * k, 50 + 3.0 * k};
-        const double fov_deg = k < 5 ? 20 + 8.0 * k : 60;
+        const double fov_deg = k < 5 ? 60 - 8.0 * k : 20;
 
         expect_in_view(&c, 1.5, corners, &fill);
         assert_near(sc_vec3_length(sc_vec3_sub(target, c.position_mm)),
@@ -330,7 +358,7 @@ static void key_frames_move_the_camera(void **state)
         a.camera.projection = n ? SC_ORTHOGRAPHIC : SC_PERSPECTIVE;
         sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
         /* An orthographic camera shows what the field of view holds at the target. */
-        assert_near(sc_timeline_scene(&t, 5).camera.half_height, tan(M_PI / 6) / 3 * (n ? 150 : 1),
+        assert_near(sc_timeline_scene(&t, 5).camera.half_height, tan(M_PI / 18) / 3 * (n ? 150 : 1),
                     1e-9);
     }
 }
@@ -703,6 +731,7 @@ int main(void)
         cmocka_unit_test(framing_is_tight_and_centred),
         cmocka_unit_test(framing_heeds_what_the_job_says),
         cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
+        cmocka_unit_test(a_plane_cuts_while_it_is_active),
         cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
         cmocka_unit_test(a_bezier_curve_is_solved_for_the_time),
         cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
