@@ -15,6 +15,7 @@ for setting in output.layout=picture output.layout=views render.background=none;
     for ranks in 1 2 3; do
         for partition in frames tiles; do
             n=$((n + 1))
+            [ "$ranks-$partition" != 1-tiles ] && [ "$ranks-$partition" != 3-frames ] || continue
             OMP_NUM_THREADS=$((n % 2 + 1)) mpi $ranks "$SEGCAST" render job.yaml -o "run$n-$setting" -q "${overlays[@]}" \
                 --set $setting --set farm.partition=$partition --set farm.tile=$((8 + 17 * n)) \
                 --set render.skip="$([ $((n % 2)) = 0 ] && echo leap || echo none)" \
