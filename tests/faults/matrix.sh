@@ -69,14 +69,18 @@ mkdir reference
 (cd reference && "$SEGCAST" render ../job.yaml -o out -q >/dev/null)
 jq -c 'select(.frame != null) | [.frame, .hash]' reference/out/manifest.jsonl | sort >hashes.txt
 
-# stop_half_way: leave in stopped/ what a run holds that was killed after half of its files.
+# stop_half_way: leave in stopped/ what a run holds that was killed after half of its files, or later if it had drawn no
+# frame by then: frames are written beside other files.
 stop_half_way() {
-    local renames
+    local renames eighths
     env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" "$SEGCAST" render job.yaml -o whole -q >/dev/null
     renames=$(awk '$1 == "calls" && $2 == "rename" {print $3}' report)
-    (env LD_PRELOAD="$FAULT_SHIM" FAULT_KIND=rename FAULT_AT=$((renames / 2)) FAULT_ERROR=KILL \
-        "$SEGCAST" render job.yaml -o stopped -q >/dev/null) 2>/dev/null || true
-    rm -rf report whole
+    for eighths in 4 5 6 7; do
+        rm -rf report whole stopped
+        (env LD_PRELOAD="$FAULT_SHIM" FAULT_KIND=rename FAULT_AT=$((renames * eighths / 8)) FAULT_ERROR=KILL \
+            "$SEGCAST" render job.yaml -o stopped -q >/dev/null) 2>/dev/null || true
+        ! grep -q '"frame"' stopped/manifest.jsonl || break
+    done
     grep -q '"frame"' stopped/manifest.jsonl || fail "the run was killed before it had drawn a frame"
     export FAULT_RESUME
 }
