@@ -521,9 +521,10 @@ static inline float sc_length3(const float v[3])
  * not of unit length and may be 0. Where there are only two labels, their gradients are
  * opposite: they form one field, which is interpolated over all corners. Near a third label they
  * are not opposite, and each label's gradient is the mean over its own corners, so that it does
- * not matter which corners those are. Between the two cases they are blended linearly. */
+ * not matter which corners those are. Between the two cases they are blended linearly. @param left
+ * what the gradient of each of the two labels is multiplied by, see sc_sides_left; NULL: 1. */
 static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t second,
-                                  const float a[3], float n[3])
+                                  const float a[3], const float left[2], float n[3])
 {
     float sums[2][3] = {{0}, {0}}, weights[2] = {0, 0}, apart = 0, lengths, one;
 
@@ -533,8 +534,12 @@ static inline void sc_cell_normal(const sc_cell *c, uint32_t first, uint32_t sec
     lengths = sc_length3(sums[0]) * sc_length3(sums[1]);
     one = (apart - SC_OPPOSITE_FROM * lengths) / (SC_OPPOSITE_RANGE * lengths + 1e-12f);
     one = one < 0 ? 0 : one > 1 ? 1 : one;
+    if (left)
+        one *= left[0] < left[1] ? left[0] : left[1];
     for (int side = 0; side < 2; side++)
         weights[side] = one + (1 - one) / (weights[side] + 1e-9f);
+    for (int side = 0; side < 2 && left; side++)
+        weights[side] *= left[side];
     for (int k = 0; k < 3; k++)
         n[k] = sums[0][k] * weights[0] - sums[1][k] * weights[1];
 }

@@ -235,8 +235,9 @@ static inline vf v_corner_share(int corner, const vf a[3])
 }
 
 /* The direction from label @p first to label @p second at the point @p a, in RAS, to @p n, not
- * of unit length; see sc_cell_normal. c->labels and c->records must be set. */
-static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf a[3], vf n[3])
+ * of unit length; see sc_cell_normal, also for @p left. c->labels and c->records must be set. */
+static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf a[3],
+                                 const vf left[2], vf n[3])
 {
     vf sums[2][3] = {{{0}}}, weights[2] = {{0}}, apart = {0}, lengths, one;
 
@@ -257,8 +258,12 @@ static inline void v_cell_normal(const v_cell *c, vi first, vi second, const vf 
     lengths = f_length(sums[0]) * f_length(sums[1]);
     one = (apart - SC_OPPOSITE_FROM * lengths) / (SC_OPPOSITE_RANGE * lengths + 1e-12f);
     one = f_clamp01(one);
+    if (left)
+        one *= f_pick(f_below(left[0], left[1]), left[0], left[1]);
     for (int s = 0; s < 2; s++)
         weights[s] = one + (1 - one) / (weights[s] + 1e-9f);
+    for (int s = 0; s < 2 && left; s++)
+        weights[s] *= left[s];
     for (int k = 0; k < 3; k++)
         n[k] = sums[0][k] * weights[0] - sums[1][k] * weights[1];
 }

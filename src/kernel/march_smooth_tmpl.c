@@ -88,18 +88,22 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
 {
     const bool left = contributes(c, x->left, active), entered = contributes(c, x->entered, active);
     sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
-    float at[3], length;
+    float at[3], sides[2], length;
 
     if (!left && !entered)
         return;
     for (int i = 0; i < 3; i++)
         at[i] = sc_lerp(a[i], b[i], x->u);
-    sc_cell_normal(&c->cell, x->entered, x->left, at, spot.normal);
+    point_at(c, t, spot.point);
+    if (c->m->fading)
+        sc_sides_left(c->m, x->entered, x->left, sides);
+    sc_cell_normal(&c->cell, x->entered, x->left, at, c->m->fading ? sides : NULL, spot.normal);
+    if (c->m->fading && c->m->occlusion)
+        sc_turn_to_open(c->m, spot.point, sides, spot.normal);
     length = sqrtf(sc_dot3(spot.normal, spot.normal));
     for (int i = 0; i < 3; i++)
         spot.normal[i] = length > 1e-3f ? spot.normal[i] / length : c->ray->toward_eye[i];
     sc_face_eye(c->ray->toward_eye, spot.normal);
-    point_at(c, t, spot.point);
     if (x->face) {
         sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
         if (sc_has_rims(c->m))

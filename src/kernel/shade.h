@@ -52,6 +52,10 @@
 #define SC_FACE_RIM_RANGE 0.6f
 enum { SC_FACE_RIM_VOXELS = 3, SC_FACE_RIM_TAPS = 2 * SC_FACE_RIM_VOXELS };
 
+/* Where the share that is filled changes by less than this over the width of the narrow blur, it
+ * does not tell where a surface faces, or the less, the less it changes. */
+#define SC_OPEN_LEAST 0.05f
+
 /* A point on a surface that is to be lit. */
 typedef struct sc_spot {
     float point[3];   /* in grid coordinates, without the 1/2 of the voxel surface */
@@ -111,6 +115,16 @@ static inline void sc_face_eye(const float eye[3], float n[3])
     length = sqrtf(sc_dot3(n, n));
     for (int i = 0; i < 3; i++)
         n[i] /= length;
+}
+
+/* How much of the labels on both sides of a crossing is left, 0 to 1, to @p out: 1 unless one of
+ * them fades beside another tissue. The gradients of a layer about a voxel thin do not show where
+ * its neighbours end; once the layer has gone, only those of the neighbours may bend the light. The
+ * background is not a tissue that stays: beside it the surface remains that of both. */
+static inline void sc_sides_left(const sc_march *m, uint32_t first, uint32_t second, float out[2])
+{
+    out[0] = first && second ? m->tissues[first].cap_alpha : 1;
+    out[1] = first && second ? m->tissues[second].cap_alpha : 1;
 }
 
 /* The normal of a face of the volume across axis @p axis, unit, RAS, towards the eye, to @p n. */
@@ -215,6 +229,32 @@ static inline void sc_move(const sc_march *m, const float point[3], const float 
 {
     for (int i = 0; i < 3; i++)
         out[i] = point[i] + mm * sc_dot3(m->grid_per_mm[i], direction);
+}
+
+/* Where a tissue on one side of a crossing has gone, all or in part, turn the normal @p n, which
+ * points from the first side to the second and is not of unit length, towards where less around the
+ * point is filled, as the gradients of what stands there now would. m->occlusion must not be NULL.
+ * @param left of sc_sides_left. */
+static inline void sc_turn_to_open(const sc_march *m, const float point[3], const float left[2],
+                                   float n[3])
+{
+    const float half_mm = 0.5f * (float)m->occlusion->narrow_mm, missing = left[0] - left[1];
+    float open[3], length;
+
+    if (missing == 0)
+        return;
+    for (int i = 0; i < 3; i++) {
+        const float axis[3] = {i == 0 ? 1 : 0, i == 1 ? 1 : 0, i == 2 ? 1 : 0};
+        float ends[2][3];
+
+        sc_move(m, point, axis, half_mm, ends[0]);
+        sc_move(m, point, axis, -half_mm, ends[1]);
+        open[i] = sc_filled(m, ends[1], 0) - sc_filled(m, ends[0], 0);
+    }
+    length = sqrtf(sc_dot3(open, open));
+    length = length > SC_OPEN_LEAST ? length : SC_OPEN_LEAST;
+    for (int i = 0; i < 3; i++)
+        n[i] += missing * open[i] / length;
 }
 
 /* How much of the light from all around reaches a spot, 0 to 1: what is filled just above it by

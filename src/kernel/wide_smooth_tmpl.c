@@ -259,7 +259,7 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     const vf t = p->t + (p->t1 - p->t) * x->u;
     const vm either = m_or(left, entered);
     v_spot spot;
-    vf at[3], length;
+    vf at[3], sides[2], length;
 
     if (!m_any(either))
         return;
@@ -267,13 +267,16 @@ static void add_crossings(packet *p, const crossings *x, vm on)
     for (int i = 0; i < 3; i++) {
         spot.eye[i] = p->eye[i];
         at[i] = f_lerp(p->a[i], p->b[i], x->u);
-    }
-    v_cell_normal(&p->cell, x->entered, x->left, at, spot.normal);
-    length = f_length(spot.normal);
-    for (int i = 0; i < 3; i++) {
-        spot.normal[i] = f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
         spot.point[i] = p->origin[i] + p->direction[i] * t;
     }
+    if (p->m->fading)
+        v_sides_left(p->m, x->entered, x->left, either, sides);
+    v_cell_normal(&p->cell, x->entered, x->left, at, p->m->fading ? sides : NULL, spot.normal);
+    if (p->m->fading && p->m->occlusion)
+        v_turn_to_open(p->m, spot.point, sides, either, spot.normal);
+    length = f_length(spot.normal);
+    for (int i = 0; i < 3; i++)
+        spot.normal[i] = f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
     v_face_eye(p->eye, spot.normal);
     spot.rim = f_set(0);
     set_faces(p, x, either, &spot);

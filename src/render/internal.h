@@ -129,8 +129,10 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 /* Find what each group of tissues that fade alike adds to the occlusion: sets r->fades, from
  * r->looks and r->occlusion. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
-/* Set what of r->tissues and of the occlusion depends on how far tissues have faded. @param factors
- * as of sc_scene.fades. */
+/* Set r->march.fading from r->tissues. */
+void sc_find_fading(sc_renderer *r);
+/* Set what of r->tissues, of the march and of the occlusion depends on how far tissues have faded.
+ * @param factors as of sc_scene.fades. */
 void sc_set_fades(sc_renderer *r, const float *factors);
 /* @return bytes of memory that the rank has for itself because of them. */
 uint64_t sc_fades_bytes(const sc_renderer *r);

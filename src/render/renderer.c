@@ -38,12 +38,12 @@ static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show
         memcpy(to->rgb, tissues[id].rgb_linear, sizeof to->rgb);
         to->boundary_alpha = sc_alpha_of(s, tissues[id].opacity);
         to->interior_alpha = sc_alpha_of(s, tissues[id].interior_opacity);
-        to->cap_alpha = 1;
         to->thickness_factor = 1;
         to->diffuse = (float)tissues[id].material.diffuse;
         to->specular = (float)tissues[id].material.specular;
         to->shininess = tissues[id].material.shininess;
         to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
+        to->cap_alpha = !id || show[id] ? 1 : 0;
         to->clip_set = tissues[id].clip_set;
         to->by_thickness = s->local_thickness && tissues[id].opacity_auto && !tissues[id].is_cover;
         opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
@@ -381,6 +381,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     SC_TRY(derive(ctx, r, show, opacity));
     fill_march(r);
     fill_thickness(r, tissues);
+    sc_find_fading(r);
     *out = r;
     r = NULL;
 out:

@@ -430,6 +430,93 @@ static void what_has_faded_leaves_no_trace(void **state)
     free_scene(&s);
 }
 
+/* Two balls that meet in a groove, which a layer fills; it is thin along its rims, and can be left
+ * out. */
+static bool has_layer;
+static int balls_under_a_layer(double x, double y, double z)
+{
+    const double left = sqrt((x - 15) * (x - 15) + (y - 20) * (y - 20) + (z - 17) * (z - 17)),
+                 right = sqrt((x - 28) * (x - 28) + (y - 20) * (y - 20) + (z - 22) * (z - 22));
+
+    if (left < 11)
+        return 1;
+    if (right < 9)
+        return 2;
+    return has_layer && left < 13.5 && right < 11.5 ? 3 : 0;
+}
+
+/* Draw the balls in one colour, with the layer faded to @p factor, or without the layer if that is
+ * negative. */
+static sc_image draw_balls(float factor)
+{
+    const int size[3] = {42, 41, 40};
+    const double spacing[3] = {1, 1, 1};
+    float factors[4] = {1, 1, 1, factor};
+    small_scene s;
+    sc_scene scene;
+    sc_image image;
+
+    has_layer = factor >= 0;
+    s = make_scene(shape_volume(size, spacing, 1, 4, balls_under_a_layer), 1);
+    for (int id = 1; id < 3; id++) {
+        for (int c = 0; c < 3; c++)
+            s.tissues[id].rgb_linear[c] = 0.5f;
+    }
+    s.tissues[3].fade_group = has_layer;
+    s.settings.width_px = s.settings.height_px = 160;
+    scene = front_view(&s);
+    scene.camera = sc_camera_look((sc_vec3){30, 100, 40}, (sc_vec3){20.5, 20, 19.5},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 17);
+    scene.fades = has_layer ? factors : NULL;
+    image = draw_view(&s, &scene, NULL);
+    free_scene(&s);
+    return image;
+}
+
+/* @return the share of the pixels that are not white in either picture whose light differs by more
+ * than 30 levels. */
+static double differently_lit(const sc_image *a, const sc_image *b)
+{
+    int both = 0, different = 0;
+
+    for (size_t i = 0; i < sc_image_bytes(a); i += 3) {
+        both += a->rgb[i] < 255 && b->rgb[i] < 255;
+        different += a->rgb[i] < 255 && b->rgb[i] < 255 && abs(a->rgb[i] - b->rgb[i]) > 30;
+    }
+    return (double)different / both;
+}
+
+/* Once a thin layer has faded away, what it lay on is lit as if it had never been there: its
+ * gradients, which tell nothing of its neighbours, leave neither spots nor creases. And it goes
+ * little by little. */
+static void a_thin_layer_that_has_faded_does_not_bend_the_light(void **state)
+{
+    enum { STEPS = 20 };
+    sc_image bare, gone, last;
+    double whole, most = 0;
+
+    (void)state;
+    if (tested_surface != SC_SURFACE_SMOOTH)
+        return;
+    bare = draw_balls(-1);
+    gone = draw_balls(0);
+    assert_true(differently_lit(&bare, &gone) < 0.005);
+    last = draw_balls(1);
+    whole = difference_rms(&last, &gone);
+    for (int i = STEPS - 1; i >= 0; i--) {
+        sc_image next = draw_balls((float)i / STEPS);
+
+        most = fmax(most, difference_rms(&last, &next));
+        sc_image_clear(&last);
+        last = next;
+    }
+    /* Rays pass the layer twice, so that its last steps change more than others. */
+    assert_true(most < 4 * whole / STEPS);
+    sc_image_clear(&last);
+    sc_image_clear(&gone);
+    sc_image_clear(&bare);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -443,6 +530,7 @@ int main(void)
         cmocka_unit_test(transparent_pictures_fit_any_background),
         cmocka_unit_test(faded_pictures_do_not_depend_on_the_way_they_are_drawn),
         cmocka_unit_test(what_has_faded_leaves_no_trace),
+        cmocka_unit_test(a_thin_layer_that_has_faded_does_not_bend_the_light),
     };
 
     int failed = 0;
