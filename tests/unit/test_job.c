@@ -330,11 +330,11 @@ static const char full[] =
     "    - fade: {tissues: \"myo*\", to: 0.25, during: [1f, 5f], ease: linear}\n"
     "    - appear: {tissues: [9, \"a: b\"], order: superior, stagger: 40%}\n"
     "    - pulse: {tissues: [7], to: 30%, times: 2}\n"
-    "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
-    "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
     "    - frame: {tissues: [4], ease: [0, 0.25, 0.5, 1]}\n"
     "    - orbit: {angle: 30, elevation: -4}\n"
     "    - rock: {angle: 5, times: 3}\n    - zoom: {to: 3}\n"
+    "overlays:\n  time: top-right\n  caption:\n    - The heart\n"
+    "    - {text: \"a\\nb: \\\"c\\\"\", place: top-left, during: [1f, 5f]}\n"
     "farm: {tile: 16}\n";
 
 static void expect_verbs(const sc_job *job)
