@@ -38,7 +38,7 @@ same_output() {
 rm -rf "$name"
 mkdir "$name"
 cd "$name" || exit 1
-[ -z "${FAULT_RESUME:-}" ] || cp -r ../stopped out
+[ -z "${FAULT_RESUME:-}" ] || cp -a ../stopped out
 launch=()
 [ "$ranks" = 1 ] || launch=(mpirun -n "$ranks")
 faults=(LD_PRELOAD="$FAULT_SHIM" FAULT_KIND="$kind" FAULT_AT="$number" FAULT_ERROR="$error" FAULT_MODE="$mode"

@@ -103,7 +103,7 @@ count() {
     local launch=() rank
     [ "$1" = 1 ] || launch=(mpirun -n "$1")
     rm -f report*
-    [ -z "${FAULT_RESUME:-}" ] || cp -r stopped "counted$1"
+    [ -z "${FAULT_RESUME:-}" ] || cp -a stopped "counted$1"
     "${launch[@]}" env LD_PRELOAD="$FAULT_SHIM" FAULT_REPORT="$PWD/report" FAULT_SITES=$((distinct ? distinct : 1)) \
         "$SEGCAST" render job.yaml -o "counted$1" -q ${FAULT_RESUME:+--resume} >/dev/null
     if [ "$1" = 1 ]; then mv report calls.1.-; else
