@@ -7,13 +7,16 @@ sed -i 's/phantom:59x41x61/phantom:200x160x200/; s/frames: 7/frames: 4000/' job.
 name=sc_memory_$$ # to find the ranks by, under any launcher
 ln -s "$SEGCAST" "$name"
 
-# mapped: print, for each rank, the bytes of the files of segcast that it maps.
+# mapped: print, for each rank, the bytes of the files of segcast that it maps. A process that maps nothing at all is
+# a rank of an earlier run that has ended, but of which nobody has taken notice yet.
 mapped() {
-    local pid low high
+    local pid maps low high
     for pid in $(pgrep -x "$name"); do
+        maps=$(cat "/proc/$pid/maps" 2>/dev/null || true)
+        [ -n "$maps" ] || continue
         while IFS=' -' read -r low high _; do
             echo $((0x$high - 0x$low))
-        done < <(grep -F .segcast.tmp. "/proc/$pid/maps" || true) | awk '{sum += $1} END {print sum + 0}'
+        done < <(grep -F .segcast.tmp. <<<"$maps" || true) | awk '{sum += $1} END {print sum + 0}'
     done
 }
 for ranks in 2 3; do
