@@ -47,6 +47,10 @@ typedef struct sc_stage_view {
 } sc_stage_view;
 /* @return what ctx->stage is now. Any thread. */
 sc_stage_view sc_stage_look(const sc_ctx *ctx);
+/* A bar of at most 30 columns, as many as there are for it: "[###...]  "; empty if that are fewer
+ * than 5, or if @p share, 0 to 1, is negative: unknown. */
+enum { SC_BAR_COLUMNS = 30, SC_BAR_BYTES = SC_BAR_COLUMNS + sizeof "[]  " };
+void sc_progress_bar(int columns, double share, char bar[SC_BAR_BYTES]);
 /* Called now and then with the stage, from another thread. */
 typedef void sc_watch_fn(void *user, const sc_stage_view *view);
 

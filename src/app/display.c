@@ -15,7 +15,7 @@
 #define LOOK_INTERVAL_S 0.1  /* between two looks at the stage */
 #define QUIET_BEGIN_S 0.3    /* what takes less than this is not shown */
 #define WATCH_INTERVAL_S 2.0 /* between two calls of the watch, unless the stage changes */
-enum { BAR_COLUMNS = 30, BAR_COLUMNS_MIN = 5, TEXT_BYTES = 512 };
+enum { BAR_COLUMNS_MIN = 5, TEXT_BYTES = 512 };
 
 struct sc_display {
     const sc_ctx *ctx;
@@ -89,22 +89,30 @@ static void format_progress(const sc_stage_view *view, char *text, size_t size)
         snprintf(text, size, "%s", time);
 }
 
+void sc_progress_bar(int columns, double share, char bar[SC_BAR_BYTES])
+{
+    const int width = columns < SC_BAR_COLUMNS ? columns : SC_BAR_COLUMNS;
+    int full;
+
+    bar[0] = '\0';
+    if (width < BAR_COLUMNS_MIN || !(share >= 0))
+        return;
+    full = (int)(width * (share < 1 ? share : 1));
+    bar[0] = '[';
+    memset(bar + 1, '#', (size_t)full);
+    memset(bar + 1 + full, '.', (size_t)(width - full));
+    memcpy(bar + 1 + width, "]  ", sizeof "]  ");
+}
+
 /* Draw the line of the progress: stage, bar, numbers, and what the command works on. In a narrow
  * terminal the bar is shorter, or left out; what still does not fit is cut off at the end. */
 static void show_bar(sc_display *display, const sc_stage_view *view)
 {
-    char bar[BAR_COLUMNS + 4] = "", numbers[128], text[TEXT_BYTES];
-    int room;
+    char bar[SC_BAR_BYTES], numbers[128], text[TEXT_BYTES];
 
     format_progress(view, numbers, sizeof numbers);
-    room = display->columns - (int)strlen(view->name) - (int)strlen(numbers) - 6;
-    room = room > BAR_COLUMNS ? BAR_COLUMNS : room;
-    if (room >= BAR_COLUMNS_MIN && view->share >= 0) {
-        bar[0] = '[';
-        memset(bar + 1, '.', (size_t)room);
-        memset(bar + 1, '#', (size_t)(room * view->share));
-        memcpy(bar + 1 + room, "]  ", 4);
-    }
+    sc_progress_bar(display->columns - (int)strlen(view->name) - (int)strlen(numbers) - 6,
+                    view->share, bar);
     snprintf(text, sizeof text, "%s  %s%s  %.200s", view->name, bar, numbers,
              display->subject ? display->subject : "");
     display->columns = sc_terminal_bar(display->terminal, text);

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The bar that shows progress on a terminal. */
+#include "check.h"
+
+#include "app.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Check the bar for @p columns and @p share. It is drawn into memory of its own, so that a
+ * sanitizer sees what is written behind it. */
+static void check_bar(int columns, double share)
+{
+    const int width = columns < SC_BAR_COLUMNS ? columns : SC_BAR_COLUMNS;
+    const int full = (int)(width * (share < 1 ? share : 1));
+    char *memory = malloc(SC_BAR_BYTES + 1);
+
+    assert_non_null(memory);
+    memory[SC_BAR_BYTES] = '|';
+    sc_progress_bar(columns, share, memory);
+    assert_int_equal(memory[SC_BAR_BYTES], '|');
+    if (columns < 5 || share < 0) {
+        assert_string_equal(memory, "");
+    } else {
+        assert_int_equal(strlen(memory), width + 4);
+        assert_int_equal(strspn(memory + 1, "#"), full);
+        assert_int_equal(strspn(memory + 1 + full, "."), width - full);
+        assert_string_equal(memory + 1 + width, "]  ");
+    }
+    free(memory);
+}
+
+static void bar_fits_and_shows_the_share(void **state)
+{
+    static const double shares[] = {-1, 0, 0.01, 0.3, 0.999, 1, 1.5};
+
+    (void)state;
+    for (int columns = -20; columns <= 200; columns++)
+        for (size_t i = 0; i < SC_COUNT_OF(shares); i++)
+            check_bar(columns, shares[i]);
+}
+
+static void bar_looks_as_expected(void **state)
+{
+    char bar[SC_BAR_BYTES];
+
+    (void)state;
+    sc_progress_bar(10, 0.35, bar);
+    assert_string_equal(bar, "[###.......]  ");
+    sc_progress_bar(80, 1, bar);
+    assert_string_equal(bar, "[##############################]  ");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bar_fits_and_shows_the_share),
+        cmocka_unit_test(bar_looks_as_expected),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
