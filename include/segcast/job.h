@@ -102,6 +102,7 @@ typedef struct sc_job {
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
     int labels_format;          /**< sc_table_format */
     int overlap;                /**< sc_overlap */
+    int appearance;             /**< sc_appearance */
     sc_output output;
     sc_render_options render;
     sc_lighting light;

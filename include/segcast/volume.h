@@ -205,17 +205,32 @@ void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);
 void sc_label_base_color(int64_t value, uint8_t rgb[3]);
 /** @return a label with sc_label_base_color and no more than its value. */
 sc_label sc_label_new(int64_t value);
+/** Find the colour that anatomists expect of a tissue, by the words of its name, in English,
+ * however they are written together: "Left-Lateral-Ventricle", "heart_atrium_left", "LeftLung".
+ * @param rgb sRGB; set if there is one. @return whether there is one. */
+bool sc_anatomy_color(const char *name, uint8_t rgb[3]);
+/** Which colours the tissues of a volume get. */
+typedef enum sc_appearance {
+    SC_APPEARANCE_TABLE,   /**< those of the table; those that it does not colour as below */
+    SC_APPEARANCE_ANATOMY, /**< those of sc_anatomy_color where there are some, else of the table,
+                              or of the palette */
+    SC_APPEARANCE_DISTINCT /**< those of the palette */
+} sc_appearance;
 enum { SC_COLORED_LABELS_MAX = 1024 /**< of volumes with more, sc_volume_color does nothing */ };
-/** @return whether sc_volume_color has anything to do: labels without a colour from a table. */
-bool sc_volume_lacks_colors(const sc_volume *volume);
-/** Give the labels that no table gives a colour one of the palette, so that those that touch or lie
- *  near each other can be told apart, by everybody, and colours repeat as little as possible. It is
- *  that of the label's value unless a label of a smaller value, or one whose colour is given, that
- *  it touches, or that is near it, looks much like it: so a colour depends on labels with smaller
- *  values alone. @param cover dense id of a tissue that encloses the others (sc_find_outer_cover),
- *  which gets a pale colour of its own instead; 0: none. @param threads as of sc_parallel_for; the
- *  result does not depend on it. @return SC_ERR_MEMORY. */
-SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, int threads);
+/** @return whether sc_volume_color has anything to do: labels without a colour from a table, or
+ *  with one that @p appearance does not want. */
+bool sc_volume_lacks_colors(const sc_volume *volume, sc_appearance appearance);
+/** Give the labels that no table gives a colour, or not one that @p appearance wants, their
+ * colours. Those that anatomists know by name get that of sc_anatomy_color, or a shade of it where
+ * they touch others like it. The others get one of the palette, so that those that touch or lie
+ * near each other can be told apart, by everybody, and colours repeat as little as possible: that
+ * of the label's value unless a label of a smaller value, or one whose colour is given or that of
+ *  anatomy, that it touches, or that is near it, looks much like it. @param cover dense id of a
+ *  tissue that encloses the others (sc_find_outer_cover), which gets a pale colour of its own
+ *  instead of one of the palette; 0: none. @param threads as of sc_parallel_for; the result does
+ * not depend on it. @return SC_ERR_MEMORY, the volume unchanged. */
+SC_MUST_USE sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover,
+                                      sc_appearance appearance, int threads);
 /** A voxel and its 26 neighbours, x fastest, and the place of the voxel itself among them. */
 enum { SC_AROUND = 27, SC_AROUND_CENTRE = 13 };
 /** What a sheet of tissue one voxel thick keeps apart: voxels of different labels, of the same, or

@@ -289,12 +289,27 @@ out:
     return status;
 }
 
+/* Give colours to the tissues that no table gives one, or not one that the job wants. */
+static sc_status color_volume(const sc_app *app, const sc_job *job, sc_volume *volume)
+{
+    const sc_appearance appearance = (sc_appearance)job->appearance;
+    int cover;
+    sc_status status;
+
+    if (!sc_volume_lacks_colors(volume, appearance))
+        return SC_OK;
+    SC_TRY(sc_find_outer_cover(app->ctx, volume, &cover));
+    SC_TRY(sc_volume_color(app->ctx, volume, cover, appearance, app->threads));
+out:
+    return status;
+}
+
 /* Give the labels of a mapped file the names and colours of the job's label table, which rank 0
  * reads: session->labels becomes a copy of them. Collective, the same result on all ranks. */
 static sc_status share_labels(const sc_app *app, sc_session *session)
 {
     const size_t bytes = (size_t)session->volume.label_count * sizeof(sc_label);
-    sc_volume named = {.label_count = session->volume.label_count};
+    sc_volume named = sc_volume_of_prepared(&session->volume);
     void *block = NULL;
     sc_status status;
 
@@ -303,6 +318,11 @@ static sc_status share_labels(const sc_app *app, sc_session *session)
     named.labels = block;
     if (sc_comm_rank(app->comm) == 0)
         status = sc_apply_labels(app, &session->job, &named);
+    /* Colours have been found when the file was prepared; others are found only if the job wants.
+     */
+    if (sc_comm_rank(app->comm) == 0 && status == SC_OK &&
+        session->job.appearance != SC_APPEARANCE_TABLE)
+        status = color_volume(app, &session->job, &named);
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, block, bytes);
     session->labels = block;
@@ -489,20 +509,6 @@ out:
     return status;
 }
 
-/* Give colours to the tissues that no table gives one. */
-static sc_status color_volume(const sc_app *app, sc_volume *volume)
-{
-    int cover;
-    sc_status status;
-
-    if (!sc_volume_lacks_colors(volume))
-        return SC_OK;
-    SC_TRY(sc_find_outer_cover(app->ctx, volume, &cover));
-    SC_TRY(sc_volume_color(app->ctx, volume, cover, app->threads));
-out:
-    return status;
-}
-
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
  * phantom, or read. Refuses a job that names tissues which the volume has not. */
 static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
@@ -520,7 +526,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
     if (!session->mapped) /* in a prepared file, colours have been found */
-        SC_TRY(color_volume(app, volume));
+        SC_TRY(color_volume(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
     status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);

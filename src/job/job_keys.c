@@ -232,6 +232,11 @@ static const sc_choice table_formats[] = {{"auto", SC_TABLE_AUTO},
 static const sc_choice overlaps[] = {
     {"smaller", SC_OVERLAP_SMALLER}, {"order", SC_OVERLAP_ORDER}, {NULL, 0}};
 
+static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
+                                        {"anatomy", SC_APPEARANCE_ANATOMY},
+                                        {"distinct", SC_APPEARANCE_DISTINCT},
+                                        {NULL, 0}};
+
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,
      .help = "the labels: a file (NRRD, NIfTI, MGH, MetaImage, or prepared), a directory of masks, "
@@ -252,6 +257,12 @@ const sc_key sc_job_keys[] = {
          "cover: the one with fewer voxels, or the last",
      .choices = overlaps, .outside_identity = true,
      .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}},
+    {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
+     .help = "colours of the tissues: those of the label table; anatomy: those that anatomists "
+             "expect, where the name of a tissue is known, also instead of the table's; distinct: "
+             "such as can be told apart best; what the table gives no colour has that of anatomy, "
+             "or else a distinct one",
+     .choices = appearances},
     {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
      .help =
          "the volume is brought to this many voxels, each with the label nearest to its centre, "

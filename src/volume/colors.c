@@ -3,7 +3,8 @@
  * together: in OKLab all have about the same chroma, five steps of lightness, and are far apart.
  * Every label value has a place in the palette. Where labels that touch, or lie near each other,
  * would look alike, the one with the larger value takes another place: a greedy colouring of the
- * graph of contacts. */
+ * graph of contacts. A tissue whose name anatomists know has the colour of anatomy.c, or a shade of
+ * it where it touches others of that colour. */
 #include "segcast/image.h"
 #include "source.h"
 
@@ -84,11 +85,12 @@ typedef struct penalties {
 /* The assignment in work. Its arrays belong to sc_volume_color. */
 typedef struct coloring {
     const sc_volume *volume;
-    const uint64_t *contact;       /* of sc_count_contacts */
-    const uint32_t *near;          /* of sc_count_near */
-    penalties *penalties;          /* [label_count]: of each label's colour beside each of the
-                                      palette; set for labels that have their final colour */
-    bool *colored;                 /* [label_count]: the label has its final colour */
+    const uint64_t *contact; /* of sc_count_contacts */
+    const uint32_t *near;    /* of sc_count_near */
+    penalties *penalties;    /* [label_count]: of each label's colour beside each of the
+                                palette; set for labels that have their final colour */
+    bool *colored;           /* [label_count]: the label has its final colour */
+    sc_appearance appearance;
     sc_seen_color places[PALETTE]; /* the palette */
     double uses[PALETTE];          /* how many labels have this colour, or one like it */
 } coloring;
@@ -142,49 +144,124 @@ static void choose(coloring *c, int id, int colored_count)
     memcpy(c->volume->labels[id].rgb, palette[best], 3);
 }
 
-/* Give a colour to all labels that have none, one after the other by value. */
+/* How much of white, or, negative, of black is mixed into the colour of anatomy to tell tissues of
+ * the same kind apart: neighbouring vertebrae, lobes of a lung. */
+static const double shades[] = {0, 0.22, -0.18, 0.4, -0.32};
+
+/* Write a shade of @p base to @p rgb. */
+static void mix_shade(const uint8_t base[3], double shade, uint8_t rgb[3])
+{
+    const double share = fabs(shade), other = shade > 0 ? 255 : 0;
+
+    for (int i = 0; i < 3; i++)
+        rgb[i] = (uint8_t)(base[i] * (1 - share) + other * share + 0.5);
+}
+
+/* Give a label the shade of its colour of anatomy that differs most from the colours of those that
+ * it touches; the colour itself unless that is hard to tell from one of them. */
+static void choose_shade(coloring *c, int id, const uint8_t base[3])
+{
+    const double leave = 0.02; /* of leaving the colour, for each step of shades */
+    const int count = c->volume->label_count;
+    const uint64_t *contact = c->contact + (size_t)id * (size_t)count;
+    double least = HUGE_VAL;
+
+    for (size_t i = 0; i < SC_COUNT_OF(shades); i++) {
+        double cost = leave * (double)i;
+        uint8_t tried[3];
+        sc_seen_color seen;
+
+        mix_shade(base, shades[i], tried);
+        seen = sc_see_color(tried);
+        for (int other = 1; other < count; other++) {
+            if (contact[other] && c->colored[other]) {
+                const sc_seen_color beside = sc_see_color(c->volume->labels[other].rgb);
+
+                cost += penalty(sc_color_contrast(&seen, &beside), NEAR_CONTRAST);
+            }
+        }
+        if (cost < least) {
+            least = cost;
+            memcpy(c->volume->labels[id].rgb, tried, sizeof tried);
+        }
+    }
+}
+
+/* Colour one label that has no colour yet. @param known whether tissues that anatomists know are to
+ * be coloured, or the others. @return whether it was coloured. */
+static bool color_label(coloring *c, int id, bool known, int settled)
+{
+    uint8_t base[3];
+    const bool has_base = c->appearance != SC_APPEARANCE_DISTINCT &&
+                          sc_anatomy_color(c->volume->labels[id].name, base);
+
+    if (c->colored[id] || has_base != known)
+        return false;
+    if (known)
+        choose_shade(c, id, base);
+    else
+        choose(c, id, settled);
+    settle(c, id);
+    return true;
+}
+
+/* Give a colour to all labels that have none, one after the other by value, first those that
+ * anatomists know. */
 static void color_all(coloring *c, int cover)
 {
     const int count = c->volume->label_count;
+    sc_label *labels = c->volume->labels;
+    uint8_t base[3];
     int settled = 0;
 
     for (int i = 0; i < PALETTE; i++)
         c->places[i] = sc_see_color(palette[i]);
-    if (cover > 0 && !c->volume->labels[cover].has_color)
-        memcpy(c->volume->labels[cover].rgb, cover_color, 3);
+    if (cover > 0 && !labels[cover].has_color)
+        memcpy(labels[cover].rgb, cover_color, 3);
     for (int id = 1; id < count; id++) {
-        if (c->volume->labels[id].has_color || id == cover) {
+        const bool is_pale = id == cover && (c->appearance == SC_APPEARANCE_DISTINCT ||
+                                             !sc_anatomy_color(labels[id].name, base));
+
+        if (labels[id].has_color || is_pale) {
             settle(c, id);
             settled++;
         }
     }
-    for (int id = 1; id < count; id++) {
-        if (!c->colored[id]) {
-            choose(c, id, settled++);
-            settle(c, id);
-        }
+    for (int known = 1; known >= 0; known--) {
+        for (int id = 1; id < count; id++)
+            settled += color_label(c, id, known, settled);
     }
 }
 
-bool sc_volume_lacks_colors(const sc_volume *volume)
+/* @return whether a label keeps the colour that a table gives it. */
+static bool keeps_color(const sc_label *label, sc_appearance appearance)
+{
+    uint8_t rgb[3];
+
+    return label->has_color && appearance != SC_APPEARANCE_DISTINCT &&
+           !(appearance == SC_APPEARANCE_ANATOMY && sc_anatomy_color(label->name, rgb));
+}
+
+bool sc_volume_lacks_colors(const sc_volume *volume, sc_appearance appearance)
 {
     bool lacks = false;
 
     for (int id = 1; id < volume->label_count; id++)
-        lacks = lacks || !volume->labels[id].has_color;
+        lacks = lacks || !keeps_color(&volume->labels[id], appearance);
     return lacks && volume->label_count <= SC_COLORED_LABELS_MAX;
 }
 
-sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, int threads)
+sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, sc_appearance appearance,
+                          int threads)
 {
     const size_t count = (size_t)volume->label_count;
-    coloring c = {.volume = volume};
+    coloring c = {.volume = volume, .appearance = appearance};
     void *badness = NULL, *colored = NULL;
     uint64_t *contact = NULL;
     uint32_t *near = NULL;
     sc_status status;
 
-    if (!sc_volume_lacks_colors(volume))
+    if (!sc_volume_lacks_colors(volume, appearance))
         return SC_OK;
     SC_TRY(sc_zalloc(ctx, count, sizeof *c.penalties, &badness));
     SC_TRY(sc_zalloc(ctx, count, sizeof *c.colored, &colored));
@@ -194,6 +271,8 @@ sc_status sc_volume_color(const sc_ctx *ctx, sc_volume *volume, int cover, int t
     c.colored = colored;
     c.contact = contact;
     c.near = near;
+    for (int id = 1; id < volume->label_count; id++)
+        volume->labels[id].has_color = keeps_color(&volume->labels[id], appearance);
     color_all(&c, cover);
 out:
     sc_free(near);

@@ -33,6 +33,14 @@ for setting in light.occlusion=1 render.surface=voxel render.skip=octree render.
     same a.png b.png "other opacities, $setting"
 done
 
+# Colours that the job wants instead of those with which the file was prepared.
+for appearance in anatomy distinct; do
+    "$SEGCAST" still plain.yaml --frame 1 --set appearance=$appearance -o a.png --overwrite -q >/dev/null
+    "$SEGCAST" still mapped.yaml --frame 1 --set appearance=$appearance -o b.png --overwrite -q >/dev/null
+    same a.png b.png "appearance: $appearance"
+    ! cmp -s a.png plain.png || fail "appearance: $appearance: the colours are those of the table"
+done
+
 # A file of the version before this one, which stores nothing for drawing, is drawn as well.
 cp "$SOURCE/tests/data/version-9.segc" old.segc
 job old.segc >old.yaml

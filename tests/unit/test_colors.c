@@ -133,8 +133,8 @@ static void labels_that_touch_differ(void **state)
     int touching = 0;
 
     (void)state;
-    assert_ok(sc_volume_color(&quiet, &v, 0, 1));
-    assert_ok(sc_volume_color(&quiet, &again, 0, 3));
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 1));
+    assert_ok(sc_volume_color(&quiet, &again, 0, SC_APPEARANCE_TABLE, 3));
     for (int a = 1; a <= SEEDS; a++) {
         const sc_seen_color one = sc_see_color(v.labels[a].rgb);
 
@@ -170,9 +170,9 @@ static void colours_are_stable_and_heed_given_ones(void **state)
         ids[i] = ids[i] > SEEDS / 2 ? 0 : ids[i];
     for (int id = SEEDS / 2 + 1; id <= SEEDS; id++)
         given.labels[id].has_color = true; /* the largest values */
-    assert_ok(sc_volume_color(&quiet, &v, 0, 2));
-    assert_ok(sc_volume_color(&quiet, &less, 0, 2));
-    assert_ok(sc_volume_color(&quiet, &given, 0, 2));
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
+    assert_ok(sc_volume_color(&quiet, &less, 0, SC_APPEARANCE_TABLE, 2));
+    assert_ok(sc_volume_color(&quiet, &given, 0, SC_APPEARANCE_TABLE, 2));
     for (int id = 1; id <= SEEDS / 2; id++)
         assert_memory_equal(v.labels[id].rgb, less.labels[id].rgb, 3);
     for (int id = SEEDS / 2 + 1; id <= SEEDS; id++) {
@@ -203,7 +203,7 @@ static void few_labels_have_the_colours_of_their_values(void **state)
     memset(v.ids, 0, 2 * sc_volume_voxels(&v));
     for (int id = 1; id <= PALETTE; id++)
         v.labels[id].value = id + 2;
-    assert_ok(sc_volume_color(&quiet, &v, 0, 1));
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 1));
     for (int id = 1; id <= PALETTE; id++) {
         uint8_t rgb[3];
 
@@ -245,8 +245,8 @@ static void labels_that_are_near_differ(void **state)
     (void)state;
     for (int id = 1; id <= BLOCKS; id++)
         near.labels[id].value = far.labels[id].value = id;
-    assert_ok(sc_volume_color(&quiet, &near, 0, 2));
-    assert_ok(sc_volume_color(&quiet, &far, 0, 2));
+    assert_ok(sc_volume_color(&quiet, &near, 0, SC_APPEARANCE_TABLE, 2));
+    assert_ok(sc_volume_color(&quiet, &far, 0, SC_APPEARANCE_TABLE, 2));
     one = sc_see_color(near.labels[1].rgb);
     other = sc_see_color(near.labels[BLOCKS].rgb);
     assert_true(sc_color_contrast(&one, &other) > 0.08);
@@ -264,7 +264,7 @@ static void what_encloses_all_is_pale(void **state)
     sc_seen_color pale;
 
     (void)state;
-    assert_ok(sc_volume_color(&quiet, &v, 7, 2));
+    assert_ok(sc_volume_color(&quiet, &v, 7, SC_APPEARANCE_TABLE, 2));
     pale = sc_see_color(v.labels[7].rgb);
     assert_true(hypot(pale.lab[0][1], pale.lab[0][2]) < 0.06);
     assert_true(pale.lab[0][0] < 0.83);
@@ -279,8 +279,143 @@ static void what_encloses_all_is_pale(void **state)
     }
     v.labels[7].has_color = true;
     memcpy(v.labels[7].rgb, given, 3);
-    assert_ok(sc_volume_color(&quiet, &v, 7, 2));
+    assert_ok(sc_volume_color(&quiet, &v, 7, SC_APPEARANCE_TABLE, 2));
     assert_memory_equal(v.labels[7].rgb, given, 3);
+    sc_volume_clear(&v);
+}
+
+/* Names as programs write them; the colours are looked at by hue, so that they may be tuned. */
+static void names_have_the_colours_of_anatomy(void **state)
+{
+    static const char *const same[][2] = {
+        {"heart_ventricle_left", "Left ventricle"},
+        {"LeftVentricle", "left_ventricular_blood_pool"},
+        {"heart_atrium_right", "right ventricle"},
+        {"Left-Lateral-Ventricle", "4th-Ventricle"},
+        {"Left-Inf-Lat-Vent", "CSF"},
+        {"Right-choroid-plexus", "CSF"},
+        {"pulmonary_artery", "Pulmonary Trunk"},
+        {"aorta", "descending aorta"},
+        {"portal_vein_and_splenic_vein", "Portal vein"},
+        {"iliac_vena_left", "inferior_vena_cava"},
+        {"superior sagittal sinus", "Internal jugular vein"},
+        {"maxillary sinus", "trachea"},
+        {"liver_vessels", "lung_vessels"},
+        {"vertebrae_L5", "rib_right_12"},
+        {"VertebraC1", "femur left"},
+        {"costal_cartilages", "intervertebral_discs"},
+        {"kidney_left", "Right Kidney"},
+        {"kidney_cyst_left", "cyst"},
+        {"Liver tumor", "Lung nodule"},
+        {"lung_upper_lobe_left", "Lung, right"},
+        {"Left-Cerebral-White-Matter", "Right-Cerebellum-White-Matter"},
+        {"gluteus_maximus_left", "skeletal muscle"},
+        {"gallbladder", "bile duct"},
+        {"urinary_bladder", "Bladder"},
+    };
+    static const char *const unknown[] = {"",
+                                          "label 7",
+                                          "ctx-lh-superiorfrontal",
+                                          "Precentral_L",
+                                          "arterioventral",
+                                          "ribosome",
+                                          "background",
+                                          "liverpool",
+                                          "left",
+                                          "_",
+                                          "ventricle",
+                                          "心臓"};
+    uint8_t one[3], other[3];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(same); i++) {
+        if (!sc_anatomy_color(same[i][0], one) || !sc_anatomy_color(same[i][1], other) ||
+            memcmp(one, other, 3) != 0)
+            fail_msg("\"%s\" and \"%s\" have no colour, or not the same", same[i][0], same[i][1]);
+    }
+    for (size_t i = 0; i < SC_COUNT_OF(unknown); i++) {
+        if (sc_anatomy_color(unknown[i], one))
+            fail_msg("\"%s\" has a colour", unknown[i]);
+    }
+    assert_true(sc_anatomy_color("pulmonary_vein", one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("pulmonary_artery", one) && one[2] > one[0] + 60);
+    assert_true(sc_anatomy_color("Left Atrium", one) && one[0] > one[2] + 60);
+    assert_true(sc_anatomy_color("right_atrium", one) && one[2] > one[0] + 60);
+}
+
+/* A name of the greatest length, each second letter large, is read within its room. */
+static void a_long_name_is_read_within_its_room(void **state)
+{
+    char name[SC_NAME_BYTES];
+    uint8_t rgb[3];
+
+    (void)state;
+    for (int i = 0; i < SC_NAME_BYTES - 1; i++)
+        name[i] = i % 2 ? 'B' : 'a';
+    name[SC_NAME_BYTES - 1] = '\0';
+    assert_false(sc_anatomy_color(name, rgb));
+}
+
+/* Layers of two voxels along z. */
+static int layer_of(double x, double y, double z)
+{
+    (void)x;
+    (void)y;
+    return (int)z / 2 + 1;
+}
+
+/* Eight vertebrae in a row are of one hue, and each can be told from the next; two of them that do
+ * not touch may be the same. */
+static void neighbours_of_one_kind_have_shades(void **state)
+{
+    enum { COUNT = 8 };
+    sc_volume v = shape_volume((const int[3]){8, 8, 2 * COUNT}, (const double[3]){1, 1, 1}, 1,
+                               COUNT + 1, layer_of);
+    uint8_t base[3];
+    int as_base = 0;
+
+    (void)state;
+    for (int id = 1; id <= COUNT; id++)
+        snprintf(v.labels[id].name, SC_NAME_BYTES, "vertebrae_L%d", id);
+    assert_true(sc_anatomy_color("vertebrae_L1", base));
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 2));
+    for (int id = 1; id <= COUNT; id++) {
+        const sc_seen_color seen = sc_see_color(v.labels[id].rgb),
+                            before = sc_see_color(v.labels[id > 1 ? id - 1 : 2].rgb);
+
+        assert_true(sc_color_distance(&seen, &before, SC_VISION_FULL) > 0.03);
+        assert_true(v.labels[id].rgb[0] > v.labels[id].rgb[2] + 10);
+        as_base += memcmp(v.labels[id].rgb, base, 3) == 0;
+    }
+    assert_true(as_base >= COUNT / 2);
+    sc_volume_clear(&v);
+}
+
+/* What a job wants: the table's colours, those of anatomy instead, or distinct ones. */
+static void appearance_decides_between_table_and_anatomy(void **state)
+{
+    static const uint8_t given[3] = {10, 200, 30};
+    sc_volume v = voronoi();
+    uint8_t liver[3], distinct[3];
+
+    (void)state;
+    assert_true(sc_anatomy_color("liver", liver));
+    snprintf(v.labels[1].name, SC_NAME_BYTES, "liver");
+    snprintf(v.labels[2].name, SC_NAME_BYTES, "something");
+    for (int id = 1; id <= 2; id++) {
+        v.labels[id].has_color = true;
+        memcpy(v.labels[id].rgb, given, 3);
+    }
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_TABLE, 1));
+    assert_memory_equal(v.labels[1].rgb, given, 3);
+    assert_true(sc_volume_lacks_colors(&v, SC_APPEARANCE_ANATOMY));
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_ANATOMY, 1));
+    assert_memory_equal(v.labels[1].rgb, liver, 3);
+    assert_memory_equal(v.labels[2].rgb, given, 3);
+    assert_ok(sc_volume_color(&quiet, &v, 0, SC_APPEARANCE_DISTINCT, 1));
+    sc_label_base_color(v.labels[1].value, distinct);
+    assert_memory_equal(v.labels[1].rgb, distinct, 3);
+    assert_true(memcmp(v.labels[2].rgb, given, 3) != 0);
     sc_volume_clear(&v);
 }
 
@@ -294,7 +429,7 @@ static void an_allocation_that_fails_is_reported(void **state)
         long budget = n;
         sc_ctx ctx = {.alloc_budget = &budget};
 
-        status = sc_volume_color(&ctx, &v, 0, 2);
+        status = sc_volume_color(&ctx, &v, 0, SC_APPEARANCE_TABLE, 2);
         assert_true(status == SC_OK ? n == 6 : status == SC_ERR_MEMORY);
     }
     sc_volume_clear(&v);
@@ -311,6 +446,10 @@ int main(void)
         cmocka_unit_test(few_labels_have_the_colours_of_their_values),
         cmocka_unit_test(labels_that_are_near_differ),
         cmocka_unit_test(what_encloses_all_is_pale),
+        cmocka_unit_test(names_have_the_colours_of_anatomy),
+        cmocka_unit_test(a_long_name_is_read_within_its_room),
+        cmocka_unit_test(neighbours_of_one_kind_have_shades),
+        cmocka_unit_test(appearance_decides_between_table_and_anatomy),
         cmocka_unit_test(an_allocation_that_fails_is_reported),
     };
 
