@@ -89,8 +89,9 @@ sc_status sc_input_as_command(const sc_ctx *ctx, const char *name)
         return sc_fail(
             ctx, SC_ERR_USAGE,
             "\"%s\" is a directory, not a command: `segcast status %s` and `segcast verify "
-            "%s` tell of the job in it",
-            name, name, name);
+            "%s` tell of the job in it; if it holds masks of tissues, `segcast orbit %s` makes a "
+            "video of it",
+            name, name, name, name);
     return SC_OK;
 }
 
@@ -121,6 +122,13 @@ sc_status sc_input_check(const sc_ctx *ctx, const sc_command *command, const cha
                        "makes a video of it without a job, `segcast init %s` writes a job file for "
                        "it",
                        command->name, input, exists ? "is" : "is named like", input, input);
+    if (what == KIND_DIRECTORY && takes_job && !takes_volume && !takes_directory)
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "segcast %s takes a job file, but \"%s\" is a directory: if it holds masks "
+                       "of tissues, `segcast orbit %s` makes a video of it without a job, and "
+                       "`segcast init %s` writes a job file for it; if a job has made it, give "
+                       "that job",
+                       command->name, input, input, input);
     if (what == KIND_JOB && takes_volume && !takes_job)
         return sc_fail(ctx, SC_ERR_USAGE,
                        "segcast %s takes a volume, but \"%s\" %s a job file: `segcast %s %s` takes "
