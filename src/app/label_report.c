@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How a label table and the voxels of a volume agree, for segcast info and check: values that
- * several rows name, rows of values that no voxel has, and voxels whose value no row names. */
+ * several rows name, rows of values that no voxel has, voxels whose value no row names, and numbers
+ * that the table leaves out. */
 #include "label_report.h"
 
 #include <stdlib.h>
@@ -40,7 +41,7 @@ static void append(sc_label_list *list, const sc_label *label)
     list->labels[list->count++] = label;
 }
 
-/* Fill the lists of @p out from @p rows, sorted by value. */
+/* Fill the lists and the gaps of @p out from @p rows, sorted by value. */
 static void compare(const sc_label *const *rows, size_t row_count, const sc_prepared *volume,
                     bool scanned, sc_label_report *out)
 {
@@ -49,6 +50,9 @@ static void compare(const sc_label *const *rows, size_t row_count, const sc_prep
     for (size_t i = 0; i < row_count; i++) {
         const bool again = i > 0 && rows[i]->value == rows[i - 1]->value;
 
+        if (i > 0 && !again && rows[i]->value - 1 > rows[i - 1]->value)
+            out->gaps[out->gap_count++] =
+                (sc_label_gap){rows[i - 1]->value + 1, rows[i]->value - 1};
         if (again && (i == 1 || rows[i]->value != rows[i - 2]->value))
             append(&out->doubled, rows[i - 1]);
         if (scanned && !again && !voxels_of(volume, rows[i]->value))
@@ -68,7 +72,7 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
 {
     const size_t count = source->table.count;
     const sc_label **rows;
-    void *block = NULL, *lists = NULL;
+    void *block = NULL, *lists = NULL, *gaps = NULL;
     sc_status status;
 
     *out = (sc_label_report){.source = source};
@@ -77,21 +81,26 @@ sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
     SC_TRY(sc_alloc(ctx, count + 1, sizeof *rows, &block));
     rows = block;
     SC_TRY(sc_alloc(ctx, 2 * count + (size_t)volume->label_count, sizeof *rows, &lists));
+    SC_TRY(sc_alloc(ctx, count + 1, sizeof *out->gaps, &gaps));
     for (size_t i = 0; i < count; i++)
         rows[i] = &source->table.rows[i];
     qsort(rows, count, sizeof *rows, by_value);
     out->owned = lists;
-    out->doubled.labels = lists;
+    out->gaps = gaps;
+    lists = NULL;
+    out->doubled.labels = out->owned;
     out->without_voxels.labels = out->doubled.labels + count;
     out->without_row.labels = out->without_voxels.labels + count;
     compare(rows, count, volume, scanned, out);
 out:
+    sc_free(lists);
     sc_free(block);
     return status;
 }
 
 void sc_label_report_clear(sc_label_report *report)
 {
+    sc_free(report->gaps);
     sc_free(report->owned);
     *report = (sc_label_report){0};
 }
@@ -114,6 +123,24 @@ static void print_list(FILE *stream, const char *what, const sc_label_list *list
     fputc('\n', stream);
 }
 
+/* Print the gaps in a line, if there are any. */
+static void print_gaps(FILE *stream, const sc_label_report *report)
+{
+    if (!report->gap_count)
+        return;
+    fprintf(stream, "  %-22s", "numbers left out");
+    for (size_t i = 0; i < report->gap_count && i < LISTED_MAX; i++) {
+        const sc_label_gap gap = report->gaps[i];
+
+        fprintf(stream, "%s%lld", i ? ", " : "", (long long)gap.first);
+        if (gap.last > gap.first)
+            fprintf(stream, " to %lld", (long long)gap.last);
+    }
+    if (report->gap_count > LISTED_MAX)
+        fprintf(stream, ", and %zu more gaps", report->gap_count - LISTED_MAX);
+    fputc('\n', stream);
+}
+
 void sc_label_report_print(const sc_label_report *report, FILE *stream)
 {
     if (!report->owned)
@@ -124,6 +151,7 @@ void sc_label_report_print(const sc_label_report *report, FILE *stream)
     print_list(stream, "several rows", &report->doubled);
     print_list(stream, "rows without voxels", &report->without_voxels);
     print_list(stream, "voxels without a row", &report->without_row);
+    print_gaps(stream, report);
 }
 
 /* @return the values of a list as an array of JSON, or NULL without memory. */
@@ -140,13 +168,28 @@ static json_t *values(const sc_label_list *list)
     return array;
 }
 
+/* @return the gaps as an array of pairs, first and last number, or NULL without memory. */
+static json_t *gaps(const sc_label_report *report)
+{
+    json_t *array = json_array();
+
+    for (size_t i = 0; i < report->gap_count; i++) {
+        if (json_array_append_new(array, json_pack("[I, I]", (json_int_t)report->gaps[i].first,
+                                                   (json_int_t)report->gaps[i].last)) != 0) {
+            json_decref(array);
+            return NULL;
+        }
+    }
+    return array;
+}
+
 json_t *sc_label_report_json(const sc_label_report *report)
 {
     if (!report->owned)
         return json_null();
-    return json_pack("{s:s, s:I, s:o, s:o, s:o}", "path", report->source->path, "rows",
+    return json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "path", report->source->path, "rows",
                      (json_int_t)report->source->table.count, "several_rows",
                      values(&report->doubled), "rows_without_voxels",
                      values(&report->without_voxels), "voxels_without_row",
-                     values(&report->without_row));
+                     values(&report->without_row), "numbers_left_out", gaps(report));
 }

@@ -13,17 +13,25 @@ typedef struct sc_label_list {
     size_t count;
 } sc_label_list;
 
+/* Numbers from @c first to @c last, of which a table has none though it has smaller and larger
+ * ones. */
+typedef struct sc_label_gap {
+    int64_t first, last;
+} sc_label_gap;
+
 typedef struct sc_label_report {
     const sc_label_source *source;
     sc_label_list doubled; /* values that have several rows: the first of each, which holds */
     sc_label_list without_voxels; /* rows of values that no voxel has */
     sc_label_list without_row;    /* labels of voxels that no row names */
     void *owned;                  /* what the lists lie in; NULL: there is no table */
+    sc_label_gap *gaps;           /* [gap_count], rising; owned */
+    size_t gap_count;
 } sc_label_report;
 
 /* Compare a label table with the labels of a volume, background aside. @param source and @p volume
  * must outlive the report. @param scanned whether the voxels were counted; if not, only rows of one
- * value are found. @return SC_ERR_MEMORY. Caller owns *out: sc_label_report_clear. */
+ * value and gaps are found. @return SC_ERR_MEMORY. Caller owns *out: sc_label_report_clear. */
 sc_status sc_label_report_make(const sc_ctx *ctx, const sc_label_source *source,
                                const sc_prepared *volume, bool scanned, sc_label_report *out);
 void sc_label_report_clear(sc_label_report *report);
