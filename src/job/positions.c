@@ -129,8 +129,10 @@ static json_t *span_schema(const sc_key *key)
                      "minItems", 2, "maxItems", 2);
 }
 
-/* Read a time: a number and, behind it, ms, s, min or nothing, which is seconds too. It is stored
- * as a double, in seconds. */
+#define SECONDS_MOST 1e6
+
+/* Read a time of at most some eleven days: a number and, behind it, ms, s, min or nothing, which is
+ * seconds too. It is stored as a double, in seconds. */
 static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                void *value)
 {
@@ -143,12 +145,14 @@ static sc_status read_duration(const sc_ctx *ctx, const sc_key *key, const sc_ya
 
     if (node->kind == SC_YAML_SCALAR)
         number = strtod(node->text, &end);
-    if (!end || end == node->text || !(number > 0 && number <= 1e6))
+    if (!end || end == node->text)
         return sc_wrong_type(ctx, node, key->type->expected);
     end += strspn(end, " ");
     for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
-        if (!strcmp(end, units[i].name)) {
-            *(double *)value = number * units[i].seconds;
+        const double seconds = number * units[i].seconds;
+
+        if (!strcmp(end, units[i].name) && seconds > 0 && seconds <= SECONDS_MOST) {
+            *(double *)value = seconds;
             return SC_OK;
         }
     }
