@@ -57,7 +57,8 @@ typedef struct sc_letters {
  *  capitals is at @p y; 0: their middle; 1: their base line. */
 void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int anchor_y,
                      const sc_letters *letters, const char *text);
-/** Blend what was drawn into the picture and free the overlay. There is no other way to free it. */
-void sc_overlay_finish(sc_overlay *overlay);
+/** Blend what was drawn into the picture and free the overlay. There is no other way to free it.
+ *  @return SC_ERR_MEMORY if a part of it could not be drawn: the picture is unchanged then. */
+SC_MUST_USE sc_status sc_overlay_finish(const sc_ctx *ctx, sc_overlay *overlay);
 
 #endif

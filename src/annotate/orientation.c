@@ -106,7 +106,8 @@ sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *
     if (status != SC_OK)
         return status;
     draw_faces(overlay, d, &scene->camera, middle, half_px);
-    sc_overlay_finish(overlay);
-    draw_letters(d, &scene->camera, middle, half_px);
-    return SC_OK;
+    status = sc_overlay_finish(ctx, overlay);
+    if (status == SC_OK)
+        draw_letters(d, &scene->camera, middle, half_px);
+    return status;
 }

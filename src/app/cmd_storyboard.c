@@ -158,7 +158,7 @@ static sc_status draw_captions(const sc_app *app, const grid *g, const int *fram
         sc_overlay_text(overlay, at_px[0] + 0.5 * g->picture_px[0],
                         at_px[1] + g->picture_px[1] + 0.5 * CAPTION_PX, 0, 0, &letters, caption);
     }
-    sc_overlay_finish(overlay);
+    status = sc_overlay_finish(app->ctx, overlay);
 out:
     return status;
 }

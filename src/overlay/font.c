@@ -21,6 +21,7 @@ struct sc_font {
         cairo_font_face_t *face;
     } fonts[FONTS_MAX];
     int count;
+    bool failed; /* an outline could not be had, for want of memory */
 };
 
 /* ---- finding ---- */
@@ -87,19 +88,24 @@ out:
     return status;
 }
 
-/* Fill font->sorted with the fonts that fit best. */
-static void sort_fonts(sc_font *font, const char *family)
+/* Fill font->sorted with the fonts that fit best. @return false if there is no memory. */
+static bool sort_fonts(sc_font *font, const char *family)
 {
     FcPattern *pattern = FcPatternCreate();
-    FcResult result;
+    FcResult result = FcResultMatch;
+    bool ok = pattern && FcPatternAddString(pattern, FC_FAMILY, (const FcChar8 *)family) &&
+              FcPatternAddInteger(pattern, FC_WEIGHT, FC_WEIGHT_BOLD) &&
+              FcPatternAddBool(pattern, FC_OUTLINE, FcTrue) &&
+              FcConfigSubstitute(font->config, pattern, FcMatchPattern);
 
-    FcPatternAddString(pattern, FC_FAMILY, (const FcChar8 *)family);
-    FcPatternAddInteger(pattern, FC_WEIGHT, FC_WEIGHT_BOLD);
-    FcPatternAddBool(pattern, FC_OUTLINE, FcTrue);
-    FcConfigSubstitute(font->config, pattern, FcMatchPattern);
-    FcDefaultSubstitute(pattern);
-    font->sorted = FcFontSort(font->config, pattern, FcTrue, NULL, &result);
-    FcPatternDestroy(pattern);
+    if (ok) {
+        FcDefaultSubstitute(pattern);
+        font->sorted = FcFontSort(font->config, pattern, FcTrue, NULL, &result);
+        ok = font->sorted && result != FcResultOutOfMemory;
+    }
+    if (pattern)
+        FcPatternDestroy(pattern);
+    return ok;
 }
 
 /* Add a font of the sorted ones, unless it has no outlines. */
@@ -131,15 +137,15 @@ sc_status sc_font_open(const sc_ctx *ctx, const char *family, const char *where,
         return status;
     font = block;
     font->config = FcInitLoadConfigAndFonts();
-    if (font->config)
-        sort_fonts(font, family);
-    for (int i = 0; font->sorted && i < font->sorted->nfont; i++)
+    if (!font->config || !sort_fonts(font, family))
+        status = sc_fail(ctx, SC_ERR_MEMORY, "finding a font: out of memory");
+    for (int i = 0; status == SC_OK && i < font->sorted->nfont; i++)
         add_font(font, font->sorted->fonts[i]);
-    if (!font->count)
+    if (status == SC_OK && !font->count)
         status = sc_fail(ctx, SC_ERR_SYSTEM,
                          "fontconfig finds no font on this machine, so no text can be drawn; "
                          "install one (Debian: fonts-dejavu-core), or leave out overlays");
-    else if (!is_of_family(font->sorted->fonts[0], family))
+    else if (status == SC_OK && !is_of_family(font->sorted->fonts[0], family))
         status = no_such_family(ctx, font, family, where);
     if (status != SC_OK) {
         sc_font_close(font);
@@ -210,27 +216,54 @@ const char *sc_font_refuses(unsigned code)
 
 /* ---- outlines ---- */
 
-/* @return the font number @p index at a size. Caller owns: cairo_scaled_font_destroy. */
+/* Make the face of the font number @p index, unless it is there. @return false if there is no
+ * memory. */
+static bool make_face(sc_font *font, int index)
+{
+    FcPattern *pattern;
+    cairo_font_face_t *face = NULL;
+
+    if (font->fonts[index].face)
+        return true;
+    pattern = FcPatternCreate();
+    if (pattern && FcPatternAddString(pattern, FC_FILE, (const FcChar8 *)font->fonts[index].file) &&
+        FcPatternAddInteger(pattern, FC_INDEX, font->fonts[index].index))
+        face = cairo_ft_font_face_create_for_pattern(pattern);
+    if (pattern)
+        FcPatternDestroy(pattern);
+    if (!face || cairo_font_face_status(face) != CAIRO_STATUS_SUCCESS) {
+        cairo_font_face_destroy(face);
+        return false;
+    }
+    font->fonts[index].face = face;
+    return true;
+}
+
+/* @return the font number @p index at a size; NULL without memory, which the font remembers. Caller
+ * owns: cairo_scaled_font_destroy. */
 static cairo_scaled_font_t *scale_font(sc_font *font, int index, double size_px)
 {
-    cairo_font_options_t *options = cairo_font_options_create();
+    cairo_font_options_t *options;
     cairo_scaled_font_t *scaled;
     cairo_matrix_t size, none;
 
-    if (!font->fonts[index].face) {
-        FcPattern *pattern = FcPatternCreate();
-
-        FcPatternAddString(pattern, FC_FILE, (const FcChar8 *)font->fonts[index].file);
-        FcPatternAddInteger(pattern, FC_INDEX, font->fonts[index].index);
-        font->fonts[index].face = cairo_ft_font_face_create_for_pattern(pattern);
-        FcPatternDestroy(pattern);
+    if (!make_face(font, index)) {
+        font->failed = true;
+        return NULL;
     }
+    options = cairo_font_options_create();
     cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
     cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
     cairo_matrix_init_scale(&size, size_px, size_px);
     cairo_matrix_init_identity(&none);
     scaled = cairo_scaled_font_create(font->fonts[index].face, &size, &none, options);
+    if (cairo_font_options_status(options) != CAIRO_STATUS_SUCCESS ||
+        cairo_scaled_font_status(scaled) != CAIRO_STATUS_SUCCESS) {
+        font->failed = true;
+        cairo_scaled_font_destroy(scaled);
+        scaled = NULL;
+    }
     cairo_font_options_destroy(options);
     return scaled;
 }
@@ -244,6 +277,8 @@ static double outline_run(sc_font *font, int index, const char *text, size_t byt
     cairo_text_extents_t extents = {0};
     int count = 0;
 
+    if (!scaled)
+        return x;
     if (cairo_scaled_font_text_to_glyphs(scaled, x, 0, text, (int)bytes, &glyphs, &count, NULL,
                                          NULL, NULL) == CAIRO_STATUS_SUCCESS) {
         cairo_scaled_font_glyph_extents(scaled, glyphs, count, &extents);
@@ -252,7 +287,10 @@ static double outline_run(sc_font *font, int index, const char *text, size_t byt
             cairo_glyph_path(cairo, glyphs, count);
         }
         cairo_glyph_free(glyphs);
+    } else {
+        font->failed = true;
     }
+    font->failed = font->failed || cairo_scaled_font_status(scaled) != CAIRO_STATUS_SUCCESS;
     cairo_scaled_font_destroy(scaled);
     return x + extents.x_advance;
 }
@@ -287,9 +325,16 @@ double sc_font_width_px(sc_font *font, const char *text, size_t bytes, double si
 double sc_font_ascent(sc_font *font, double size_px)
 {
     cairo_scaled_font_t *scaled = scale_font(font, 0, size_px);
-    cairo_font_extents_t extents;
+    cairo_font_extents_t extents = {0};
 
+    if (!scaled)
+        return 0;
     cairo_scaled_font_extents(scaled, &extents);
     cairo_scaled_font_destroy(scaled);
     return extents.ascent;
+}
+
+bool sc_font_failed(const sc_font *font)
+{
+    return font->failed;
 }

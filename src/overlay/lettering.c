@@ -55,6 +55,7 @@ static bool fill_mask(const drawn_line *line, double size_px, bool halo, uint8_t
         cairo_image_surface_create(CAIRO_FORMAT_A8, word->width_px, word->height_px);
     cairo_t *cairo = cairo_create(surface);
     const uint8_t *from;
+    bool ok;
     int stride;
 
     cairo_translate(cairo, -word->left_px, -word->top_px);
@@ -67,11 +68,12 @@ static bool fill_mask(const drawn_line *line, double size_px, bool halo, uint8_t
     cairo_surface_flush(surface);
     from = cairo_image_surface_get_data(surface);
     stride = cairo_image_surface_get_stride(surface);
-    for (int y = 0; from && y < word->height_px; y++)
+    ok = from && cairo_status(cairo) == CAIRO_STATUS_SUCCESS;
+    for (int y = 0; ok && y < word->height_px; y++)
         memcpy(mask + (size_t)y * width, from + (size_t)y * (size_t)stride, width);
     cairo_destroy(cairo);
     cairo_surface_destroy(surface);
-    return from != NULL;
+    return ok;
 }
 
 /* Warn of the characters of all lines that no font has, once of each. */
@@ -161,6 +163,10 @@ sc_status sc_lettering_make(const sc_ctx *ctx, sc_font *font, const sc_text_line
     drawn = block;
     for (size_t i = 0; i < count; i++)
         outline_line(font, &lines[i], cairo, &drawn[i]);
+    if (sc_font_failed(font) || cairo_status(cairo) != CAIRO_STATUS_SUCCESS) {
+        status = sc_fail(ctx, SC_ERR_MEMORY, "drawing text: out of memory");
+        goto out;
+    }
     status = pack(ctx, drawn, lines, count, out);
 out:
     for (size_t i = 0; drawn && i < count; i++)

@@ -174,18 +174,25 @@ static void blend_over_opaque(uint32_t from, uint8_t to[3])
         to[c] = (uint8_t)((from >> (16 - 8 * c) & 255) + (to[c] * left + 127) / 255);
 }
 
-void sc_overlay_finish(sc_overlay *overlay)
+sc_status sc_overlay_finish(const sc_ctx *ctx, sc_overlay *overlay)
 {
     sc_image *image = overlay->image;
     const sc_viewport *within = &overlay->within;
     const sc_viewport part = sc_blend_part(image, within, &overlay->rows);
     const uint8_t *data;
     int stride;
+    sc_status status = SC_OK;
 
     cairo_surface_flush(overlay->surface);
+    /* cairo remembers that something could not be drawn, for want of memory. */
+    if (cairo_status(overlay->cairo) != CAIRO_STATUS_SUCCESS ||
+        cairo_surface_status(overlay->surface) != CAIRO_STATUS_SUCCESS)
+        status =
+            sc_fail(ctx, SC_ERR_MEMORY, "drawing over a picture of %d x %d: %s", image->width_px,
+                    image->height_px, cairo_status_to_string(cairo_status(overlay->cairo)));
     data = cairo_image_surface_get_data(overlay->surface);
     stride = cairo_image_surface_get_stride(overlay->surface);
-    for (int y = 0; data && y < part.height_px; y++) {
+    for (int y = 0; status == SC_OK && data && y < part.height_px; y++) {
         const size_t row = (size_t)(part.y_px + y - within->y_px);
         const uint32_t *from = (const uint32_t *)(const void *)(data + row * (size_t)stride) +
                                (part.x_px - within->x_px);
@@ -201,4 +208,5 @@ void sc_overlay_finish(sc_overlay *overlay)
     cairo_destroy(overlay->cairo);
     cairo_surface_destroy(overlay->surface);
     sc_free(overlay);
+    return status;
 }

@@ -263,7 +263,6 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
         return status;
     for (int i = 0; i < SLICES; i++)
         annotate(&d, i, panel(width_px, height_px, i));
-    sc_overlay_finish(d.overlay);
     *stats = sum;
-    return SC_OK;
+    return sc_overlay_finish(ctx, d.overlay);
 }

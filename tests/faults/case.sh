@@ -62,7 +62,7 @@ if [ "$kind" = alloc ]; then
     case "$code $site" in
     134*) grep -q '^Assertion .* at src/libavcodec/options.c' stderr.txt &&
         library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
-    139*libx264:x264_encoder_* | 139*libteem:*) library="the library uses memory that it did not get" ;;
+    139*libx264:x264_encoder_* | 139*libteem:* | 139*libfontconfig:*) library="the library uses memory that it did not get" ;;
     esac
 fi
 case $code in
@@ -74,8 +74,8 @@ case $code in
     ;;
 70 | 71 | 73 | 74)
     [ "$errors" = 1 ] || ended WRONG "$errors error messages: $(grep "segcast: .*error" stderr.txt | tr "\n" ";")"
-    # x264 and Teem print by themselves that they have no memory, and cannot be kept from it.
-    noise=$(grep -vE '^segcast: |^x264 \[error\]: |^\[?(biff|air|nrrd).* PANIC|^$' stderr.txt | head -n 1)
+    # x264, Teem and fontconfig print by themselves that they have no memory, and cannot be kept from it.
+    noise=$(grep -vE '^segcast: |^x264 \[error\]: |^Fontconfig (error|warning): |^\[?(biff|air|nrrd).* PANIC|^$' stderr.txt | head -n 1)
     [ "$ranks" != 1 ] || [ -z "$noise" ] || ended WRONG "a library prints: $noise"
     ;;
 124 | 137)

@@ -12,6 +12,7 @@
 # FAULT_KINDS     for example "write sync" (default: all)
 # FAULT_FUNCTION  only calls that are made while this function of the program works
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
+# FAULT_OVERLAYS  1: every overlay is written onto the frames
 # FAULT_RESUME    1: the run with faults continues one that was killed half way
 # FAULT_ENCODE    farm.encode (default: segments), and
 # FAULT_FRAMES    the number of frames, two for each GOP (default: 3)
@@ -61,6 +62,20 @@ animation:
   camera: {orbit: {axis: superior, elevation: 10}}
 farm: {encode: ${FAULT_ENCODE:-segments}}
 YAML
+if [ -n "${FAULT_OVERLAYS:-}" ]; then
+    "$SEGCAST" still job.yaml -o logo.png -q >/dev/null
+    sed -i 's/32, 24/128, 96/' job.yaml # room for words
+    cat >>job.yaml <<YAML
+overlays:
+  caption: [{text: Herz 心臓, during: [0%, 60%]}]
+  time: top-right
+  scale_bar: bottom-left
+  orientation: bottom-right
+  legend: top-left
+  logo: logo.png
+  logo_place: top
+YAML
+fi
 if [ -n "${FAULT_PREPARED:-}" ]; then
     "$SEGCAST" prepare job.yaml -o volume.segc -q
     sed -i 's/volume.nrrd/volume.segc/' job.yaml

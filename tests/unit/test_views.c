@@ -35,7 +35,7 @@ static void lines_and_frames_are_drawn_at_their_coordinates(void **state)
     sc_overlay_frame(overlay, 2.5, 2.5, 54, 34, 1, black);
     assert_memory_equal(pixel(&image, 30, 20), white,
                         3); /* nothing is drawn before sc_overlay_finish */
-    sc_overlay_finish(overlay);
+    assert_ok(sc_overlay_finish(&quiet, overlay));
     for (int x = 12; x < 48; x++) {
         assert_memory_equal(pixel(&image, x, 20), black, 3);
         assert_memory_equal(pixel(&image, x, 18), white, 3);
@@ -74,7 +74,7 @@ static void text_is_anchored_and_sized_as_asked_for(void **state)
 
         assert_ok(sc_overlay_begin(&quiet, &image, &overlay));
         sc_overlay_text(overlay, 100, 50, anchor, anchor, &letters, "HL");
-        sc_overlay_finish(overlay);
+        assert_ok(sc_overlay_finish(&quiet, overlay));
         ink_box(&image, box);
         assert_in_range(box[3] - box[1], 17, 27); /* the height of capitals */
         assert_near(box[0] + (anchor + 1) / 2.0 * (box[2] - box[0]), 100, 3);
@@ -208,7 +208,7 @@ static void drawing_over_a_transparent_picture_keeps_it_transparent(void **state
         assert_ok(sc_overlay_begin(&quiet, i ? &opaque : &clear, &overlay));
         sc_overlay_line(overlay, 5, 10, 55, 12, 3, dark, 0.5);
         sc_overlay_text(overlay, 30, 25, 0, 0, &letters, "RAS");
-        sc_overlay_finish(overlay);
+        assert_ok(sc_overlay_finish(&quiet, overlay));
     }
     assert_int_equal(clear.rgb[4 * (60 * 38 + 50) + 3], 0);
     sc_image_flatten(&clear, behind);
