@@ -62,7 +62,7 @@ if [ "$kind" = alloc ]; then
     case "$code $site" in
     134*) grep -q '^Assertion .* at src/libavcodec/options.c' stderr.txt &&
         library="libavcodec ends the process (av_assert0 in avcodec_alloc_context3)" ;;
-    139*libx264:x264_encoder_* | 139*libteem:* | 139*libfontconfig:*) library="the library uses memory that it did not get" ;;
+    139*libx264:x264_encoder_* | 139*libteem:* | 139*libfontconfig:* | 139*libcairo:*) library="the library uses memory that it did not get" ;;
     esac
 fi
 case $code in
