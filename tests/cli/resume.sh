@@ -169,7 +169,7 @@ for _ in $(seq 20); do
     [ -e out/segments/000001.seg ] && break # otherwise the run was finished before the signal
 done
 mv out another
-stop_in_the_middle out TERM
+stopped_run
 mkdir -p out/segments
 cp another/segments/000001.seg out/segments/
 "$SEGCAST" render job.yaml -o out --resume -q >/dev/null 2>stderr.txt
