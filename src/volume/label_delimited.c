@@ -1,74 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Label tables as spreadsheets write them: a line of headings, and fields that commas, semicolons
- * or tabs separate (RFC 4180, but for the separator). */
+/* Label tables as spreadsheets write them: a line of headings, and a line for each label. */
+#include "delimited.h"
 #include "label_table.h"
 
 #include <string.h>
-
-static const char delimiters[] = "\t,;";
-
-/* Take the field at *at apart: without its quotation marks, or without the blanks around it, as a
- * text of its own. *at moves behind it, to the separator, the end of the line or of the text, which
- * may be overwritten: *behind is what stood there. */
-static char *next_field(char **at, char delimiter, char *behind, int *lines)
-{
-    const char stops[] = {delimiter, '\r', '\n', '\0'};
-    char *from = *at + strspn(*at, delimiter == '\t' ? " " : " \t"), *field = from, *to;
-
-    if (*from == '"') {
-        field = to = ++from;
-        while (*from && (*from != '"' || from[1] == '"')) {
-            *lines += *from == '\n';
-            from += *from == '"'; /* two of them stand for one */
-            *to++ = *from++;
-        }
-        from += *from == '"';
-        from += strcspn(from, stops);
-    } else {
-        from += strcspn(from, stops);
-        for (to = from; to > field && to[-1] == ' ';)
-            to--;
-    }
-    *behind = *from;
-    *to = '\0';
-    *at = from;
-    return field;
-}
-
-/* Take the line at *at apart. @param fields [SC_COLUMNS_MAX]; what is beyond is left out. *at moves
- * to the next line; NULL behind the last one. @return the number of fields. */
-static size_t next_record(char **at, char delimiter, char **fields, int *lines)
-{
-    size_t count = 0;
-    char behind;
-
-    do {
-        char *field = next_field(at, delimiter, &behind, lines);
-
-        if (count < SC_COLUMNS_MAX)
-            fields[count++] = field;
-        *at += behind != '\0';
-    } while (behind == delimiter);
-    *at += behind == '\r' && **at == '\n';
-    ++*lines;
-    if (!behind)
-        *at = NULL;
-    return count;
-}
-
-/* @return the first line that is neither blank nor a comment. @param lines counts those before. */
-static const char *skip_comments(const char *text, int *lines)
-{
-    while (*text) {
-        const char *first = text + strspn(text, " \t"), *end = first + strcspn(first, "\r\n");
-
-        if (first != end && *first != '#')
-            return text;
-        text = end + (*end != '\0') + (end[0] == '\r' && end[1] == '\n');
-        ++*lines;
-    }
-    return text;
-}
 
 /* Read the headings at *at, which is taken apart and moves behind them.
  * @param columns [SC_COLUMNS_MAX]. @return how many there are; 0 if they are not those of a label
@@ -76,7 +11,7 @@ static const char *skip_comments(const char *text, int *lines)
 static size_t read_headings(char **at, char delimiter, sc_column *columns, int *lines)
 {
     char *fields[SC_COLUMNS_MAX];
-    const size_t count = next_record(at, delimiter, fields, lines);
+    const size_t count = sc_delimited_record(at, delimiter, fields, SC_COLUMNS_MAX, lines);
 
     for (size_t i = 0; i < count; i++)
         columns[i] = sc_column_of(fields[i]);
@@ -89,11 +24,11 @@ bool sc_label_delimited_is(const char *text, char *delimiter)
     int lines = 0;
     size_t bytes;
 
-    text = skip_comments(text, &lines);
+    text = sc_delimited_skip_comments(text, &lines);
     bytes = strcspn(text, "\r\n");
     if (bytes >= sizeof line)
         return false;
-    for (const char *d = delimiters; *d; d++) {
+    for (const char *d = SC_DELIMITERS; *d; d++) {
         sc_column columns[SC_COLUMNS_MAX];
         char *at = line;
 
@@ -130,7 +65,7 @@ static sc_status read_records(const sc_ctx *ctx, char *at, record_reading *r)
         const int line = r->line + 1;
         const bool comment = *at == '#' && r->columns[0] != SC_COLUMN_COLOR;
         char *fields[SC_COLUMNS_MAX];
-        size_t count = next_record(&at, r->delimiter, fields, &r->line);
+        size_t count = sc_delimited_record(&at, r->delimiter, fields, SC_COLUMNS_MAX, &r->line);
         bool read;
 
         if (comment || (count == 1 && !*fields[0]))
@@ -157,7 +92,7 @@ sc_status sc_label_delimited_parse(const sc_ctx *ctx, const char *path, char *te
                        "%s: has no line of headings that name a number and a name or a colour; "
                        "expected for example: value,name,color",
                        path);
-    at = text + (skip_comments(text, &r.line) - text);
+    at = text + (sc_delimited_skip_comments(text, &r.line) - text);
     r.column_count = read_headings(&at, r.delimiter, r.columns, &r.line);
     status = read_records(ctx, at, &r);
     sc_column_rows_end(ctx, path, &r.rows);
