@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The input is a label table, read in each of the formats, applied to a volume, and written in the
- * formats of other programs. */
+ * formats of other programs; and a table of values. */
 #include "volume.h"
 
 #include "segcast/label_files.h"
+#include "segcast/value_table.h"
+
+#include <math.h>
 
 /* Write the table in all formats: each is a text, or no row fits. */
 static void print_all(const sc_label_table *table)
@@ -18,10 +21,33 @@ static void print_all(const sc_label_table *table)
     }
 }
 
+/* Read the file as a table of values: every row has a number or a name, and a finite value or none.
+ */
+static void read_values(const char *path)
+{
+    static const char *const columns[] = {"", "x"};
+
+    for (size_t i = 0; i < SC_COUNT_OF(columns); i++) {
+        sc_value_table table = {0};
+        const sc_status status = sc_value_table_read(&fuzz_ctx, path, columns[i], &table);
+
+        FUZZ_CHECK(status == SC_OK || status == SC_ERR_DATA);
+        FUZZ_CHECK(status == SC_OK ? table.count > 0 : !table.text);
+        for (size_t k = 0; k < table.count; k++) {
+            const sc_value_row *row = &table.rows[k];
+
+            FUZZ_CHECK(row->has_number || row->name[0]);
+            FUZZ_CHECK(!isinf(row->value) && row->line > 0);
+        }
+        sc_value_table_clear(&table);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     const char *path = fuzz_write("input", data, size);
 
+    read_values(path);
     for (int format = SC_TABLE_AUTO; format <= SC_TABLE_JSON; format++) {
         sc_label_table table = {0};
         sc_volume volume = {.size = {1, 1, 1}, .label_bytes = 1, .label_count = 1};
