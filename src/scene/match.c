@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Which labels a job means by the name of a tissue. */
-#include "segcast/scene.h"
+#include "match.h"
 
 #include <ctype.h>
 #include <fnmatch.h>
@@ -37,6 +37,12 @@ static void join_words(char *text, bool is_glob)
     *to = '\0';
 }
 
+void sc_words_of_name(const char *name, char out[SC_NAME_BYTES])
+{
+    lower(name, out);
+    join_words(out, false);
+}
+
 sc_pattern sc_pattern_of(const char *text)
 {
     sc_pattern p = {.is_glob = strpbrk(text, "*?[") != NULL, .is_all = !strcmp(text, "*")};
@@ -66,7 +72,7 @@ sc_match sc_label_match(const sc_label *label, const sc_pattern *p)
     lower(label->name, name);
     if (!strcmp(name, p->folded) || (p->is_glob && fnmatch(p->folded, name, 0) == 0))
         return SC_MATCH_CASE;
-    join_words(name, false);
+    sc_words_of_name(label->name, name);
     if (!strcmp(name, p->words) || (p->is_glob && fnmatch(p->words, name, 0) == 0))
         return SC_MATCH_WORDS;
     return SC_MATCH_NONE;

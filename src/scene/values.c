@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The value of each tissue: from a table, whose rows are brought together with the labels by number
+ * or name, or of what was measured. */
+#include "match.h"
+#include "segcast/color_by.h"
+#include "segcast/value_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- labels by name ---- */
+
+/* A label that has a name. */
+typedef struct named {
+    char words[SC_NAME_BYTES]; /* as names are compared */
+    const char *name;          /* as it is written; borrowed */
+    int id;
+} named;
+
+static int compare_words(const void *a, const void *b)
+{
+    return strcmp(((const named *)a)->words, ((const named *)b)->words);
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    const int order = compare_words(a, b);
+
+    return order ? order : strcmp(((const named *)a)->name, ((const named *)b)->name);
+}
+
+/* The rows of a table on their way to the labels. */
+typedef struct assignment {
+    const sc_ctx *ctx;
+    const char *path;
+    const sc_prepared *volume;
+    named *names; /* [name_count], sorted by compare_names */
+    size_t name_count;
+    int *lines; /* [label_count]: of the row that a label got its value from; 0: none */
+    double *values;
+    size_t used, unknown; /* rows that belong to labels, and those that do not */
+    const sc_value_row *first_unknown;
+} assignment;
+
+/* List the labels that have names. */
+static sc_status list_names(assignment *a)
+{
+    void *block;
+    const sc_status status =
+        sc_alloc(a->ctx, (size_t)a->volume->label_count, sizeof *a->names, &block);
+
+    if (status != SC_OK)
+        return status;
+    a->names = block;
+    for (int id = 1; id < a->volume->label_count; id++) {
+        if (a->volume->labels[id].name[0]) {
+            named *to = &a->names[a->name_count++];
+
+            to->id = id;
+            to->name = a->volume->labels[id].name;
+            sc_words_of_name(to->name, to->words);
+        }
+    }
+    if (a->name_count)
+        qsort(a->names, a->name_count, sizeof *a->names, compare_names);
+    return SC_OK;
+}
+
+/* @return the dense id of a label's number; 0 if the volume has none. */
+static int find_number(const sc_prepared *volume, int64_t number)
+{
+    int low = 1, high = volume->label_count;
+
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+
+        if (volume->labels[middle].value < number)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < volume->label_count && volume->labels[low].value == number ? low : 0;
+}
+
+/* Find the labels that compare equal to @p wanted: names[*first] and those behind it. @return how
+ * many there are. */
+static size_t find_range(const assignment *a, const named *wanted,
+                         int (*compare)(const void *, const void *), size_t *first)
+{
+    const named *found =
+        a->name_count ? bsearch(wanted, a->names, a->name_count, sizeof *a->names, compare) : NULL;
+    size_t begin, end;
+
+    if (!found)
+        return 0;
+    begin = (size_t)(found - a->names);
+    for (end = begin + 1; end < a->name_count && !compare(wanted, &a->names[end]);)
+        end++;
+    while (begin > 0 && !compare(wanted, &a->names[begin - 1]))
+        begin--;
+    *first = begin;
+    return end - begin;
+}
+
+/* Find the labels of a name: those that are written so, or else those with its words. @return as
+ * find_range. */
+static size_t find_name(const assignment *a, const char *name, size_t *first)
+{
+    named wanted = {.name = name};
+    size_t count;
+
+    sc_words_of_name(name, wanted.words);
+    count = find_range(a, &wanted, compare_names, first);
+    return count ? count : find_range(a, &wanted, compare_words, first);
+}
+
+/* Give a label the value of a row. */
+static sc_status assign(assignment *a, const sc_value_row *row, int id)
+{
+    const sc_label *label = &a->volume->labels[id];
+
+    if (a->lines[id])
+        return sc_fail(a->ctx, SC_ERR_DATA,
+                       "%s:%d: is a second row of \"%s\" (label %lld), which line %d has already; "
+                       "expected one row for each tissue",
+                       a->path, row->line, label->name, (long long)label->value, a->lines[id]);
+    a->lines[id] = row->line;
+    a->values[id] = row->value;
+    return SC_OK;
+}
+
+/* Give the value of a row to its labels. */
+static sc_status assign_row(assignment *a, const sc_value_row *row)
+{
+    const int numbered = row->has_number ? find_number(a->volume, row->number) : 0;
+    size_t first = 0, count = 0;
+    sc_status status = SC_OK;
+
+    if (row->has_number && row->number == 0)
+        return SC_OK; /* background */
+    if (numbered) {
+        a->used++;
+        return assign(a, row, numbered);
+    }
+    if (!row->has_number)
+        count = find_name(a, row->name, &first);
+    for (size_t i = first; i < first + count && status == SC_OK; i++)
+        status = assign(a, row, a->names[i].id);
+    a->used += count > 0;
+    if (!count && !a->unknown++)
+        a->first_unknown = row;
+    return status;
+}
+
+/* Tell of the rows that belong to no label. */
+static sc_status tell_unknown(const assignment *a)
+{
+    const sc_value_row *row = a->first_unknown;
+    char what[SC_NAME_BYTES + 32];
+
+    if (!row)
+        return SC_OK;
+    if (row->has_number)
+        snprintf(what, sizeof what, "label %lld", (long long)row->number);
+    else
+        snprintf(what, sizeof what, "\"%.*s\"", SC_NAME_BYTES, row->name);
+    if (!a->used)
+        return sc_fail(a->ctx, SC_ERR_DATA,
+                       "%s:%d: %s is no label of the volume, nor is any other row of the table; "
+                       "expected the numbers or names that `segcast info` lists",
+                       a->path, row->line, what);
+    sc_warn(a->ctx, "%s:%d: %s is no label of the volume; %zu such row%s not used", a->path,
+            row->line, what, a->unknown, a->unknown == 1 ? " is" : "s are");
+    return SC_OK;
+}
+
+/* Read the table and give its values to the labels. */
+static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_prepared *volume,
+                             double *values, char title[SC_NAME_BYTES])
+{
+    assignment a = {.ctx = ctx, .path = by->table, .volume = volume, .values = values};
+    sc_value_table table = {0};
+    void *lines = NULL;
+    sc_status status;
+
+    SC_TRY(sc_value_table_read(ctx, by->table, by->column, &table));
+    SC_TRY(list_names(&a));
+    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, sizeof *a.lines, &lines));
+    a.lines = lines;
+    for (size_t i = 0; i < table.count; i++)
+        SC_TRY(assign_row(&a, &table.rows[i]));
+    SC_TRY(tell_unknown(&a));
+    memcpy(title, table.column, sizeof table.column);
+out:
+    sc_free(lines);
+    sc_free(a.names);
+    sc_value_table_clear(&table);
+    return status;
+}
+
+/* ---- measures ---- */
+
+/* @return the value of a measure for a label; NAN if it was not measured. */
+static double measured(const sc_prepared *volume, sc_measure measure, int id)
+{
+    const sc_label_stats *stats = &volume->stats[id];
+    const double voxel_ml = fabs(sc_affine_determinant(&volume->to_ras_mm)) / 1000;
+
+    if (!stats->voxels)
+        return NAN;
+    switch (measure) {
+    case SC_MEASURE_VOLUME:
+        return (double)stats->voxels * voxel_ml;
+    case SC_MEASURE_THICKNESS:
+        return volume->has_thickness && stats->thickness_mm > 0 ? stats->thickness_mm : NAN;
+    case SC_MEASURE_SURFACE:
+        return volume->has_surface ? stats->surface_mm2 / 100 : NAN;
+    }
+    return NAN;
+}
+
+sc_status sc_color_values(const sc_ctx *ctx, const sc_color_by *by, const sc_prepared *volume,
+                          double *values, char title[SC_NAME_BYTES])
+{
+    static const char *const titles[] = {[SC_MEASURE_VOLUME] = "Volume (ml)",
+                                         [SC_MEASURE_THICKNESS] = "Mean thickness (mm)",
+                                         [SC_MEASURE_SURFACE] = "Surface (cm\u00b2)"};
+
+    for (int id = 0; id < volume->label_count; id++)
+        values[id] =
+            by->has_measure && id > 0 ? measured(volume, (sc_measure)by->measure, id) : NAN;
+    if (!by->has_measure)
+        return read_values(ctx, by, volume, values, title);
+    snprintf(title, SC_NAME_BYTES, "%s", titles[by->measure]);
+    return SC_OK;
+}

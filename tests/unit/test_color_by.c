@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Colours by values: maps, scales, and whose value a row of a table is. */
+#include "check.h"
+
+#include "segcast/color_by.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <unistd.h>
+
+enum { LABELS = 6 };
+
+/* A volume of five tissues with voxels of 1000 mm3. Two names differ by case only. */
+static sc_label labels[LABELS] = {
+    {.name = "background"},        {.value = 3, .name = "Left_Atrium"},
+    {.value = 7, .name = "aorta"}, {.value = 8, .name = "Aorta"},
+    {.value = 20, .name = ""},     {.value = 21, .name = "fat"}};
+static sc_label_stats stats[LABELS] = {{.voxels = 100}, {.voxels = 5},  {.voxels = 2},
+                                       {.voxels = 1},   {.voxels = 10}, {.voxels = 0}};
+
+static sc_prepared make_volume(void)
+{
+    sc_prepared v = {.label_count = LABELS, .labels = labels, .stats = stats};
+
+    v.to_ras_mm.m[0][0] = v.to_ras_mm.m[1][1] = v.to_ras_mm.m[2][2] = 10;
+    return v;
+}
+
+/* Find the values of a table with this text. */
+static sc_status values_of(const char *text, heard *said, double values[LABELS])
+{
+    const sc_ctx ctx = listening(said);
+    const sc_color_by by = {.table = "c.csv"};
+    const sc_prepared volume = make_volume();
+    char title[SC_NAME_BYTES];
+    FILE *file = fopen("c.csv", "wb");
+    sc_status status;
+
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+    status = sc_color_values(&ctx, &by, &volume, values, title);
+    unlink("c.csv");
+    if (status == SC_OK)
+        assert_string_equal(title, "x");
+    return status;
+}
+
+static void rows_find_their_labels(void **state)
+{
+    double v[LABELS];
+    heard said;
+
+    (void)state;
+    assert_int_equal(values_of("id,x\n21,5\n3,1\n0,9\n20,n/a\n", &said, v), SC_OK);
+    assert_true(v[1] == 1 && isnan(v[2]) && isnan(v[3]) && isnan(v[4]) && v[5] == 5);
+    assert_int_equal(said.warnings, 0);
+    /* Names: as they are written, or by their words. */
+    assert_int_equal(values_of("name,x\nleft-atrium,1\nAorta,2\naorta,3\n", &said, v), SC_OK);
+    assert_true(v[1] == 1 && v[2] == 3 && v[3] == 2 && isnan(v[0]));
+    assert_int_equal(values_of("name,x\nAORTA,4\nliver,9\nspleen,9\n", &said, v), SC_OK);
+    assert_true(v[2] == 4 && v[3] == 4 && isnan(v[1]));
+    assert_non_null(strstr(said.text, "c.csv:3: \"liver\" is no label of the volume; 2 such rows"));
+}
+
+static void mistakes_in_rows_are_told(void **state)
+{
+    double v[LABELS];
+    heard said;
+
+    (void)state;
+    assert_int_equal(values_of("id,x\n3,1\n7,1\n3,2\n", &said, v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "c.csv:4: is a second row of \"Left_Atrium\" (label 3), "
+                                      "which line 2 has already"));
+    assert_int_equal(values_of("name,x\nAORTA,1\naorta,2\n", &said, v), SC_ERR_DATA);
+    assert_int_equal(values_of("name,x\nliver,1\n", &said, v), SC_ERR_DATA);
+    assert_non_null(strstr(said.text, "nor is any other row"));
+}
+
+static void measures_have_units(void **state)
+{
+    const sc_ctx ctx = {0};
+    sc_color_by by = {.has_measure = true, .measure = SC_MEASURE_VOLUME};
+    sc_prepared volume = make_volume();
+    double v[LABELS];
+    char title[SC_NAME_BYTES];
+
+    (void)state;
+    assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
+    assert_true(v[1] == 5 && v[4] == 10 && isnan(v[5]) && isnan(v[0]));
+    assert_string_equal(title, "Volume (ml)");
+    by.measure = SC_MEASURE_THICKNESS; /* which was not measured */
+    assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
+    assert_true(isnan(v[1]));
+    volume.has_surface = true;
+    by.measure = SC_MEASURE_SURFACE;
+    stats[1].surface_mm2 = 250;
+    assert_int_equal(sc_color_values(&ctx, &by, &volume, v, title), SC_OK);
+    assert_true(v[1] == 2.5);
+}
+
+static void maps_end_where_they_should(void **state)
+{
+    uint8_t rgb[3];
+
+    (void)state;
+    sc_color_map_at(SC_MAP_VIRIDIS, -1, rgb);
+    assert_true(rgb[0] == 0x44 && rgb[1] == 0x01 && rgb[2] == 0x54);
+    sc_color_map_at(SC_MAP_CIVIDIS, 2, rgb);
+    assert_true(rgb[0] == 0xff && rgb[1] == 0xea && rgb[2] == 0x46);
+    sc_color_map_at(SC_MAP_COOLWARM, 0.5, rgb);
+    assert_true(rgb[0] == 0xdd && rgb[1] == 0xdd && rgb[2] == 0xdd);
+    sc_color_map_at(SC_MAP_MAGMA, 0.5, rgb); /* as matplotlib has it, 183, 55, 121 */
+    assert_true(abs(rgb[0] - 183) < 3 && abs(rgb[1] - 55) < 3 && abs(rgb[2] - 121) < 3);
+}
+
+/* @return the brightness of a colour, in linear light. */
+static double luminance(const uint8_t rgb[3])
+{
+    return 0.2126 * pow(rgb[0] / 255.0, 2.2) + 0.7152 * pow(rgb[1] / 255.0, 2.2) +
+           0.0722 * pow(rgb[2] / 255.0, 2.2);
+}
+
+static void sequential_maps_grow_brighter(void **state)
+{
+    (void)state;
+    for (sc_color_map map = SC_MAP_VIRIDIS; map <= SC_MAP_PLASMA; map++) {
+        double before = -1;
+
+        for (int i = 0; i <= 40; i++) {
+            uint8_t rgb[3];
+
+            sc_color_map_at(map, i / 40.0, rgb);
+            assert_true(luminance(rgb) > before);
+            before = luminance(rgb);
+        }
+    }
+}
+
+static void scales_follow_the_values_shown(void **state)
+{
+    sc_color_by by = {.range_auto = true, .map = SC_MAP_COOLWARM, .missing = {1, 2, 3}};
+    double v[LABELS] = {NAN, -1, 3, 2, NAN, 50}; /* the last has no voxels */
+    const uint8_t hidden[LABELS] = {0, 0, 1, 0, 0, 0};
+    sc_prepared volume = make_volume();
+    sc_color_scale scale;
+    uint8_t rgb[3];
+
+    (void)state;
+    sc_color_scale_find(&by, &volume, v, "title", &scale);
+    assert_true(scale.low == -3 && scale.high == 3 && scale.lacks_some && scale.is_used);
+    assert_string_equal(scale.title, "title");
+    sc_color_scale_at(&scale, NAN, rgb);
+    assert_true(rgb[0] == 1 && rgb[1] == 2 && rgb[2] == 3);
+    by.map = SC_MAP_VIRIDIS;
+    volume.hidden = hidden;
+    sc_color_scale_find(&by, &volume, v, "", &scale);
+    assert_true(scale.low == -1 && scale.high == 2);
+    by.range_auto = false;
+    by.low = 0;
+    by.high = 10;
+    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_at(&scale, 10, rgb);
+    assert_true(scale.low == 0 && scale.high == 10 && rgb[0] == 0xfd);
+    for (int id = 0; id < LABELS; id++)
+        v[id] = 4; /* all the same: the middle of the map */
+    by.range_auto = true;
+    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_at(&scale, 4, rgb);
+    assert_true(scale.low == 4 && scale.high == 4 && !scale.lacks_some && rgb[0] == 0x21);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_their_labels),
+                                       cmocka_unit_test(mistakes_in_rows_are_told),
+                                       cmocka_unit_test(measures_have_units),
+                                       cmocka_unit_test(maps_end_where_they_should),
+                                       cmocka_unit_test(sequential_maps_grow_brighter),
+                                       cmocka_unit_test(scales_follow_the_values_shown)};
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
