@@ -6,12 +6,13 @@
 #ifndef SEGCAST_ANNOTATE_H
 #define SEGCAST_ANNOTATE_H
 
+#include "segcast/color_by.h"
 #include "segcast/lettering.h"
 #include "segcast/timeline.h"
 
 /** Where something is written onto the picture. What has the same place stands in a stack: logo,
- * time code, scale bar, orientation cube, legend, then the caption, from the edge of the picture
- * inwards. */
+ * time code, scale bar, colour bar, orientation cube, legend, then the caption, from the edge of
+ * the picture inwards. */
 typedef enum sc_overlay_place {
     SC_PLACE_NONE, /**< it is not written at all */
     SC_PLACE_TOP_LEFT,
@@ -41,8 +42,8 @@ typedef struct sc_overlays {
     char font[64];        /**< family */
     char font_where[160]; /**< "file:line" for messages; may be empty */
     double text_percent;  /**< font size in percent of the height of the picture */
-    int time, scale_bar, orientation, legend, logo_place; /**< sc_overlay_place */
-    char logo[4096];                                      /**< path of a PNG file; empty: none */
+    int time, scale_bar, color_bar, orientation, legend, logo_place; /**< sc_overlay_place */
+    char logo[4096];     /**< path of a PNG file; empty: none */
     double logo_percent; /**< its height in percent of that of the picture */
 } sc_overlays;
 
@@ -57,6 +58,7 @@ typedef struct sc_annotations {
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     int fps;
     uint8_t background[3];         /**< sRGB, by which the colour of text is chosen */
+    const sc_color_scale *scale;   /**< NULL: tissues are not coloured by values */
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */
 } sc_annotations;

@@ -7,6 +7,7 @@
 #define SEGCAST_JOB_H
 
 #include "segcast/annotate.h"
+#include "segcast/color_by.h"
 #include "segcast/farm.h"
 #include "segcast/render.h"
 #include "segcast/timeline.h"
@@ -103,6 +104,8 @@ typedef struct sc_job {
     int labels_format;          /**< sc_table_format */
     int overlap;                /**< sc_overlap */
     int appearance;             /**< sc_appearance */
+    bool has_color_by;          /**< tissues are coloured by values, as color_by says */
+    sc_color_by color_by;
     sc_output output;
     sc_render_options render;
     sc_lighting light;

@@ -6,8 +6,8 @@ bool sc_annotations_any(const sc_annotations *annotations)
 {
     const sc_overlays *o = annotations->overlays;
 
-    return o->logo[0] || annotations->caption_count || o->time || o->scale_bar || o->orientation ||
-           o->legend;
+    return o->logo[0] || annotations->caption_count || o->time || o->scale_bar || o->color_bar ||
+           o->orientation || o->legend;
 }
 
 /* Draw the time at which frame @p k is shown. */
@@ -37,6 +37,7 @@ sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotatio
     sc_draw_logo(&d);
     draw_time(&d, k);
     sc_draw_scale_bar(&d, scene);
+    sc_draw_color_bar(&d);
     status = sc_draw_orientation(ctx, &d, scene);
     sc_draw_legend(&d, scene);
     sc_draw_captions(&d, k);

@@ -24,8 +24,8 @@ static bool has_neighbours(const sc_annotations *a, int place)
 {
     const int left = place <= SC_PLACE_TOP_RIGHT ? SC_PLACE_TOP_LEFT : SC_PLACE_BOTTOM_LEFT;
     const sc_overlays *o = a->overlays;
-    const int places[] = {o->time, o->scale_bar, o->orientation, o->legend,
-                          o->logo[0] ? o->logo_place : SC_PLACE_NONE};
+    const int places[] = {o->time,        o->scale_bar, o->color_bar,
+                          o->orientation, o->legend,    o->logo[0] ? o->logo_place : SC_PLACE_NONE};
 
     for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
         if (places[i] == left || places[i] == left + 2)

@@ -12,6 +12,7 @@ enum {
     SC_WORD_CAPTION, /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
     SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
     SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
+    SC_WORD_COLOR_BAR,  /* a text of the colour bar: SC_BAR_* */
     SC_WORD_ORIENTATION /* a letter of the orientation cube: its code */
 };
 /* The most rows of a legend. */
@@ -79,6 +80,14 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
                         sc_line_list *list);
 /* Draw the legend of a frame, if there is one. */
 void sc_draw_legend(sc_drawing *d, const sc_scene *scene);
+/* Texts of the colour bar: its title, the values of its ends and of its middle, and what stands
+ * beside the colour of missing values. */
+enum { SC_BAR_TITLE, SC_BAR_LOW, SC_BAR_MIDDLE, SC_BAR_HIGH, SC_BAR_MISSING, SC_BAR_TEXTS };
+/* Append the texts of the colour bar. @return SC_ERR_DATA if its title cannot be written. */
+sc_status sc_add_color_bar(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                           sc_line_list *list);
+/* Draw the colour bar, if there is one. */
+void sc_draw_color_bar(sc_drawing *d);
 /* Append the letters of the orientation cube; a volume without orientation gets a warning. */
 sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list);
 /* Draw the orientation cube of a frame, if there is one. @return SC_ERR_MEMORY. */

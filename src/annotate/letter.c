@@ -30,6 +30,8 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
     sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
     if (o->time || o->scale_bar)
         SC_TRY(add_glyphs(ctx, annotations, &list));
+    if (o->color_bar)
+        SC_TRY(sc_add_color_bar(ctx, annotations, font, &list));
     if (o->orientation)
         SC_TRY(sc_add_orientation(ctx, annotations, &list));
     if (o->legend)

@@ -137,6 +137,7 @@ typedef struct sc_session {
     sc_label_stats *stats; /* label statistics of an inspected volume; owned */
     sc_prepared volume;    /* a view of what the members above hold */
     sc_tissue *tissues;
+    sc_color_scale scale; /* from values to colours; not used unless the job colours by values */
     sc_renderer *renderer;
     sc_fade *fades; /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
@@ -150,6 +151,10 @@ typedef struct sc_session {
     sc_rank_record times;
 } sc_session;
 
+/* If the job colours tissues by values: make a copy of the labels of session->volume with these
+ * colours, and fill session->scale; else *out becomes NULL. Not collective. @return as of
+ * sc_color_values. Caller owns *out: sc_free. */
+sc_status sc_color_labels(const sc_ctx *ctx, sc_session *session, sc_label **out);
 /* Send an array of rank 0, @p count elements of @p size bytes, to the other ranks: *array becomes a
  * copy there, which they own, or NULL after an error. On rank 0 it stays what it was. */
 sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size);

@@ -77,6 +77,9 @@ static sc_status hash_job(const sc_run *run, uint64_t *out)
     SC_TRY(add_tissues(ctx, &run->session, &text));
     SC_TRY(add_fades(ctx, &run->session, &text));
     SC_TRY(add_moves(ctx, &run->session.timeline, &text));
+    if (run->session.scale.is_used) /* which the colour bar shows */
+        SC_TRY(sc_text_add(ctx, &text, "%.17g %.17g\n", run->session.scale.low,
+                           run->session.scale.high));
     if (run->session.logo.rgb)
         SC_TRY(sc_text_add(ctx, &text, "%llx\n",
                            (unsigned long long)sc_image_hash(&run->session.logo)));

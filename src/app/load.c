@@ -145,6 +145,7 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
                .thickness = session->measure,
                .local_thickness = job->render.thickness != 0,
                .surface = session->measure};
+    const sc_color_by *by = &job->color_by;
     void *block;
     sc_status status;
 
@@ -157,6 +158,8 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
     if (!session->measure)
         SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
                                 n.hidden, &n.thickness));
+    n.thickness = n.thickness || (by->has_measure && by->measure == SC_MEASURE_THICKNESS);
+    n.surface = n.surface || (by->has_measure && by->measure == SC_MEASURE_SURFACE);
     memcpy(n.size, job->volume_size, sizeof n.size);
     *out = n;
     return SC_OK;

@@ -134,13 +134,18 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     const sc_ctx *ctx = app->ctx;
     const sc_job *job = &session->job;
     const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
+    sc_prepared colored = session->volume;
+    sc_label *labels = NULL;
     void *block = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, (size_t)session->volume.label_count, sizeof(sc_tissue), &block));
     session->tissues = block;
     SC_TRY(sc_check_tissues(ctx, job, session->volume.labels, session->volume.label_count));
-    SC_TRY(sc_transfer_resolve(ctx, &session->volume, job->rules, job->rule_count,
+    SC_TRY(sc_color_labels(ctx, session, &labels));
+    if (labels)
+        colored.labels = labels;
+    SC_TRY(sc_transfer_resolve(ctx, &colored, job->rules, job->rule_count,
                                (sc_opacity_rule)job->render.auto_opacity, session->tissues));
     apply_interior(ctx, job, session);
     if (job->render.background.is_auto)
@@ -156,6 +161,7 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
         status = sc_verbs_resolve(ctx, &session->volume, session->tissues, &verbs, &session->fades,
                                   &session->fade_count);
 out:
+    sc_free(labels);
     return status;
 }
 
@@ -182,6 +188,7 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_comm_agree(app->comm, status));
     sc_comm_broadcast(app->comm, session->job.render.background.rgb,
                       sizeof session->job.render.background.rgb);
+    sc_comm_broadcast(app->comm, &session->scale, sizeof session->scale);
     sc_comm_broadcast(app->comm, session->clip_sets, sizeof session->clip_sets);
     sc_comm_broadcast(app->comm, &session->clip_set_count, sizeof session->clip_set_count);
 out:
@@ -431,6 +438,7 @@ static sc_annotations annotations_of(const sc_session *session)
                           .timeline = &session->timeline,
                           .within = {0, 0, size_px[0], size_px[1]},
                           .fps = job->output.fps,
+                          .scale = session->scale.is_used ? &session->scale : NULL,
                           .logo = session->logo,
                           .lettering = session->lettering};
 

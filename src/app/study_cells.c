@@ -119,6 +119,8 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
     SC_TRY(hash_job(state->app->ctx, job, true, &hash));
     hash = sc_hash_bytes(job->volume, strlen(job->volume), hash);
     hash = sc_hash_bytes(job->labels, strlen(job->labels), hash);
+    hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
+    hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);
     SC_TRY(sc_study_frames(state, job, &frames, &count));
     *out = sc_hash_bytes(frames, (size_t)count * sizeof *frames, hash);
     *frame_count = count;

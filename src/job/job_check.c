@@ -210,6 +210,23 @@ static sc_status check_turns(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
         turns, step_deg, turns, turns / 360);
 }
 
+/* Refuse a colour bar without values, and a column without a table. */
+static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const sc_color_by *by = &job->color_by;
+
+    if (job->overlays.color_bar && !sc_color_by_any(by))
+        return sc_yaml_fail(ctx, sc_key_node(root, "overlays.color_bar"),
+                            "color_bar: tissues are not coloured by values; expected color_by, "
+                            "such as color_by: {measure: thickness}");
+    if (by->has_measure && by->column[0])
+        return sc_yaml_fail(ctx, sc_key_node(root, "color_by.column"),
+                            "column is \"%s\", but the values are a measure, and come from no "
+                            "table; expected table instead of measure, or no column",
+                            by->column);
+    return SC_OK;
+}
+
 /* ---- paths ---- */
 
 /* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
@@ -340,6 +357,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         return status;
     (void)sc_goes_on(
         &status, resolve_path(ctx, sources, root, "overlays.logo", PATH_INPUT, job->overlays.logo));
+    (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "color_by.table", PATH_INPUT,
+                                           job->color_by.table));
+    (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,

@@ -269,6 +269,11 @@ const sc_key sc_job_keys[] = {
          "and drawn as these are; for studies of how cost grows with the volume",
      .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
      .without = "the voxels of the file"},
+    {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
+     .help = "colours of the tissues by values of a table, or by what is measured; colours under "
+             "tissues go before",
+     .keys = sc_color_by_keys, .given = SC_GIVEN(sc_job, has_color_by),
+     .without = "colours as appearance says"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
      .keys = output_keys},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",

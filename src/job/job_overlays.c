@@ -260,6 +260,10 @@ const sc_key sc_overlays_keys[] = {
      .help = "where a bar of a round length stands: exact with projection: orthographic, otherwise "
              "at the depth of the middle of what is visible",
      .choices = places},
+    {"color_bar", &sc_type_choice, OVERLAYS(color_bar), "none",
+     .help = "where the colours of values (color_by) stand, with their title, the least and the "
+             "greatest value",
+     .choices = places},
     {"orientation", &sc_type_choice, OVERLAYS(orientation), "none",
      .help = "where a cube stands that is turned as the patient is, with letters for right, left, "
              "anterior, posterior, superior and inferior",

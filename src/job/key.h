@@ -93,7 +93,7 @@ extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_spa
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_keys[],
-    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[];
+    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 

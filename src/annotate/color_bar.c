@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The colour bar: which colours stand for which values, the same in all frames. */
+#include "internal.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SIZE 0.85      /* of the font, times that of other text */
+#define SMALLEST 0.6   /* what the font of a long title may shrink to, as a share of SIZE */
+#define BAR 0.22       /* shares of the width of the picture: of the bar */
+#define WIDEST 0.4     /* ... and the most of its title */
+enum { LEAST_PX = 8 }; /* the smallest font */
+
+/* Append a text. */
+static sc_status add_text(const sc_ctx *ctx, int number, const char *text, double size_px,
+                          sc_line_list *list)
+{
+    sc_text_line line = {.kind = SC_WORD_COLOR_BAR, .number = number, .size_px = size_px};
+    sc_status status;
+
+    SC_TRY(sc_keep_text(ctx, list, text, &line.text));
+    line.bytes = strlen(line.text);
+    status = sc_add_line(ctx, list, &line);
+out:
+    return status;
+}
+
+/* Append a value, with as many digits as tell it from its neighbours on the bar. */
+static sc_status add_value(const sc_ctx *ctx, int number, double value, double size_px,
+                           sc_line_list *list)
+{
+    char text[32];
+
+    snprintf(text, sizeof text, fabs(value) >= 1e3 && fabs(value) < 1e7 ? "%.0f" : "%.3g", value);
+    for (char *c = text; *c; c++) {
+        if (*c == '-') { /* U+2212, the minus sign, is as wide as the digits */
+            memmove(c + 3, c + 1, strlen(c));
+            memcpy(c, "\xe2\x88\x92", 3);
+            c += 2;
+        }
+    }
+    return add_text(ctx, number, text, size_px, list);
+}
+
+/* Refuse a title with characters that cannot be drawn. */
+static sc_status check_title(const sc_ctx *ctx, const char *title)
+{
+    for (size_t at = 0, bytes; title[at]; at += bytes ? bytes : 1) {
+        unsigned code;
+        const char *why;
+
+        bytes = sc_utf8_bytes(title + at);
+        code = sc_utf8_code(title + at, bytes ? bytes : 1);
+        why = sc_font_refuses(code);
+        if (why)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "the title of the colour bar, \"%s\", cannot be written onto pictures: "
+                           "U+%04X %s; give it another title (color_by.title)",
+                           title, code, why);
+    }
+    return SC_OK;
+}
+
+/* Append the title, smaller or with dots at its end if it is long. */
+static sc_status add_title(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                           double size_px, sc_line_list *list)
+{
+    const double widest = WIDEST * a->within.width_px;
+    char title[SC_NAME_BYTES + 4];
+    size_t bytes = strlen(a->scale->title);
+    double width;
+
+    memcpy(title, a->scale->title, bytes + 1);
+    for (char *c = title; *c; c++)
+        *c = (char)(*c == '_' ? ' ' : *c);
+    width = sc_font_width_px(font, title, bytes, size_px);
+    size_px = fmax(LEAST_PX, size_px * fmin(1, fmax(SMALLEST, widest / fmax(width, 1))));
+    while (bytes > 1 && sc_font_width_px(font, title, strlen(title), size_px) > widest) {
+        do
+            bytes--;
+        while (bytes > 1 && ((unsigned char)title[bytes] & 0xc0) == 0x80);
+        memcpy(title + bytes, "...", 4);
+    }
+    return add_text(ctx, SC_BAR_TITLE, title, size_px, list);
+}
+
+sc_status sc_add_color_bar(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                           sc_line_list *list)
+{
+    const sc_color_scale *scale = a->scale;
+    const double size_px = fmax(LEAST_PX, SIZE * sc_text_px(a));
+    sc_status status;
+
+    SC_TRY(check_title(ctx, scale->title));
+    if (scale->title[0])
+        SC_TRY(add_title(ctx, a, font, size_px, list));
+    SC_TRY(add_value(ctx, SC_BAR_LOW, scale->low, size_px, list));
+    if (scale->low < scale->high) {
+        SC_TRY(add_value(ctx, SC_BAR_MIDDLE, scale->low + (scale->high - scale->low) / 2, size_px,
+                         list));
+        SC_TRY(add_value(ctx, SC_BAR_HIGH, scale->high, size_px, list));
+    }
+    if (scale->lacks_some)
+        status = add_text(ctx, SC_BAR_MISSING, "no value", size_px, list);
+out:
+    return status;
+}
+
+/* ---- drawing ---- */
+
+/* Draw a rectangle with the outline that letters have. */
+static void draw_frame(const sc_drawing *d, const sc_viewport *box, int edge)
+{
+    const sc_viewport outer = {box->x_px - edge, box->y_px - edge, box->width_px + 2 * edge,
+                               box->height_px + 2 * edge};
+
+    sc_overlay_fill(d->image, &outer, d->letters.rgb, 255, d->rows);
+}
+
+/* Draw the colours of the map from left to right. */
+static void draw_map(const sc_drawing *d, const sc_viewport *bar)
+{
+    const sc_color_scale *scale = d->a->scale;
+    uint8_t rgb[3];
+
+    for (int x = 0; x < bar->width_px; x++) {
+        sc_color_map_at((sc_color_map)scale->map,
+                        scale->low < scale->high ? (x + 0.5) / bar->width_px : 0.5, rgb);
+        sc_overlay_fill(d->image, &(sc_viewport){bar->x_px + x, bar->y_px, 1, bar->height_px}, rgb,
+                        255, d->rows);
+    }
+}
+
+/* Draw a word if there is one. */
+static void draw_word(const sc_drawing *d, const sc_word *word, int x, int y)
+{
+    if (word)
+        sc_lettering_draw(d->a->lettering, word, x, y, &d->letters, 255, d->image, d->rows);
+}
+
+/* Draw the values below the bar; that of its middle only if there is room between the others. */
+static void draw_values(const sc_drawing *d, const sc_word *const words[SC_BAR_TEXTS],
+                        const sc_viewport *bar, int y)
+{
+    const sc_word *low = words[SC_BAR_LOW], *middle = words[SC_BAR_MIDDLE];
+    const sc_word *high = words[SC_BAR_HIGH];
+    const int end = bar->x_px + bar->width_px;
+
+    if (!high) { /* all values are the same */
+        draw_word(d, low, bar->x_px + (bar->width_px - low->advance_px) / 2, y);
+        return;
+    }
+    draw_word(d, low, bar->x_px, y);
+    draw_word(d, high, end - high->advance_px, y);
+    if (middle) {
+        const int x = bar->x_px + (bar->width_px - middle->advance_px) / 2, gap = low->capitals_px;
+
+        if (x > bar->x_px + low->advance_px + gap &&
+            x + middle->advance_px < end - high->advance_px - gap)
+            draw_word(d, middle, x, y);
+    }
+}
+
+void sc_draw_color_bar(sc_drawing *d)
+{
+    const sc_word *words[SC_BAR_TEXTS], *low, *title, *missing;
+    int width = (int)(BAR * d->a->within.width_px + 0.5), capitals, gap, edge, y;
+    sc_viewport room, bar;
+
+    if (!d->a->overlays->color_bar)
+        return;
+    for (int i = 0; i < SC_BAR_TEXTS; i++)
+        words[i] = sc_lettering_find(d->a->lettering, SC_WORD_COLOR_BAR, i);
+    low = words[SC_BAR_LOW];
+    title = words[SC_BAR_TITLE];
+    missing = words[SC_BAR_MISSING];
+    if (!low)
+        return;
+    capitals = low->capitals_px;
+    gap = (3 * capitals + 2) / 4;
+    edge = capitals / 8 > 1 ? capitals / 8 : 1;
+    width = title && title->advance_px > width ? title->advance_px : width;
+    room = sc_take_room(d, d->a->overlays->color_bar, width,
+                        (title ? title->capitals_px + gap : 0) + 2 * capitals + gap +
+                            (missing ? capitals + gap : 0));
+    y = room.y_px;
+    if (title) {
+        draw_word(d, title, room.x_px, y + title->capitals_px);
+        y += title->capitals_px + gap;
+    }
+    bar = (sc_viewport){room.x_px, y, width, capitals};
+    draw_frame(d, &bar, edge);
+    draw_map(d, &bar);
+    draw_values(d, words, &bar, y + 2 * capitals + gap);
+    if (missing) {
+        const sc_viewport square = {room.x_px, y + 2 * capitals + 2 * gap, capitals, capitals};
+
+        draw_frame(d, &square, edge);
+        sc_overlay_fill(d->image, &square, d->a->scale->missing, 255, d->rows);
+        draw_word(d, missing, square.x_px + 2 * capitals, square.y_px + capitals);
+    }
+}

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Colours by values: which values, and how they become colours. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <string.h>
+
+/* "auto", or the values of both ends. @p value is the whole sc_color_by. */
+static sc_status read_range(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_color_by *by = value;
+    double ends[2];
+
+    by->range_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
+    if (by->range_auto)
+        return SC_OK;
+    if (node->kind != SC_YAML_LIST || node->count != 2 ||
+        !sc_parse_number(node->items[0], &ends[0]) || !sc_parse_number(node->items[1], &ends[1]))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!(ends[0] < ends[1]))
+        return sc_yaml_fail(ctx, node,
+                            "range is [%.12g, %.12g], expected the smaller value first and another "
+                            "one behind it",
+                            ends[0], ends[1]);
+    by->low = ends[0];
+    by->high = ends[1];
+    return SC_OK;
+}
+
+static sc_status write_range(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    const sc_color_by *by = value;
+
+    (void)key;
+    (void)indent;
+    return by->range_auto ? sc_text_add(ctx, text, "auto")
+                          : sc_text_add(ctx, text, "[%.17g, %.17g]", by->low, by->high);
+}
+
+static json_t *range_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:[s]}, {s:s, s:{s:s}, s:i, s:i}]}", "anyOf", "enum", "auto", "type",
+                     "array", "items", "type", "number", "minItems", 2, "maxItems", 2);
+}
+
+static const sc_value_type type_range = {
+    .name = "auto or [low, high]",
+    .expected = "auto, or the values of both ends of the colours, such as [0, 5]",
+    .read = read_range,
+    .write = write_range,
+    .schema = range_schema,
+};
+
+static const sc_choice measures[] = {{"volume", SC_MEASURE_VOLUME},
+                                     {"thickness", SC_MEASURE_THICKNESS},
+                                     {"surface", SC_MEASURE_SURFACE},
+                                     {NULL, 0}};
+static const sc_choice color_maps[] = {{"viridis", SC_MAP_VIRIDIS},
+                                       {"cividis", SC_MAP_CIVIDIS},
+                                       {"magma", SC_MAP_MAGMA},
+                                       {"inferno", SC_MAP_INFERNO},
+                                       {"plasma", SC_MAP_PLASMA},
+                                       {"coolwarm", SC_MAP_COOLWARM},
+                                       {NULL, 0}};
+
+#define BY(member) offsetof(sc_color_by, member)
+_Static_assert(sizeof(((sc_color_by *)0)->table) == SC_PATH_BYTES, "a path of a job fits");
+
+const sc_key sc_color_by_keys[] = {
+    {"table", &sc_type_text, BY(table), NULL,
+     .help = "table of values (CSV or TSV) with a line of headings, one of which names the number "
+             "or the name of the tissue",
+     .bytes = SC_PATH_BYTES, .alternative = "table or measure", .required = true,
+     .outside_identity = true, .without = "none"},
+    {"column", &sc_type_text, BY(column), "\"\"",
+     .help = "heading of the values in the table; empty: the only column that can hold them",
+     .bytes = sizeof(((sc_color_by *)0)->column), .outside_identity = true},
+    {"measure", &sc_type_choice, BY(measure), NULL,
+     .help = "what segcast measures itself, instead of a table: volume, mean thickness or surface "
+             "of the tissue",
+     .choices = measures, .alternative = "table or measure",
+     .given = SC_GIVEN(sc_color_by, has_measure), .without = "the table"},
+    {"map", &sc_type_choice, BY(map), "viridis",
+     .help =
+         "colours from the least to the greatest value; coolwarm is for values on both sides of "
+         "a middle, such as changes",
+     .choices = color_maps},
+    {"range", &type_range, 0, "auto",
+     .help = "values of the ends of the map; auto: those of the tissues that are shown, with 0 in "
+             "the middle of coolwarm if there are values on both sides of it"},
+    {"missing", &sc_type_color, BY(missing), "[176, 176, 176]",
+     .help = "colour of tissues without a value"},
+    {"title", &sc_type_text, BY(title), "\"\"",
+     .help = "title of the colour bar; empty: the heading of the column, or the measure",
+     .bytes = sizeof(((sc_color_by *)0)->title)},
+    {0}};
