@@ -46,7 +46,8 @@ for measure in volume thickness surface; do
 done
 [ "$(cat <(hashes volume) <(hashes thickness) <(hashes surface) | sort -u | wc -l)" = 3 ] || fail "measures have the same pictures"
 expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" --set overlays.color_bar=bottom-left -o bar -q
-[ -z "$(comm -12 <(hashes bar | sort) <(hashes out | sort))" ] || fail "the colour bar is not drawn"
+expect 0 '' "$SEGCAST" render job.yaml "${by[@]}" -o bare -q
+[ -z "$(comm -12 <(hashes bar | sort) <(hashes bare | sort))" ] || fail "the colour bar is not drawn"
 mpi 2 "$SEGCAST" render job.yaml "${by[@]}" --set overlays.color_bar=bottom-left --set farm.partition=tiles -o bar2 -q >/dev/null 2>&1
 [ "$(hashes bar)" = "$(hashes bar2)" ] || fail "the colour bar of two ranks differs"
 

@@ -152,6 +152,10 @@ static void scales_follow_the_values_shown(void **state)
     assert_string_equal(scale.title, "title");
     sc_color_scale_at(&scale, NAN, rgb);
     assert_true(rgb[0] == 1 && rgb[1] == 2 && rgb[2] == 3);
+    v[1] = -4;
+    sc_color_scale_find(&by, &volume, v, "", &scale);
+    assert_true(scale.low == -4 && scale.high == 4);
+    v[1] = -1;
     by.map = SC_MAP_VIRIDIS;
     volume.hidden = hidden;
     sc_color_scale_find(&by, &volume, v, "", &scale);
