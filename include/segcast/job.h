@@ -28,6 +28,7 @@ typedef struct sc_output {
     char directory[SC_PATH_BYTES];
     char video[SC_PATH_BYTES]; /**< name in the directory, or "none" */
     char title[256];           /**< of the film, in the video's metadata; empty: none */
+    char author[256];          /**< likewise */
     int size_px[2];            /**< width, height */
     int fps;
     int frames;      /**< sc_frames_kind */

@@ -19,7 +19,11 @@ typedef struct sc_video_settings {
     int crf;                 /**< constant rate factor of the encoder, sc_video_crf_least to 51 */
     const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; only for H.264 */
     const char *title;       /**< of the film, in the metadata of the file; borrowed; NULL: none */
-    bool alpha;              /**< frames have alpha, which the codec has to hold */
+    const char *author;      /**< likewise */
+    const char *version; /**< of segcast, with the hashes in the metadata; borrowed; NULL: neither
+                              it nor they are written */
+    uint64_t job_hash, volume_hash; /**< of what the film shows */
+    bool alpha;                     /**< frames have alpha, which the codec has to hold */
 } sc_video_settings;
 
 /* ---- segments: GOPs that are encoded independently ---- */
@@ -92,13 +96,13 @@ SC_MUST_USE sc_status sc_encoder_finish(const sc_ctx *ctx, sc_encoder *encoder, 
 void sc_encoder_drop(sc_encoder *encoder);
 
 /** Joins segments, in the order in which they are added, to a video file. The index comes first
- *  (MP4) and every frame has its exact time. The bytes depend on the segments and the
- *  title alone. */
+ *  (MP4) and every frame has its exact time. The bytes depend on the segments and what
+ *  is written into the metadata alone. */
 typedef struct sc_muxer sc_muxer;
 /** Create the file under a temporary name beside @p path, whose extension chooses the container.
- *  @param settings title and alpha are read; borrowed during the call. @return SC_ERR_USAGE for
- * another extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_muxer_close, also after
- * sc_muxer_finish. */
+ *  @param settings title, author, version, hashes and alpha are read; borrowed during the call.
+ * @return SC_ERR_USAGE for another extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out:
+ * sc_muxer_close, also after sc_muxer_finish. */
 SC_MUST_USE sc_status sc_muxer_open(const sc_ctx *ctx, const char *path,
                                     const sc_video_settings *settings, sc_muxer **out);
 /** Append a segment, which is not needed afterwards. Its first_frame is not looked at: the

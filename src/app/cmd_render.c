@@ -187,7 +187,7 @@ static sc_status open_outputs(sc_run *run)
 {
     const sc_ctx *ctx = run->app->ctx;
     const sc_job *job = &run->session.job;
-    const sc_video_settings settings = sc_run_video_settings(job);
+    sc_video_settings settings = sc_run_video_settings(job);
     void *results;
     sc_status status;
 
@@ -197,6 +197,9 @@ static sc_status open_outputs(sc_run *run)
         SC_TRY(sc_path_join(ctx, run->directory, job->output.video, &run->video_path));
     if (run->keep_records)
         return open_store(run);
+    settings.version = sc_version();
+    settings.volume_hash = run->session.volume.volume_hash;
+    SC_TRY(hash_job(run, &settings.job_hash));
     status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:
     return status;

@@ -18,6 +18,7 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
                                .crf = job->output.crf,
                                .preset = sc_job_preset(job),
                                .title = job->output.title,
+                               .author = job->output.author,
                                .alpha = job->render.background.is_none};
 }
 

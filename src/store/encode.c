@@ -134,11 +134,15 @@ sc_status sc_store_encode_partial(const sc_ctx *ctx, sc_store *store)
 
 sc_status sc_store_join(const sc_ctx *ctx, sc_store *store, const char *path, int gops)
 {
+    sc_video_settings settings = store->job.settings;
     sc_muxer *muxer = NULL;
     sc_status status;
 
+    settings.version = store->job.version;
+    settings.job_hash = store->job.job_hash;
+    settings.volume_hash = store->job.volume_hash;
     sc_stage_begin(ctx, "joining the video", 0, (uint64_t)gops);
-    SC_TRY(sc_muxer_open(ctx, path, &store->job.settings, &muxer));
+    SC_TRY(sc_muxer_open(ctx, path, &settings, &muxer));
     for (int gop = 0; gop < gops && status == SC_OK; gop++) {
         char name[SC_FILE_BYTES];
         sc_segment segment = {0};

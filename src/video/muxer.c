@@ -20,10 +20,29 @@ struct sc_muxer {
     int64_t packets;        /* number of packets written so far */
 };
 
+/* Set one text of the metadata, unless it is NULL or empty. @return false when out of memory. */
+static bool set_text(AVFormatContext *format, const char *name, const char *text)
+{
+    return !text || !text[0] || av_dict_set(&format->metadata, name, text, 0) >= 0;
+}
+
+/* Fill the metadata: title and author, and what the film was made of, by hashes, so that nothing of
+ * a patient is told. @return false when out of memory. */
+static bool describe(AVFormatContext *format, const sc_video_settings *settings)
+{
+    char comment[128] = "";
+
+    if (settings->version)
+        snprintf(comment, sizeof comment, "segcast %.60s, job %016llx, volume %016llx",
+                 settings->version, (unsigned long long)settings->job_hash,
+                 (unsigned long long)settings->volume_hash);
+    return set_text(format, "title", settings->title) &&
+           set_text(format, "artist", settings->author) && set_text(format, "comment", comment);
+}
+
 sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
                         sc_muxer **out)
 {
-    const char *title = settings->title;
     const sc_container *container = sc_container_find(path);
     sc_muxer *m = NULL;
     sc_text copy = {0};
@@ -55,8 +74,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
                          container->muxer);
         goto out;
     }
-    if (!sc_output_begin(m->format, &m->file) ||
-        (title && title[0] && av_dict_set(&m->format->metadata, "title", title, 0) < 0)) {
+    if (!sc_output_begin(m->format, &m->file) || !describe(m->format, settings)) {
         status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
         goto out;
     }

@@ -59,15 +59,20 @@ grep -q 'slowest frames' stderr.txt || fail "the summary does not name the slowe
 grep -q $'\r' stderr.txt && fail "a progress bar was written to a file"
 true
 
-# The title of a film stands in the metadata of each container.
+# Title and author of a film stand in the metadata of each container, and what it was made from, as the manifest
+# has it.
 for video in t.mp4 t.mkv t.webm t.mov; do
     "$SEGCAST" render job.yaml -o "titled-$video" -q --frames 0-6 --set output.video="$video" \
-        --set 'output.title="The heart, opened"' >/dev/null
-    grep -aq 'The heart, opened' "titled-$video/$video" || fail "$video has no title"
+        --set 'output.title="The heart, opened"' --set output.author='Ada Émile' >/dev/null
+    for text in 'The heart, opened' 'Ada Émile' \
+        "$(head -n 1 "titled-$video/manifest.jsonl" | jq -r '"job \(.job_hash), volume \(.volume_hash)"')"; do
+        grep -aq "$text" "titled-$video/$video" || fail "$video does not hold \"$text\""
+    done
 done
 "$SEGCAST" orbit phantom:59x41x61 -o titled.mp4 --frames 3 --size 64x48 -q \
     --set output.title=Turning >/dev/null
 grep -aq Turning titled.mp4 || fail "orbit: no title"
+grep -aEq 'segcast [0-9.]+[^,]*, job [0-9a-f]{16}, volume [0-9a-f]{16}' titled.mp4 || fail "orbit: no hashes of job and volume"
 
 
 # Where and with what the run was made.

@@ -67,7 +67,8 @@ static sc_status compare_frame(void *user, int k, double time_s, const sc_image 
 
 static void write_video(const char *path, int width, int height, int frames, bool complete)
 {
-    const sc_video_settings settings = {width, height, 24, 16, "fast", NULL, false};
+    const sc_video_settings settings = {
+        .width_px = width, .height_px = height, .fps = 24, .crf = 16, .preset = "fast"};
     sc_video_writer *writer;
 
     assert_ok(sc_video_writer_open(&quiet, path, &settings, &writer));
@@ -131,7 +132,8 @@ static sc_status compare_alpha(void *user, int k, double time_s, const sc_image 
 /* What is transparent is black in the frames. */
 static void a_transparent_film_keeps_its_alpha(void **state)
 {
-    const sc_video_settings settings = {64, 48, 4, 18, "fast", NULL, true};
+    const sc_video_settings settings = {
+        .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
     sc_video_writer *writer;
     sc_encoder *encoder;
     sc_image image;
@@ -162,7 +164,8 @@ static void a_transparent_film_keeps_its_alpha(void **state)
  * without tissue above and below. Planes are of 16 bits, that of the lightness first. */
 static void what_is_transparent_has_the_colour_beside_it(void **state)
 {
-    const sc_video_settings settings = {64, 48, 4, 18, "fast", NULL, true};
+    const sc_video_settings settings = {
+        .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
     sc_encoder *encoder;
     sc_image image;
     const char *picture;
@@ -290,7 +293,8 @@ static bool exists(const char *path)
 
 static void an_unfinished_video_never_bears_the_final_name(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL, false};
+    const sc_video_settings settings = {
+        .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
     decoded d = {0};
     sc_video_writer *writer;
     sc_image image = test_picture(64, 64, 0);
@@ -322,7 +326,8 @@ static void an_unfinished_video_never_bears_the_final_name(void **state)
  * encoder writes. */
 static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 {
-    const sc_video_settings settings = {192, 120, 24, 16, "fast", NULL, false};
+    const sc_video_settings settings = {
+        .width_px = 192, .height_px = 120, .fps = 24, .crf = 16, .preset = "fast"};
     const int gop_frames = sc_video_gop_frames(&settings);
     sc_segment segments[2];
     sc_segment_info info;
@@ -369,7 +374,8 @@ static void separately_encoded_gops_join_to_the_same_bytes(void **state)
 
 static void a_damaged_segment_is_refused(void **state)
 {
-    const sc_video_settings settings = {64, 64, 24, 16, "fast", NULL, false};
+    const sc_video_settings settings = {
+        .width_px = 64, .height_px = 64, .fps = 24, .crf = 16, .preset = "fast"};
     sc_image image = test_picture(64, 64, 3);
     sc_segment segment, shorter;
     sc_segment_info info;
@@ -403,7 +409,8 @@ static void a_damaged_segment_is_refused(void **state)
  * must not take that for a lack of memory. @param user sc_status: the first error. */
 static void *write_large(void *user)
 {
-    const sc_video_settings settings = {1920, 1080, 24, 16, "fast", NULL, false};
+    const sc_video_settings settings = {
+        .width_px = 1920, .height_px = 1080, .fps = 24, .crf = 16, .preset = "fast"};
     sc_status *status = user;
     sc_image image = test_picture(settings.width_px, settings.height_px, 0);
     sc_video_writer *writer = NULL;
