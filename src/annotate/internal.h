@@ -59,6 +59,10 @@ typedef struct sc_line_list {
 } sc_line_list;
 /* Append a line. @return SC_ERR_MEMORY. */
 sc_status sc_add_line(const sc_ctx *ctx, sc_line_list *list, const sc_text_line *line);
+/* Append the beginning of a line, with dots if it is wider than @p widest pixels. @param room where
+ * the dots are put behind the text. @return SC_ERR_MEMORY. */
+sc_status sc_add_cut_line(const sc_ctx *ctx, sc_font *font, double widest, sc_text *room,
+                          sc_text_line *line, sc_line_list *list);
 /* Copy a text that a line is to borrow. @param out the copy; the list owns it. */
 sc_status sc_keep_text(const sc_ctx *ctx, sc_line_list *list, const char *text, const char **out);
 /* Free what a list owns. */
@@ -71,6 +75,9 @@ sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *f
 bool sc_is_in_film(const sc_annotations *a, int id);
 /* @return how much of a tissue is shown in a frame, 0 to 255, by its verbs and the clip planes. */
 int sc_shown_alpha(const sc_annotations *a, const sc_scene *scene, int id);
+/* Find the tissues that are seen in the film, all or the @p room largest ones, by rising id.
+ * @return how many there are. */
+int sc_choose_tissues(const sc_annotations *a, int room, int *ids);
 /* Find the name of a tissue, its words separated by blanks, or "label 5". @return SC_ERR_DATA if it
  * cannot be written. */
 sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, sc_line_list *list,

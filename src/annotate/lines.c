@@ -42,6 +42,29 @@ out:
     return status;
 }
 
+sc_status sc_add_cut_line(const sc_ctx *ctx, sc_font *font, double widest, sc_text *room,
+                          sc_text_line *line, sc_line_list *list)
+{
+    size_t bytes = line->bytes;
+    sc_status status;
+
+    if (sc_font_width_px(font, line->text, bytes, line->size_px) > widest) {
+        do {
+            do
+                bytes--;
+            while (bytes > 1 && ((unsigned char)line->text[bytes] & 0xc0) == 0x80);
+        } while (bytes > 1 &&
+                 sc_font_width_px(font, line->text, bytes, line->size_px) + line->size_px > widest);
+        room->length_bytes = 0;
+        SC_TRY(sc_text_add(ctx, room, "%.*s...", (int)bytes, line->text));
+        SC_TRY(sc_keep_text(ctx, list, room->data, &line->text));
+        line->bytes = strlen(line->text);
+    }
+    status = sc_add_line(ctx, list, line);
+out:
+    return status;
+}
+
 void sc_lines_clear(sc_line_list *list)
 {
     for (size_t i = 0; i < list->text_count; i++)
