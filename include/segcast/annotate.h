@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
  *  What is written onto the pictures of a film, its overlays: captions, time code, scale bar,
- * legend. A process that has fonts turns all their text into pixels, once for the film; what is
- * then drawn onto a frame follows from these, from the job and from the number of the frame. */
+ * legend, names beside the tissues. A process that has fonts turns all their text into pixels, once
+ * for the film; what is then drawn onto a frame follows from these, from the job and from the
+ * number of the frame. */
 #ifndef SEGCAST_ANNOTATE_H
 #define SEGCAST_ANNOTATE_H
 
@@ -37,6 +38,45 @@ typedef struct sc_caption {
 /** @return whether the caption is shown in frame @p k of @p frames. */
 bool sc_caption_is_shown(const sc_caption *caption, int k, int frames);
 
+/** The overlays for which tissues can be chosen. */
+typedef enum sc_tissue_use {
+    SC_USE_NAMES, /**< names are written beside them; if none are listed, there are no names */
+    SC_USE_LEGEND /**< they have a row in the legend; if none are listed, all have one */
+} sc_tissue_use;
+/** Tissues that the user has chosen for an overlay. */
+typedef struct sc_overlay_tissue {
+    int use;                     /**< sc_tissue_use */
+    char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
+    char where[160];             /**< "file:line" for messages; may be empty */
+} sc_overlay_tissue;
+/** Log all chosen tissues that match no label, or not clearly one (sc_pattern_check).
+ *  @return SC_ERR_DATA if there are any, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_overlay_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                               const sc_overlay_tissue *list, size_t count);
+
+/** The most tissues whose names are written beside them. */
+enum { SC_NAMES_MAX = 60 };
+/** Where the name of a tissue stands in one frame, and the point of the tissue that it names. All
+ *  in pixels of the picture. */
+typedef struct sc_name_place {
+    float dot_px[2];   /**< the point of the tissue: x, y */
+    float elbow_px;    /**< x at which the leader line, which begins at the dot along the row, turns
+                            to the name */
+    float label_px[2]; /**< x where the name begins, or ends if it stands on the left; y of its
+                            middle */
+    uint8_t alpha;     /**< opacity of name and line, 0 to 255; 0: there is none in this frame */
+    uint8_t is_right;  /**< it stands on the right of the tissues */
+    uint8_t is_crowded; /**< it is not shown for want of room alone */
+    uint8_t unused;     /**< 0 */
+} sc_name_place;
+/** Where the names of a film stand, in all of its frames: one block without pointers, which may be
+ *  copied as bytes. */
+typedef struct sc_name_plan {
+    uint64_t bytes;         /**< of the whole block */
+    int32_t frames, count;  /**< count: of names, in the order of the lettering: largest first */
+    sc_name_place places[]; /**< [frames][count] */
+} sc_name_plan;
+
 /** Which overlays a film has. Members that hold an enum are of type int, as in job.h. */
 typedef struct sc_overlays {
     char font[64];        /**< family */
@@ -45,6 +85,7 @@ typedef struct sc_overlays {
     int time, scale_bar, color_bar, orientation, legend, logo_place; /**< sc_overlay_place */
     char logo[4096];     /**< path of a PNG file; empty: none */
     double logo_percent; /**< its height in percent of that of the picture */
+    double names_percent; /**< font size of names, in percent of the height of the picture */
 } sc_overlays;
 
 /** All that the overlays of a film follow from. Borrows everything. */
@@ -52,7 +93,10 @@ typedef struct sc_annotations {
     const sc_overlays *overlays;
     const sc_caption *captions; /**< [caption_count] */
     size_t caption_count;
-    const sc_prepared *volume; /**< of which only labels, geometry and statistics are read */
+    const sc_overlay_tissue *chosen; /**< [chosen_count] */
+    size_t chosen_count;
+    const sc_prepared *volume; /**< of which only labels, geometry and statistics are read, and by
+                                    sc_annotations_plan_names the ids */
     const sc_tissue *tissues;  /**< [label_count] */
     const sc_timeline *timeline;
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
@@ -61,6 +105,7 @@ typedef struct sc_annotations {
     const sc_color_scale *scale;   /**< NULL: tissues are not coloured by values */
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */
+    const sc_name_plan *names;     /**< from sc_annotations_plan_names; NULL: none are drawn */
 } sc_annotations;
 
 /** @return whether there are any overlays. */
@@ -76,6 +121,18 @@ SC_MUST_USE sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotati
  *  sc_image_load_png_alpha. Caller owns: sc_image_clear. */
 SC_MUST_USE sc_status sc_annotations_logo(const sc_ctx *ctx, const sc_annotations *annotations,
                                           sc_image *out);
+/** @return whether the film has names beside its tissues. */
+bool sc_annotations_names(const sc_annotations *annotations);
+/** Find where the names beside the tissues stand in all frames of the film. A name stands in a
+ *  column on the left or right of what is shown; a line leads from it to a point deep inside the
+ *  tissue. Names of tissues that cannot be seen at any such point, as far as rays through voxels
+ *  tell, are left out. Where a name has to change its side, its point, or its order among others,
+ *  it fades out before and in behind: nothing jumps. The result does not depend on @p threads.
+ *  @param annotations all but names. Its volume has ids. @return SC_ERR_MEMORY. Caller owns *out:
+ *  sc_free. */
+SC_MUST_USE sc_status sc_annotations_plan_names(const sc_ctx *ctx,
+                                                const sc_annotations *annotations, int threads,
+                                                sc_name_plan **out);
 /** Draw the overlays of frame @p k over its picture. @param scene of that frame. @param rows as of
  *  sc_overlay_begin_within. Any thread. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotations,

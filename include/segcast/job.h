@@ -96,7 +96,7 @@ typedef struct sc_farm_options {
     bool share; /**< ranks on rank 0's node draw into its memory */
 } sc_farm_options;
 
-/** A job. Plain data but for five arrays, so that it can be sent to other ranks. */
+/** A job. Plain data but for six arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
     bool has_volume_size;       /**< the volume is resampled by nearest label */
@@ -125,6 +125,9 @@ typedef struct sc_job {
     bool has_captions;    /**< a list of captions is given, even if it is empty */
     sc_caption *captions; /**< [caption_count], owned */
     size_t caption_count;
+    bool has_names, has_legend_tissues; /**< these lists are given, even if they are empty */
+    sc_overlay_tissue *overlay_tissues; /**< [overlay_tissue_count], owned */
+    size_t overlay_tissue_count;
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
 } sc_job;

@@ -40,6 +40,11 @@ void sc_overlay_polygon(sc_overlay *overlay, const double (*corners)[2], int cou
  *  picture are allowed here and below. @param alpha opacity in [0, 1]. */
 void sc_overlay_line(sc_overlay *overlay, double x0, double y0, double x1, double y1,
                      double width_px, const uint8_t rgb[3], double alpha);
+/** Draw a leader line: lines that join the @p count points @p points, each x and y, with round
+ *  corners, and a dot at the first of them. Where line and dot cover each other they are not more
+ *  opaque. @param alpha opacity in [0, 1]. */
+void sc_overlay_leader(sc_overlay *overlay, const double (*points)[2], int count, double width_px,
+                       double radius_px, const uint8_t rgb[3], double alpha);
 /** Draw the outline of a rectangle of @p width x @p height pixels, whose upper left corner is
  *  (x, y), opaque. The line lies on the edge: half of @p width_px outside. */
 void sc_overlay_frame(sc_overlay *overlay, double x, double y, double width, double height,

@@ -7,7 +7,7 @@ bool sc_annotations_any(const sc_annotations *annotations)
     const sc_overlays *o = annotations->overlays;
 
     return o->logo[0] || annotations->caption_count || o->time || o->scale_bar || o->color_bar ||
-           o->orientation || o->legend;
+           o->orientation || o->legend || sc_annotations_names(annotations);
 }
 
 /* Draw the time at which frame @p k is shown. */
@@ -25,6 +25,19 @@ static void draw_time(sc_drawing *d, int k)
     sc_draw_glyphs(d, text, room.x_px, room.y_px + room.height_px);
 }
 
+sc_status sc_draw_fixed(const sc_ctx *ctx, sc_drawing *d, int k, const sc_scene *scene)
+{
+    sc_status status;
+
+    sc_draw_logo(d);
+    draw_time(d, k);
+    sc_draw_scale_bar(d, scene);
+    sc_draw_color_bar(d);
+    status = sc_draw_orientation(ctx, d, scene);
+    sc_draw_legend(d, scene);
+    return status;
+}
+
 sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotations, int k,
                               const sc_scene *scene, sc_image *image, const sc_rows *rows)
 {
@@ -34,12 +47,9 @@ sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotatio
     if (!annotations->lettering)
         return SC_OK;
     d = sc_drawing_begin(annotations, image, rows);
-    sc_draw_logo(&d);
-    draw_time(&d, k);
-    sc_draw_scale_bar(&d, scene);
-    sc_draw_color_bar(&d);
-    status = sc_draw_orientation(ctx, &d, scene);
-    sc_draw_legend(&d, scene);
+    status = sc_draw_fixed(ctx, &d, k, scene);
+    if (status == SC_OK)
+        status = sc_draw_names(ctx, &d, k);
     sc_draw_captions(&d, k);
     return status;
 }

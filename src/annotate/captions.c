@@ -31,7 +31,7 @@ static bool has_neighbours(const sc_annotations *a, int place)
         if (places[i] == left || places[i] == left + 2)
             return true;
     }
-    return false;
+    return sc_annotations_names(a);
 }
 
 /* @return the width, in pixels, that a caption at this place may take. */

@@ -13,7 +13,9 @@ enum {
     SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
     SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
     SC_WORD_COLOR_BAR,  /* a text of the colour bar: SC_BAR_* */
-    SC_WORD_ORIENTATION /* a letter of the orientation cube: its code */
+    SC_WORD_ORIENTATION, /* a letter of the orientation cube: its code */
+    SC_WORD_NAME         /* the name of a tissue, to be written beside it: dense id; the largest
+                            tissue comes first */
 };
 /* The most rows of a legend. */
 enum { SC_LEGEND_ROWS_MAX = 60 };
@@ -75,13 +77,15 @@ sc_status sc_add_captions(const sc_ctx *ctx, const sc_annotations *a, sc_font *f
 bool sc_is_in_film(const sc_annotations *a, int id);
 /* @return how much of a tissue is shown in a frame, 0 to 255, by its verbs and the clip planes. */
 int sc_shown_alpha(const sc_annotations *a, const sc_scene *scene, int id);
-/* Find the tissues that are seen in the film, all or the @p room largest ones, by rising id.
- * @return how many there are. */
-int sc_choose_tissues(const sc_annotations *a, int room, int *ids);
-/* Find the name of a tissue, its words separated by blanks, or "label 5". @return SC_ERR_DATA if it
- * cannot be written. */
-sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, sc_line_list *list,
-                     const char **out);
+/* Find the tissues that are chosen for an overlay and are seen in the film.
+ * @param ids the largest of them, at most @p room, the largest first. @param all how many there
+ * are. @return SC_ERR_MEMORY. */
+sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissue_use use, int room,
+                            int *ids, int *all);
+/* Find the name of a tissue, its words separated by blanks, or "label 5". @param key of the
+ * job that asks for it. @return SC_ERR_DATA if it cannot be written. */
+sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, const char *key,
+                     sc_line_list *list, const char **out);
 /* Append the rows of the legend. @return as sc_name_of. */
 sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
                         sc_line_list *list);
@@ -95,13 +99,93 @@ sc_status sc_add_color_bar(const sc_ctx *ctx, const sc_annotations *a, sc_font *
                            sc_line_list *list);
 /* Draw the colour bar, if there is one. */
 void sc_draw_color_bar(sc_drawing *d);
+/* Append the names that are written beside tissues; warns if there is no room for all of them.
+ * @return as sc_name_of. */
+sc_status sc_add_names(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                       sc_line_list *list);
+/* @return the font size of names. */
+double sc_names_px(const sc_annotations *a);
+/* Draw the names of frame @p k, if there are any. @return SC_ERR_MEMORY. */
+sc_status sc_draw_names(const sc_ctx *ctx, sc_drawing *d, int k);
 /* Append the letters of the orientation cube; a volume without orientation gets a warning. */
 sc_status sc_add_orientation(const sc_ctx *ctx, const sc_annotations *a, sc_line_list *list);
 /* Draw the orientation cube of a frame, if there is one. @return SC_ERR_MEMORY. */
 sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *scene);
 /* Draw the logo, if there is one. */
 void sc_draw_logo(sc_drawing *d);
+/* Draw what has the same size in all frames: all but names and captions. @return SC_ERR_MEMORY. */
+sc_status sc_draw_fixed(const sc_ctx *ctx, sc_drawing *d, int k, const sc_scene *scene);
 /* Draw the captions of frame @p k. */
 void sc_draw_captions(sc_drawing *d, int k);
+
+/* ---- anchors.c ---- */
+
+/* Points deep inside a tissue, the deepest first, in voxels. */
+enum { SC_ANCHORS_MAX = 8 };
+typedef struct sc_anchors {
+    int count; /* 0 only of a tissue without voxels */
+    int voxel[SC_ANCHORS_MAX][3];
+} sc_anchors;
+/* Find the anchors of tissue @p id, which has voxels: that with the largest distance to the border,
+ * of equal ones the first in the order of the volume, and others far from it. Any thread. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_find_anchors(const sc_ctx *ctx, const sc_prepared *volume, int id, sc_anchors *out);
+
+/* ---- sight.c ---- */
+
+/* @return the share of light, 0 to 1, that reaches the camera from a point of tissue @p id, which
+ * lies before it; 0 if a clip plane has taken it away. What the tissue itself hides does not count.
+ * @param from_ras_mm to voxels. Any thread. */
+double sc_light_of(const sc_annotations *a, const sc_affine *from_ras_mm, const sc_scene *scene,
+                   int id, sc_vec3 point_mm);
+
+/* ---- columns.c ---- */
+
+/* Spread names over a column: out[i] is as near to want_px[i] as can be so that name i has
+ * room_px[i] around it, the order stays, and all lie between @p low_px and @p high_px, where there
+ * is room for them. It follows the arguments without jumps. @param want_px [count], rising.
+ * @param count at most SC_NAMES_MAX. */
+void sc_spread(const double *want_px, const double *room_px, int count, double low_px,
+               double high_px, double *out);
+/* Share out the rows of a column to names, the most important first. @param shown [count]: from 0,
+ * not shown, to 1; first a name gets its room, and then it is seen. @param rows that there are.
+ * @param room [count]: share of a row. @param alpha [count]: how much is seen of the name. */
+void sc_share_rows(const double *shown, int count, double rows, double *room, double *alpha);
+
+/* ---- name_states.c ---- */
+
+/* The state of a name in a frame: which of its points it names, and on which side it stands. */
+typedef struct sc_name_state {
+    int8_t anchor;   /* -1: the tissue cannot be seen at any */
+    uint8_t shown;   /* of the tissue: sc_shown_alpha */
+    bool right;      /* it stands on the right */
+    bool changes;    /* from the frame before: its anchor, its side, or its order among names of
+                        larger tissues on its side */
+    float dot_px[2]; /* where the anchor lies in the picture */
+} sc_name_state;
+/* The two columns of names in a frame. */
+typedef struct sc_columns {
+    double middle_px;   /* x that parts the sides */
+    double edge_px[2];  /* x where names on the left end, and those on the right begin */
+    double elbow_px[2]; /* x where leader lines turn to them */
+} sc_columns;
+/* What the places of names follow from. */
+typedef struct sc_name_film {
+    const sc_annotations *a;
+    const sc_word *words[SC_NAMES_MAX]; /* [count] */
+    int count, frames;
+    double row_px, widest_px;         /* height of a row; width of the widest name */
+    double low_px[2], high_px[2];     /* between which y names stand, by side */
+    sc_anchors anchors[SC_NAMES_MAX]; /* [count] */
+    sc_affine from_ras_mm;            /* to voxels */
+    sc_columns *columns;              /* [frames] */
+    sc_name_state *states;            /* [frames][count] */
+} sc_name_film;
+/* Find the states of all names in all frames. @return SC_ERR_MEMORY. */
+sc_status sc_find_name_states(const sc_ctx *ctx, int threads, sc_name_film *film);
+/* Find how much each name is shown in frame @p k, 0 to 1: it is less the nearer the next change of
+ * its state is. @param fade_frames in which a name becomes fully shown, at least 1.
+ * @param out [count]. */
+void sc_name_fades(const sc_name_film *film, int k, int fade_frames, double *out);
 
 #endif

@@ -23,6 +23,19 @@ static int rows_in(const sc_annotations *a, double size_px)
     return rows < 1 ? 1 : rows > SC_LEGEND_ROWS_MAX ? SC_LEGEND_ROWS_MAX : (int)rows;
 }
 
+/* Sort @p ids [count]. */
+static void sort_ids(int *ids, int count)
+{
+    for (int i = 1; i < count; i++) {
+        const int id = ids[i];
+        int j = i;
+
+        for (; j > 0 && ids[j - 1] > id; j--)
+            ids[j] = ids[j - 1];
+        ids[j] = id;
+    }
+}
+
 /* @return the colour of a tissue as a number: red, green and blue from the highest byte on. */
 static int32_t color_of(const sc_srgb_table *table, const sc_tissue *tissue)
 {
@@ -39,22 +52,24 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
     const double full_px = fmax(LEAST_PX, SIZE * sc_text_px(a));
     const double least_px = fmax(LEAST_PX, SMALLEST * full_px);
     int ids[SC_LEGEND_ROWS_MAX];
-    const int all = sc_choose_tissues(a, SC_LEGEND_ROWS_MAX, ids);
-    const int fit = rows_in(a, least_px), rows = all <= fit ? all : fit - 1;
+    const int fit = rows_in(a, least_px);
+    int all, rows;
     sc_text_line line = {.kind = SC_WORD_LEGEND, .size_px = full_px};
     sc_srgb_table table;
     sc_text text = {0};
     char more[64];
-    sc_status status = SC_OK;
+    sc_status status;
 
+    SC_TRY(sc_choose_tissues(ctx, a, SC_USE_LEGEND, SC_LEGEND_ROWS_MAX, ids, &all));
+    rows = all <= fit ? all : fit - 1;
     while (line.size_px > least_px && rows_in(a, line.size_px) < all)
         line.size_px = fmax(least_px, 0.95 * line.size_px);
     sc_srgb_table_init(&table);
-    (void)sc_choose_tissues(a, rows, ids);
+    sort_ids(ids, rows); /* the largest, as they follow one another in the volume */
     for (int i = 0; i < rows; i++) {
         line.number = ids[i];
         line.data = color_of(&table, &a->tissues[ids[i]]);
-        SC_TRY(sc_name_of(ctx, a, ids[i], list, &line.text));
+        SC_TRY(sc_name_of(ctx, a, ids[i], "overlays.legend", list, &line.text));
         line.bytes = strlen(line.text);
         SC_TRY(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
     }

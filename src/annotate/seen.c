@@ -65,41 +65,84 @@ static bool is_before(const sc_prepared *volume, int a, int b)
     return first > second || (first == second && a < b);
 }
 
-/* Sort @p ids [count]. */
-static void sort_ids(int *ids, int count)
+bool sc_annotations_names(const sc_annotations *annotations)
 {
-    for (int i = 1; i < count; i++) {
-        const int id = ids[i];
-        int j = i;
-
-        for (; j > 0 && ids[j - 1] > id; j--)
-            ids[j] = ids[j - 1];
-        ids[j] = id;
+    for (size_t i = 0; i < annotations->chosen_count; i++) {
+        if (annotations->chosen[i].use == SC_USE_NAMES)
+            return true;
     }
+    return false;
 }
 
-int sc_choose_tissues(const sc_annotations *a, int room, int *ids)
+sc_status sc_overlay_tissues_check(const sc_ctx *ctx, const sc_prepared *volume,
+                                   const sc_overlay_tissue *list, size_t count)
 {
-    int all = 0, count = 0;
+    sc_status out = SC_OK;
 
-    for (int id = 1; id < a->volume->label_count; id++)
-        all += sc_is_in_film(a, id);
-    while (count < room && count < all) {
+    for (size_t i = 0; i < count; i++) {
+        const sc_status status = sc_pattern_check(ctx, volume, list[i].pattern, list[i].where);
+
+        if (status != SC_OK && status != SC_ERR_DATA)
+            return status;
+        out = status == SC_OK ? out : status;
+    }
+    return out;
+}
+
+/* Find the tissues that are chosen for an overlay and are seen in the film.
+ * @param is_wanted [label_count], all false. @return how many there are. */
+static int find_wanted(const sc_annotations *a, sc_tissue_use use, bool *is_wanted)
+{
+    const sc_prepared *volume = a->volume;
+    bool is_listed = false;
+    int count = 0;
+
+    for (size_t i = 0; i < a->chosen_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(a->chosen[i].pattern);
+        const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
+
+        if (a->chosen[i].use != (int)use)
+            continue;
+        is_listed = true;
+        for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++)
+            is_wanted[id] = is_wanted[id] || sc_label_match(&volume->labels[id], &pattern) == best;
+    }
+    for (int id = 1; id < volume->label_count; id++) {
+        is_wanted[id] =
+            (is_wanted[id] || (!is_listed && use == SC_USE_LEGEND)) && sc_is_in_film(a, id);
+        count += is_wanted[id];
+    }
+    return count;
+}
+
+sc_status sc_choose_tissues(const sc_ctx *ctx, const sc_annotations *a, sc_tissue_use use, int room,
+                            int *ids, int *all)
+{
+    bool *is_wanted;
+    void *block;
+    const sc_status status =
+        sc_zalloc(ctx, (size_t)a->volume->label_count, sizeof *is_wanted, &block);
+
+    if (status != SC_OK)
+        return status;
+    is_wanted = block;
+    *all = find_wanted(a, use, is_wanted);
+    for (int count = 0; count < room && count < *all; count++) {
         int best = 0;
 
         for (int id = 1; id < a->volume->label_count; id++) {
-            if (sc_is_in_film(a, id) && (!count || is_before(a->volume, ids[count - 1], id)) &&
-                (!best || is_before(a->volume, id, best)))
+            if (is_wanted[id] && (!best || is_before(a->volume, id, best)))
                 best = id;
         }
-        ids[count++] = best;
+        is_wanted[best] = false;
+        ids[count] = best;
     }
-    sort_ids(ids, count);
-    return all;
+    sc_free(block);
+    return SC_OK;
 }
 
-sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, sc_line_list *list,
-                     const char **out)
+sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, const char *key,
+                     sc_line_list *list, const char **out)
 {
     const sc_label *label = &a->volume->labels[id];
     char name[SC_NAME_BYTES];
@@ -113,10 +156,10 @@ sc_status sc_name_of(const sc_ctx *ctx, const sc_annotations *a, int id, sc_line
             return sc_fail(
                 ctx, SC_ERR_DATA,
                 "the name of tissue \"%s\" (label %lld) cannot be written onto pictures: "
-                "U+%04X %s; give it another name in a label table (labels), or leave out "
-                "overlays.legend",
+                "U+%04X %s; give it another name in a label table (labels), or leave "
+                "out %s",
                 label->name, (long long)label->value,
-                sc_utf8_code(label->name + at, bytes ? bytes : 1), why);
+                sc_utf8_code(label->name + at, bytes ? bytes : 1), why, key);
     }
     if (!label->name[0])
         snprintf(name, sizeof name, "label %lld", (long long)label->value);

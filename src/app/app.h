@@ -146,8 +146,9 @@ typedef struct sc_session {
     int clip_set_count;
     sc_timeline timeline;
     sc_lettering
-        *lettering; /* text on pictures, the same on all ranks; NULL: there is none; owned */
-    sc_image logo;  /* the same on all ranks; empty: there is none; owned */
+        *lettering;      /* text on pictures, the same on all ranks; NULL: there is none; owned */
+    sc_name_plan *names; /* the same on all ranks; NULL: there are none; owned */
+    sc_image logo;       /* the same on all ranks; empty: there is none; owned */
     sc_rank_record times;
 } sc_session;
 
@@ -218,9 +219,9 @@ void sc_moves_clear(sc_moves *moves);
  * others get its result. @return SC_ERR_MEMORY. */
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
                               size_t count);
-/* Fill session->lettering and session->logo, if the job has overlays, after sc_session_timeline:
- * rank 0 makes them, so that other ranks need no fonts. @return as sc_annotations_letter and
- * sc_annotations_logo. */
+/* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
+ * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
+ * fonts. @return as sc_annotations_letter, sc_annotations_logo and sc_annotations_plan_names. */
 sc_status sc_session_letter(sc_app *app, sc_session *session);
 /* A volume that was read for a job, and how it is to be prepared. */
 typedef struct sc_volume_input {

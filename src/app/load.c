@@ -490,12 +490,16 @@ sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label 
 {
     const sc_prepared view = {.label_count = label_count, .labels = labels};
     const sc_status rules = sc_tissue_rules_check(ctx, &view, job->rules, job->rule_count);
-    sc_status exceptions = SC_OK, verbs = SC_OK;
+    sc_status exceptions = SC_OK, verbs = SC_OK, overlays = SC_OK;
 
     if (rules == SC_OK || rules == SC_ERR_DATA)
         exceptions = sc_clip_exceptions_check(ctx, &view, job->exceptions, job->exception_count);
     if (exceptions == SC_OK || exceptions == SC_ERR_DATA)
         verbs = sc_verb_tissues_check(ctx, &view, job->verb_tissues, job->verb_tissue_count);
+    if (verbs == SC_OK || verbs == SC_ERR_DATA)
+        overlays =
+            sc_overlay_tissues_check(ctx, &view, job->overlay_tissues, job->overlay_tissue_count);
+    verbs = overlays < verbs ? overlays : verbs;
     exceptions = verbs < exceptions ? verbs : exceptions;
     return exceptions < rules ? exceptions : rules;
 }

@@ -71,6 +71,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .check_inputs = true};
     sc_job *job = &session->job;
     void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL, *captions = NULL;
+    void *overlay_tissues = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
@@ -85,6 +86,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
         verbs = job->verbs;
         verb_tissues = job->verb_tissues;
         captions = job->captions;
+        overlay_tissues = job->overlay_tissues;
     }
     sc_comm_broadcast(app->comm, job, sizeof *job);
     /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
@@ -94,6 +96,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     job->verbs = verbs;
     job->verb_tissues = verb_tissues;
     job->captions = captions;
+    job->overlay_tissues = overlay_tissues;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
     SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
@@ -105,6 +108,9 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     job->verb_tissues = verb_tissues;
     SC_TRY(sc_broadcast_array(app, &captions, job->caption_count, sizeof *job->captions));
     job->captions = captions;
+    SC_TRY(sc_broadcast_array(app, &overlay_tissues, job->overlay_tissue_count,
+                              sizeof *job->overlay_tissues));
+    job->overlay_tissues = overlay_tissues;
 out:
     return status;
 }
@@ -433,6 +439,8 @@ static sc_annotations annotations_of(const sc_session *session)
     sc_annotations out = {.overlays = &job->overlays,
                           .captions = job->captions,
                           .caption_count = job->caption_count,
+                          .chosen = job->overlay_tissues,
+                          .chosen_count = job->overlay_tissue_count,
                           .volume = &session->volume,
                           .tissues = session->tissues,
                           .timeline = &session->timeline,
@@ -440,7 +448,8 @@ static sc_annotations annotations_of(const sc_session *session)
                           .fps = job->output.fps,
                           .scale = session->scale.is_used ? &session->scale : NULL,
                           .logo = session->logo,
-                          .lettering = session->lettering};
+                          .lettering = session->lettering,
+                          .names = session->names};
 
     if (job->output.layout == SC_LAYOUT_VIEWS)
         out.within = sc_views_space(size_px[0], size_px[1]);
@@ -468,9 +477,30 @@ out:
     return status;
 }
 
+/* Fill session->names. Collective. */
+static sc_status share_names(sc_app *app, const sc_annotations *annotations, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    void *names;
+    uint64_t bytes = 0;
+    sc_status status = SC_OK;
+
+    if (first)
+        status = sc_annotations_plan_names(app->ctx, annotations, app->threads, &session->names);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    names = session->names;
+    if (first)
+        bytes = session->names->bytes;
+    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
+    SC_TRY(sc_broadcast_array(app, &names, bytes, 1));
+    session->names = names;
+out:
+    return status;
+}
+
 sc_status sc_session_letter(sc_app *app, sc_session *session)
 {
-    const sc_annotations annotations = annotations_of(session);
+    sc_annotations annotations = annotations_of(session);
     const bool first = sc_comm_rank(app->comm) == 0;
     void *lettering = NULL;
     uint64_t bytes = 0;
@@ -488,7 +518,10 @@ sc_status sc_session_letter(sc_app *app, sc_session *session)
     SC_TRY(sc_broadcast_array(app, &lettering, bytes, 1));
     session->lettering = lettering;
     if (session->job.overlays.logo[0])
-        status = share_logo(app, &annotations, session);
+        SC_TRY(share_logo(app, &annotations, session));
+    annotations = annotations_of(session);
+    if (sc_annotations_names(&annotations) && session->volume.ids)
+        status = share_names(app, &annotations, session);
 out:
     return status;
 }
@@ -623,6 +656,7 @@ void sc_session_clear(sc_session *session)
     sc_free(session->fades);
     sc_free(session->frame_fades);
     sc_free(session->lettering);
+    sc_free(session->names);
     sc_image_clear(&session->logo);
     sc_shared_free(session->shared);
     sc_free(session->labels);

@@ -230,6 +230,7 @@ void sc_job_clear(sc_job *job)
     sc_free(job->verbs);
     sc_free(job->verb_tissues);
     sc_free(job->captions);
+    sc_free(job->overlay_tissues);
     *job = (sc_job){0};
 }
 

@@ -201,6 +201,112 @@ static const sc_value_type type_captions = {
     .container = SC_CONTAINER_LIST,
 };
 
+/* ---- tissues of an overlay ---- */
+
+/* @return the overlay whose tissues a row lists. */
+static int use_of(const sc_key *key)
+{
+    return strcmp(key->name, "names") == 0 ? SC_USE_NAMES : SC_USE_LEGEND;
+}
+
+/* Append one tissue to the job, which has room for it. @param list that holds it, or itself. */
+static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
+                            const sc_yaml *item, const char *text, sc_job *job)
+{
+    sc_overlay_tissue *to = &job->overlay_tissues[job->overlay_tissue_count];
+
+    if (item->kind != SC_YAML_SCALAR || !text[0] || strlen(text) >= SC_NAME_BYTES) {
+        sc_yaml named = *item;
+
+        named.key = list->key; /* for the message: items of a list have no key of their own */
+        return sc_wrong_type(ctx, &named, key->type->expected);
+    }
+    *to = (sc_overlay_tissue){.use = use_of(key)};
+    strcpy(to->pattern, text);
+    sc_note_where(item, to->where, sizeof to->where);
+    job->overlay_tissue_count++;
+    return SC_OK;
+}
+
+/* Read "none", "all", a tissue or a list of tissues. @p value is the whole sc_job. @return the
+ * first mistake; all are logged. */
+static sc_status read_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                      void *value)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const bool may_be_none = use_of(key) == SC_USE_NAMES;
+    const size_t count = is_one ? 1 : node->count;
+    sc_job *job = value;
+    void *grown;
+    sc_status status;
+
+    if (node->kind == SC_YAML_MAP || (!count && !may_be_none))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (is_one && strcmp(node->text, "none") == 0)
+        return may_be_none ? SC_OK : sc_wrong_type(ctx, node, key->type->expected);
+    status =
+        sc_zalloc(ctx, job->overlay_tissue_count + count, sizeof *job->overlay_tissues, &grown);
+    if (status != SC_OK)
+        return status;
+    if (job->overlay_tissue_count)
+        memcpy(grown, job->overlay_tissues,
+               job->overlay_tissue_count * sizeof *job->overlay_tissues);
+    sc_free(job->overlay_tissues);
+    job->overlay_tissues = grown;
+    for (size_t i = 0; i < count; i++) {
+        const sc_yaml *item = is_one ? node : node->items[i];
+        const char *text = is_one && strcmp(item->text, "all") == 0 ? "*" : item->text;
+
+        if (!sc_goes_on(&status, add_tissue(ctx, key, node, item, text, job)))
+            break;
+    }
+    return status;
+}
+
+/* Write the tissues of an overlay as a list, [a, "b*"]. */
+static sc_status write_overlay_tissues(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                       int indent, sc_text *text)
+{
+    const sc_job *job = value;
+    const char *comma = "";
+    sc_status status = sc_text_add(ctx, text, "[");
+
+    (void)indent;
+    for (size_t i = 0; i < job->overlay_tissue_count && status == SC_OK; i++) {
+        if (job->overlay_tissues[i].use != use_of(key))
+            continue;
+        SC_TRY(sc_text_add(ctx, text, "%s", comma));
+        SC_TRY(sc_write_quoted(ctx, job->overlay_tissues[i].pattern, text));
+        comma = ", ";
+    }
+    if (status == SC_OK)
+        status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+static json_t *overlay_tissues_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:[ss]}, {s:s, s:i, s:{s:[ss]}}]}", "anyOf", "type", "string", "integer",
+                     "type", "array", "minItems", use_of(key) == SC_USE_LEGEND, "items", "type",
+                     "string", "integer");
+}
+
+static const sc_value_type type_named_tissues = {
+    .name = "none, all or tissues",
+    .expected = "none, all, or a list of tissues: names, globs or label numbers",
+    .read = read_overlay_tissues,
+    .write = write_overlay_tissues,
+    .schema = overlay_tissues_schema,
+};
+static const sc_value_type type_legend_tissues = {
+    .name = "all or tissues",
+    .expected = "all, or a list of tissues: names, globs or label numbers",
+    .read = read_overlay_tissues,
+    .write = write_overlay_tissues,
+    .schema = overlay_tissues_schema,
+};
+
 /* @return whether the caption is shown in a frame. */
 static bool is_ever_shown(const sc_caption *caption, int frames)
 {
@@ -271,6 +377,17 @@ const sc_key sc_overlays_keys[] = {
     {"legend", &sc_type_choice, OVERLAYS(legend), "none",
      .help = "where the names and colours of the tissues stand, each as opaque as it is shown",
      .choices = places},
+    {"legend_tissues", &type_legend_tissues, 0, NULL,
+     .help = "tissues that have a row in the legend: all, or a list of names, globs or label "
+             "numbers",
+     .without = "all", .given = SC_GIVEN(sc_job, has_legend_tissues)},
+    {"names", &type_named_tissues, 0, NULL,
+     .help = "tissues whose names stand beside the picture in space, with lines that lead to them: "
+             "none, all, or a list of names, globs or label numbers",
+     .without = "none", .given = SC_GIVEN(sc_job, has_names)},
+    {"names_size", &sc_type_real, OVERLAYS(names_percent), "2.4",
+     .help = "size of the font of these names, in percent of the height of the picture", .low = 1,
+     .high = 20, .unit = "percent"},
     {"logo", &sc_type_text, OVERLAYS(logo), NULL, .help = "a picture in a corner: a PNG file",
      .bytes = SC_PATH_BYTES, .without = "none", .outside_identity = true},
     {"logo_place", &sc_type_choice, OVERLAYS(logo_place), "top-right",

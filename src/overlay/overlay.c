@@ -73,6 +73,24 @@ void sc_overlay_line(sc_overlay *overlay, double x0, double y0, double x1, doubl
     cairo_stroke(overlay->cairo);
 }
 
+void sc_overlay_leader(sc_overlay *overlay, const double (*points)[2], int count, double width_px,
+                       double radius_px, const uint8_t rgb[3], double alpha)
+{
+    cairo_t *cairo = overlay->cairo;
+
+    cairo_push_group(cairo);
+    set_color(overlay, rgb, 1);
+    cairo_set_line_width(cairo, width_px);
+    cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
+    for (int i = 0; i < count; i++)
+        cairo_line_to(cairo, points[i][0], points[i][1]);
+    cairo_stroke(cairo);
+    cairo_arc(cairo, points[0][0], points[0][1], radius_px, 0, 2 * M_PI);
+    cairo_fill(cairo);
+    cairo_pop_group_to_source(cairo);
+    cairo_paint_with_alpha(cairo, alpha);
+}
+
 void sc_overlay_frame(sc_overlay *overlay, double x, double y, double width, double height,
                       double width_px, const uint8_t rgb[3])
 {

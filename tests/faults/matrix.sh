@@ -72,6 +72,7 @@ overlays:
   scale_bar: bottom-left
   orientation: bottom-right
   legend: top-left
+  names: all
   logo: logo.png
   logo_place: top
 YAML

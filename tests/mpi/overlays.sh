@@ -4,7 +4,7 @@
 # and a run does not go on with another font.
 small_job job.yaml
 "$SEGCAST" still job.yaml -o logo.png -q --set output.size=[80,60] --set render.background=none >/dev/null
-overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.logo=logo.png --set overlays.legend=top-left --set overlays.orientation=bottom-right
+overlays=(--set output.size=[200,160] --set overlays.time=top-right --set overlays.scale_bar=bottom-left --set overlays.logo=logo.png --set overlays.legend=top-left --set overlays.orientation=bottom-right --set overlays.names=all
     --set 'overlays.caption=[{text: "The heart", during: [0%, 60%]}, {text: two words, during: [60%, 100%]}]')
 for setting in output.layout=picture output.layout=views render.background=none; do
     OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o "one-$setting" -q "${overlays[@]}" --set $setting >/dev/null

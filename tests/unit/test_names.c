@@ -1,0 +1,442 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tests the names beside the tissues: that none covers another, that no lines cross, that nothing
+ * jumps from frame to frame, and that they name what is seen. */
+#include "check.h"
+
+#include "internal.h"
+
+enum { WIDTH = 640, HEIGHT = 360, SIZE = 60, LABELS = 25, FRAMES = 240 };
+
+/* A film of a volume of boxes and balls, which the camera circles. */
+typedef struct film {
+    uint8_t ids[SIZE * SIZE * SIZE];
+    sc_label labels[LABELS];
+    sc_label_stats stats[LABELS];
+    sc_tissue tissues[LABELS];
+    sc_prepared volume;
+    sc_overlays overlays;
+    sc_overlay_tissue chosen;
+    sc_timeline timeline;
+    sc_annotations annotations;
+    sc_lettering *lettering;
+    sc_name_plan *plan;
+} film;
+
+static void begin_volume(film *f, int labels)
+{
+    memset(f, 0, sizeof *f);
+    f->volume = (sc_prepared){.size = {SIZE, SIZE, SIZE},
+                              .label_bytes = 1,
+                              .label_count = labels,
+                              .labels = f->labels,
+                              .stats = f->stats,
+                              .ids = f->ids,
+                              .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+    for (int id = 1; id < labels; id++) {
+        snprintf(f->labels[id].name, sizeof f->labels[id].name, "tissue_%d", id);
+        f->tissues[id] = (sc_tissue){.visible = true, .opacity = 1};
+    }
+}
+
+/* Fill an ellipsoid, or a box, with a tissue. */
+static void fill(film *f, int id, const int middle[3], const int radius[3], bool box)
+{
+    for (int z = 0; z < SIZE; z++) {
+        for (int y = 0; y < SIZE; y++) {
+            for (int x = 0; x < SIZE; x++) {
+                const double a = (double)(x - middle[0]) / radius[0];
+                const double b = (double)(y - middle[1]) / radius[1];
+                const double c = (double)(z - middle[2]) / radius[2];
+
+                if (box ? fmax(fabs(a), fmax(fabs(b), fabs(c))) <= 1 : a * a + b * b + c * c <= 1)
+                    f->ids[(z * SIZE + y) * SIZE + x] = (uint8_t)id;
+            }
+        }
+    }
+}
+
+/* Measure the tissues. */
+static void measure(film *f)
+{
+    for (int id = 0; id < LABELS; id++)
+        f->stats[id] = (sc_label_stats){.low = {SIZE, SIZE, SIZE}, .high = {-1, -1, -1}};
+    for (int i = 0; i < SIZE * SIZE * SIZE; i++) {
+        const int at[3] = {i % SIZE, i / SIZE % SIZE, i / SIZE / SIZE};
+        sc_label_stats *s = &f->stats[f->ids[i]];
+
+        s->voxels++;
+        for (int axis = 0; axis < 3; axis++) {
+            s->low[axis] = at[axis] < s->low[axis] ? at[axis] : s->low[axis];
+            s->high[axis] = at[axis] > s->high[axis] ? at[axis] : s->high[axis];
+        }
+    }
+}
+
+/* Begin a film of one turn about a volume of random tissues, with all their names. */
+static void begin_film(film *f, uint64_t seed)
+{
+    const sc_animation animation = {.frames = FRAMES,
+                                    .camera = {.axis = {0, 0, 1},
+                                               .turns = 1,
+                                               .elevation_deg = (double)(seed % 5) * 10,
+                                               .fov_deg = 30,
+                                               .zoom = {.from = 1, .to = 1, .end = 1}}};
+    sc_vec3 corners[8];
+
+    begin_volume(f, LABELS);
+    for (int id = 1; id < LABELS; id++) {
+        const int middle[3] = {6 + (int)(random_bits(&seed) % 48),
+                               6 + (int)(random_bits(&seed) % 48),
+                               6 + (int)(random_bits(&seed) % 48)};
+        const int radius[3] = {2 + (int)(random_bits(&seed) % 6), 2 + (int)(random_bits(&seed) % 6),
+                               2 + (int)(random_bits(&seed) % 6)};
+
+        fill(f, id, middle, radius, id % 2);
+        f->tissues[id].opacity = id % 3 ? 1 : 0.3;
+    }
+    measure(f);
+    for (int i = 0; i < 8; i++)
+        corners[i] = (sc_vec3){i & 1 ? SIZE : 0, i & 2 ? SIZE : 0, i & 4 ? SIZE : 0};
+    sc_timeline_resolve(&animation, corners, 8, (double)WIDTH / HEIGHT, &f->timeline);
+    f->overlays = (sc_overlays){.font = "DejaVu Sans", .text_percent = 3, .names_percent = 3};
+    f->chosen = (sc_overlay_tissue){.use = SC_USE_NAMES, .pattern = "*"};
+    f->annotations = (sc_annotations){.overlays = &f->overlays,
+                                      .chosen = &f->chosen,
+                                      .chosen_count = 1,
+                                      .volume = &f->volume,
+                                      .tissues = f->tissues,
+                                      .timeline = &f->timeline,
+                                      .within = {0, 0, WIDTH, HEIGHT},
+                                      .fps = 30,
+                                      .background = {255, 255, 255}};
+    assert_ok(sc_annotations_letter(&quiet, &f->annotations, &f->lettering));
+    f->annotations.lettering = f->lettering;
+}
+
+static void plan_film(film *f, int threads)
+{
+    assert_ok(sc_annotations_plan_names(&quiet, &f->annotations, threads, &f->plan));
+    f->annotations.names = f->plan;
+}
+
+static void end_film(film *f)
+{
+    sc_free(f->plan);
+    sc_free(f->lettering);
+}
+
+static const sc_name_place *place_of(const film *f, int k, int n)
+{
+    return &f->plan->places[k * f->plan->count + n];
+}
+
+/* @return on which side of the line from @p a to @p b the point @p c lies: its sign. */
+static double side_of(const float a[2], const float b[2], const float c[2])
+{
+    return (double)(b[0] - a[0]) * (double)(c[1] - a[1]) -
+           (double)(b[1] - a[1]) * (double)(c[0] - a[0]);
+}
+
+static bool cross(const float a[2], const float b[2], const float c[2], const float d[2])
+{
+    return side_of(a, b, c) * side_of(a, b, d) < 0 && side_of(c, d, a) * side_of(c, d, b) < 0;
+}
+
+/* @return whether the leader lines of two names cross. */
+static bool lines_cross(const sc_name_place *p, const sc_name_place *q)
+{
+    const float lines[2][3][2] = {{{p->dot_px[0], p->dot_px[1]},
+                                   {p->elbow_px, p->dot_px[1]},
+                                   {p->label_px[0], p->label_px[1]}},
+                                  {{q->dot_px[0], q->dot_px[1]},
+                                   {q->elbow_px, q->dot_px[1]},
+                                   {q->label_px[0], q->label_px[1]}}};
+
+    for (int i = 0; i < 2; i++) {
+        for (int j = 0; j < 2; j++) {
+            if (cross(lines[0][i], lines[0][i + 1], lines[1][j], lines[1][j + 1]))
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Check the names of one frame. @return how many are seen. */
+static int check_frame(const film *f, int k, double row_px)
+{
+    int named = 0;
+
+    for (int n = 0; n < f->plan->count; n++) {
+        const sc_name_place *p = place_of(f, k, n);
+        const int advance_px = f->lettering->words[n].advance_px;
+
+        if (!p->alpha)
+            continue;
+        named++;
+        assert_true(p->label_px[1] >= row_px / 2 && p->label_px[1] <= HEIGHT - row_px / 2);
+        assert_true(p->is_right ? p->label_px[0] + advance_px < WIDTH
+                                : p->label_px[0] - advance_px > 0);
+        for (int m = 0; m < n; m++) {
+            const sc_name_place *q = place_of(f, k, m);
+
+            if (!q->alpha)
+                continue;
+            assert_false(lines_cross(p, q));
+            if (p->is_right == q->is_right)
+                assert_true(fabs((double)(p->label_px[1] - q->label_px[1])) > 0.79 * row_px);
+        }
+    }
+    return named;
+}
+
+/* In films of random tissues no name covers another or leaves the picture, and no lines cross. */
+static void names_stand_apart_and_lines_do_not_cross(void **state)
+{
+    static film f;
+    int named = 0;
+
+    (void)state;
+    for (uint64_t seed = 1; seed <= 6; seed++) {
+        begin_film(&f, seed);
+        plan_film(&f, 2);
+        assert_int_equal(f.plan->frames, FRAMES);
+        for (int k = 0; k < FRAMES; k++)
+            named += check_frame(&f, k, f.lettering->words[0].line_px);
+        end_film(&f);
+    }
+    assert_true(named > 6 * FRAMES * 4); /* there are names at all */
+}
+
+/* Check that a name moves little from one frame to the next. */
+static void check_step(const sc_name_place *before, const sc_name_place *now, double row_px)
+{
+    assert_true(abs(now->alpha - before->alpha) < 64);
+    if (!now->alpha || !before->alpha)
+        return;
+    assert_int_equal(now->is_right, before->is_right);
+    for (int i = 0; i < 2; i++) {
+        assert_true(fabs((double)(now->dot_px[i] - before->dot_px[i])) < 6);
+        assert_true(fabs((double)(now->label_px[i] - before->label_px[i])) < 0.75 * row_px);
+    }
+}
+
+/* From frame to frame a name that is seen moves by few pixels and stays on its side, and it appears
+ * and disappears by degrees. */
+static void names_do_not_jump(void **state)
+{
+    static film f;
+
+    (void)state;
+    for (uint64_t seed = 1; seed <= 6; seed++) {
+        begin_film(&f, seed);
+        plan_film(&f, 2);
+        for (int k = 1; k < FRAMES; k++) {
+            for (int n = 0; n < f.plan->count; n++)
+                check_step(place_of(&f, k - 1, n), place_of(&f, k, n),
+                           f.lettering->words[0].line_px);
+        }
+        end_film(&f);
+    }
+}
+
+static void the_plan_does_not_depend_on_threads(void **state)
+{
+    static film f;
+    sc_name_plan *one;
+
+    (void)state;
+    begin_film(&f, 3);
+    plan_film(&f, 1);
+    one = f.plan;
+    plan_film(&f, 3);
+    assert_int_equal(one->bytes, f.plan->bytes);
+    assert_memory_equal(one, f.plan, one->bytes);
+    sc_free(one);
+    end_film(&f);
+}
+
+/* The deepest point of a box is its middle; all points of a ring lie in it, and apart. */
+static void anchors_lie_deep_in_their_tissue(void **state)
+{
+    static film f;
+    sc_anchors anchors;
+    const int middle[3] = {30, 25, 35}, box[3] = {12, 8, 10}, ring[3] = {24, 24, 6},
+              hole[3] = {16, 16, 8};
+
+    (void)state;
+    begin_volume(&f, 3);
+    fill(&f, 1, middle, ring, false);
+    fill(&f, 0, middle, hole, false);
+    measure(&f);
+    assert_ok(sc_find_anchors(&quiet, &f.volume, 1, &anchors));
+    assert_int_equal(anchors.count, SC_ANCHORS_MAX);
+    for (int i = 0; i < anchors.count; i++) {
+        const int *at = anchors.voxel[i];
+        int apart = 0;
+
+        assert_int_equal(f.ids[(at[2] * SIZE + at[1]) * SIZE + at[0]], 1);
+        for (int j = 0; j < i; j++) {
+            apart = abs(at[0] - anchors.voxel[j][0]) + abs(at[1] - anchors.voxel[j][1]);
+            assert_true(apart > 4);
+        }
+    }
+    fill(&f, 2, middle, box, true);
+    measure(&f);
+    assert_ok(sc_find_anchors(&quiet, &f.volume, 2, &anchors));
+    for (int axis = 0; axis < 3; axis++) /* many are as deep: the first along x and z */
+        assert_true(abs(anchors.voxel[0][axis] - middle[axis]) <= (axis == 1 ? 0 : 4));
+}
+
+/* What hides a point: both sides of another tissue, and a cut face, but not its own tissue, and
+ * nothing that a clip plane has taken away. */
+static void light_passes_what_does_not_hide(void **state)
+{
+    static film f;
+    const sc_annotations a = {.volume = &f.volume, .tissues = f.tissues};
+    const int middle[3] = {30, 10, 30}, wall[3] = {30, 45, 30}, own[3] = {30, 20, 30},
+              radius[3] = {4, 4, 4}, thin[3] = {20, 2, 20};
+    const sc_vec3 point_mm = {30, 10, 30};
+    sc_scene scene = {.clip_set_count = 1};
+
+    (void)state;
+    begin_volume(&f, 3);
+    fill(&f, 1, middle, radius, true);
+    fill(&f, 1, own, thin, true);
+    fill(&f, 2, wall, thin, true);
+    for (int perspective = 0; perspective < 2; perspective++) {
+        scene.camera = sc_camera_look((sc_vec3){30, 200, 30}, point_mm, (sc_vec3){0, 0, 1},
+                                      perspective ? SC_PERSPECTIVE : SC_ORTHOGRAPHIC, 0.5);
+        f.tissues[2].opacity = 1;
+        assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0.01);
+        f.tissues[2].opacity = 0.5;
+        assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 0.25, 1e-9);
+        scene.clip_sets[0] = 1;
+        scene.plane_count = 1;
+        scene.planes[0] = (sc_plane){{0, -1, 0}, 35}; /* keeps y up to 35: not the wall */
+        assert_near(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm), 1, 1e-9);
+        scene.planes[0] = (sc_plane){{0, -1, 0}, 45}; /* a cut face in the middle of the wall */
+        assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0.01);
+        scene.planes[0] = (sc_plane){{0, -1, 0}, 8}; /* the point itself is taken away */
+        assert_true(sc_light_of(&a, &f.volume.to_ras_mm, &scene, 1, point_mm) <= 0);
+        scene.plane_count = 0;
+        scene.clip_sets[0] = 0;
+    }
+}
+
+/* Names in a column stand in order, apart and within it; they move by no more than what moves
+ * them. */
+static void a_column_spreads_names(void **state)
+{
+    uint64_t seed = 5;
+    double at[SC_NAMES_MAX];
+
+    (void)state;
+    for (int n = 0; n < 2000; n++) {
+        const int count = 1 + (int)(random_bits(&seed) % 12);
+        double want[SC_NAMES_MAX], room[SC_NAMES_MAX], moved[SC_NAMES_MAX];
+        double y = -20;
+
+        for (int i = 0; i < count; i++) {
+            y += (double)(random_bits(&seed) % 40);
+            want[i] = y;
+            room[i] = i % 3 ? 20 : (double)(random_bits(&seed) % 21);
+        }
+        sc_spread(want, room, count, 0, 300, at);
+        for (int i = 0; i < count; i++) {
+            assert_true(at[i] - room[i] / 2 >= -1e-9 && at[i] + room[i] / 2 <= 300 + 1e-9);
+            assert_true(!i || at[i] - at[i - 1] >= (room[i] + room[i - 1]) / 2 - 1e-9);
+            want[i] += (double)(random_bits(&seed) % 5) / 10; /* at most 0.4 */
+        }
+        sc_spread(want, room, count, 0, 300, moved);
+        for (int i = 0; i < count; i++)
+            assert_true(fabs(moved[i] - at[i]) <= 0.4 + 1e-9);
+    }
+    /* Where there is room, a name stands where it wants to. */
+    sc_spread((const double[]){50, 100}, (const double[]){20, 20}, 2, 0, 300, (double[]){0, 0});
+}
+
+/* The most important names get the rows, and a name is seen only once it has nearly all of one. */
+static void rows_go_to_the_most_important(void **state)
+{
+    const double shown[] = {1, 0.25, 1, 1};
+    double room[4], alpha[4];
+
+    (void)state;
+    sc_share_rows(shown, 4, 2.3, room, alpha);
+    assert_near(room[0], 1, 1e-9);
+    assert_near(room[1], 0.5, 1e-9);
+    assert_near(room[2], 0.8, 1e-9);
+    assert_near(room[3], 0, 1e-9);
+    assert_near(alpha[0], 1, 1e-9);
+    assert_near(alpha[1], 0, 1e-9);
+    assert_near(alpha[2], 0, 1e-9);
+    assert_near(alpha[3], 0, 1e-9);
+}
+
+/* With more names than rows, some are left out, and that is told once. */
+static void names_without_room_are_told(void **state)
+{
+    static film f;
+    heard h;
+    const sc_ctx ctx = listening(&h);
+
+    (void)state;
+    begin_film(&f, 2);
+    sc_free(f.lettering);
+    f.overlays.names_percent = 20;
+    assert_ok(sc_annotations_letter(&ctx, &f.annotations, &f.lettering));
+    f.annotations.lettering = f.lettering;
+    assert_int_equal(h.warnings, 1);
+    assert_non_null(strstr(h.text, "there is room for the names of 8 tissues; those of the 16 "));
+    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
+    assert_int_equal(f.plan->count, 8);
+    end_film(&f);
+}
+
+/* A frame is drawn the same in parts, and names are in it. */
+static void names_are_drawn_by_rows(void **state)
+{
+    static film f;
+    sc_image whole, parts, bare;
+    const sc_scene scene = {0};
+
+    (void)state;
+    begin_film(&f, 4);
+    plan_film(&f, 2);
+    for (int alpha = 0; alpha < 2; alpha++) {
+        sc_image *images[] = {&whole, &parts, &bare};
+
+        for (int i = 0; i < 3; i++) {
+            assert_ok(sc_image_init_alpha(&quiet, WIDTH, HEIGHT, alpha, images[i]));
+            memset(images[i]->rgb, 200, sc_image_bytes(images[i]));
+        }
+        assert_ok(sc_annotations_draw(&quiet, &f.annotations, 7, &scene, &whole, NULL));
+        for (int row = 0; row < HEIGHT; row += 9) {
+            const sc_rows rows = {row, row + 9};
+
+            assert_ok(sc_annotations_draw(&quiet, &f.annotations, 7, &scene, &parts, &rows));
+        }
+        assert_int_equal(sc_image_hash(&whole), sc_image_hash(&parts));
+        assert_int_not_equal(sc_image_hash(&whole), sc_image_hash(&bare));
+        for (int i = 0; i < 3; i++)
+            sc_image_clear(images[i]);
+    }
+    end_film(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(names_stand_apart_and_lines_do_not_cross),
+        cmocka_unit_test(names_do_not_jump),
+        cmocka_unit_test(the_plan_does_not_depend_on_threads),
+        cmocka_unit_test(anchors_lie_deep_in_their_tissue),
+        cmocka_unit_test(light_passes_what_does_not_hide),
+        cmocka_unit_test(a_column_spreads_names),
+        cmocka_unit_test(rows_go_to_the_most_important),
+        cmocka_unit_test(names_without_room_are_told),
+        cmocka_unit_test(names_are_drawn_by_rows),
+    };
+
+    return RUN(tests);
+}
