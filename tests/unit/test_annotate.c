@@ -369,6 +369,41 @@ static void a_legend_shows_what_is_seen_now(void **state)
     end_film(&f);
 }
 
+/* A legend of chosen tissues has rows for these alone; names that are chosen for the pictures do
+ * not matter. */
+static void a_legend_shows_chosen_tissues(void **state)
+{
+    const sc_overlay_tissue chosen[] = {{.use = SC_USE_LEGEND, .pattern = "tissue_4"},
+                                        {.use = SC_USE_NAMES, .pattern = "tissue_1"},
+                                        {.use = SC_USE_LEGEND, .pattern = "4"}, /* the label */
+                                        {.use = SC_USE_LEGEND, .pattern = "*_5"}};
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    film f;
+
+    (void)state;
+    begin_film(&f, 0);
+    add_tissues(&f, 5);
+    f.overlays.legend = SC_PLACE_TOP_LEFT;
+    f.overlays.names_percent = 4;
+    f.annotations.chosen = chosen;
+    f.annotations.chosen_count = SC_COUNT_OF(chosen);
+    f.tissues[5].visible = false; /* it has no row though it is chosen */
+    letter_film(&f);
+    for (int id = 1; id <= 5; id++) {
+        assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_LEGEND, id) != NULL,
+                         id == 2 || id == 4);
+        assert_int_equal(sc_lettering_find(f.lettering, SC_WORD_NAME, id) != NULL, id == 1);
+    }
+    assert_null(sc_lettering_find(f.lettering, SC_WORD_MORE, 0));
+    assert_ok(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)));
+    strcpy(f.labels[4].name, "other");
+    assert_int_equal(sc_overlay_tissues_check(&ctx, &f.volume, chosen, SC_COUNT_OF(chosen)),
+                     SC_ERR_DATA);
+    assert_int_equal(h.errors, 1);
+    end_film(&f);
+}
+
 /* A legend for which there is no room shows the largest tissues, and how many there are beside. */
 static void a_long_legend_names_the_largest(void **state)
 {
@@ -612,6 +647,7 @@ int main(void)
         cmocka_unit_test(captions_are_shown_in_their_time),
         cmocka_unit_test(long_captions_fit),
         cmocka_unit_test(a_legend_shows_what_is_seen_now),
+        cmocka_unit_test(a_legend_shows_chosen_tissues),
         cmocka_unit_test(a_long_legend_names_the_largest),
         cmocka_unit_test(names_that_cannot_be_written_are_refused),
         cmocka_unit_test(the_cube_shows_the_side_that_is_seen),
