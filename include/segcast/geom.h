@@ -100,4 +100,18 @@ bool sc_affine_invert(const sc_affine *a, sc_affine *out);
 bool sc_box3_clip_line(const sc_box3 *box, sc_vec3 origin, sc_vec3 direction, double *begin,
                        double *end);
 
+/** One pass of the exact Euclidean distance transform along a line, within a run of samples whose
+ *  two neighbours beyond the ends lie outside: replace values[i] by the least of
+ *  values[q] + (step (i - q))^2, q over the whole run, and of the squared distances to those two
+ *  neighbours. Done along each axis of a grid in turn, for every run of samples inside, with
+ *  values that are HUGE_VAL before the first pass, it gives the squared distance from each sample
+ *  to the nearest one outside: what lies beyond the end of a run is never nearer than that end.
+ *  By the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012, "Distance transforms of
+ *  sampled functions"), in time linear in @p count.
+ *  @param values [count] squared lengths, at least 0, of the unit of @p step squared.
+ *  @param work room for SC_DISTANCE_WORK(count) numbers. */
+void sc_distance_pass(double *values, int count, double step, double *work);
+/** How many numbers sc_distance_pass needs room for. */
+#define SC_DISTANCE_WORK(count) (3 * ((size_t)(count) + 3))
+
 #endif

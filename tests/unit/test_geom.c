@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Affine maps, rotations, and lines clipped to boxes. */
+/* Affine maps, rotations, lines clipped to boxes, and distances. */
 #include "check.h"
 
 #include "segcast/geom.h"
@@ -60,9 +60,84 @@ static void lines_are_clipped_to_boxes(void **state)
     assert_false(sc_box3_clip_line(&box, (sc_vec3){15, 5, 5}, (sc_vec3){1, 0, 0}, &begin, &end));
 }
 
+/* ---- distances ---- */
+
+enum { NX = 9, NY = 7, NZ = 8 };
+
+/* A fixed shape with holes, so that runs along every axis are cut. */
+static bool is_inside(int x, int y, int z)
+{
+    return x >= 0 && y >= 0 && z >= 0 && x < NX && y < NY && z < NZ &&
+           (x * 7 + y * 5 + z * 3 + x * y * z) % 11 != 0;
+}
+
+/* Transform @p square [NZ][NY][NX] along one axis, run by run. */
+static void pass_along(double *square, int axis, double step)
+{
+    static const int size[3] = {NX, NY, NZ}, stride[3] = {1, NX, NX * NY};
+    double run[NX + NY + NZ], work[SC_DISTANCE_WORK(NX + NY + NZ)];
+    int at[3];
+
+    for (int n = 0; n < NX * NY * NZ; n++) {
+        int count = 0;
+
+        at[0] = n % NX, at[1] = n / NX % NY, at[2] = n / NX / NY;
+        if (!is_inside(at[0], at[1], at[2]))
+            continue;
+        at[axis]--;
+        if (is_inside(at[0], at[1], at[2]))
+            continue; /* not the first of its run */
+        at[axis]++;
+        for (; at[axis] < size[axis] && is_inside(at[0], at[1], at[2]); at[axis]++)
+            run[count] = square[n + count * stride[axis]], count++;
+        sc_distance_pass(run, count, step, work);
+        for (int i = 0; i < count; i++)
+            square[n + i * stride[axis]] = run[i];
+    }
+}
+
+/* By trying all voxels, and those around the grid, which are outside. */
+static double nearest_outside(int x, int y, int z, const double step[3])
+{
+    double least = HUGE_VAL;
+
+    for (int k = -1; k <= NZ; k++) {
+        for (int j = -1; j <= NY; j++) {
+            for (int i = -1; i <= NX; i++) {
+                const double dx = (i - x) * step[0], dy = (j - y) * step[1], dz = (k - z) * step[2];
+
+                if (!is_inside(i, j, k))
+                    least = fmin(least, dx * dx + dy * dy + dz * dz);
+            }
+        }
+    }
+    return least;
+}
+
+static void distances_are_those_that_trying_all_voxels_gives(void **state)
+{
+    static const double steps[][3] = {{1, 1, 1}, {0.7, 1.3, 3}, {2.5, 0.4, 1}};
+    double square[NX * NY * NZ];
+
+    (void)state;
+    for (size_t s = 0; s < sizeof steps / sizeof *steps; s++) {
+        for (int n = 0; n < NX * NY * NZ; n++)
+            square[n] = HUGE_VAL;
+        for (int axis = 0; axis < 3; axis++)
+            pass_along(square, axis, steps[s][axis]);
+        for (int n = 0; n < NX * NY * NZ; n++) {
+            const int x = n % NX, y = n / NX % NY, z = n / NX / NY;
+
+            if (is_inside(x, y, z))
+                assert_near(square[n], nearest_outside(x, y, z, steps[s]), 1e-12);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(distances_are_those_that_trying_all_voxels_gives),
         cmocka_unit_test(the_inverse_of_an_oblique_map_undoes_it),
         cmocka_unit_test(singular_maps_are_refused_at_any_scale),
         cmocka_unit_test(rotations_are_right_handed),
