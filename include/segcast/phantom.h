@@ -36,6 +36,15 @@ int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm);
  *  tissues meet the iteration need not settle. */
 double sc_phantom_distance(const sc_phantom *phantom, int label, sc_vec3 point_mm, sc_vec3 *normal);
 
+/** Find the course of tube @p tube, from 0, of what tissue @p label, in [1, count], fills: the
+ *  middle line of a vessel. Where tissues overlap, or tubes of one tissue meet, the surface is not
+ *  that of the tube alone.
+ *  @param points [*count] in RAS mm, borrowed from the phantom, joined by straight lines.
+ *  @param radius_mm at the first and the last point; it changes evenly from point to point.
+ *  @return false, with nothing written, if the tissue has no such tube. */
+bool sc_phantom_tube(const sc_phantom *phantom, int label, int tube, const sc_vec3 **points,
+                     int *count, double radius_mm[2]);
+
 /** Voxelise: a voxel belongs to the tissue that owns its centre. The grid covers the same part
  *  of space at any size (voxels are 1/3 mm at the default size). @param size voxels along x, y,
  *  z, each 2 to 4096. @param threads as of sc_parallel_for. @return SC_ERR_USAGE for another

@@ -417,6 +417,25 @@ const sc_label *sc_phantom_label(const sc_phantom *phantom, int label)
     return &phantom->labels[label - 1];
 }
 
+bool sc_phantom_tube(const sc_phantom *phantom, int label, int tube, const sc_vec3 **points,
+                     int *count, double radius_mm[2])
+{
+    const sc_shape *shape = &phantom->shapes[tissues[label - 1].shape];
+
+    for (int i = 0; i < shape->part_count; i++) {
+        const sc_part *part = &shape->parts[i];
+
+        if (part->kind != SC_PART_TUBE || tube-- > 0)
+            continue;
+        *points = part->points;
+        *count = part->point_count;
+        radius_mm[0] = part->radius_a_mm;
+        radius_mm[1] = part->radius_b_mm;
+        return true;
+    }
+    return false;
+}
+
 int sc_phantom_owner(const sc_phantom *phantom, sc_vec3 point_mm)
 {
     for (int label = 1; label <= TISSUES; label++) {
