@@ -5,6 +5,7 @@
 
 #include "options.h"
 #include "segcast/annotate.h"
+#include "segcast/centerline.h"
 #include "segcast/comm.h"
 #include "segcast/resample.h"
 #include "segcast/study.h"
@@ -237,6 +238,24 @@ typedef struct sc_volume_input {
  * error: sc_volume_input_clear. Not collective. */
 sc_status sc_session_read(const sc_app *app, const sc_session *session, bool measure_all,
                           sc_volume_input *out, sc_rank_record *times);
+/* On this rank alone: read the voxels of the volume of session->job as they stand in its file, or
+ * in the prepared file that is mapped, with the names of its label table. Nothing is hidden,
+ * resampled or coloured. @param out caller owns, also after an error: sc_volume_clear. Not
+ * collective. */
+sc_status sc_session_voxels(const sc_app *app, const sc_session *session, sc_volume *out);
+/* A centre line that is asked for by names of tissues; see sc_centerline_request. Borrows. */
+typedef struct sc_line_wish {
+    const char *const *patterns; /* [pattern_count] names, globs or label numbers of tissues */
+    size_t pattern_count;
+    const sc_vec3 *through; /* [through_count], RAS mm */
+    size_t through_count;
+    double clearance;
+    const char *where; /* "file:line" for messages; may be empty */
+} sc_line_wish;
+/* Find a centre line, on this rank alone, and tell how long it is. @param volume with its ids.
+ * @return as sc_pattern_check and sc_centerline_find. Caller owns *out: sc_centerline_clear. */
+sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line_wish *wish,
+                       sc_centerline *out);
 /* On this rank alone: bring a volume of which input->resample is set to the grid on which it was
  * drawn, and note in its settings what was done; resample becomes false. @param measured what was
  * measured of the volume; NULL: that is done here. @return SC_ERR_MEMORY; then the volume can only
@@ -300,6 +319,9 @@ sc_status sc_check_ending(const sc_ctx *ctx, const char *path, const char *endin
 /* Print the path of what a command has made, on a line of its own: as it is for scripts, and on a
  * terminal so that it is not obeyed. */
 void sc_print_made(const char *path);
+/* Write a text to the file @p path and print that path, or to standard output for "-". Not
+ * collective. @return SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path);
 /* Write the name of the processor as the system has it into @p text; empty if it has none. */
 void sc_processor_name(char *text, int size);
 /* @return the id that the batch system has given to this job, or NULL. */
@@ -377,6 +399,7 @@ sc_status sc_cmd_calibrate(sc_app *app);
 sc_status sc_cmd_info(sc_app *app);
 sc_status sc_cmd_init(sc_app *app);
 sc_status sc_cmd_tables(sc_app *app);
+sc_status sc_cmd_path(sc_app *app);
 sc_status sc_cmd_phantom(sc_app *app);
 sc_status sc_cmd_prepare(sc_app *app);
 sc_status sc_cmd_keys(sc_app *app);

@@ -52,26 +52,6 @@ out:
     return status;
 }
 
-/* Write @p text to the output of the command. */
-static sc_status write_text(const sc_app *app, const sc_text *text)
-{
-    const char *path = app->options.output;
-    sc_outfile file = {0};
-    sc_status status;
-
-    if (!strcmp(path, "-")) {
-        fwrite(text->data, 1, text->length_bytes, stdout);
-        return SC_OK;
-    }
-    SC_TRY(sc_outfile_open(app->ctx, path, app->options.overwrite, &file));
-    fwrite(text->data, 1, text->length_bytes, file.stream);
-    SC_TRY(sc_outfile_commit(app->ctx, &file));
-    sc_print_made(path);
-out:
-    sc_outfile_discard(&file);
-    return status;
-}
-
 sc_status sc_cmd_tables(sc_app *app)
 {
     const sc_table_writer *writer;
@@ -91,7 +71,7 @@ sc_status sc_cmd_tables(sc_app *app)
         SC_TRY(sc_check_output(app, &session, app->options.output, true));
     SC_TRY(read_table(app, &session.job, &table));
     SC_TRY(sc_label_table_print(app->ctx, app->options.output, &table, writer, &text));
-    status = write_text(app, &text);
+    status = sc_write_text(app, &text, app->options.output);
 out:
     sc_text_clear(&text);
     sc_label_table_clear(&table);

@@ -86,6 +86,12 @@ const sc_command sc_commands[] = {
      "that -o names (.ctbl: slicer, .csv, .tsv: bids, .xml, .json), or by --to; -o - writes to "
      "standard output.",
      sc_cmd_tables, false},
+    {"path", "VOLUME", "print the centre line of a vessel, in mm, with its radius",
+     "The line leads through the middle of the tissues that --tissue names: from end to end, or "
+     "between the points --from and --to, which choose a branch. Prints lines "
+     "x_mm,y_mm,z_mm,radius_mm, in RAS and about a voxel apart, or JSON with --json. The verb fly "
+     "of a job takes its way through tissues from the same line.",
+     sc_cmd_path, false},
     {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,

@@ -517,8 +517,10 @@ out:
 }
 
 /* Get the volume of the job, with the names of its label table: from the mapped file, made as
- * phantom, or read. Refuses a job that names tissues which the volume has not. */
-static sc_status read_volume(const sc_app *app, const sc_session *session, sc_volume *volume)
+ * phantom, or read. Refuses a job that names tissues which the volume has not. @param colored give
+ * colours to tissues that lack them. */
+static sc_status read_volume(const sc_app *app, const sc_session *session, bool colored,
+                             sc_volume *volume)
 {
     const sc_job *job = &session->job;
     sc_status status;
@@ -532,7 +534,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, sc_vo
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
-    if (!session->mapped) /* in a prepared file, colours have been found */
+    if (colored && !session->mapped) /* in a prepared file, colours have been found */
         SC_TRY(color_volume(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
@@ -602,7 +604,7 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
     needs n = {0};
     sc_status status;
 
-    SC_TRY(read_volume(app, session, volume));
+    SC_TRY(read_volume(app, session, true, volume));
     SC_TRY(find_needs(app, session, volume->labels, volume->label_count, &n));
     out->hidden = n.hidden;
     out->tissue_smooth = n.tissue_smooth;
@@ -619,6 +621,11 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
     sc_add_time(app, times, SC_PHASE_READ, wall_s, cpu_s);
 out:
     return status;
+}
+
+sc_status sc_session_voxels(const sc_app *app, const sc_session *session, sc_volume *out)
+{
+    return read_volume(app, session, false, out);
 }
 
 void sc_volume_input_clear(sc_volume_input *input)

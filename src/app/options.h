@@ -19,7 +19,9 @@ typedef struct sc_options {
     const char *output;        /* -o */
     const char *frames;        /* --frames */
     int slice, slices;         /* --slice I/N; slices 0: not given */
-    const char *to;            /* --to of segcast tables */
+    const char *to;            /* --to of segcast tables and path */
+    const char *from;          /* --from of segcast path */
+    const char *tissue;        /* --tissue of segcast path */
     const char *size;          /* --size of the phantom, as given */
     long frame;                /* --frame; -1: not given */
     sc_moment moment;          /* --time */

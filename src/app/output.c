@@ -45,3 +45,21 @@ void sc_print_made(const char *path)
     sc_print_path(stdout, path);
     printf("\n");
 }
+
+sc_status sc_write_text(const sc_app *app, const sc_text *text, const char *path)
+{
+    sc_outfile file = {0};
+    sc_status status;
+
+    if (!strcmp(path, "-")) {
+        fwrite(text->data, 1, text->length_bytes, stdout);
+        return SC_OK;
+    }
+    SC_TRY(sc_outfile_open(app->ctx, path, app->options.overwrite, &file));
+    fwrite(text->data, 1, text->length_bytes, file.stream);
+    SC_TRY(sc_outfile_commit(app->ctx, &file));
+    sc_print_made(path);
+out:
+    sc_outfile_discard(&file);
+    return status;
+}

@@ -60,6 +60,7 @@ ways() {
     info) echo "info $heart --json" ;;
     init) echo "init $heart"; echo "init $heart -o job.yaml" ;;
     tables) echo "tables $heart -o job.yaml --to bids"; echo "tables $heart -o new.tsv --overwrite" ;;
+    path) echo "path $heart --tissue aorta -o job.yaml"; echo "path $heart --tissue aorta -o new.csv --overwrite" ;;
     prepare) echo "prepare $heart"; echo "prepare $job"; echo "prepare $heart -o new.segc --overwrite" ;;
     join | verify | status) echo "$1 ."; echo "$1 sub" ;;
     report) echo "report ."; echo "report sub"; echo "report . sub"; echo "report . sub -o job.yaml"

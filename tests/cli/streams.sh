@@ -19,6 +19,7 @@ arguments() { # arguments COMMAND: what makes the command print something to sta
     study) echo study.yaml -o "study$RANDOM$RANDOM" ;;
     init) echo heart.nrrd -o - ;;
     tables) echo heart.nrrd -o - --to json ;;
+    path) echo heart.nrrd --tissue aorta ;;
     keys) echo render ;;
     calibrate) ;;
     help | version | -*) ;;

@@ -115,7 +115,8 @@ static sc_volume small_volume(void)
                    .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 2, 0}}}};
 
     for (int n = 0; n < NX * NY * NZ; n++) {
-        const double x = n % NX - 20, y = n / NX % NY, z = 2.0 * (n / NX / NY) - 16;
+        const int slice = n / NX / NY;
+        const double x = n % NX - 20, y = n / NX % NY, z = 2 * slice - 16;
         const double off = sqrt(x * x + y * y) - 14;
 
         ids[n] = 0;

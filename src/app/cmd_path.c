@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* segcast path: the centre line of a vessel. */
+#include "app.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { TISSUES_MAX = 64 };
+
+/* What the command line asks for. Owns text. */
+typedef struct wish {
+    sc_text text; /* --tissue, taken apart */
+    const char *patterns[TISSUES_MAX];
+    sc_vec3 through[2];
+    sc_line_wish line;
+} wish;
+
+/* Take the names of --tissue apart at commas. */
+static sc_status read_tissues(const sc_ctx *ctx, const char *tissues, wish *w)
+{
+    sc_status status;
+
+    if (!tissues || !tissues[0] || tissues[0] == ',')
+        return sc_fail(ctx, SC_ERR_USAGE,
+                       "no tissue: give one as --tissue NAME, or several with commas between them; "
+                       "`segcast info VOLUME` lists those of a volume");
+    SC_TRY(sc_text_add(ctx, &w->text, "%s", tissues));
+    for (char *at = w->text.data; at;) {
+        char *comma = strchr(at, ',');
+
+        if (comma)
+            *comma++ = '\0';
+        if (!at[0] || strlen(at) >= SC_NAME_BYTES || w->line.pattern_count == TISSUES_MAX)
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "--tissue is \"%s\", expected up to %d names of tissues with commas "
+                           "between them; one with a comma in its name can be given by the number "
+                           "of its label",
+                           tissues, TISSUES_MAX);
+        w->patterns[w->line.pattern_count++] = at;
+        at = comma;
+    }
+    w->line.patterns = w->patterns;
+out:
+    return status;
+}
+
+/* Read three numbers with commas between them. */
+static sc_status read_point(const sc_ctx *ctx, const char *option, const char *text, sc_vec3 *out)
+{
+    double at[3];
+    const char *rest = text;
+
+    for (int i = 0; i < 3; i++) {
+        char *end;
+
+        at[i] = strtod(rest, &end);
+        if (end == rest || *end != (i < 2 ? ',' : '\0') || !(fabs(at[i]) <= 1e12))
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "%s is \"%s\", expected a point in RAS mm, for example 12.5,-3,40",
+                           option, text);
+        rest = end + 1;
+    }
+    *out = (sc_vec3){at[0], at[1], at[2]};
+    return SC_OK;
+}
+
+/* Read the options of the command. Caller owns *w also after an error. */
+static sc_status read_wish(const sc_app *app, wish *w)
+{
+    const sc_options *o = &app->options;
+    sc_status status;
+
+    *w = (wish){.line = {.clearance = SC_CLEARANCE, .where = ""}};
+    SC_TRY(read_tissues(app->ctx, o->tissue, w));
+    if (o->to && !o->from)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--to needs --from: a line that ends at a point has to begin at one");
+    if (o->from)
+        SC_TRY(read_point(app->ctx, "--from", o->from, &w->through[w->line.through_count++]));
+    if (o->to)
+        SC_TRY(read_point(app->ctx, "--to", o->to, &w->through[w->line.through_count++]));
+    w->line.through = w->through;
+out:
+    return status;
+}
+
+/* Append a number as short as it can be read again. */
+static sc_status add_number(const sc_ctx *ctx, double value, const char *after, sc_text *text)
+{
+    return sc_text_add(ctx, text, "%.7g%s", sc_no_negative_zero(value, 4), after);
+}
+
+/* Append the line as CSV, or as JSON. */
+static sc_status print_line(const sc_app *app, const sc_centerline *line, sc_text *text)
+{
+    const bool json = app->options.json;
+    sc_status status;
+
+    if (json)
+        SC_TRY(sc_text_add(app->ctx, text,
+                           "{\"schema\": \"segcast-path-1\", \"length_mm\": %.7g, \"pieces\": %d,\n"
+                           " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
+                           " \"points\": [\n",
+                           line->length_mm, line->parts));
+    else
+        SC_TRY(sc_text_add(app->ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
+    for (size_t i = 0; i < line->count; i++) {
+        const sc_centerline_point *p = &line->points[i];
+        const char *end = !json ? "\n" : i + 1 < line->count ? "],\n" : "]\n";
+
+        if (json)
+            SC_TRY(sc_text_add(app->ctx, text, "  ["));
+        SC_TRY(add_number(app->ctx, p->at_mm.x, json ? ", " : ",", text));
+        SC_TRY(add_number(app->ctx, p->at_mm.y, json ? ", " : ",", text));
+        SC_TRY(add_number(app->ctx, p->at_mm.z, json ? ", " : ",", text));
+        SC_TRY(add_number(app->ctx, p->radius_mm, end, text));
+    }
+    status = json ? sc_text_add(app->ctx, text, " ]\n}\n") : SC_OK;
+out:
+    return status;
+}
+
+sc_status sc_cmd_path(sc_app *app)
+{
+    const char *path = app->options.output ? app->options.output : "-";
+    sc_session session = {0};
+    sc_centerline line = {0};
+    sc_volume read = {0}, volume;
+    sc_text text = {0};
+    sc_ctx quieter = *app->ctx; /* how a file was prepared does not matter here */
+    sc_app mapping = *app;
+    bool usable;
+    wish w;
+    sc_status status;
+
+    quieter.level = SC_LOG_ERROR;
+    mapping.ctx = &quieter;
+    SC_TRY(read_wish(app, &w));
+    SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_session_job(app, NULL, &session));
+    session.measure = true; /* so that a prepared file may lack tissues */
+    if (strcmp(path, "-"))
+        SC_TRY(sc_check_output(app, &session, path, true));
+    sc_stage_begin(app->ctx, "reading", 0, 0);
+    if (sc_is_prepared_file(session.job.volume)) {
+        SC_TRY(sc_session_map(&mapping, &session, &usable));
+        volume = sc_volume_of_prepared(&session.volume);
+    } else {
+        SC_TRY(sc_session_voxels(app, &session, &read));
+        volume = read;
+    }
+    SC_TRY(sc_find_line(app, &volume, &w.line, &line));
+    SC_TRY(print_line(app, &line, &text));
+    sc_display_end_stage(app);
+    status = sc_write_text(app, &text, path);
+out:
+    sc_text_clear(&w.text);
+    sc_text_clear(&text);
+    sc_centerline_clear(&line);
+    sc_volume_clear(&read);
+    sc_session_clear(&session);
+    return status;
+}

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Centre lines of tissues that are given by names. */
+#include "app.h"
+
+/* Set order[id] to 1 + the index of the first pattern that the label fits, 0 for none. @param order
+ * [label_count], zeroed. */
+static sc_status find_order(const sc_ctx *ctx, const sc_volume *volume, const sc_line_wish *wish,
+                            int *order)
+{
+    const sc_prepared view = {.label_count = volume->label_count, .labels = volume->labels};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < wish->pattern_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(wish->patterns[i]);
+        const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
+
+        SC_TRY(sc_pattern_check(ctx, &view, wish->patterns[i], wish->where));
+        for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++) {
+            if (!order[id] && sc_label_match(&volume->labels[id], &pattern) == best)
+                order[id] = (int)i + 1;
+        }
+    }
+out:
+    return status;
+}
+
+/* Tell what was found. */
+static void tell_line(const sc_ctx *ctx, const char *what, const sc_line_wish *wish,
+                      const sc_centerline *line)
+{
+    double least = line->points[0].radius_mm, most = least;
+
+    for (size_t i = 1; i < line->count; i++) {
+        least = fmin(least, line->points[i].radius_mm);
+        most = fmax(most, line->points[i].radius_mm);
+    }
+    sc_info(ctx, "%s%sthe centre line of %s is %.4g mm long, with a radius from %.3g to %.3g mm",
+            wish->where, wish->where[0] ? ": " : "", what, line->length_mm, least, most);
+    if (line->parts > 1 && !wish->through_count)
+        sc_info(ctx,
+                "%s%s%s lies in %d pieces that do not touch: the line leads through the largest; "
+                "points choose another",
+                wish->where, wish->where[0] ? ": " : "", what, line->parts);
+}
+
+sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line_wish *wish,
+                       sc_centerline *out)
+{
+    sc_centerline_request request = {.volume = volume,
+                                     .through = wish->through,
+                                     .through_count = wish->through_count,
+                                     .clearance = wish->clearance,
+                                     .where = wish->where};
+    sc_text what = {0};
+    void *order = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, sizeof(int), &order));
+    SC_TRY(find_order(app->ctx, volume, wish, order));
+    for (size_t i = 0; i < wish->pattern_count; i++)
+        SC_TRY(sc_text_add(app->ctx, &what, "%s\"%s\"", i ? ", " : "", wish->patterns[i]));
+    request.order = order;
+    request.what = what.data;
+    sc_stage_begin(app->ctx, "finding the centre line", 0, 0);
+    SC_TRY(sc_centerline_find(app->ctx, &request, out));
+    tell_line(app->ctx, what.data, wish, out);
+out:
+    sc_text_clear(&what);
+    sc_free(order);
+    return status;
+}

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# segcast path prints centre lines of vessels: as CSV and JSON, from a file or a prepared one, and refuses what has none.
+"$SEGCAST" phantom --size 118x82x122 -o heart.nrrd -q >/dev/null
+"$SEGCAST" path heart.nrrd --tissue 'superior vena cava' -q >svc.csv
+[ "$(head -1 svc.csv)" = x_mm,y_mm,z_mm,radius_mm ] || fail "the first line is $(head -1 svc.csv)"
+awk -F, 'NR > 1 && (NF != 4 || $4 < 5 || $4 > 12 || $1 < 25 || $1 > 42 || $3 < 10 || $3 > 82) {bad = 1}
+    NR == 2 {top = $3} END {exit bad || NR < 20 || top < $3}' svc.csv ||
+    { cat svc.csv; fail "the line is not that of the superior vena cava, from above"; }
+
+# By the number of the label, from a prepared file, with any number of threads: the same bytes.
+"$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+for words in 'heart.nrrd --tissue 13' 'heart.segc --tissue 13' 'heart.nrrd --tissue 13 --threads 3'; do
+    # shellcheck disable=SC2086 # a list of words
+    "$SEGCAST" path $words -q | diff svc.csv - >&2 || fail "path $words differs"
+done
+"$SEGCAST" path heart.nrrd --tissue 13 -q --json | jq -r '.points[] | map(tostring) | join(",")' |
+    awk -F, 'NR == FNR {n++; next} {m++} END {exit n != m + 1}' svc.csv - || fail "JSON has not as many points"
+
+# Between points; files are replaced only if that is asked for.
+[ "$("$SEGCAST" path heart.nrrd --tissue aorta --from 13,7,42 --to=-24,-43,5 -o arch.csv -q)" = arch.csv ] || fail "the path of the file was not printed"
+awk -F, 'NR > 1 && $3 < 0 {bad = 1} END {exit bad}' arch.csv || fail "the line of the arch leaves it"
+expect 73 'arch.csv' "$SEGCAST" path heart.nrrd --tissue aorta -o arch.csv; one_error
+"$SEGCAST" path heart.nrrd --tissue aorta -o arch.csv --overwrite -q >/dev/null
+"$SEGCAST" path heart.nrrd --tissue 'superior vena cava,right atrium' -q >both.csv
+[ "$(wc -l <both.csv)" -gt "$(wc -l <svc.csv)" ] || fail "the line through two tissues is not longer"
+
+# Mistakes.
+expect 64 'no tissue: give one as --tissue NAME' "$SEGCAST" path heart.nrrd; one_error
+expect 64 'expected a point in RAS mm' "$SEGCAST" path heart.nrrd --tissue aorta --from 1,2; one_error
+expect 64 'needs --from' "$SEGCAST" path heart.nrrd --tissue aorta --to 1,2,3; one_error
+expect 65 'did you mean "aorta"' "$SEGCAST" path heart.nrrd --tissue aorte; one_error
+expect 65 'lies outside of "aorta"; the nearest place in it is' "$SEGCAST" path heart.nrrd --tissue aorta --from 60,0,0; one_error
+expect 65 'there is no way within "coronary arteries"' "$SEGCAST" path heart.nrrd --tissue 'coronary arteries' --from 37.8,20.5,-8.6 --to=-35.1,33.7,-18; one_error
+expect 66 'nothing.nrrd' "$SEGCAST" path nothing.nrrd --tissue aorta; one_error
