@@ -403,6 +403,20 @@ static void find_gradients(const normals *n, brick_work *w)
     }
 }
 
+/* Write the gradient @p from of a filter, whose length is @p length, to @p to as a normal of the
+ * same length, and not as one that leans where the axes are smoothed by different strengths. */
+static inline void set_upright(const normals *n, const float from[3], float length, float to[3])
+{
+    float scale;
+
+    for (int i = 0; i < 3; i++)
+        to[i] = from[i] * n->upright[i];
+    scale = sc_gradient_length(to);
+    scale = scale > 0 ? length / scale : 0;
+    for (int i = 0; i < 3; i++)
+        to[i] *= scale;
+}
+
 /* Set outward and length of the vertices of @p mask against the rise of the current label: by the
  * widest filter of kind @p k, and where tissue is thin for it by the next narrower one, and so on.
  * Overwrites w->gradient. */
@@ -422,10 +436,12 @@ static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mas
             const int bit = __builtin_ctzll(left);
             const float length = sc_gradient_length(w->gradient[bit]);
             const float next = level == NARROW ? 0 : sc_thin_share(length);
+            float normal[3];
 
+            set_upright(&f->normals[level], w->gradient[bit], length, normal);
             for (int i = 0; i < 3; i++) /* against the rise of the label */
                 w->outward[bit][i] = (level == widest ? 0 : w->outward[bit][i]) -
-                                     left_over[bit] * (1 - next) * w->gradient[bit][i];
+                                     left_over[bit] * (1 - next) * normal[i];
             if (level == widest)
                 w->length[bit] = length;
             left_over[bit] *= next;

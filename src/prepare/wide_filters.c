@@ -111,7 +111,11 @@ static sc_status fill_weights(const sc_ctx *ctx, filters *f, const double steps[
 }
 
 /* Fill a filter for normals, which is zero. @param widths standard deviation along each axis, in
- * reference voxels. Returns SC_ERR_MEMORY. */
+ * reference voxels. Returns SC_ERR_MEMORY.
+ * The slopes are such that an interface across any axis has a gradient of 1, so that the length
+ * tells how thin tissue is. The true gradient is that divided by the width: of a tilted plane the
+ * component along an axis that is smoothed twice as much would come out twice as large, and its
+ * normal lean. Upright makes up for that. */
 static sc_status fill_normals(const sc_ctx *ctx, filters *f, const double steps[3], int radius,
                               const double widths[3], normals *out)
 {
@@ -124,8 +128,10 @@ static sc_status fill_normals(const sc_ctx *ctx, filters *f, const double steps[
     out->table = block;
     out->radius = radius;
     f->reach = radius > f->reach ? radius : f->reach;
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = 0; axis < 3; axis++) {
         sc_normal_taps(radius, steps[axis], widths[axis], out->value[axis], out->slope[axis]);
+        out->upright[axis] = (float)(fmin(fmin(widths[0], widths[1]), widths[2]) / widths[axis]);
+    }
     memcpy(along_x[0] + RADIUS - radius, out->value[0],
            (size_t)(2 * radius + 1) * sizeof out->value[0][0]);
     memcpy(along_x[1] + RADIUS - radius, out->slope[0],

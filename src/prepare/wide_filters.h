@@ -49,6 +49,8 @@ typedef struct normals {
     quad (*table)[PATTERNS][2]; /* [CHUNKS], owned: smoothed value and derivative along x */
     float value[3][TAPS];       /* [2 * radius + 1] taps of the Gaussian along each axis */
     float slope[3][TAPS];       /* those of its derivative */
+    float upright[3];           /* what the gradient along each axis is multiplied by so that it is
+                                   a normal: see fill_normals */
 } normals;
 
 /* What the threads share. */

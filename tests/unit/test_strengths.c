@@ -170,6 +170,47 @@ static void nothing_is_smoothed_along_an_axis_of_strength_0(void **state)
     }
 }
 
+/* A half space whose border is tilted against all axes. */
+static const double tilted[3] = {0.64, 0.48, 0.6};
+
+static int half_space(double x, double y, double z)
+{
+    return tilted[0] * (x - 24.2) + tilted[1] * (y - 24.1) + tilted[2] * (z - 24.3) < 0;
+}
+
+/* However much more one axis is smoothed than another, normals do not lean towards it. */
+static void normals_stay_upright_with_unequal_strengths(void **state)
+{
+    static const sc_vec3 strengths[] = {{1, 1, 2},   {1, 1, 2.5}, {2.5, 1, 1},
+                                        {1, 2, 1.5}, {2, 2, 0.5}, {2, 2, 2}};
+    const int size[3] = {49, 49, 49};
+    sc_volume volume = shape_volume(size, cube, 1, 2, half_space);
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(strengths); i++) {
+        prepared_copy p = prepare_with(&volume, strengths[i], NULL);
+        int near = 0;
+
+        for (int n = 0; n < 17 * 17 * 17; n++) { /* far from the border of the volume */
+            const int x = 17 + n % 17, y = 17 + n / 17 % 17, z = 17 + n / 17 / 17;
+            float normal[3];
+            double along = 0;
+
+            if (!sc_is_near(&p.view, x, y, z))
+                continue;
+            sc_record_normal(sc_record_read(p.view.records, sc_record_index(&p.view, x, y, z)),
+                             normal);
+            for (int k = 0; k < 3; k++)
+                along += tilted[k] * (double)normal[k];
+            near++;
+            assert_true(fabs(along) > cos(3 * 3.14159265 / 180)); /* of a unit vector */
+        }
+        assert_true(near > 500);
+        sc_free(p.block);
+    }
+    sc_volume_clear(&volume);
+}
+
 /* Nine slabs along x. */
 static int nine_slabs(double x, double y, double z)
 {
@@ -305,6 +346,7 @@ int main(void)
         cmocka_unit_test(a_flat_border_lies_midway_between_any_two_strengths),
         cmocka_unit_test(each_tissue_has_its_own_strength),
         cmocka_unit_test(nothing_is_smoothed_along_an_axis_of_strength_0),
+        cmocka_unit_test(normals_stay_upright_with_unequal_strengths),
         cmocka_unit_test(more_strengths_than_tables_are_refused),
         cmocka_unit_test(crowds_of_labels_are_smoothed_by_strength_1),
         cmocka_unit_test(crowds_of_labels_stay_crisp),
