@@ -153,6 +153,8 @@ out:
 
 /* The work on one brick. "The current label" is the one that is being filtered. */
 typedef struct brick_work {
+    int low[3];                     /* the brick's lowest vertex */
+    bool by_border;                 /* of the volume: the window reaches beyond it */
     uint16_t ids[ROWS][WINDOW];     /* labels of the window, [z and y][x] */
     uint32_t bits[ROWS];            /* which vertices of a row carry the current label */
     const quad *sums[ROWS];         /* [table_count] of weight_tables: of the row's bits */
@@ -293,6 +295,28 @@ static void update_memberships(const filters *f, brick_work *w, uint64_t mask, u
     }
 }
 
+/* Find the gradients of the current label at the vertices of @p mask, by the filter @p n, to
+ * w->gradients. */
+static void find_gradients(const filters *f, const sc_normal_filter *n, brick_work *w,
+                           uint64_t mask)
+{
+    const float *const slope[3] = {n->slope[0], n->slope[1], n->slope[2]};
+
+    f->find_gradients(n, w->bits, mask, &w->gradients);
+    for (; w->by_border && mask; mask &= mask - 1) {
+        const int bit = __builtin_ctzll(mask);
+        const int voxel[3] = {w->low[0] - 1 + sc_bit_x(bit), w->low[1] - 1 + sc_bit_y(bit),
+                              w->low[2] - 1 + sc_bit_z(bit)};
+        float gradient[3];
+
+        for (int i = 0; i < 3; i++)
+            gradient[i] = w->gradients.along[i][bit];
+        sc_gradient_at_border(f->p->volume, voxel, RADIUS, slope, gradient);
+        for (int i = 0; i < 3; i++)
+            w->gradients.along[i][bit] = gradient[i];
+    }
+}
+
 /* Set w->outward of the vertices of @p mask against the rise of the current label: by the wide
  * filter, and where tissue is thin, by a blend with the narrow one. Overwrites w->gradients. */
 static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
@@ -300,7 +324,7 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
     const float(*along)[SC_BRICK_VERTICES] = w->gradients.along;
     uint64_t thin = 0;
 
-    f->find_gradients(&f->wide, w->bits, mask, &w->gradients);
+    find_gradients(f, &f->wide, w, mask);
     for (uint64_t left = mask; left; left &= left - 1) {
         const int bit = __builtin_ctzll(left);
 
@@ -311,7 +335,7 @@ static void store_gradients(const filters *f, brick_work *w, uint64_t mask)
     }
     if (!thin)
         return;
-    f->find_gradients(&f->narrow, w->bits, thin, &w->gradients);
+    find_gradients(f, &f->narrow, w, thin);
     for (; thin; thin &= thin - 1) {
         const int bit = __builtin_ctzll(thin);
         const float share = sc_thin_share(sc_gradient_length(w->outward[bit]));
@@ -422,13 +446,14 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
 
     (void)thread;
     for (size_t brick = begin; brick < end; brick++) {
-        int low[3];
+        const uint64_t mask = f->p->near[brick];
 
-        if (!f->p->near[brick] || (f->marked && !f->marked[brick]))
+        if (!mask || (f->marked && !f->marked[brick]))
             continue;
-        sc_brick_low(f->p->bricks, brick, low);
-        fetch_window(f->p->volume, low, &w);
-        filter_brick(f, &w, f->p->near[brick]);
+        sc_brick_low(f->p->bricks, brick, w.low);
+        w.by_border = sc_is_by_border(f->p->volume, w.low, RADIUS);
+        fetch_window(f->p->volume, w.low, &w);
+        filter_brick(f, &w, mask);
         store_records(f, &w, brick);
     }
 }

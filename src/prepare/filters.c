@@ -79,6 +79,64 @@ void sc_normal_taps(int radius, double step, double width, float *value, float *
     }
 }
 
+/* Farther than this from the last voxel the copies are left alone: they take less from what meets
+ * the border, and a surface that only runs beside it would be turned. */
+#define BORDER_VOXELS 1
+/* So far around a vertex, in the last layer of voxels, is looked for what meets the border. */
+#define BORDER_AROUND 4
+/* The most that a gradient is multiplied by: a voxel outside of the volume it would be 3. */
+#define BORDER_GAIN_MAX 3.0f
+
+/* Does the last layer of voxels across @p axis, on the side of @p voxel, hold more than one label
+ * around it: does an interface meet the border there? */
+static bool meets_border(const sc_volume *v, const int voxel[3], int axis)
+{
+    const int across = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
+    int at[3] = {voxel[0], voxel[1], voxel[2]};
+    uint32_t first;
+
+    at[axis] = 2 * voxel[axis] < v->size[axis] ? 0 : v->size[axis] - 1;
+    first = sc_id_or_nearest(v, at[0], at[1], at[2]);
+    for (int j = -BORDER_AROUND; j <= BORDER_AROUND; j++) {
+        for (int i = -BORDER_AROUND; i <= BORDER_AROUND; i++) {
+            at[across] = voxel[across] + i;
+            at[up] = voxel[up] + j;
+            if (sc_id_or_nearest(v, at[0], at[1], at[2]) != first)
+                return true;
+        }
+    }
+    return false;
+}
+
+void sc_gradient_at_border(const sc_volume *v, const int voxel[3], int radius,
+                           const float *const slope[3], float gradient[3])
+{
+    for (int axis = 0; axis < 3; axis++) {
+        float whole = 0, seen = 0; /* of an even rise, and of one that ends at the border */
+
+        if ((voxel[axis] > BORDER_VOXELS && voxel[axis] < v->size[axis] - 1 - BORDER_VOXELS) ||
+            !meets_border(v, voxel, axis))
+            continue;
+        for (int i = -radius; i <= radius; i++) {
+            const float tap = slope[axis][i + radius];
+
+            whole += tap * (float)i;
+            seen += tap * (float)(sc_nearest_voxel(voxel[axis] + i, v->size[axis]) - voxel[axis]);
+        }
+        if (seen > 0) /* not so if the volume is one voxel thick */
+            gradient[axis] *= fminf(whole / seen, BORDER_GAIN_MAX);
+    }
+}
+
+bool sc_is_by_border(const sc_volume *v, const int low[3], int radius)
+{
+    for (int i = 0; i < 3; i++) {
+        if (low[i] - 1 < radius || low[i] - 1 + SC_BRICK + radius > v->size[i])
+            return true;
+    }
+    return false;
+}
+
 void sc_gradient_to_mm(const sc_volume *v, const double steps[3], double to_mm[3][3])
 {
     sc_affine inverse = {0};

@@ -51,6 +51,20 @@ int sc_filter_table_of(double *squares, int *count, double square);
  * deviation in reference voxels. @param value, slope [2 * radius + 1]. */
 void sc_normal_taps(int radius, double step, double width, float *value, float *slope);
 
+/* Beyond the border of the volume filters see copies of the last voxels, as if all went straight on
+ * there; so a surface that meets the border at an angle would be lit as if it bent towards it. Here
+ * it is taken to go on as it does inside: multiply the gradient of a vertex along each axis, in
+ * place, by what the copies keep from it where memberships rise evenly; only within a voxel of the
+ * last one, and where two labels meet in the last layer around: a surface that only runs beside the
+ * border stays as it is.
+ * @param voxel of the vertex, -1 to the size along each axis. @param slope taps of sc_normal_taps
+ * along each axis, [2 * radius + 1]. */
+void sc_gradient_at_border(const sc_volume *v, const int voxel[3], int radius,
+                           const float *const slope[3], float gradient[3]);
+/* @return whether filters of a radius reach beyond the border of the volume from a brick. @param
+ * low its lowest grid vertex. */
+bool sc_is_by_border(const sc_volume *v, const int low[3], int radius);
+
 /* Write the map from gradients per reference voxel along the axes of the grid to RAS, for
  * sc_field_record, to @p to_mm. @param steps of sc_filter_steps. */
 void sc_gradient_to_mm(const sc_volume *v, const double steps[3], double to_mm[3][3]);

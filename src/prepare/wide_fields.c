@@ -47,6 +47,8 @@ typedef struct brick_work {
     float gradient[SC_BRICK_VERTICES][3]; /* of the current label */
     uint16_t labels[LABELS_MAX];          /* [count] the distinct labels of the window: */
     int count, carried;                   /* first those that wanted vertices carry */
+    int low[3];                           /* the brick's lowest vertex */
+    bool by_border;                       /* of the volume: filters reach beyond it */
     uint64_t own_bits[SC_BRICK_VERTICES]; /* [carried]: which wanted vertices carry a label */
     float sum[SC_BRICK_VERTICES];         /* of the memberships of a vertex's rivals */
     float other[SC_BRICK_VERTICES];       /* the largest one of its rivals; NO_RIVAL: none */
@@ -403,6 +405,18 @@ static void find_gradients(const normals *n, brick_work *w)
     }
 }
 
+/* Let the gradient of the vertex of a bit, found by a filter, go on beyond the border of the volume
+ * as it does inside, in place. */
+static void mend_at_border(const filters *f, const normals *n, const brick_work *w, int bit,
+                           float gradient[3])
+{
+    const float *const slope[3] = {n->slope[0], n->slope[1], n->slope[2]};
+    const int voxel[3] = {w->low[0] - 1 + sc_bit_x(bit), w->low[1] - 1 + sc_bit_y(bit),
+                          w->low[2] - 1 + sc_bit_z(bit)};
+
+    sc_gradient_at_border(f->p->volume, voxel, n->radius, slope, gradient);
+}
+
 /* Write the gradient @p from of a filter, whose length is @p length, to @p to as a normal of the
  * same length, and not as one that leans where the axes are smoothed by different strengths. */
 static inline void set_upright(const normals *n, const float from[3], float length, float to[3])
@@ -434,10 +448,12 @@ static void store_gradients(const filters *f, brick_work *w, int k, uint64_t mas
         find_gradients(&f->normals[level], w);
         for (uint64_t left = mask; left; left &= left - 1) {
             const int bit = __builtin_ctzll(left);
-            const float length = sc_gradient_length(w->gradient[bit]);
-            const float next = level == NARROW ? 0 : sc_thin_share(length);
-            float normal[3];
+            float normal[3], length, next;
 
+            if (w->by_border)
+                mend_at_border(f, &f->normals[level], w, bit, w->gradient[bit]);
+            length = sc_gradient_length(w->gradient[bit]);
+            next = level == NARROW ? 0 : sc_thin_share(length);
             set_upright(&f->normals[level], w->gradient[bit], length, normal);
             for (int i = 0; i < 3; i++) /* against the rise of the label */
                 w->outward[bit][i] = (level == widest ? 0 : w->outward[bit][i]) -
@@ -488,12 +504,12 @@ static void fields_of_bricks(void *user, size_t begin, size_t end, int thread)
     for (size_t brick = begin; brick < end; brick++) {
         const uint64_t mask = f->p->near[brick];
         size_t index = f->p->near_start[brick];
-        int low[3];
 
         if (!mask)
             continue;
-        sc_brick_low(f->p->bricks, brick, low);
-        fetch_window(f, low, &w);
+        sc_brick_low(f->p->bricks, brick, w.low);
+        w.by_border = sc_is_by_border(f->p->volume, w.low, f->reach);
+        fetch_window(f, w.low, &w);
         if (!find_labels(f, &w, mask)) {
             f->crowded[brick] = 1;
             continue;

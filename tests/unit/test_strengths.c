@@ -211,6 +211,70 @@ static void normals_stay_upright_with_unequal_strengths(void **state)
     sc_volume_clear(&volume);
 }
 
+/* Half spaces whose border meets the first slice across x near its middle: at 50 degrees, and
+ * grazing it, at 20. */
+static const double grazing[3] = {0.94, 0.2, 0.27641};
+
+static int half_space_at_border(double x, double y, double z)
+{
+    return tilted[0] * (x - 1.2) + tilted[1] * (y - 24.1) + tilted[2] * (z - 24.3) < 0;
+}
+
+static int half_space_along_border(double x, double y, double z)
+{
+    return grazing[0] * (x - 1.2) + grazing[1] * (y - 24.1) + grazing[2] * (z - 24.3) < 0;
+}
+
+/* @return by how many degrees the normals of voxels beside the border of a half space are off, root
+ * mean square, in the first slices across x. @param normal the true one. */
+static double border_error_deg(int (*id_of)(double x, double y, double z), const double normal[3],
+                               double strength)
+{
+    const int size[3] = {49, 49, 49};
+    sc_volume volume = shape_volume(size, cube, 1, 2, id_of);
+    prepared_copy p = prepare_with(&volume, same(strength), NULL);
+    double sum = 0;
+    int found = 0;
+
+    for (int n = 0; n < 3 * 25 * 25; n++) {
+        const int x = n % 3, y = 12 + n / 3 % 25, z = 12 + n / 3 / 25;
+        const double depth =
+            normal[0] * (x - 1.2) + normal[1] * (y - 24.1) + normal[2] * (z - 24.3);
+        const int at[3] = {x + 1, y + 1, z + 1};
+        float one[3];
+        double along = 0, off_deg;
+
+        if (fabs(depth) > 0.8)
+            continue;
+        if (!sc_is_near(&p.view, at[0], at[1], at[2]))
+            continue; /* a little off the border */
+        sc_record_normal(
+            sc_record_read(p.view.records, sc_record_index(&p.view, at[0], at[1], at[2])), one);
+        for (int k = 0; k < 3; k++)
+            along += normal[k] * (double)one[k];
+        off_deg = acos(fmin(fabs(along), 1)) * 180 / 3.14159265;
+        sum += off_deg * off_deg;
+        found++;
+    }
+    assert_true(found > 40);
+    sc_free(p.block);
+    sc_volume_clear(&volume);
+    return sqrt(sum / found);
+}
+
+/* Beside the border of the volume a surface is lit as it is elsewhere, and does not seem to bend.
+ */
+static void normals_by_the_border_of_the_volume_are_those_of_the_surface(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const double strength = i ? 2 : 1;
+
+        assert_true(border_error_deg(half_space_at_border, tilted, strength) < 4);
+        assert_true(border_error_deg(half_space_along_border, grazing, strength) < 7);
+    }
+}
+
 /* Nine slabs along x. */
 static int nine_slabs(double x, double y, double z)
 {
@@ -347,6 +411,7 @@ int main(void)
         cmocka_unit_test(each_tissue_has_its_own_strength),
         cmocka_unit_test(nothing_is_smoothed_along_an_axis_of_strength_0),
         cmocka_unit_test(normals_stay_upright_with_unequal_strengths),
+        cmocka_unit_test(normals_by_the_border_of_the_volume_are_those_of_the_surface),
         cmocka_unit_test(more_strengths_than_tables_are_refused),
         cmocka_unit_test(crowds_of_labels_are_smoothed_by_strength_1),
         cmocka_unit_test(crowds_of_labels_stay_crisp),
