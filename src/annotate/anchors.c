@@ -7,7 +7,7 @@
 #include <math.h>
 
 enum { CELLS = 56 }; /* of the coarse grid along the longest edge of a tissue's bounding box */
-#define DEEP 0.5     /* share of the largest depth that the other points have at least */
+#define DEEP 0.4     /* share of the largest depth that the other points have at least */
 #define APART 0.12   /* share of the diagonal of the box that points lie apart at least */
 
 /* The coarse grid of a tissue, with a frame of one empty cell on each side. */

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#define MOVE 0.6   /* share of a fade in which the others make room for a name */
 #define LIGHT 1e-6 /* weight of a name that takes no room */
 
 /* Names that touch each other and move as one. */
@@ -53,9 +54,9 @@ void sc_share_rows(const double *shown, int count, double rows, double *room, do
     for (int i = 0; i < count; i++) {
         const double left = fmax(0, fmin(1, rows));
 
-        room[i] = fmin(left, fmin(1, 2 * shown[i]));
+        room[i] = fmin(left, fmin(1, shown[i] / MOVE));
         /* Rows hold some leading: a name may be seen a little before it has all of its row. */
-        alpha[i] = fmax(0, fmin(2 * shown[i] - 1, 5 * left - 4));
+        alpha[i] = fmax(0, fmin((shown[i] - MOVE) / (1 - MOVE), 5 * left - 4));
         rows -= room[i];
     }
 }

@@ -121,7 +121,7 @@ void sc_draw_captions(sc_drawing *d, int k);
 /* ---- anchors.c ---- */
 
 /* Points deep inside a tissue, the deepest first, in voxels. */
-enum { SC_ANCHORS_MAX = 8 };
+enum { SC_ANCHORS_MAX = 16 };
 typedef struct sc_anchors {
     int count; /* 0 only of a tissue without voxels */
     int voxel[SC_ANCHORS_MAX][3];

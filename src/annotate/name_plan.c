@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#define FADE_S 0.3      /* time in which a name appears or disappears */
+#define FADE_S 0.4      /* time in which a name appears or disappears */
 #define FADE_FRAMES 30  /* ... but at most so many frames, */
 #define FADE_SHARE 24.0 /* and at most one frame of so many of the film */
 
@@ -87,7 +87,7 @@ static void place_side(const planner *p, int k, int side, const double *shown)
         place->label_px[1] = (float)at_px[i];
         place->alpha = (uint8_t)(255 * s.alpha[i] + 0.5);
         place->is_right = (uint8_t)side;
-        place->is_crowded = s.alpha[i] <= 0 && shown[s.names[i]] > 0.5;
+        place->is_crowded = s.alpha[i] <= 0 && shown[s.names[i]] > 0.9;
     }
 }
 
@@ -134,8 +134,8 @@ static sc_status find_heights(const sc_ctx *ctx, sc_name_film *film)
         const double top = fmax(used_px[corners[0]], used_px[SC_PLACE_TOP]);
         const double bottom = fmax(used_px[corners[1]], used_px[SC_PLACE_BOTTOM]);
 
-        film->low_px[side] = within->y_px + fmax(top, d.margin_px);
-        film->high_px[side] = within->y_px + within->height_px - fmax(bottom, d.margin_px);
+        film->low_px[side] = within->y_px + d.margin_px + top;
+        film->high_px[side] = within->y_px + within->height_px - d.margin_px - bottom;
     }
     return status;
 }
