@@ -245,6 +245,8 @@ typedef struct sc_scene {
     sc_clip_mode clip_mode;
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /**< [clip_set_count]: the planes of each, as bits */
     int clip_set_count;
+    bool inside;        /**< the camera is within a vessel or chamber: all lamps are at the eye, and
+                             nothing shades */
     bool slice;         /**< draw nothing but the cut faces: a slice through the volume */
     const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade

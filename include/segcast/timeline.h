@@ -108,7 +108,8 @@ typedef enum sc_verb_kind {
     SC_VERB_ZOOM,   /**< the scale of the picture moves to another one */
     SC_VERB_DOLLY,  /**< the camera goes nearer to its target, or away from it */
     SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
-    SC_VERB_FRAME   /**< tissues come to fill the picture */
+    SC_VERB_FRAME,  /**< tissues come to fill the picture */
+    SC_VERB_FLY     /**< the camera flies along a line, within vessels and chambers */
 } sc_verb_kind;
 
 /** @return whether a verb moves the camera, and does nothing to tissues. */
@@ -134,6 +135,9 @@ typedef enum sc_verb_order {
 /** The most verbs of an animation. */
 enum { SC_VERBS_MAX = 100 };
 
+/** The most points that a verb fly names. */
+enum { SC_THROUGH_MAX = 64 };
+
 /** A verb as the job asks for it; its tissues are listed apart from it. */
 typedef struct sc_verb {
     sc_verb_kind kind;
@@ -150,17 +154,34 @@ typedef struct sc_verb {
                                         it swings to each side, up and down */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
-    char where[160]; /**< "file:line" for messages; may be empty */
+    sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
+                                        tissues, of the centre line of these */
+    int through_count;
+    bool has_tissues, has_through; /**< fly: which of them the job gives */
+    double ahead;     /**< fly, 0 to 1: how far ahead the camera looks, as a share of its way */
+    double fov_deg;   /**< fly: vertical field of view */
+    double clearance; /**< fly: sc_centerline_request.clearance */
+    char where[160];  /**< "file:line" for messages; may be empty */
 } sc_verb;
+
+/** A place on the way of a camera that flies, and how it looks from there. */
+typedef struct sc_way_point {
+    sc_vec3 at_mm;       /**< RAS */
+    sc_vec3 forward, up; /**< unit, perpendicular */
+} sc_way_point;
+/** Places of one way, and points of a curve between two that it passes through. */
+enum { SC_WAY_POINTS = 2049, SC_WAY_STEPS = 64 };
 
 /** What a verb does to the camera. */
 typedef struct sc_move {
     sc_verb verb;
-    /** Of a frame: corners of its tissues, RAS mm, borrowed while a timeline is resolved. */
+    /** Of a frame: corners of its tissues, RAS mm, borrowed while a timeline is resolved. Of a fly,
+     * the line that the camera follows; see sc_way_make. */
     const sc_vec3 *points;
     size_t point_count;
+    int way; /**< of a fly, in a timeline: its index among the ways */
     /** Of a frame, in a timeline: what the camera looks at in the end, from where, and how much of
-     * it it shows, as of sc_timeline.half_height. */
+     * it it shows, as of sc_timeline.half_height; the last of a fly, too. */
     sc_vec3 target_mm;
     double distance_mm, half_height;
 } sc_move;
@@ -215,6 +236,7 @@ typedef struct sc_timeline {
                                       begin */
     const sc_fade *fades; /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
     size_t fade_count;
+    const sc_way_point *ways; /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
 /** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
@@ -236,6 +258,17 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                        sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
                                        size_t *count);
+
+/** Find a smooth curve through points: a centripetal Catmull-Rom spline. @param through [count], at
+ *  least 2, RAS mm, no two after each other the same. @param out room for
+ *  (count - 1) SC_WAY_STEPS + 1 points. @return how many there are. */
+size_t sc_way_curve(const sc_vec3 *through, int count, sc_vec3 *out);
+/** Find the way of a camera along a line, of even speed. It looks at a place further along the
+ *  line; what is up is carried along without turning about the direction of view (parallel
+ *  transport), so that the picture never flips. It begins with the patient's head, or front, up.
+ *  @param points [count] of the line, at least 1, RAS mm. @param ahead how far ahead it looks, as a
+ *  share of the line, 0 to 1. @param out [SC_WAY_POINTS]. */
+void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point *out);
 
 /** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in
  *  [0, frames): see sc_scene.fades. Verbs of one tissue follow one another by the time at which

@@ -146,6 +146,7 @@ typedef struct sc_session {
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
     int clip_set_count;
     sc_timeline timeline;
+    sc_way_point *ways; /* of the timeline, the same on all ranks; owned */
     sc_lettering
         *lettering;      /* text on pictures, the same on all ranks; NULL: there is none; owned */
     sc_name_plan *names; /* the same on all ranks; NULL: there are none; owned */
@@ -210,14 +211,15 @@ typedef struct sc_moves {
     int count;
     sc_vec3 *points[SC_VERBS_MAX]; /* [count] of them, those of the moves or NULL; owned */
 } sc_moves;
-/* Find the moves of session->job, after sc_session_tissues: with all corners of the tissues that
- * they frame, or those of boxes around them if there is no renderer yet, and so perhaps no voxels.
- * Not collective. Caller owns *out, also after an error: sc_moves_clear. @return SC_ERR_MEMORY. */
+/* Find the moves of session->job, after sc_session_tissues: with the lines along which they fly,
+ * and all corners of the tissues that they frame, or those of boxes around them if there is no
+ * renderer yet, and so perhaps no voxels. Not collective. Caller owns *out, also after an error:
+ * sc_moves_clear. @return as sc_session_voxels and sc_find_line. */
 sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *out);
 void sc_moves_clear(sc_moves *moves);
 /* Fill session->timeline, framed on @p points (see sc_timeline_resolve), after sc_session_tissues.
  * Rank 0 does it, and warns of clip planes that leave nothing or do not cut what is shown; the
- * others get its result. @return SC_ERR_MEMORY. */
+ * others get its result. @return as sc_find_moves. */
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
                               size_t count);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The verbs of a job that move the camera, with the corners of the tissues that they frame. */
+/* The verbs of a job that move the camera, with the corners of the tissues that they frame and the
+ * lines along which they fly. */
 #include "app.h"
 
 #include <stdlib.h>
@@ -55,15 +56,110 @@ out:
     return status;
 }
 
+/* ---- lines ---- */
+
+/* Find the patterns of the tissues of verb @p v. @param out room for all patterns of the job.
+ * @return how many there are. */
+static size_t find_patterns(const sc_job *job, size_t v, const char **out)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < job->verb_tissue_count; i++) {
+        if (job->verb_tissues[i].verb == (int)v)
+            out[count++] = job->verb_tissues[i].pattern;
+    }
+    return count;
+}
+
+/* @return whether the prepared volume of a session has lost voxels of these tissues, because they
+ * are hidden. */
+static bool lacks_voxels(const sc_session *session, const char *const *patterns, size_t count)
+{
+    const sc_prepared *v = &session->volume;
+
+    for (size_t i = 0; i < count; i++) {
+        const sc_pattern pattern = sc_pattern_of(patterns[i]);
+        const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
+
+        for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
+            if (v->hidden[id] && sc_label_match(&v->labels[id], &pattern) == best)
+                return true;
+        }
+    }
+    return false;
+}
+
+/* Get the voxels of the volume file for a line, so that it is the same whatever the job hides, and
+ * whether the volume has been prepared or only inspected.
+ * @param read what was read of the file already; the caller owns it.
+ * @param out borrows from the session or from @p read. */
+static sc_status get_voxels(const sc_app *app, const sc_session *session,
+                            const char *const *patterns, size_t count, sc_volume *read,
+                            sc_volume *out)
+{
+    const sc_prepared *v = &session->volume;
+    sc_status status = SC_OK;
+
+    if (session->mapped ||
+        (session->renderer && !v->resampled && !lacks_voxels(session, patterns, count))) {
+        *out = sc_volume_of_prepared(v);
+        return SC_OK;
+    }
+    if (!read->ids) {
+        sc_stage_begin(app->ctx, "reading", 0, 0);
+        status = sc_session_voxels(app, session, read);
+    }
+    *out = *read;
+    return status;
+}
+
+/* Find the line of a fly. @param read as of get_voxels. @param points caller owns. */
+static sc_status find_line(const sc_app *app, const sc_session *session, size_t v,
+                           const char **patterns, sc_volume *read, sc_vec3 **points, size_t *count)
+{
+    const sc_job *job = &session->job;
+    const sc_verb *fly = &job->verbs[v];
+    const size_t pattern_count = find_patterns(job, v, patterns);
+    const sc_line_wish wish = {patterns,       pattern_count,
+                               fly->through,   (size_t)fly->through_count,
+                               fly->clearance, fly->where};
+    const bool unknown = pattern_count && app->options.fast; /* without voxels: any line will do */
+    size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
+    sc_centerline line = {0};
+    sc_volume volume;
+    void *block;
+    sc_status status = SC_OK;
+
+    if (pattern_count && !unknown) {
+        SC_TRY(get_voxels(app, session, patterns, pattern_count, read, &volume));
+        SC_TRY(sc_find_line(app, &volume, &wish, &line));
+        room = line.count;
+    }
+    SC_TRY(sc_zalloc(app->ctx, room, sizeof **points, &block));
+    *points = block;
+    for (size_t i = 0; i < line.count; i++)
+        (*points)[i] = line.points[i].at_mm;
+    *count = unknown         ? 1
+             : pattern_count ? line.count
+                             : sc_way_curve(fly->through, fly->through_count, block);
+    if (unknown)
+        sc_info(app->ctx, "%s: the way through the tissues is not looked for (--fast)", fly->where);
+out:
+    sc_centerline_clear(&line);
+    return status;
+}
+
 sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *out)
 {
     const sc_job *job = &session->job;
     const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
     const sc_prepared *volume = &session->volume;
-    void *members = NULL;
+    void *members = NULL, *patterns = NULL;
+    sc_volume read = {0};
     sc_status status;
 
     *out = (sc_moves){0};
+    SC_TRY(sc_alloc(app->ctx, job->verb_tissue_count + 1, sizeof(char *), &patterns));
     SC_TRY(sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &members));
     for (size_t v = 0; v < job->verb_count; v++) {
         sc_move *move = &out->moves[out->count];
@@ -73,6 +169,9 @@ sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *
             continue;
         *move = (sc_move){.verb = job->verbs[v]};
         out->count++;
+        if (move->verb.kind == SC_VERB_FLY)
+            SC_TRY(find_line(app, session, v, patterns, &read, points, &move->point_count));
+        move->points = *points;
         if (move->verb.kind != SC_VERB_FRAME ||
             !sc_verb_members(volume, session->tissues, &verbs, v, members))
             continue;
@@ -83,6 +182,8 @@ sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *
     }
 out:
     sc_free(members);
+    sc_free(patterns);
+    sc_volume_clear(&read);
     return status;
 }
 

@@ -578,6 +578,44 @@ sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, c
     return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
 }
 
+/* Find the ways of the moves of session->timeline that fly, on rank 0, which has their lines, and
+ * send them to the others. Collective. */
+static sc_status share_ways(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_timeline *t = &session->timeline;
+    size_t ways = 0;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < t->animation.move_count; i++)
+        ways += t->moves[i].verb.kind == SC_VERB_FLY;
+    t->ways = NULL;
+    if (!ways)
+        return SC_OK;
+    if (first)
+        status = sc_alloc(app->ctx, ways * SC_WAY_POINTS, sizeof *session->ways, &block);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    ways = 0;
+    for (int i = 0; i < t->animation.move_count; i++) {
+        sc_move *move = &t->moves[i];
+
+        if (move->verb.kind != SC_VERB_FLY)
+            continue;
+        if (first)
+            sc_way_make(move->points, move->point_count, move->verb.ahead,
+                        (sc_way_point *)block + ways * SC_WAY_POINTS);
+        move->points = NULL;
+        move->way = (int)ways++;
+    }
+    status = sc_broadcast_array(app, &block, ways * SC_WAY_POINTS, sizeof *session->ways);
+    sc_free(session->ways);
+    session->ways = block;
+    t->ways = block;
+out:
+    return status;
+}
+
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -599,6 +637,7 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     session->timeline.clip_set_count = session->clip_set_count;
     session->timeline.fades = session->fades;
     session->timeline.fade_count = session->fade_count;
+    SC_TRY(share_ways(app, session));
     if (count > 0 && first) {
         warn_of_planes(app, session);
         sc_warn_of_zoom(app, session, picture_aspect(&session->job), points, count);
@@ -655,6 +694,7 @@ void sc_session_clear(sc_session *session)
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
+    sc_free(session->ways);
     sc_free(session->lettering);
     sc_free(session->names);
     sc_image_clear(&session->logo);

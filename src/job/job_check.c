@@ -155,6 +155,17 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
     return SC_OK;
 }
 
+/* A fly needs a way. */
+static sc_status check_fly(const sc_ctx *ctx, const sc_verb *fly)
+{
+    if (fly->has_tissues || fly->through_count > 1)
+        return SC_OK;
+    return fail_verb(
+        ctx, fly,
+        "fly: it has no way; expected tissues, such as tissues: aorta, or through: two "
+        "points or more");
+}
+
 /* Verbs that the camera of the job cannot do. Not checked after another mistake in them. */
 static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
 {
@@ -166,6 +177,8 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
 
         if (verb->kind == SC_VERB_HOLD)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
+        if (verb->kind == SC_VERB_FLY)
+            (void)sc_goes_on(&status, check_fly(ctx, verb));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)
             (void)sc_goes_on(&status, fail_verb(ctx, verb,
                                                 "dolly: it changes nothing in an orthographic "

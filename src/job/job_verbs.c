@@ -151,6 +151,63 @@ static const sc_value_type type_target = {
     .schema = target_schema,
 };
 
+/* Read a list of points. @p value is the whole verb_entry. @return the first mistake. */
+static sc_status read_through(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
+{
+    sc_verb *verb = &((verb_entry *)value)->verb;
+    const sc_key point = {
+        .name = key->name, .type = &sc_type_point, .low = key->low, .high = key->high};
+    sc_status status = SC_OK;
+
+    if (node->kind != SC_YAML_LIST || !node->count || node->items[0]->kind != SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (node->count > SC_THROUGH_MAX)
+        return sc_yaml_fail(ctx, node, "there are %zu points, expected at most %d", node->count,
+                            SC_THROUGH_MAX);
+    verb->through_count = (int)node->count; /* also after a mistake: then no more is said */
+    for (size_t i = 0; i < node->count; i++) {
+        sc_yaml named = *node->items[i];
+
+        named.key = node->key; /* for messages: items of a list have no key of their own */
+        SC_TRY(sc_type_point.read(ctx, &point, &named, &verb->through[i]));
+        if (i && sc_vec3_length(sc_vec3_sub(verb->through[i], verb->through[i - 1])) < 1e-9)
+            return sc_yaml_fail(ctx, &named, "points %zu and %zu are the same, expected others", i,
+                                i + 1);
+    }
+out:
+    return status;
+}
+
+static sc_status write_through(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
+{
+    const sc_verb *verb = &((const verb_entry *)value)->verb;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < verb->through_count; i++) {
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : "["));
+        SC_TRY(sc_type_point.write(ctx, key, &verb->through[i], indent, text));
+    }
+    status = sc_text_add(ctx, text, "%s]", verb->through_count ? "" : "[");
+out:
+    return status;
+}
+
+static json_t *through_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 1, "maxItems",
+                     SC_THROUGH_MAX, "items", sc_list_schema("number", key->low, key->high, 3));
+}
+
+static const sc_value_type type_through = {
+    .name = "points",
+    .expected = "a list of points in RAS millimetres, such as [[0, 0, 10], [5, 0, 40]]",
+    .read = read_through,
+    .write = write_through,
+    .schema = through_schema,
+};
+
 /* ---- rows ---- */
 
 static const sc_choice orders[] = {
@@ -266,7 +323,28 @@ static const sc_key frame_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
-#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold or frame"
+static const sc_key fly_keys[] = {
+    {"tissues", &type_verb_tissues, 0, NULL, .given = SC_GIVEN(verb_entry, verb.has_tissues),
+     .without = "the way is a smooth curve through the points",
+     .help = "tissues through the middle of which the camera flies, along their centre line"},
+    {"through", &type_through, 0, NULL, .given = SC_GIVEN(verb_entry, verb.has_through),
+     .without = "from one end of the tissues to the other",
+     .help = "points of the way, in RAS mm: with tissues, in which they lie, those that choose the "
+             "branch; without, of a smooth curve",
+     .low = -1e6, .high = 1e6, .unit = "mm"},
+    {"ahead", &sc_type_share, VERB(ahead), "10%",
+     .help = "how far ahead of itself the camera looks, as a share of the way"},
+    {"clearance", &sc_type_share, VERB(clearance), "50%",
+     .help = "share of the distance between the middle of the tissues and their border which the "
+             "smoothed way keeps from that border"},
+    {"fov", &sc_type_real, VERB(fov_deg), "80", .help = "vertical field of view of the flight",
+     .low = 1, .high = 170, .unit = "degrees"},
+    DURING_ROW("the camera flies; before, it is where it would be without, and afterwards it stays "
+               "at the end"),
+    EASE_ROW("smooth"),
+    {0}};
+
+#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame or fly"
 #define KIND_ROW(name, rows, what)                                                                 \
     {                                                                                              \
         name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
@@ -283,6 +361,7 @@ const sc_key sc_verb_keys[] = {
     KIND_ROW("dolly", dolly_keys, "the camera comes nearer, or goes away"),
     KIND_ROW("hold", hold_keys, "the turning of the orbit pauses"),
     KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
+    KIND_ROW("fly", fly_keys, "the camera flies through vessels and chambers, or along points"),
     {0}};
 
 /* @return the row of a kind of verb: its index in sc_verb_keys. */

@@ -444,12 +444,27 @@ static void to_floats(sc_vec3 v, float out[3])
     out[2] = (float)v.z;
 }
 
-/* Set the directions of both lights in r->march.light. The key light stands above the viewer's
- * left shoulder, the fill light low on the right. */
-static void set_light_directions(sc_renderer *r, const sc_camera *c)
+/* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
+ * light low on the right. Within a vessel they would stand behind its wall: there the light at the
+ * eye has the strength of all three, and highlights are its. What is blurred for shades and
+ * occlusion is wider than many vessels, which would be dark throughout. */
+static void set_lamps(sc_renderer *r, const sc_scene *scene)
 {
+    const sc_camera *c = &scene->camera;
+    const sc_lighting *l = &r->settings.light;
     const sc_vec3 back = sc_vec3_scale(c->forward, -1);
+    const bool inside = scene->inside;
 
+    r->march.light.key = inside ? 0 : (float)l->key;
+    r->march.light.fill = inside ? 0 : (float)l->fill;
+    r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
+    r->march.light.shadow = l->shadows && !inside;
+    r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
+    if (inside) {
+        to_floats(back, r->march.light.key_direction);
+        to_floats(back, r->march.light.fill_direction);
+        return;
+    }
     to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
               r->march.light.key_direction);
     to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
@@ -541,7 +556,7 @@ static void begin_view(frame *f)
     sc_renderer *r = f->renderer;
 
     sc_set_fades(r, f->scene->fades);
-    set_light_directions(r, &f->scene->camera);
+    set_lamps(r, f->scene);
     set_depth_cue(r, &f->scene->camera);
     set_planes(r, f->scene);
     if (fades_away(r)) {

@@ -94,6 +94,8 @@ static void place_camera(const sc_vec3 *points, size_t point_count, double aspec
     for (int i = 0; i < t->animation.move_count; i++) {
         if (t->moves[i].verb.kind == SC_VERB_FRAME)
             place_frame(t, aspect, i, &t->moves[i]);
+        if (t->moves[i].verb.kind == SC_VERB_FLY)
+            t->moves[i].half_height = tan(t->moves[i].verb.fov_deg * M_PI / 360);
     }
 }
 
@@ -188,18 +190,22 @@ static void apply_moves(const sc_timeline *t, int k, view *v)
     }
 }
 
-/* @return the camera of frame @p k, in [0, frames). */
-static sc_camera camera_at(const sc_timeline *t, int k)
+/* @return the camera of frame @p k, in [0, frames). @param inside set to whether it flies. */
+static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
 {
     const sc_orbit *orbit = &t->animation.camera;
     view v = {.sight = sc_sight_at(t, k), .zoom = zoom_at(&t->animation, k)};
     sc_vec3 base_mm, position_mm;
     double half_height;
+    sc_camera camera;
 
     v.half_height = half_height_at(t, &v.sight);
     base_mm = v.sight.target_mm;
     apply_moves(t, k, &v);
     half_height = v.half_height / v.zoom;
+    *inside = sc_fly_camera(t, k, v.zoom, &camera);
+    if (*inside)
+        return camera;
     if (orbit->fixed && !t->animation.move_count)
         return sc_camera_look(orbit->position_mm, orbit->target_mm, orbit->up, orbit->projection,
                               half_height);
@@ -243,10 +249,9 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 {
     const sc_animation *a = &timeline->animation;
     const uint32_t active = sc_timeline_planes(timeline, k);
-    sc_scene scene = {.camera = camera_at(timeline, k),
-                      .clip_mode = a->clip_mode,
-                      .clip_set_count = timeline->clip_set_count};
+    sc_scene scene = {.clip_mode = a->clip_mode, .clip_set_count = timeline->clip_set_count};
 
+    scene.camera = camera_at(timeline, k, &scene.inside);
     for (int i = 0; i < a->sweep_count; i++) {
         const sc_sweep *sweep = &a->sweeps[i];
         const double u = sc_progress(sweep->begin, sweep->end, sweep->ease, k, a->frames);

@@ -424,6 +424,53 @@ static void a_camera_rocks_and_comes_back(void **state)
     }
 }
 
+/* A way with a loop over the head: evenly spaced, and what is up never jumps. */
+static void a_camera_flies_evenly_and_without_flips(void **state)
+{
+    enum { POINTS = 5, FRAMES = 301 };
+    static const sc_vec3 through[POINTS] = {
+        {0, 0, 0}, {40, 0, 10}, {50, 5, 50}, {20, 10, 70}, {0, 15, 40}};
+    sc_vec3 curve[(POINTS - 1) * SC_WAY_STEPS + 1];
+    static sc_way_point way[SC_WAY_POINTS];
+    sc_animation a = animation(FRAMES);
+    sc_move fly = move_of(SC_VERB_FLY, 0.2, 1);
+    sc_vec3 corners[CORNERS];
+    const size_t count = sc_way_curve(through, POINTS, curve);
+    double least = HUGE_VAL, most = 0;
+    sc_timeline t;
+
+    (void)state;
+    assert_int_equal(count, (POINTS - 1) * SC_WAY_STEPS + 1);
+    for (int i = 0; i < POINTS; i++)
+        assert_near(sc_vec3_length(sc_vec3_sub(curve[i * SC_WAY_STEPS], through[i])), 0, 1e-9);
+    sc_way_make(curve, count, 0.1, way);
+    for (int i = 1; i < SC_WAY_POINTS; i++) {
+        const double step = sc_vec3_length(sc_vec3_sub(way[i].at_mm, way[i - 1].at_mm));
+
+        least = fmin(least, step);
+        most = fmax(most, step);
+        assert_near(sc_vec3_dot(way[i].forward, way[i].up), 0, 1e-12);
+        assert_true(sc_vec3_dot(way[i].up, way[i - 1].up) > 0.999);
+        assert_true(sc_vec3_dot(way[i].forward, way[i - 1].forward) > 0.999);
+    }
+    assert_true(most < 1.01 * least);
+    box_corners(corners);
+    fly.verb.fov_deg = 90;
+    a.moves = &fly;
+    a.move_count = 1;
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    t.ways = way;
+    assert_false(sc_timeline_scene(&t, 59).inside);
+    assert_true(sc_timeline_scene(&t, 60).inside);
+    for (int end = 0; end < 2; end++) {
+        const sc_camera c = sc_timeline_scene(&t, end ? FRAMES - 1 : 60).camera;
+
+        assert_near(sc_vec3_length(sc_vec3_sub(c.position_mm, through[end ? POINTS - 1 : 0])), 0,
+                    1e-9);
+        assert_near(c.half_height, 1, 1e-12);
+    }
+}
+
 /* A hold brings the camera to rest without a jolt; the orbit gets as far as without. */
 static void an_orbit_pauses_and_turns_as_far(void **state)
 {
@@ -738,6 +785,7 @@ int main(void)
         cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
         cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(a_camera_rocks_and_comes_back),
+        cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
         cmocka_unit_test(an_orbit_pauses_and_turns_as_far),
         cmocka_unit_test(zooms_and_dollies_follow_one_another),
         cmocka_unit_test(tissues_come_to_fill_the_picture),

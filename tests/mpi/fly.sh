@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# The verb fly: any frame alone is that of the film, for any number of ranks and threads, from a volume, a prepared file
+# and with the tissue hidden; what has no way is refused, by check as by render.
+small_job job.yaml
+volume=$(sed -n 's/^volume: *//p' job.yaml)
+fly='animation.verbs=[{fly: {tissues: aorta, through: [[9, 4, 27], [-24, -43, 5]], during: [20%, 80%]}}]'
+OMP_NUM_THREADS=1 "$SEGCAST" render job.yaml -o one -q --set "$fly" >/dev/null
+[ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" -ge 5 ] || { hashes one; fail "the camera does not fly"; }
+OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml -o three -q --set "$fly" >/dev/null
+[ "$(hashes one)" = "$(hashes three)" ] || fail "the pictures depend on ranks and threads"
+"$SEGCAST" render job.yaml -o alone -q --frames 4 --set "$fly" >/dev/null
+[ "$(hashes one | sed -n 5p)" = "$(hashes alone)" ] || fail "a frame alone is not that of the film"
+
+# The way does not depend on what is shown: with the aorta hidden, it is found in the file.
+"$SEGCAST" check job.yaml --set "$fly" 2>&1 >/dev/null | grep -o 'the centre line.*' >shown.txt || fail "check does not tell of the line"
+for more in 'tissues={aorta: {visible: false}}' 'render.surface=voxel'; do
+    rm -rf hidden
+    "$SEGCAST" render job.yaml -o hidden --frames 4 --set "$fly" --set "$more" 2>&1 >/dev/null | grep -o 'the centre line.*' |
+        diff shown.txt - >&2 || fail "the line is another with $more"
+done
+"$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
+"$SEGCAST" check job.yaml --set "$fly" --set volume=heart.segc 2>&1 >/dev/null | grep -o 'the centre line.*' |
+    diff shown.txt - >&2 || fail "the line is another in a prepared file of $volume"
+"$SEGCAST" check job.yaml --fast --set "$fly" -q >/dev/null
+
+# Points alone.
+"$SEGCAST" render job.yaml -o points -q --set 'animation.verbs=[{fly: {through: [[13, 7, 42], [8, 2, 54], [-6, -12, 60]], fov: 60}}]' >/dev/null
+"$SEGCAST" render points/job.yaml -o again -q >/dev/null
+[ "$(hashes points)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
+
+# Mistakes: one message with file and line.
+mistake() { # mistake TEXT VERB
+    printf 'volume: %s\noutput: {video: none}\nanimation:\n  frames: 3\n  verbs:\n    - fly: %s\n' "$volume" "$2" >bad.yaml
+    for command in check render; do
+        expect 65 "bad.yaml:6: $1" "$SEGCAST" $command bad.yaml; one_error
+    done
+}
+mistake 'fly: it has no way; expected tissues' '{fov: 60}'
+mistake 'fly: it has no way; expected tissues' '{through: [[1, 2, 3]]}'
+mistake 'points 1 and 2 are the same' '{through: [[1, 2, 3], [1, 2, 3]]}'
+mistake 'point 2 .60.0, 0.0, 0.0. lies outside of "aorta"; the nearest place in it is' '{tissues: aorta, through: [[13, 7, 42], [60, 0, 0]]}'
+mistake 'there is no way within "aorta", "inferior vena cava" from point 1' '{tissues: [aorta, inferior vena cava], through: [[13, 7, 42], [35, -17, -42]]}'
