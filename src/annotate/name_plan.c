@@ -149,6 +149,7 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
     sc_status status = SC_OK;
 
     for (int n = 0; n < film->count; n++) {
+        const sc_label *label = &film->a->volume->labels[film->words[n]->number];
         bool is_named = false, is_crowded = false;
 
         for (int k = 0; k < film->frames; k++) {
@@ -156,9 +157,13 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
             is_crowded = is_crowded || plan->places[k * film->count + n].is_crowded;
         }
         crowded += is_crowded;
-        if (!is_named && !is_crowded)
-            SC_TRY(sc_text_add(ctx, &text, "%s%s", hidden++ ? ", " : "",
-                               film->a->volume->labels[film->words[n]->number].name));
+        if (is_named || is_crowded)
+            continue;
+        SC_TRY(sc_text_add(ctx, &text, "%s", hidden++ ? ", " : ""));
+        if (label->name[0])
+            SC_TRY(sc_text_add(ctx, &text, "%s", label->name));
+        else
+            SC_TRY(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
     }
     if (crowded)
         sc_warn(ctx,

@@ -393,6 +393,32 @@ static void names_without_room_are_told(void **state)
     end_film(&f);
 }
 
+/* Tissues that no frame names are told, by their numbers if they have no names. */
+static void hidden_tissues_are_told(void **state)
+{
+    static film f;
+    const int middle[3] = {30, 30, 30}, large[3] = {20, 20, 20}, small[3] = {5, 5, 5};
+    heard h;
+    const sc_ctx ctx = listening(&h);
+
+    (void)state;
+    begin_film(&f, 5);
+    sc_free(f.lettering);
+    memset(f.ids, 0, sizeof f.ids);
+    fill(&f, 1, middle, large, false);
+    fill(&f, 2, middle, small, false);
+    measure(&f);
+    f.labels[2].name[0] = '\0';
+    f.labels[2].value = 17;
+    f.tissues[1].opacity = 1;
+    assert_ok(sc_annotations_letter(&quiet, &f.annotations, &f.lettering));
+    f.annotations.lettering = f.lettering;
+    assert_ok(sc_annotations_plan_names(&ctx, &f.annotations, 2, &f.plan));
+    assert_int_equal(h.warnings, 0);
+    assert_non_null(strstr(h.text, "their tissues are hidden: label 17"));
+    end_film(&f);
+}
+
 /* Names stand below what another overlay has written into the corner above them. */
 static void names_keep_clear_of_other_overlays(void **state)
 {
@@ -470,6 +496,7 @@ int main(void)
         cmocka_unit_test(a_column_spreads_names),
         cmocka_unit_test(rows_go_to_the_most_important),
         cmocka_unit_test(names_without_room_are_told),
+        cmocka_unit_test(hidden_tissues_are_told),
         cmocka_unit_test(names_keep_clear_of_other_overlays),
         cmocka_unit_test(names_are_drawn_by_rows),
     };
