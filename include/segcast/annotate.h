@@ -83,8 +83,8 @@ typedef struct sc_overlays {
     char font_where[160]; /**< "file:line" for messages; may be empty */
     double text_percent;  /**< font size in percent of the height of the picture */
     int time, scale_bar, color_bar, orientation, legend, logo_place; /**< sc_overlay_place */
-    char logo[4096];     /**< path of a PNG file; empty: none */
-    double logo_percent; /**< its height in percent of that of the picture */
+    char logo[4096];      /**< path of a PNG file; empty: none */
+    double logo_percent;  /**< its height in percent of that of the picture */
     double names_percent; /**< font size of names, in percent of the height of the picture */
 } sc_overlays;
 

@@ -12,7 +12,7 @@ enum {
     SC_WORD_CAPTION, /* a line of a caption: SC_CAPTION_LINES_MAX times its index, plus the line */
     SC_WORD_LEGEND,  /* a row of the legend: dense id; its data is the colour */
     SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
-    SC_WORD_COLOR_BAR,  /* a text of the colour bar: SC_BAR_* */
+    SC_WORD_COLOR_BAR,   /* a text of the colour bar: SC_BAR_* */
     SC_WORD_ORIENTATION, /* a letter of the orientation cube: its code */
     SC_WORD_NAME         /* the name of a tissue, to be written beside it: dense id; the largest
                             tissue comes first */
