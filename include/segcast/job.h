@@ -105,8 +105,7 @@ typedef struct sc_job {
     int labels_format;          /**< sc_table_format */
     int overlap;                /**< sc_overlap */
     int appearance;             /**< sc_appearance */
-    bool has_color_by;          /**< tissues are coloured by values, as color_by says */
-    sc_color_by color_by;
+    sc_color_by color_by;       /**< if has_color_by */
     sc_output output;
     sc_render_options render;
     sc_lighting light;
@@ -117,17 +116,17 @@ typedef struct sc_job {
     size_t rule_count;
     sc_clip_exception *exceptions; /**< [exception_count], owned */
     size_t exception_count;
-    bool has_verbs; /**< a list of verbs is given, even if it is empty */
     sc_verb *verbs; /**< [verb_count], owned */
     size_t verb_count;
     sc_verb_tissue *verb_tissues; /**< [verb_tissue_count], owned, in the order of the verbs */
     size_t verb_tissue_count;
-    bool has_captions;    /**< a list of captions is given, even if it is empty */
     sc_caption *captions; /**< [caption_count], owned */
     size_t caption_count;
-    bool has_names, has_legend_tissues; /**< these lists are given, even if they are empty */
     sc_overlay_tissue *overlay_tissues; /**< [overlay_tissue_count], owned */
     size_t overlay_tissue_count;
+    bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
+    bool has_names, has_legend_tissues; /**< likewise */
+    bool has_color_by;                  /**< tissues are coloured by values */
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
 } sc_job;
