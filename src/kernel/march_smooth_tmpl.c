@@ -127,6 +127,7 @@ static void add_cell_crossings(cursor *c, float t1, int axis, uint32_t active)
     local_at(c, c->t, c->axis, false, a);
     local_at(c, t1, axis, true, b);
     count = sc_cell_crossings(&c->cell, a, b, crossings);
+    count = sc_seam_coats(c->m, &c->cell, a, b, crossings, count);
     for (int i = 0; i < count && c->light.transmittance >= c->m->opaque_below; i++)
         add_crossing(c, &crossings[i], a, b, c->t + (t1 - c->t) * crossings[i].u, active);
 }

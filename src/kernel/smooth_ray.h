@@ -7,6 +7,7 @@
 #define SC_KERNEL_SMOOTH_RAY_H
 
 #include "cell.h"
+#include "seam.h"
 #include "shade.h"
 
 enum { LABEL_BYTES = sizeof(MARCH_LABEL) };

@@ -20,7 +20,8 @@ static inline void v_local_at(const packet *p, vf t, vi axis, bool leaving, vf o
     }
 }
 
-/* List all crossings of one lane's cell, which v_cell_read has read, in x->list, by cell.h.
+/* List all crossings of one lane's cell, which v_cell_read has read, in x->list, by cell.h and
+ * seam.h.
  * @return whether there are any. */
 static bool list_crossings(const packet *p, crossings *x, int lane)
 {
@@ -33,6 +34,7 @@ static bool list_crossings(const packet *p, crossings *x, int lane)
     }
     v_cell_get_lane(p->m->volume, &p->cell, lane, &cell);
     x->count[lane] = sc_cell_crossings(&cell, a, b, x->list[lane]);
+    x->count[lane] = sc_seam_coats(p->m, &cell, a, b, x->list[lane], x->count[lane]);
     x->next[lane] = 0;
     return x->count[lane] > 0;
 }
