@@ -109,8 +109,12 @@ typedef struct sc_march {
     bool fading;        /**< the cap_alpha of some tissue may be below 1 */
     float cap_outline;  /**< half the width of the lines between tissues on cut faces,
                              in voxels; 0: no lines; smooth only */
-    bool cut_away;      /**< true: only what every plane removes is cut away; false: what any
-                             plane removes */
+    float rim_mm, rim_per_mm; /**< how wide the picture asks the dark rims of cut faces to be: so
+                                   much, and so much for each mm from the eye; both 0: as the
+                                   blur of the occlusion gives them; smooth only */
+    float voxel_mm;           /**< mean length of the edges of a voxel */
+    bool cut_away;            /**< true: only what every plane removes is cut away; false: what any
+                                   plane removes */
     int plane_count;
     float plane_normals[SC_PLANES_MAX][3];   /**< RAS, towards what is kept */
     float plane_equations[SC_PLANES_MAX][4]; /**< {a, b, c, d}: the point (x, y, z) in grid

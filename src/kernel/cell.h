@@ -491,6 +491,21 @@ static inline int sc_cell_crossings(const sc_cell *c, const float a[3], const fl
     return n;
 }
 
+/* The slope along each axis, per voxel, of the trilinear function with values @p s at the corners,
+ * at the point @p a, to @p slope. */
+static inline void sc_cell_slope(const float s[SC_CORNERS], const float a[3], float slope[3])
+{
+    for (int i = 0; i < 3; i++) {
+        float ends[2][3];
+
+        for (int e = 0; e < 2; e++) {
+            for (int j = 0; j < 3; j++)
+                ends[e][j] = j == i ? (float)e : a[j];
+        }
+        slope[i] = sc_trilinear(s, ends[1]) - sc_trilinear(s, ends[0]);
+    }
+}
+
 /* For each of two labels, add the gradients at its corners, weighted trilinearly for the point
  * @p a, to @p sums, and those weights to @p weights; the caller has set both to 0. Index 0 is
  * for @p first, 1 for @p second; corners with other labels are passed over. */

@@ -107,7 +107,8 @@ static void add_crossing(cursor *c, const sc_crossing *x, const float a[3], cons
     if (x->face) {
         sc_face_normal(c->m, x->face - 1, c->ray->toward_eye, spot.normal);
         if (sc_has_rims(c->m))
-            spot.rim = sc_face_rim(c->m, x->face - 1, spot.point);
+            spot.rim = sc_volume_face_rim(c->m, &c->cell, x->left ? x->left : x->entered, at, &spot,
+                                          x->face - 1);
     }
     if (left)
         add_surface(c, x->left, at, &spot);

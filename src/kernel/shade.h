@@ -450,10 +450,10 @@ static inline float sc_face_rim(const sc_march *m, int axis, const float point[3
 }
 
 /* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
- * of the clip plane, towards the eye, as that of the spot, and darker along its rim, which is set
- * in the spot. Slices have the plain colour. */
-static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue, sc_spot *spot,
-                                float out[3])
+ * of the clip plane, towards the eye, as that of the spot, and darker along its rim, which the
+ * spot tells. Slices have the plain colour. */
+static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
+                                const sc_spot *spot, float out[3])
 {
     if (m->only_caps || m->light.flat) {
         for (int i = 0; i < 3; i++)
@@ -462,8 +462,6 @@ static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue
             sc_depth_cue(&m->light, spot->depth_mm, out);
         return;
     }
-    if (sc_has_rims(m))
-        spot->rim = sc_rim(m, tissue, spot);
     sc_light(m, tissue, spot, out);
 }
 

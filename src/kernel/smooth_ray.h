@@ -6,9 +6,8 @@
 #ifndef SC_KERNEL_SMOOTH_RAY_H
 #define SC_KERNEL_SMOOTH_RAY_H
 
-#include "cell.h"
+#include "rim.h"
 #include "seam.h"
-#include "shade.h"
 
 enum { LABEL_BYTES = sizeof(MARCH_LABEL) };
 /* How much of the light an outline on a cut face takes. */
@@ -113,18 +112,12 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
     float nearest = 1e9f;
 
     for (int k = 0; k < cell->distinct_count; k++) {
-        float s[SC_CORNERS], slope[3], across = 0, square = 0, ends[2][3], distance;
+        float s[SC_CORNERS], slope[3], across = 0, square = 0, distance;
 
         if (cell->distinct[k] == owner)
             continue;
         sc_cell_difference(cell, owner, cell->distinct[k], s);
-        for (int i = 0; i < 3; i++) {
-            for (int e = 0; e < 2; e++) {
-                for (int j = 0; j < 3; j++)
-                    ends[e][j] = j == i ? (float)e : a[j];
-            }
-            slope[i] = sc_trilinear(s, ends[1]) - sc_trilinear(s, ends[0]);
-        }
+        sc_cell_slope(s, a, slope);
         for (int i = 0; i < 3; i++)
             across += slope[i] * n[i];
         for (int i = 0; i < 3; i++)
@@ -154,10 +147,12 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
     float a[3], in_grid[3], rgb[3], line = 0;
     uint32_t owner;
+    bool mixed;
 
     locate_cell(c, t, -1);
     local_at(c, t, -1, false, a);
-    if (sc_cell_labels(m->volume, LABEL_BYTES, &c->cell)) {
+    mixed = sc_cell_labels(m->volume, LABEL_BYTES, &c->cell);
+    if (mixed) {
         sc_cell_fill(m->volume, &c->cell);
         owner = sc_cell_owner_at(&c->cell, a);
         if (m->cap_outline > 0) {
@@ -172,6 +167,8 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     for (int i = 0; i < 3; i++)
         spot.normal[i] = -m->plane_normals[plane][i];
     point_at(c, t, spot.point);
+    if (sc_has_rims(m) && !m->only_caps)
+        sc_set_cut_rim(m, &c->cell, mixed, owner, a, &spot);
     sc_light_cut(m, &m->tissues[owner], &spot, rgb);
     for (int i = 0; i < 3; i++)
         rgb[i] *= 1 - OUTLINE_DARK * line;

@@ -235,21 +235,28 @@ static inline vm v_sees_on(const packet *p)
 }
 
 /* Set the normals and rims of the spots of the lanes of @p on whose crossings are faces of the
- * volume. */
-static void set_faces(const packet *p, const crossings *x, vm on, v_spot *spot)
+ * volume. @param at the points in their cells. */
+static void set_faces(const packet *p, const crossings *x, const vf at[3], vm on, v_spot *spot)
 {
     for (uint32_t left = m_bits(m_without(on, i_equal(x->face, i_set(0)))); left;
          left &= left - 1) {
         const int lane = __builtin_ctz(left);
-        float n[3], point[3];
+        const uint32_t left_id = (uint32_t)x->left[lane], entered = (uint32_t)x->entered[lane];
+        sc_spot one = {.depth_mm = spot->depth_mm[lane]};
+        float a[3];
+        sc_cell cell;
 
-        sc_face_normal(p->m, x->face[lane] - 1, p->rays[lane].toward_eye, n);
+        sc_face_normal(p->m, x->face[lane] - 1, p->rays[lane].toward_eye, one.normal);
         for (int i = 0; i < 3; i++) {
-            spot->normal[i][lane] = n[i];
-            point[i] = spot->point[i][lane];
+            spot->normal[i][lane] = one.normal[i];
+            one.point[i] = spot->point[i][lane];
+            a[i] = at[i][lane];
         }
-        if (sc_has_rims(p->m))
-            spot->rim[lane] = sc_face_rim(p->m, x->face[lane] - 1, point);
+        if (!sc_has_rims(p->m))
+            continue;
+        v_cell_get_lane(p->m->volume, &p->cell, lane, &cell);
+        spot->rim[lane] = sc_volume_face_rim(p->m, &cell, left_id ? left_id : entered, a, &one,
+                                             x->face[lane] - 1);
     }
 }
 
@@ -281,7 +288,7 @@ static void add_crossings(packet *p, const crossings *x, vm on)
         spot.normal[i] = f_pick(f_below(f_set(1e-3f), length), spot.normal[i] / length, p->eye[i]);
     v_face_eye(p->eye, spot.normal);
     spot.rim = f_set(0);
-    set_faces(p, x, either, &spot);
+    set_faces(p, x, at, either, &spot);
     v_light_spot(p->m, &spot, either);
     v_add_surface(p, x->left, at, &spot, left);
     v_add_surface(p, x->entered, at, &spot, m_and(entered, v_sees_on(p)));

@@ -7,6 +7,10 @@
 #include <string.h>
 
 enum { BATCH = 256 /* rays that are marched together */ };
+/* Width of the dark rims of cut faces, as a share of the height of the picture, but not less than
+ * so many pixels, where voxels are larger than that. */
+#define RIM_SHARE 0.008
+#define RIM_LEAST_PX 4.0
 
 /* The frame being drawn, which all threads share. Pointers are borrowed. */
 typedef struct frame {
@@ -488,6 +492,21 @@ static void set_depth_cue(sc_renderer *r, const sc_camera *c)
     r->march.light.cue_far_mm = (float)(depth + radius);
 }
 
+/* Set how wide the rims of cut faces are in r->march: the same share of the height of the picture,
+ * however coarse the volume. @param height_px of the picture. */
+static void set_rims(sc_renderer *r, const sc_camera *c, int height_px)
+{
+    const float width = (float)(fmax(RIM_SHARE, RIM_LEAST_PX / height_px) * 2 * c->half_height);
+    const bool even = c->projection == SC_ORTHOGRAPHIC;
+    double sum_mm = 0;
+
+    for (int i = 0; i < 3; i++)
+        sum_mm += sc_vec3_length(sc_affine_column(&r->volume->to_ras_mm, i));
+    r->march.voxel_mm = (float)(sum_mm / 3);
+    r->march.rim_mm = even ? width : 0;
+    r->march.rim_per_mm = even ? 0 : width;
+}
+
 /* Set the clip planes and how cut faces are drawn in r->march, from the scene. */
 static void set_planes(sc_renderer *r, const sc_scene *scene)
 {
@@ -558,6 +577,7 @@ static void begin_view(frame *f)
     sc_set_fades(r, f->scene->fades);
     set_lamps(r, f->scene);
     set_depth_cue(r, &f->scene->camera);
+    set_rims(r, &f->scene->camera, f->viewport->height_px);
     set_planes(r, f->scene);
     if (fades_away(r)) {
         r->on_white = r->march;

@@ -363,6 +363,48 @@ static void thin_walls_keep_their_colour_on_cut_faces(void **state)
     free_scene(&s);
 }
 
+/* A block with a flat border across x, of which a picture shows 17 voxels. */
+static int coarse_block(double x, double y, double z)
+{
+    return x < 20.2 && x > 1 && y > 1 && y < 31 && z > 1 && z < 31;
+}
+
+/* @return how many pixels of a cut through the coarse block are darker than its middle, on the way
+ * from that to the border across x, in a picture of so many pixels. */
+static int rim_px(int picture_px)
+{
+    const int size[3] = {33, 33, 33};
+    const double spacing[3] = {1, 1, 1};
+    small_scene s = make_scene(shape_volume(size, spacing, 1, 2, coarse_block), 1);
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}};
+    sc_image image;
+    int middle, begin = picture_px / 10, end = begin, dark = 0;
+
+    s.settings.width_px = s.settings.height_px = picture_px;
+    scene.camera = sc_camera_look((sc_vec3){16, 16, 100}, (sc_vec3){16, 16, 16}, (sc_vec3){0, 1, 0},
+                                  SC_ORTHOGRAPHIC, 8.5);
+    scene.planes[0] = (sc_plane){{0, 0, -1}, 16.25};
+    image = draw_view(&s, &scene, NULL);
+    middle = brightness(&image, begin, picture_px / 2);
+    while (end < picture_px && brightness(&image, end, picture_px / 2) < 740)
+        end++;
+    assert_in_range(end, picture_px * 7 / 10, picture_px * 8 / 10);
+    for (int x = begin; x < end; x++)
+        dark += brightness(&image, x, picture_px / 2) < middle - 8;
+    sc_image_clear(&image);
+    free_scene(&s);
+    return dark;
+}
+
+/* Where voxels are large in the picture, the rim of a cut is as wide as the picture asks, and not
+ * as voxels are: the same share of a small picture and of a large one. */
+static void rims_follow_the_picture_where_voxels_are_large(void **state)
+{
+    (void)state;
+    assert_in_range(rim_px(400), 2, 7); /* those of the outline count, too */
+    assert_in_range(rim_px(1000), 8, 16);
+}
+
 static int bar(double x, double y, double z)
 {
     (void)y;
@@ -506,6 +548,7 @@ int main(void)
         cmocka_unit_test(thin_walls_keep_their_colour_on_cut_faces),
         cmocka_unit_test(tissue_at_the_border_of_the_volume_ends_in_a_flat_face),
         cmocka_unit_test(faces_at_the_border_of_the_volume_have_a_rim),
+        cmocka_unit_test(rims_follow_the_picture_where_voxels_are_large),
         cmocka_unit_test(a_camera_inside_a_tissue_sees_its_walls),
         cmocka_unit_test(half_opaque_tissues_are_not_washed_out),
     };
