@@ -222,6 +222,8 @@ void sc_moves_clear(sc_moves *moves);
  * others get its result. @return as sc_find_moves. */
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
                               size_t count);
+/* @return all that the overlays of a session follow from; borrowed from it. Not collective. */
+sc_annotations sc_session_annotations(const sc_session *session);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
  * fonts. @return as sc_annotations_letter, sc_annotations_logo and sc_annotations_plan_names. */

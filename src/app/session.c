@@ -8,35 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-sc_status sc_agree_aloud(const sc_app *app, sc_status mine)
-{
-    const sc_status agreed = sc_comm_agree(app->comm, mine);
-
-    if (mine == SC_ERR_MEMORY && sc_comm_rank(app->comm) > 0)
-        return sc_fail(app->ctx, agreed, "out of memory");
-    return agreed;
-}
-
-sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t size)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    void *mine = NULL;
-    sc_status status = SC_OK;
-
-    if (!first)
-        status = sc_alloc(app->ctx, count, size, &mine);
-    status = sc_comm_agree(app->comm, status);
-    if (status == SC_OK && count)
-        sc_comm_broadcast(app->comm, first ? *array : mine, count * size);
-    if (status != SC_OK) {
-        sc_free(mine);
-        mine = NULL;
-    }
-    if (!first)
-        *array = mine;
-    return status;
-}
-
 /* After a mistake in the job, on rank 0: log also the tissues that the volume has not, so that all
  * mistakes are told in one go. Nothing is logged if the volume is not known. Unless the command is
  * to scan the voxels, only the tables of the volume are read, and numbers of labels are not
@@ -431,106 +402,11 @@ static sc_scene scene_of(const sc_session *session, int k)
     return scene;
 }
 
-/* @return all that the overlays follow from. */
-static sc_annotations annotations_of(const sc_session *session)
-{
-    const sc_job *job = &session->job;
-    const int *size_px = job->output.size_px;
-    sc_annotations out = {.overlays = &job->overlays,
-                          .captions = job->captions,
-                          .caption_count = job->caption_count,
-                          .chosen = job->overlay_tissues,
-                          .chosen_count = job->overlay_tissue_count,
-                          .volume = &session->volume,
-                          .tissues = session->tissues,
-                          .timeline = &session->timeline,
-                          .within = {0, 0, size_px[0], size_px[1]},
-                          .fps = job->output.fps,
-                          .scale = session->scale.is_used ? &session->scale : NULL,
-                          .logo = session->logo,
-                          .lettering = session->lettering,
-                          .names = session->names};
-
-    if (job->output.layout == SC_LAYOUT_VIEWS)
-        out.within = sc_views_space(size_px[0], size_px[1]);
-    memcpy(out.background, job->render.background.rgb, sizeof out.background);
-    return out;
-}
-
-/* Fill session->logo from the file of the job. Collective. */
-static sc_status share_logo(sc_app *app, const sc_annotations *annotations, sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    sc_image *logo = &session->logo;
-    void *pixels;
-    sc_status status = SC_OK;
-
-    if (first)
-        status = sc_annotations_logo(app->ctx, annotations, logo);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    pixels = logo->rgb;
-    sc_comm_broadcast(app->comm, logo, sizeof *logo);
-    logo->rgb = pixels; /* that which was received is an address of rank 0 */
-    SC_TRY(sc_broadcast_array(app, &pixels, sc_image_bytes(logo), 1));
-    logo->rgb = pixels;
-out:
-    return status;
-}
-
-/* Fill session->names. Collective. */
-static sc_status share_names(sc_app *app, const sc_annotations *annotations, sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    void *names;
-    uint64_t bytes = 0;
-    sc_status status = SC_OK;
-
-    if (first)
-        status = sc_annotations_plan_names(app->ctx, annotations, app->threads, &session->names);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    names = session->names;
-    if (first)
-        bytes = session->names->bytes;
-    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
-    SC_TRY(sc_broadcast_array(app, &names, bytes, 1));
-    session->names = names;
-out:
-    return status;
-}
-
-sc_status sc_session_letter(sc_app *app, sc_session *session)
-{
-    sc_annotations annotations = annotations_of(session);
-    const bool first = sc_comm_rank(app->comm) == 0;
-    void *lettering = NULL;
-    uint64_t bytes = 0;
-    sc_status status = SC_OK;
-
-    if (!sc_annotations_any(&annotations))
-        return SC_OK;
-    if (first)
-        status = sc_annotations_letter(app->ctx, &annotations, &session->lettering);
-    SC_TRY(sc_comm_agree(app->comm, status));
-    lettering = session->lettering;
-    if (first)
-        bytes = session->lettering->bytes;
-    sc_comm_broadcast(app->comm, &bytes, sizeof bytes);
-    SC_TRY(sc_broadcast_array(app, &lettering, bytes, 1));
-    session->lettering = lettering;
-    if (session->job.overlays.logo[0])
-        SC_TRY(share_logo(app, &annotations, session));
-    annotations = annotations_of(session);
-    if (sc_annotations_names(&annotations) && session->volume.ids)
-        status = share_names(app, &annotations, session);
-out:
-    return status;
-}
-
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_annotations annotations = annotations_of(session);
+    const sc_annotations annotations = sc_session_annotations(session);
     const sc_scene scene = scene_of(session, k);
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
