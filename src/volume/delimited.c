@@ -63,3 +63,10 @@ const char *sc_delimited_skip_comments(const char *text, int *lines)
     }
     return text;
 }
+
+char *sc_delimited_next_line(char *line)
+{
+    char *end = line + strcspn(line, "\r\n");
+
+    return *end ? end + 1 + (end[0] == '\r' && end[1] == '\n') : NULL;
+}

@@ -63,12 +63,17 @@ static sc_status read_records(const sc_ctx *ctx, char *at, record_reading *r)
 
     while (at && status == SC_OK) {
         const int line = r->line + 1;
-        const bool comment = *at == '#' && r->columns[0] != SC_COLUMN_COLOR;
         char *fields[SC_COLUMNS_MAX];
-        size_t count = sc_delimited_record(&at, r->delimiter, fields, SC_COLUMNS_MAX, &r->line);
+        size_t count;
         bool read;
 
-        if (comment || (count == 1 && !*fields[0]))
+        if (*at == '#' && r->columns[0] != SC_COLUMN_COLOR) {
+            at = sc_delimited_next_line(at);
+            r->line++;
+            continue;
+        }
+        count = sc_delimited_record(&at, r->delimiter, fields, SC_COLUMNS_MAX, &r->line);
+        if (count == 1 && !*fields[0])
             continue;
         count = count < r->column_count ? count : r->column_count;
         status = sc_column_rows_add(ctx, &r->rows, r->columns, (const char *const *)fields, count,

@@ -11,7 +11,7 @@
 #include <strings.h>
 
 enum {
-    FIELDS_MAX = 4096, /* columns that are looked at: tables of statistics are wide */
+    FIELDS_MAX = 4096, /* columns that are read: tables of statistics are wide */
     NO_COLUMN = FIELDS_MAX,
     OFFERED_MAX = 12 /* headings in a message */
 };
@@ -21,6 +21,7 @@ typedef struct value_reading {
     const char *path;
     char delimiter;
     size_t number, name, value; /* columns; NO_COLUMN: there is none */
+    bool either;                /* the column of the name, "label", may hold the number instead */
     char *fields[FIELDS_MAX];
     char *at;                   /* what is still to be read; NULL: nothing */
     int line;                   /* number of the last line read, counted from 1 */
@@ -36,6 +37,13 @@ void sc_value_table_clear(sc_value_table *table)
 
 /* ---- headings ---- */
 
+/* @return whether a column that could hold the numbers of labels may as well number the rows:
+ * another one goes before it, such as SegId in statistics of FreeSurfer. */
+static bool is_row_number(const char *heading)
+{
+    return !strcasecmp(heading, "index") || !strcasecmp(heading, "i") || !strcasecmp(heading, "no");
+}
+
 /* Find the columns that tell the tissue of a line; that of the values, @p wanted, is none of them.
  * The heading "value" means the values where another column has the names. @return whether there
  * are any. */
@@ -47,11 +55,12 @@ static bool find_keys(value_reading *r, size_t count, const char *wanted)
 
         if (*wanted && !strcasecmp(r->fields[i], wanted))
             continue;
-        if (column == SC_COLUMN_VALUE)
+        if (column == SC_COLUMN_VALUE && !(r->number != NO_COLUMN && is_row_number(r->fields[i])))
             r->number = i;
         else if (column == SC_COLUMN_NAME || column == SC_COLUMN_LABEL)
             r->name = i;
     }
+    r->either = r->name != NO_COLUMN && sc_column_of(r->fields[r->name]) == SC_COLUMN_LABEL;
     if (!*wanted && r->name != NO_COLUMN && r->number != NO_COLUMN &&
         !strcasecmp(r->fields[r->number], "value"))
         r->number = NO_COLUMN;
@@ -62,19 +71,33 @@ static bool find_keys(value_reading *r, size_t count, const char *wanted)
     return r->number != NO_COLUMN || r->name != NO_COLUMN;
 }
 
-/* @return the column with this heading; of an empty one, the only column that is none of a label
- * table; NO_COLUMN if there is none, or several. */
-static size_t find_value(const value_reading *r, size_t count, const char *column)
+/* @return the only column with this heading, in every letter or else but for case; NO_COLUMN if
+ * there is none, or several. */
+static size_t find_heading(const value_reading *r, size_t count, const char *column)
+{
+    int (*const compare[])(const char *, const char *) = {strcmp, strcasecmp};
+
+    for (size_t c = 0; c < SC_COUNT_OF(compare); c++) {
+        size_t found = NO_COLUMN, matches = 0;
+
+        for (size_t i = 0; i < count; i++) {
+            if (compare[c](r->fields[i], column) == 0) {
+                found = i;
+                matches++;
+            }
+        }
+        if (matches)
+            return matches == 1 ? found : NO_COLUMN;
+    }
+    return NO_COLUMN;
+}
+
+/* @return the only column that is none of a label table; NO_COLUMN if there is none, or several. */
+static size_t find_other(const value_reading *r, size_t count)
 {
     size_t found = NO_COLUMN, others = 0;
 
-    for (size_t i = 0; i < count && *column; i++) {
-        if (!strcmp(r->fields[i], column))
-            return i;
-        if (found == NO_COLUMN && !strcasecmp(r->fields[i], column))
-            found = i;
-    }
-    for (size_t i = 0; i < count && !*column; i++) {
+    for (size_t i = 0; i < count; i++) {
         const bool is_value = r->number == NO_COLUMN && !strcasecmp(r->fields[i], "value");
 
         if ((sc_column_of(r->fields[i]) == SC_COLUMN_OTHER && *r->fields[i]) || is_value) {
@@ -82,28 +105,32 @@ static size_t find_value(const value_reading *r, size_t count, const char *colum
             others++;
         }
     }
-    return others > 1 ? NO_COLUMN : found;
+    return others == 1 ? found : NO_COLUMN;
 }
 
 /* Log that the column of values cannot be told, with those that there are. */
 static sc_status fail_column(const sc_ctx *ctx, const value_reading *r, size_t count,
                              const char *column)
 {
-    const char *what = *column ? "has no column" : "has no column, or several columns,";
     sc_text text = {0};
+    char heading[104];
     size_t offered = 0;
     sc_status status = SC_OK;
 
     for (size_t i = 0; i < count && offered < OFFERED_MAX && status == SC_OK; i++) {
-        if (i != r->number && i != r->name && *r->fields[i])
-            status = sc_text_add(ctx, &text, "%s\"%.100s\"", offered++ ? ", " : "", r->fields[i]);
+        if (i == r->number || i == r->name || !*r->fields[i])
+            continue;
+        (void)sc_copy_name(r->fields[i], heading, sizeof heading);
+        status = sc_text_add(ctx, &text, "%s\"%s\"", offered++ ? ", " : "", heading);
     }
     if (status == SC_OK)
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s:%d: %s %s%s%s; expected as color_by.column the heading of the values, "
-                         "one of: %s",
-                         r->path, r->line, what, *column ? "\"" : "that may hold the values",
-                         column, *column ? "\"" : "", offered ? text.data : "(none)");
+        status = sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s:%d: has not exactly one column %s%s%s%s; expected as color_by.column the "
+            "heading of the values, one of: %s",
+            r->path, r->line, *column ? "\"" : "that may hold the values", column,
+            *column ? "\"" : "", count == FIELDS_MAX ? " among the first 4096, which are read" : "",
+            offered ? text.data : "(none)");
     sc_text_clear(&text);
     return status;
 }
@@ -140,7 +167,7 @@ static sc_status read_headings(const sc_ctx *ctx, value_reading *r, char *text, 
                          "tissue and the values; expected for example: name,thickness_mm",
                          r->path, r->line);
     if (status == SC_OK) {
-        r->value = find_value(r, count, column);
+        r->value = *column ? find_heading(r, count, column) : find_other(r, count);
         if (r->value == NO_COLUMN)
             status = fail_column(ctx, r, count, column);
         else
@@ -236,8 +263,7 @@ static sc_status read_row(const sc_ctx *ctx, value_reading *r, sc_value_table *t
         row.has_number = read_number(r->fields[r->number], &row.number);
     if (r->name < count)
         row.name = r->fields[r->name];
-    /* A column "label" may hold either. */
-    if (r->number == NO_COLUMN && *row.name)
+    if (r->number == NO_COLUMN && r->either && *row.name)
         row.has_number = read_number(row.name, &row.number);
     if (!row.has_number && !*row.name) {
         r->first_unnamed = r->unnamed++ ? r->first_unnamed : row.line;

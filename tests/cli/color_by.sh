@@ -52,9 +52,9 @@ mpi 2 "$SEGCAST" render job.yaml "${by[@]}" --set overlays.color_bar=bottom-left
 [ "$(hashes bar)" = "$(hashes bar2)" ] || fail "the colour bar of two ranks differs"
 
 # Mistakes.
-expect 65 'values.csv:1: has no column "thick"; .*"thickness_mm", "change"' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv, column: thick}'
+expect 65 'values.csv:1: has not exactly one column "thick"; .*"thickness_mm", "change"' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv, column: thick}'
 one_error
-expect 65 'values.csv:1: has no column, or several columns, that may hold the values' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv}'
+expect 65 'values.csv:1: has not exactly one column that may hold the values' "$SEGCAST" check job.yaml --set 'color_by={table: values.csv}'
 one_error
 printf 'aorta,9,9\n' >>values.csv
 expect 65 'values.csv:5: is a second row of "aorta" .*, which line 3 has already' "$SEGCAST" check job.yaml "${by[@]}"

@@ -57,6 +57,8 @@ static void the_tissue_is_told_by_number_or_name(void **state)
     expect_two("label,x\n4,2.5\n5,none\n", "x", true);
     expect_two("name,value\nleft atrium,2.5\nb,null\n", "", false);
     expect_two("name,value\nleft atrium, 2.5 \nb\n", "value", false);
+    expect_two("Index,SegId,StructName,x\n1,4,left atrium,2.5\n2,5,b,\n", "x", true);
+    expect_two("id,X,x\n4,9,2.5\n# a \"quote\n5,9,\n", "x", true);
     expect_two("region,r,g,b,mean\nleft atrium,1,2,3,2.5\nb,1,2,3,\n", "", false);
     expect_two("region,r,g,b,mean\nleft atrium,2.5,2,3,9\nb,,2,3,\n", "R", false);
 }
@@ -100,10 +102,10 @@ static void mistakes_are_told_with_their_line(void **state)
     expect_refused("", "", "v.csv:1: is no line of headings");
     expect_refused("1,2,3\n4,5,6\n", "", "v.csv:1: is no line of headings");
     expect_refused("# a\nid,x,y\n4,1,2\n", "z",
-                   "v.csv:2: has no column \"z\"; expected as "
-                   "color_by.column the heading of the values, one "
-                   "of: \"x\", \"y\"");
-    expect_refused("id,x,y\n4,1,2\n", "", "or several columns, that may hold the values");
+                   "v.csv:2: has not exactly one column \"z\"; expected as color_by.column the "
+                   "heading of the values, one of: \"x\", \"y\"");
+    expect_refused("id,x,X,x\n4,1,2,3\n", "x", "has not exactly one column \"x\"");
+    expect_refused("id,x,y\n4,1,2\n", "", "has not exactly one column that may hold the values");
     expect_refused("id,x\n4,1\n5,tall\n", "x", "v.csv:3: the value is \"tall\"");
     expect_refused("id;x\n4;1,5\n", "x", "expected a number with a decimal point");
     expect_refused("id,x\n4,inf\n", "x", "the value is \"inf\"");
