@@ -5,11 +5,15 @@
 #include <math.h>
 #include <string.h>
 
-#define SIZE 0.85      /* of the font, times that of other text */
-#define SMALLEST 0.6   /* what the font of a long title may shrink to, as a share of SIZE */
-#define BAR 0.22       /* shares of the width of the picture: of the bar */
-#define WIDEST 0.4     /* ... and the most of its title */
-enum { LEAST_PX = 8 }; /* the smallest font */
+#define SIZE 0.85    /* of the font, times that of other text */
+#define SMALLEST 0.6 /* what the font of a long title may shrink to, as a share of SIZE */
+#define BAR 0.22     /* shares of the width of the picture: of the bar */
+#define WIDEST 0.4   /* ... and the most of its title */
+enum {
+    LEAST_PX = 8, /* the smallest font */
+    DIGITS = 9,   /* the most of a value */
+    VALUE_BYTES = 72
+};
 
 /* Append a text. */
 static sc_status add_text(const sc_ctx *ctx, int number, const char *text, double size_px,
@@ -25,21 +29,44 @@ out:
     return status;
 }
 
-/* Append a value, with as many digits as tell it from its neighbours on the bar. */
-static sc_status add_value(const sc_ctx *ctx, int number, double value, double size_px,
-                           sc_line_list *list)
+/* Write a value with so many digits. */
+static void print_value(double value, int digits, char text[VALUE_BYTES])
 {
-    char text[32];
+    const bool whole = fabs(value) >= 1e3 && fabs(value) < 1e7 && digits <= 3;
+    char plain[VALUE_BYTES / 3];
+    size_t used = 0;
 
-    snprintf(text, sizeof text, fabs(value) >= 1e3 && fabs(value) < 1e7 ? "%.0f" : "%.3g", value);
-    for (char *c = text; *c; c++) {
-        if (*c == '-') { /* U+2212, the minus sign, is as wide as the digits */
-            memmove(c + 3, c + 1, strlen(c));
-            memcpy(c, "\xe2\x88\x92", 3);
-            c += 2;
-        }
+    if (whole)
+        snprintf(plain, sizeof plain, "%.0f", value);
+    else
+        snprintf(plain, sizeof plain, "%.*g", digits, value);
+    text[0] = '\0';
+    for (const char *c = plain; *c; c++) /* U+2212, the minus sign, is as wide as the digits */
+        used += (size_t)snprintf(text + used, VALUE_BYTES - used, "%.*s", *c == '-' ? 3 : 1,
+                                 *c == '-' ? "\xe2\x88\x92" : c);
+}
+
+/* Append the values of the ends and of the middle of the bar, with three digits, or as many more as
+ * tell them from each other. */
+static sc_status add_values(const sc_ctx *ctx, const sc_color_scale *scale, double size_px,
+                            sc_line_list *list)
+{
+    const double values[] = {scale->low, scale->low / 2 + scale->high / 2, scale->high};
+    char texts[3][VALUE_BYTES];
+    int digits = 3;
+    sc_status status;
+
+    do {
+        for (int i = 0; i < 3; i++)
+            print_value(values[i], digits, texts[i]);
+    } while ((!strcmp(texts[0], texts[1]) || !strcmp(texts[1], texts[2])) && digits++ < DIGITS);
+    SC_TRY(add_text(ctx, SC_BAR_LOW, texts[0], size_px, list));
+    if (scale->low < scale->high) {
+        SC_TRY(add_text(ctx, SC_BAR_MIDDLE, texts[1], size_px, list));
+        SC_TRY(add_text(ctx, SC_BAR_HIGH, texts[2], size_px, list));
     }
-    return add_text(ctx, number, text, size_px, list);
+out:
+    return status;
 }
 
 /* Refuse a title with characters that cannot be drawn. */
@@ -94,12 +121,7 @@ sc_status sc_add_color_bar(const sc_ctx *ctx, const sc_annotations *a, sc_font *
     SC_TRY(check_title(ctx, scale->title));
     if (scale->title[0])
         SC_TRY(add_title(ctx, a, font, size_px, list));
-    SC_TRY(add_value(ctx, SC_BAR_LOW, scale->low, size_px, list));
-    if (scale->low < scale->high) {
-        SC_TRY(add_value(ctx, SC_BAR_MIDDLE, scale->low + (scale->high - scale->low) / 2, size_px,
-                         list));
-        SC_TRY(add_value(ctx, SC_BAR_HIGH, scale->high, size_px, list));
-    }
+    SC_TRY(add_values(ctx, scale, size_px, list));
     if (scale->lacks_some)
         status = add_text(ctx, SC_BAR_MISSING, "no value", size_px, list);
 out:

@@ -53,13 +53,13 @@ void sc_color_map_at(sc_color_map map, double share, uint8_t rgb[3])
 
 void sc_color_scale_at(const sc_color_scale *scale, double value, uint8_t rgb[3])
 {
-    const double length = scale->high - scale->low;
+    const double length = scale->high / 2 - scale->low / 2; /* by halves, lest it overflows */
 
     if (isnan(value))
         memcpy(rgb, scale->missing, sizeof scale->missing);
     else
-        sc_color_map_at((sc_color_map)scale->map, length > 0 ? (value - scale->low) / length : 0.5,
-                        rgb);
+        sc_color_map_at((sc_color_map)scale->map,
+                        length > 0 ? (value / 2 - scale->low / 2) / length : 0.5, rgb);
 }
 
 void sc_color_scale_find(const sc_color_by *by, const sc_prepared *volume, const double *values,

@@ -41,6 +41,9 @@ typedef struct assignment {
     double *values;
     size_t used, unknown; /* rows that belong to labels, and those that do not */
     const sc_value_row *first_unknown;
+    size_t other_names; /* rows whose label, by number, has another name in the volume */
+    const sc_value_row *first_other;
+    int first_other_id;
 } assignment;
 
 /* List the labels that have names. */
@@ -130,6 +133,20 @@ static sc_status assign(assignment *a, const sc_value_row *row, int id)
     return SC_OK;
 }
 
+/* Note a row if the label of its number has another name in the volume: most likely the column of
+ * numbers counts rows. */
+static void compare_name(assignment *a, const sc_value_row *row, int id)
+{
+    char one[SC_NAME_BYTES], other[SC_NAME_BYTES];
+
+    sc_words_of_name(row->name, one);
+    sc_words_of_name(a->volume->labels[id].name, other);
+    if (one[0] && other[0] && strcmp(one, other) != 0 && !a->other_names++) {
+        a->first_other = row;
+        a->first_other_id = id;
+    }
+}
+
 /* Give the value of a row to its labels. */
 static sc_status assign_row(assignment *a, const sc_value_row *row)
 {
@@ -141,6 +158,7 @@ static sc_status assign_row(assignment *a, const sc_value_row *row)
         return SC_OK; /* background */
     if (numbered) {
         a->used++;
+        compare_name(a, row, numbered);
         return assign(a, row, numbered);
     }
     if (!row->has_number)
@@ -151,6 +169,20 @@ static sc_status assign_row(assignment *a, const sc_value_row *row)
     if (!count && !a->unknown++)
         a->first_unknown = row;
     return status;
+}
+
+/* Tell of the rows whose labels have other names in the volume. */
+static void tell_other_names(const assignment *a)
+{
+    const sc_label *label = &a->volume->labels[a->first_other_id];
+
+    if (a->other_names)
+        sc_warn(
+            a->ctx,
+            "%s:%d: label %lld is \"%.*s\" in the table, but \"%s\" in the volume, and so for %zu "
+            "row%s; the values go by the numbers: if these only count rows, remove their column",
+            a->path, a->first_other->line, (long long)label->value, SC_NAME_BYTES,
+            a->first_other->name, label->name, a->other_names, a->other_names == 1 ? "" : "s");
 }
 
 /* Tell of the rows that belong to no label. */
@@ -191,6 +223,7 @@ static sc_status read_values(const sc_ctx *ctx, const sc_color_by *by, const sc_
     for (size_t i = 0; i < table.count; i++)
         SC_TRY(assign_row(&a, &table.rows[i]));
     SC_TRY(tell_unknown(&a));
+    tell_other_names(&a);
     memcpy(title, table.column, sizeof table.column);
 out:
     sc_free(lines);

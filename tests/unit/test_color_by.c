@@ -55,6 +55,8 @@ static void rows_find_their_labels(void **state)
     assert_int_equal(values_of("id,x\n21,5\n3,1\n0,9\n20,n/a\n", &said, v), SC_OK);
     assert_true(v[1] == 1 && isnan(v[2]) && isnan(v[3]) && isnan(v[4]) && v[5] == 5);
     assert_int_equal(said.warnings, 0);
+    assert_int_equal(values_of("id,name,x\n3,LEFT ATRIUM,1\n7,fat,1\n", &said, v), SC_OK);
+    assert_non_null(strstr(said.text, "c.csv:3: label 7 is \"fat\" in the table, but \"aorta\""));
     /* Names: as they are written, or by their words. */
     assert_int_equal(values_of("name,x\nleft-atrium,1\nAorta,2\naorta,3\n", &said, v), SC_OK);
     assert_true(v[1] == 1 && v[2] == 3 && v[3] == 2 && isnan(v[0]));
@@ -166,6 +168,12 @@ static void scales_follow_the_values_shown(void **state)
     sc_color_scale_find(&by, &volume, v, "", &scale);
     sc_color_scale_at(&scale, 10, rgb);
     assert_true(scale.low == 0 && scale.high == 10 && rgb[0] == 0xfd);
+    by.range_auto = true;
+    v[1] = -1e308; /* whose distance is no finite number */
+    v[3] = 1e308;
+    sc_color_scale_find(&by, &volume, v, "", &scale);
+    sc_color_scale_at(&scale, 1e308, rgb);
+    assert_true(rgb[0] == 0xfd);
     for (int id = 0; id < LABELS; id++)
         v[id] = 4; /* all the same: the middle of the map */
     by.range_auto = true;
