@@ -5,10 +5,14 @@
 #include "internal.h"
 
 #include <math.h>
+#include <string.h>
 
-enum { CELLS = 56 }; /* of the coarse grid along the longest edge of a tissue's bounding box */
-#define DEEP 0.4     /* share of the largest depth that the other points have at least */
-#define APART 0.12   /* share of the diagonal of the box that points lie apart at least */
+enum {
+    CELLS = 56,          /* of the coarse grid along the longest edge of a tissue's bounding box */
+    CELLS_MOST = 1 << 22 /* of a grid in all: 16 MiB */
+};
+#define DEEP 0.4   /* share of the largest depth that the other points have at least */
+#define APART 0.12 /* share of the diagonal of the box that points lie apart at least */
 
 /* The coarse grid of a tissue, with a frame of one empty cell on each side. */
 typedef struct grid {
@@ -78,6 +82,7 @@ static size_t fill_grid(const sc_ctx *ctx, grid *g, sc_status *status)
 static void pass(const grid *g, int sign)
 {
     const int inner[3] = {g->size[0] - 2, g->size[1] - 2, g->size[2] - 2};
+    const int cells = inner[0] * inner[1] * inner[2]; /* at most CELLS_MOST */
     ptrdiff_t offset[13];
     float length_mm[13];
     int count = 0;
@@ -90,12 +95,14 @@ static void pass(const grid *g, int sign)
         length_mm[count++] = (float)sc_vec3_length(
             (sc_vec3){d[0] * g->step_mm[0], d[1] * g->step_mm[1], d[2] * g->step_mm[2]});
     }
-    for (int i = 0; i < inner[0] * inner[1] * inner[2]; i++) {
-        const int at = sign > 0 ? i : inner[0] * inner[1] * inner[2] - 1 - i;
+    for (int i = 0; i < cells; i++) {
+        const int at = sign > 0 ? i : cells - 1 - i;
         float *cell = &g->depth_mm[cell_index(g, at % inner[0] + 1, at / inner[0] % inner[1] + 1,
                                               at / inner[0] / inner[1] + 1)];
 
-        for (int n = 0; n<count && * cell> 0; n++) {
+        if (*cell <= 0)
+            continue;
+        for (int n = 0; n < count; n++) {
             const float over = cell[offset[n]] + length_mm[n];
 
             *cell = over < *cell ? over : *cell;
@@ -151,6 +158,25 @@ static bool find_next(const grid *g, float deepest_mm, int points[][3], int coun
     return count ? best > APART * APART * diagonal_mm2 : best > 0;
 }
 
+/* Tie the name to the first voxel of a tissue whose few voxels lie far apart. */
+static void take_first_voxel(const grid *g, sc_anchors *out)
+{
+    int at[3] = {g->low[0], g->low[1], g->low[2]};
+
+    while (at[2] <= g->high[2] &&
+           sc_id_at_vertex(g->volume, at[0] + 1, at[1] + 1, at[2] + 1) != (uint32_t)g->id) {
+        at[0]++;
+        for (int i = 0; i < 2 && at[i] > g->high[i]; i++) {
+            at[i] = g->low[i];
+            at[i + 1]++;
+        }
+    }
+    if (at[2] <= g->high[2]) {
+        memcpy(out->voxel[0], at, sizeof at);
+        out->count = 1;
+    }
+}
+
 sc_status sc_find_anchors(const sc_ctx *ctx, const sc_prepared *volume, int id, sc_anchors *out)
 {
     const sc_label_stats *stats = &volume->stats[id];
@@ -170,6 +196,10 @@ sc_status sc_find_anchors(const sc_ctx *ctx, const sc_prepared *volume, int id, 
     /* A thin tissue may fall between the cells: then they are made smaller. */
     for (double step_mm = longest_mm / CELLS;; step_mm /= 2) {
         set_grid(&g, step_mm);
+        if ((double)g.size[0] * g.size[1] * g.size[2] > CELLS_MOST) {
+            take_first_voxel(&g, out);
+            return SC_OK;
+        }
         if (fill_grid(ctx, &g, &status) || status != SC_OK ||
             (g.stride[0] == 1 && g.stride[1] == 1 && g.stride[2] == 1))
             break;
