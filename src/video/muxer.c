@@ -20,10 +20,16 @@ struct sc_muxer {
     int64_t packets;        /* number of packets written so far */
 };
 
-/* Set one text of the metadata, unless it is NULL or empty. @return false when out of memory. */
+/* Set one text of the metadata, without control characters, unless it is NULL or empty.
+ * @return false when out of memory. */
 static bool set_text(AVFormatContext *format, const char *name, const char *text)
 {
-    return !text || !text[0] || av_dict_set(&format->metadata, name, text, 0) >= 0;
+    char clean[1024];
+
+    if (!text || !text[0])
+        return true;
+    (void)sc_copy_name(text, clean, sizeof clean);
+    return av_dict_set(&format->metadata, name, clean, 0) >= 0;
 }
 
 /* Fill the metadata: title and author, and what the film was made of, by hashes, so that nothing of
