@@ -256,6 +256,13 @@ typedef struct sc_line_wish {
     double clearance;
     const char *where; /* "file:line" for messages; may be empty */
 } sc_line_wish;
+/* @return the first label that a line is to lead through and that a prepared volume has hidden, and
+ * so lost; NULL: none. Not collective. */
+const sc_label *sc_hidden_on_line(const sc_prepared *volume, const sc_line_wish *wish);
+/* Refuse a prepared file, @p path, that has lost labels which a line is to lead through.
+ * Not collective. @return SC_ERR_DATA. */
+sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_prepared *volume,
+                               const sc_line_wish *wish);
 /* Find a centre line, on this rank alone, and tell how long it is. @param volume with its ids.
  * @return as sc_pattern_check and sc_centerline_find. Caller owns *out: sc_centerline_clear. */
 sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line_wish *wish,

@@ -84,10 +84,10 @@ out:
     return status;
 }
 
-/* Append a number as short as it can be read again. */
+/* Append a number in mm, as the resolved job has them. */
 static sc_status add_number(const sc_ctx *ctx, double value, const char *after, sc_text *text)
 {
-    return sc_text_add(ctx, text, "%.7g%s", sc_no_negative_zero(value, 4), after);
+    return sc_text_add(ctx, text, "%.10g%s", value == 0 ? 0 : value, after);
 }
 
 /* Append the line as CSV, or as JSON. */
@@ -97,11 +97,12 @@ static sc_status print_line(const sc_app *app, const sc_centerline *line, sc_tex
     sc_status status;
 
     if (json)
-        SC_TRY(sc_text_add(app->ctx, text,
-                           "{\"schema\": \"segcast-path-1\", \"length_mm\": %.7g, \"pieces\": %d,\n"
-                           " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
-                           " \"points\": [\n",
-                           line->length_mm, line->parts));
+        SC_TRY(
+            sc_text_add(app->ctx, text,
+                        "{\"schema\": \"segcast-path-1\", \"length_mm\": %.10g, \"pieces\": %d,\n"
+                        " \"columns\": [\"x_mm\", \"y_mm\", \"z_mm\", \"radius_mm\"],\n"
+                        " \"points\": [\n",
+                        line->length_mm, line->parts));
     else
         SC_TRY(sc_text_add(app->ctx, text, "x_mm,y_mm,z_mm,radius_mm\n"));
     for (size_t i = 0; i < line->count; i++) {
@@ -144,6 +145,7 @@ sc_status sc_cmd_path(sc_app *app)
     sc_stage_begin(app->ctx, "reading", 0, 0);
     if (sc_is_prepared_file(session.job.volume)) {
         SC_TRY(sc_session_map(&mapping, &session, &usable));
+        SC_TRY(sc_check_line_voxels(app->ctx, session.job.volume, &session.volume, &w.line));
         volume = sc_volume_of_prepared(&session.volume);
     } else {
         SC_TRY(sc_session_voxels(app, &session, &read));

@@ -24,6 +24,35 @@ out:
     return status;
 }
 
+const sc_label *sc_hidden_on_line(const sc_prepared *v, const sc_line_wish *wish)
+{
+    for (size_t i = 0; i < wish->pattern_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(wish->patterns[i]);
+        const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
+
+        for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
+            if (v->hidden[id] && sc_label_match(&v->labels[id], &pattern) == best)
+                return &v->labels[id];
+        }
+    }
+    return NULL;
+}
+
+sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_prepared *v,
+                               const sc_line_wish *wish)
+{
+    const sc_label *hidden = sc_hidden_on_line(v, wish);
+
+    if (!hidden)
+        return SC_OK;
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s%s%s: was prepared while \"%s\" (label %lld) was hidden, so that it lacks the "
+        "voxels through which the line leads; prepare it with this tissue shown, or give "
+        "the volume that it was made from",
+        wish->where, wish->where[0] ? ": " : "", path, hidden->name, (long long)hidden->value);
+}
+
 /* Tell what was found. */
 static void tell_line(const sc_ctx *ctx, const char *what, const sc_line_wish *wish,
                       const sc_centerline *line)

@@ -71,37 +71,20 @@ static size_t find_patterns(const sc_job *job, size_t v, const char **out)
     return count;
 }
 
-/* @return whether the prepared volume of a session has lost voxels of these tissues, because they
- * are hidden. */
-static bool lacks_voxels(const sc_session *session, const char *const *patterns, size_t count)
-{
-    const sc_prepared *v = &session->volume;
-
-    for (size_t i = 0; i < count; i++) {
-        const sc_pattern pattern = sc_pattern_of(patterns[i]);
-        const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
-
-        for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
-            if (v->hidden[id] && sc_label_match(&v->labels[id], &pattern) == best)
-                return true;
-        }
-    }
-    return false;
-}
-
-/* Get the voxels of the volume file for a line, so that it is the same whatever the job hides, and
- * whether the volume has been prepared or only inspected.
+/* Get the voxels for a line: those that are drawn, so that it is the same for a prepared file, but
+ * those of the volume file if the drawn ones lack a tissue of the line, which is hidden, or if the
+ * volume was only inspected. A prepared file that lacks them is refused.
  * @param read what was read of the file already; the caller owns it.
  * @param out borrows from the session or from @p read. */
-static sc_status get_voxels(const sc_app *app, const sc_session *session,
-                            const char *const *patterns, size_t count, sc_volume *read,
-                            sc_volume *out)
+static sc_status get_voxels(const sc_app *app, const sc_session *session, const sc_line_wish *wish,
+                            sc_volume *read, sc_volume *out)
 {
     const sc_prepared *v = &session->volume;
     sc_status status = SC_OK;
 
-    if (session->mapped ||
-        (session->renderer && !v->resampled && !lacks_voxels(session, patterns, count))) {
+    if (session->mapped)
+        SC_TRY(sc_check_line_voxels(app->ctx, session->job.volume, v, wish));
+    if (session->mapped || (session->renderer && !sc_hidden_on_line(v, wish))) {
         *out = sc_volume_of_prepared(v);
         return SC_OK;
     }
@@ -110,6 +93,7 @@ static sc_status get_voxels(const sc_app *app, const sc_session *session,
         status = sc_session_voxels(app, session, read);
     }
     *out = *read;
+out:
     return status;
 }
 
@@ -131,7 +115,7 @@ static sc_status find_line(const sc_app *app, const sc_session *session, size_t 
     sc_status status = SC_OK;
 
     if (pattern_count && !unknown) {
-        SC_TRY(get_voxels(app, session, patterns, pattern_count, read, &volume));
+        SC_TRY(get_voxels(app, session, &wish, read, &volume));
         SC_TRY(sc_find_line(app, &volume, &wish, &line));
         room = line.count;
     }

@@ -67,6 +67,7 @@ static sc_status share_names(sc_app *app, const sc_annotations *annotations, sc_
     void *names;
     sc_status status = SC_OK;
 
+    sc_stage_begin(app->ctx, "placing the names", 0, 0);
     if (first)
         status = sc_annotations_plan_names(app->ctx, annotations, app->threads, &session->names);
     SC_TRY(sc_comm_agree(app->comm, status));

@@ -174,10 +174,11 @@ static sc_status find_way(const sc_ctx *ctx, finder *f)
         SC_TRY(append_way(ctx, f, f->ends[i + 1]));
     }
     if (w->count < 2)
-        return sc_fail(ctx, SC_ERR_DATA,
-                       "%s%s%s is as long as it is wide, so that it has no centre line between "
-                       "these ends; give points that are farther from each other",
-                       WHERE(q), q->what);
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s%s%s: the ends of the line lie at one place in the middle, so that there is "
+            "no line between them; give points that are farther from each other",
+            WHERE(q), q->what);
     SC_TRY(sc_alloc(ctx, w->count, sizeof *w->points, &block));
     w->points = block;
     SC_TRY(sc_alloc(ctx, w->count, sizeof *w->smooth, &block));

@@ -138,6 +138,8 @@ bool sc_fly_camera(const sc_timeline *t, int k, double zoom, sc_camera *out)
     at -= (double)(from - way);
     place = sc_vec3_along(from->at_mm, at, sc_vec3_sub(to->at_mm, from->at_mm));
     forward = sc_vec3_along(from->forward, at, sc_vec3_sub(to->forward, from->forward));
+    if (sc_vec3_length(forward) < 1e-6) /* half way between opposite directions */
+        forward = from->forward;
     up = sc_vec3_along(from->up, at, sc_vec3_sub(to->up, from->up));
     *out = sc_camera_look(place, sc_vec3_add(place, forward), up, SC_PERSPECTIVE,
                           flight->half_height / zoom);
