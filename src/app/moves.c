@@ -80,12 +80,18 @@ static sc_status get_voxels(const sc_app *app, const sc_session *session, const 
                             sc_volume *read, sc_volume *out)
 {
     const sc_prepared *v = &session->volume;
+    sc_prepared file;
     sc_status status = SC_OK;
 
-    if (session->mapped)
-        SC_TRY(sc_check_line_voxels(app->ctx, session->job.volume, v, wish));
-    if (session->mapped || (session->renderer && !sc_hidden_on_line(v, wish))) {
+    if (session->renderer && !sc_hidden_on_line(v, wish)) {
         *out = sc_volume_of_prepared(v);
+        return SC_OK;
+    }
+    if (session->mapped) { /* it may hold what was hidden when it was prepared anew for the job */
+        SC_TRY(sc_prepared_view(app->ctx, session->mapped, session->mapped_bytes, &file));
+        file.labels = v->labels; /* with the names of the job's table */
+        SC_TRY(sc_check_line_voxels(app->ctx, session->job.volume, &file, wish));
+        *out = sc_volume_of_prepared(&file);
         return SC_OK;
     }
     if (!read->ids) {

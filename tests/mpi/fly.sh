@@ -21,6 +21,11 @@ done
 "$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
 "$SEGCAST" check job.yaml --set "$fly" --set volume=heart.segc 2>&1 >/dev/null | grep -o 'the centre line.*' |
     diff shown.txt - >&2 || fail "the line is another in a prepared file of $volume"
+# A prepared file that holds the tissue, which the job hides, makes the film of the volume.
+"$SEGCAST" render job.yaml -o without -q --set "$fly" --set 'tissues={aorta: {visible: false}}' >/dev/null
+"$SEGCAST" render job.yaml -o without2 -q --set "$fly" --set 'tissues={aorta: {visible: false}}' --set volume=heart.segc >/dev/null 2>&1
+[ "$(hashes without)" = "$(hashes without2)" ] || fail "a prepared file makes another film where the tissue is hidden"
+
 # A prepared file that lacks the tissue is refused; one with other slices than the volume's own makes the same film.
 "$SEGCAST" prepare job.yaml -o lacking.segc -q --set 'tissues={aorta: {visible: false}}' >/dev/null
 expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SEGCAST" check job.yaml --set "$fly" --set volume=lacking.segc \
