@@ -1,15 +1,73 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* segcast phantom: the synthetic heart as a file. */
+/* segcast phantom: the synthetic heart as a file, or as one for each phase of its beat. */
 #include "app.h"
 
 #include "segcast/phantom.h"
 
-sc_status sc_cmd_phantom(sc_app *app)
+#include <string.h>
+
+#define ENDING ".nrrd"
+
+/* Write the name of the file of phase @p phase of @p count to @p text, which is empty: a number
+ * before the ending of @p path, with as many digits as the last has, so that names sort. With a
+ * count of 0 it is @p path itself. The caller clears the text, also after an error. */
+static sc_status phase_path(const sc_ctx *ctx, const char *path, int phase, int count,
+                            sc_text *text)
 {
-    const char *path = app->options.output ? app->options.output : "phantom.nrrd";
-    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
+    const int stem = (int)(strlen(path) - strlen(ENDING));
+    int digits = 2;
+
+    for (int last = (count - 1) / 100; last > 0; last /= 10)
+        digits++;
+    return count == 0 ? sc_text_add(ctx, text, "%s", path)
+                      : sc_text_add(ctx, text, "%.*s-%0*d%s", stem, path, digits, phase,
+                                    path + stem);
+}
+
+/* Check that the files of all phases can be written, before any is made. */
+static sc_status check_outputs(const sc_app *app, const char *path, int count)
+{
+    sc_status status = SC_OK;
+
+    for (int phase = 0; phase == 0 || phase < count; phase++) {
+        sc_text name = {0};
+
+        status = phase_path(app->ctx, path, phase, count, &name);
+        if (status == SC_OK)
+            status = sc_check_output(app, NULL, name.data, true);
+        sc_text_clear(&name);
+        SC_TRY(status);
+    }
+out:
+    return status;
+}
+
+/* Make the heart at phase @p phase of @p count, of @p size voxels, and write it. */
+static sc_status write_phase(sc_app *app, const char *path, const int size[3], int phase, int count)
+{
     sc_phantom *phantom = NULL;
     sc_volume volume = {0};
+    sc_text name = {0};
+    sc_status status;
+
+    SC_TRY(phase_path(app->ctx, path, phase, count, &name));
+    SC_TRY(sc_phantom_new_beating(app->ctx, count ? (double)phase / count : 0, &phantom));
+    SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
+    SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, name.data, app->options.overwrite));
+    sc_display_end_stage(app);
+    sc_print_made(name.data);
+out:
+    sc_text_clear(&name);
+    sc_volume_clear(&volume);
+    sc_phantom_free(phantom);
+    return status;
+}
+
+sc_status sc_cmd_phantom(sc_app *app)
+{
+    const char *path = app->options.output ? app->options.output : "phantom" ENDING;
+    const int count = app->options.beating;
+    int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
     sc_status status;
 
     if (app->options.size &&
@@ -17,17 +75,12 @@ sc_status sc_cmd_phantom(sc_app *app)
          app->options.size[used]))
         return sc_fail(app->ctx, SC_ERR_USAGE, "--size is \"%s\", expected for example 128x96x128",
                        app->options.size);
-    SC_TRY(sc_check_ending(app->ctx, path, ".nrrd", "a volume in the format NRRD"));
-    SC_TRY(sc_check_output(app, NULL, path, true));
+    SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
+    SC_TRY(check_outputs(app, path, count));
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
         SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
-    SC_TRY(sc_phantom_new(app->ctx, &phantom));
-    SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
-    SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite));
-    sc_display_end_stage(app);
-    sc_print_made(path);
+    for (int phase = 0; phase == 0 || phase < count; phase++)
+        SC_TRY(write_phase(app, path, size, phase, count));
 out:
-    sc_volume_clear(&volume);
-    sc_phantom_free(phantom);
     return status;
 }

@@ -44,6 +44,10 @@ static const sc_option option_rows[] = {
      JOB_COMMANDS " prepare study", sc_store_set, 0, ""},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", sc_store_text, AT(size),
      ""},
+    {"beating", 0, "N",
+     "write N phases of its beat: files with -00, -01 ... before their ending, from the end of "
+     "diastole on",
+     "phantom", sc_store_count, AT(beating), ""},
     {"to", 0, "NAME",
      "format to be written: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer or "
      "ome-zarr (default: by the ending of the file)",

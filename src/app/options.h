@@ -23,6 +23,7 @@ typedef struct sc_options {
     const char *from;          /* --from of segcast path */
     const char *tissue;        /* --tissue of segcast path */
     const char *size;          /* --size of the phantom, as given */
+    int beating;               /* --beating of the phantom: phases of its beat; 0: not given */
     long frame;                /* --frame; -1: not given */
     sc_moment moment;          /* --time */
     double moment_at;          /* and where it is: in seconds, or a share from 0 to 1 */

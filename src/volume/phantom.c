@@ -33,39 +33,40 @@ enum {
     COURSES = 6       /* coronary arteries */
 };
 
-/* A tissue fills its shape after the surface has been moved outward by grow_mm; where `within`
- * names a second shape, only the part that also lies inside that one, moved by within_grow_mm. */
+/* A tissue fills its shape after the surface has been moved outward by grow_mm, and by systole_mm
+ * more when the ventricles have contracted; where `within` names a second shape, only the part that
+ * also lies inside that one, moved by within_grow_mm. */
 typedef struct tissue {
     const char *name;
     uint8_t rgb[3]; /* sRGB */
     int shape;      /* shape_id */
     double grow_mm;
     int within; /* shape_id or NONE */
-    double within_grow_mm;
+    double within_grow_mm, systole_mm;
 } tissue;
 
 /* By label value minus 1. */
 static const tissue tissues[] = {
-    {"aortic valve", {250, 240, 200}, AORTIC_VALVE, 0, NONE, 0},
-    {"pulmonary valve", {235, 240, 215}, PULMONARY_VALVE, 0, NONE, 0},
-    {"mitral valve", {250, 230, 190}, MITRAL, 0, NONE, 0},
-    {"tricuspid valve", {235, 230, 205}, TRICUSPID, 0, NONE, 0},
-    {"coronary arteries", {225, 30, 30}, CORONARIES, 0, NONE, 0},
-    {"aorta", {214, 66, 58}, AORTA, 0, NONE, 0},
-    {"pulmonary artery", {66, 116, 196}, PULMONARY, 0, NONE, 0},
-    {"left ventricle", {172, 24, 38}, LV_CAVITY, 0, NONE, 0},
-    {"interventricular septum", {170, 88, 78}, LV, 0, RV, 5},
-    {"left ventricular myocardium", {186, 98, 84}, LV, 0, NONE, 0},
-    {"right ventricle", {52, 74, 150}, RV, -3.5, NONE, 0},
-    {"right ventricular myocardium", {198, 122, 100}, RV, 0, NONE, 0},
-    {"superior vena cava", {78, 108, 190}, SVC, 0, NONE, 0},
-    {"inferior vena cava", {60, 90, 172}, IVC, 0, NONE, 0},
-    {"pulmonary veins", {222, 112, 110}, VEINS, 0, NONE, 0},
-    {"left atrium", {196, 62, 72}, LA, -2.5, NONE, 0},
-    {"left atrial wall", {208, 136, 122}, LA, 0, NONE, 0},
-    {"right atrium", {70, 92, 168}, RA, -2.5, NONE, 0},
-    {"right atrial wall", {192, 128, 124}, RA, 0, NONE, 0},
-    {"epicardial fat", {240, 214, 140}, FAT, -0.8, NONE, 0},
+    {"aortic valve", {250, 240, 200}, AORTIC_VALVE, 0, NONE, 0, 0},
+    {"pulmonary valve", {235, 240, 215}, PULMONARY_VALVE, 0, NONE, 0, 0},
+    {"mitral valve", {250, 230, 190}, MITRAL, 0, NONE, 0, 0},
+    {"tricuspid valve", {235, 230, 205}, TRICUSPID, 0, NONE, 0, 0},
+    {"coronary arteries", {225, 30, 30}, CORONARIES, 0, NONE, 0, 0},
+    {"aorta", {214, 66, 58}, AORTA, 0, NONE, 0, 0},
+    {"pulmonary artery", {66, 116, 196}, PULMONARY, 0, NONE, 0, 0},
+    {"left ventricle", {172, 24, 38}, LV_CAVITY, 0, NONE, 0, 0},
+    {"interventricular septum", {170, 88, 78}, LV, 0, RV, 5, 0},
+    {"left ventricular myocardium", {186, 98, 84}, LV, 0, NONE, 0, 0},
+    {"right ventricle", {52, 74, 150}, RV, -3.5, NONE, 0, -1.5},
+    {"right ventricular myocardium", {198, 122, 100}, RV, 0, NONE, 0, 0},
+    {"superior vena cava", {78, 108, 190}, SVC, 0, NONE, 0, 0},
+    {"inferior vena cava", {60, 90, 172}, IVC, 0, NONE, 0, 0},
+    {"pulmonary veins", {222, 112, 110}, VEINS, 0, NONE, 0, 0},
+    {"left atrium", {196, 62, 72}, LA, -2.5, NONE, 0, 0},
+    {"left atrial wall", {208, 136, 122}, LA, 0, NONE, 0, 0},
+    {"right atrium", {70, 92, 168}, RA, -2.5, NONE, 0, 0},
+    {"right atrial wall", {192, 128, 124}, RA, 0, NONE, 0, 0},
+    {"epicardial fat", {240, 214, 140}, FAT, -0.8, NONE, 0, 0},
 };
 
 enum { TISSUES = SC_COUNT_OF(tissues) };
@@ -74,6 +75,7 @@ struct sc_phantom {
     sc_shape shapes[SHAPES];            /* by shape_id */
     sc_vec3 points[TUBES][TUBE_POINTS]; /* of the tubes, in mm; parts borrow them */
     int tubes;                          /* rows of points in use */
+    sc_beat beat;                       /* how far the chambers have contracted */
     sc_label labels[TISSUES];           /* by label value minus 1 */
 };
 
@@ -159,19 +161,85 @@ static const sc_vec3 mitral_centre = {1, -14, 9};
 static const sc_vec3 tricuspid_centre = {27, 6, 3};
 static const sc_vec3 tricuspid_axis = {0.78, -0.52, 0.34};
 
-/* The functions build_* add the parts of their organs to the shapes of a zeroed phantom.
- * build_fat and build_coronaries use the shapes of those before them. */
-static void build_ventricles(sc_phantom *phantom)
+/* How the heart moves when its ventricles contract: the planes of the valves between atria and
+ * ventricles descend towards the apex by so much, in mm, while the apex stays where it is. */
+#define MITRAL_DESCENT_MM 12.0
+#define TRICUSPID_DESCENT_MM 15.0
+
+static sc_vec3 mitral_shift(const sc_phantom *phantom)
 {
-    add_cone(phantom, LV, (sc_vec3){-7, -9, 2}, 32, (sc_vec3){-43, 17, -38}, 19, 0);
-    add_cut(phantom, LV, sc_vec3_along(mitral_centre, 3, base_axis), base_axis, 8);
-    add_cone(phantom, LV_CAVITY, (sc_vec3){-7, -9, 2}, 21.5, (sc_vec3){-40, 15, -34}, 9, 0);
-    add_cut(phantom, LV_CAVITY, sc_vec3_along(mitral_centre, 1, base_axis), base_axis, 3);
-    add_cone(phantom, RV, (sc_vec3){11, 15, -3}, 25, (sc_vec3){-30, 28, -36}, 12, 0);
-    add_cone(phantom, RV, (sc_vec3){3, 24, 8}, 18, (sc_vec3){-8, 22, 27}, 11.5, 14);
-    add_cut(phantom, RV, sc_vec3_along(tricuspid_centre, 2, tricuspid_axis), tricuspid_axis, 6);
-    add_leaflet(phantom, MITRAL, mitral_centre, (sc_vec3){-0.62, 0.42, -0.66}, 15);
-    add_leaflet(phantom, TRICUSPID, tricuspid_centre, (sc_vec3){-0.78, 0.52, -0.34}, 14);
+    return sc_vec3_scale(base_axis, -MITRAL_DESCENT_MM * phantom->beat.ventricles);
+}
+
+static sc_vec3 tricuspid_shift(const sc_phantom *phantom)
+{
+    return sc_vec3_scale(tricuspid_axis, -TRICUSPID_DESCENT_MM * phantom->beat.ventricles);
+}
+
+/* Where a point of the grooves between the chambers goes: with the plane of the mitral valve at
+ * its height, less towards the apex, and less again above the atria. */
+static sc_vec3 with_grooves(const sc_phantom *phantom, sc_vec3 p)
+{
+    const sc_vec3 apex = {-52, 24, -48};
+    const double above_mm = 25; /* the plane; from there on nothing moves */
+    const double plane = sc_vec3_dot(sc_vec3_sub(mitral_centre, apex), base_axis);
+    const double height = sc_vec3_dot(sc_vec3_sub(p, apex), base_axis);
+    const double share = height < plane ? height / plane : 1 - (height - plane) / above_mm;
+
+    return sc_vec3_along(p, fmin(fmax(share, 0), 1), mitral_shift(phantom));
+}
+
+/* @return the outer radius, in mm, of a wall whose inner radius was @p inner_mm at rest, and is
+ * @p share of that now. The muscle keeps its volume while the chamber gets shorter, to @p length
+ * of what it was. */
+static double wall_radius_mm(double outer_mm, double inner_mm, double share, double length)
+{
+    const double rest = outer_mm * outer_mm - inner_mm * inner_mm;
+
+    return share == 1 && length == 1 ? outer_mm
+                                     : sqrt(rest / length + share * share * inner_mm * inner_mm);
+}
+
+/* The functions build_* add the parts of their organs to the shapes of a phantom that is zeroed
+ * but for its beat. build_fat and build_coronaries use the shapes of those before them. */
+static void build_left_ventricle(sc_phantom *phantom)
+{
+    const double contracted = phantom->beat.ventricles;
+    const double share = 1 - 0.3 * contracted, length = 1 - 0.16 * contracted;
+    const sc_vec3 shift = mitral_shift(phantom), valve = sc_vec3_add(mitral_centre, shift);
+    const sc_vec3 upper = sc_vec3_add((sc_vec3){-7, -9, 2}, shift);
+
+    add_cone(phantom, LV, upper, wall_radius_mm(32, 21.5, share, length), (sc_vec3){-43, 17, -38},
+             wall_radius_mm(19, 9, share, length), 0);
+    add_cut(phantom, LV, sc_vec3_along(valve, 3, base_axis), base_axis, 8);
+    add_cone(phantom, LV_CAVITY, upper, 21.5 * share, (sc_vec3){-40, 15, -34}, 9 * share, 0);
+    add_cut(phantom, LV_CAVITY, sc_vec3_along(valve, 1, base_axis), base_axis, 3);
+    add_leaflet(phantom, MITRAL, valve, (sc_vec3){-0.62, 0.42, -0.66}, 15);
+}
+
+static void build_right_ventricle(sc_phantom *phantom)
+{
+    const double contracted = phantom->beat.ventricles;
+    const sc_vec3 shift = tricuspid_shift(phantom), valve = sc_vec3_add(tricuspid_centre, shift);
+
+    add_cone(phantom, RV, sc_vec3_along((sc_vec3){11, 15, -3}, 0.5, shift), 25 - 3.5 * contracted,
+             (sc_vec3){-30, 28, -36}, 12 - contracted, 0);
+    add_cone(phantom, RV, (sc_vec3){3, 24, 8}, 18 - 3 * contracted, (sc_vec3){-8, 22, 27}, 11.5,
+             14);
+    add_cut(phantom, RV, sc_vec3_along(valve, 2, tricuspid_axis), tricuspid_axis, 6);
+    add_leaflet(phantom, TRICUSPID, valve, (sc_vec3){-0.78, 0.52, -0.34}, 14);
+}
+
+/* An atrium: an ellipsoid that reaches as far as its valve goes, and is filled by that, until it
+ * contracts itself. */
+static void add_atrium(sc_phantom *phantom, shape_id id, sc_vec3 centre, sc_vec3 radii,
+                       sc_vec3 shift)
+{
+    const double share = 1 - 0.12 * phantom->beat.atria;
+    const sc_vec3 reach = {fabs(shift.x), fabs(shift.y), fabs(shift.z)};
+
+    add_ellipsoid(phantom, id, sc_vec3_along(centre, 0.5, shift),
+                  sc_vec3_scale(sc_vec3_along(radii, 0.5, reach), share), 0);
 }
 
 /* LA and RA, each an ellipsoid with its auricle. */
@@ -180,10 +248,10 @@ static void build_atria(sc_phantom *phantom)
     static const sc_vec3 left_auricle[] = {{-14, -20, 22}, {-28, -10, 24}, {-35, 4, 22}};
     static const sc_vec3 right_auricle[] = {{36, 6, 24}, {28, 19, 26}, {17, 25, 24}};
 
-    add_ellipsoid(phantom, LA, (sc_vec3){5, -28, 18}, (sc_vec3){28, 18, 18.5}, 0);
+    add_atrium(phantom, LA, (sc_vec3){5, -28, 18}, (sc_vec3){28, 18, 18.5}, mitral_shift(phantom));
     add_tube(phantom, LA, left_auricle, 3, 9, 6);
     phantom->shapes[LA].parts[1].blend_mm = 9;
-    add_ellipsoid(phantom, RA, (sc_vec3){39, -6, 12}, (sc_vec3){22, 23, 27}, 0);
+    add_atrium(phantom, RA, (sc_vec3){39, -6, 12}, (sc_vec3){22, 23, 27}, tricuspid_shift(phantom));
     add_tube(phantom, RA, right_auricle, 3, 11, 7);
     phantom->shapes[RA].parts[1].blend_mm = 9;
 }
@@ -194,13 +262,18 @@ static void build_great_arteries(sc_phantom *phantom)
     static const sc_vec3 trunk[] = {{-7, 23, 24}, {-9, 18, 35}, {-11, 5, 43}, {-11, -9, 43}};
     static const sc_vec3 right[] = {{-11, -4, 43}, {4, -17, 43}, {24, -21, 42}, {52, -23, 39}};
     static const sc_vec3 left[] = {{-11, -5, 43}, {-20, -14, 44}, {-34, -22, 44}, {-52, -30, 40}};
-    static const sc_vec3 aorta[] = {{3, 0, 13},      {9, 4, 27},     {13, 7, 42},    {8, 2, 54},
+    sc_vec3 aorta[] = {{3, 0, 13},      {9, 4, 27},     {13, 7, 42},    {8, 2, 54},
                                     {-6, -12, 60},   {-19, -30, 52}, {-24, -41, 34}, {-24, -43, 5},
                                     {-22, -43, -40}, {-20, -43, -84}};
     static const sc_vec3 brachiocephalic[] = {{7, 1, 55}, {13, 0, 68}, {21, 0, 88}};
     static const sc_vec3 carotid[] = {{-3, -9, 59}, {-6, -8, 72}, {-8, -8, 90}};
     static const sc_vec3 subclavian[] = {{-13, -20, 57}, {-19, -20, 70}, {-26, -19, 90}};
     const sc_vec3 top = {0, 0, 79.5}, up = {0, 0, 1}, bottom = {0, 0, -79.5}, down = {0, 0, -1};
+    const double follows = 0.6; /* the root of the aorta, the plane of the mitral valve */
+    const sc_vec3 shift = sc_vec3_scale(mitral_shift(phantom), follows);
+
+    aorta[0] = sc_vec3_add(aorta[0], shift);
+    aorta[1] = sc_vec3_along(aorta[1], 0.5, shift);
 
     add_tube(phantom, AORTA, aorta, 10, 13, 9.5);
     add_tube(phantom, AORTA, brachiocephalic, 3, 5.5, 5);
@@ -213,7 +286,8 @@ static void build_great_arteries(sc_phantom *phantom)
     add_tube(phantom, PULMONARY, left, 4, 9.5, 7);
     add_cut(phantom, PULMONARY, (sc_vec3){48, -22, 40}, (sc_vec3){1, -0.07, -0.11}, 0.5);
     add_cut(phantom, PULMONARY, (sc_vec3){-48, -28, 41}, (sc_vec3){-0.9, -0.4, -0.2}, 0.5);
-    add_leaflet(phantom, AORTIC_VALVE, (sc_vec3){6, 2, 20}, (sc_vec3){-0.35, -0.2, -0.9}, 12);
+    add_leaflet(phantom, AORTIC_VALVE, sc_vec3_add((sc_vec3){6, 2, 20}, shift),
+                (sc_vec3){-0.35, -0.2, -0.9}, 12);
     add_leaflet(phantom, PULMONARY_VALVE, (sc_vec3){-7.6, 21, 29}, (sc_vec3){0.1, 0.4, -0.9}, 11);
 }
 
@@ -336,8 +410,12 @@ static void build_coronaries(sc_phantom *phantom)
     };
 
     for (int i = 0; i < COURSES; i++) {
-        sc_vec3 *points = add_tube(phantom, CORONARIES, courses[i].controls, courses[i].count,
-                                   courses[i].radius_a, courses[i].radius_b);
+        sc_vec3 controls[SC_COUNT_OF(courses[i].controls)], *points;
+
+        for (int c = 0; c < courses[i].count; c++)
+            controls[c] = with_grooves(phantom, courses[i].controls[c]);
+        points = add_tube(phantom, CORONARIES, controls, courses[i].count, courses[i].radius_a,
+                          courses[i].radius_b);
 
         lay_on_surface(phantom, points, 0.7);
         phantom->shapes[CORONARIES].parts[i].blend_mm = 1.5;
@@ -357,10 +435,10 @@ static const double ROUNDING_MM = 1e-6;
 double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p, double limit_mm)
 {
     const tissue *t = &tissues[label - 1];
-    double field =
-        sc_shape_field(&phantom->shapes[t->shape], p, limit_mm + t->grow_mm + ROUNDING_MM);
+    const double grow_mm = t->grow_mm + t->systole_mm * phantom->beat.ventricles;
+    double field = sc_shape_field(&phantom->shapes[t->shape], p, limit_mm + grow_mm + ROUNDING_MM);
 
-    field -= t->grow_mm;
+    field -= grow_mm;
     if (t->within != NONE && field < limit_mm) {
         const sc_shape *within = &phantom->shapes[t->within];
         const double other = sc_shape_field(within, p, limit_mm + t->within_grow_mm + ROUNDING_MM) -
@@ -371,7 +449,7 @@ double sc_phantom_field(const sc_phantom *phantom, int label, sc_vec3 p, double 
     return field;
 }
 
-sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
+sc_status sc_phantom_new_beating(const sc_ctx *ctx, double phase, sc_phantom **out)
 {
     void *block;
     sc_phantom *phantom;
@@ -380,7 +458,9 @@ sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
     if (status != SC_OK)
         return status;
     phantom = block;
-    build_ventricles(phantom);
+    phantom->beat = sc_beat_at(phase);
+    build_left_ventricle(phantom);
+    build_right_ventricle(phantom);
     build_atria(phantom);
     build_great_arteries(phantom);
     build_veins(phantom);
@@ -399,6 +479,11 @@ sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
     }
     *out = phantom;
     return SC_OK;
+}
+
+sc_status sc_phantom_new(const sc_ctx *ctx, sc_phantom **out)
+{
+    return sc_phantom_new_beating(ctx, 0, out);
 }
 
 void sc_phantom_free(sc_phantom *phantom)

@@ -65,7 +65,8 @@ ways() {
     join | verify | status) echo "$1 ."; echo "$1 sub" ;;
     report) echo "report ."; echo "report sub"; echo "report . sub"; echo "report . sub -o job.yaml"
         echo "report . sub -o new.html --overwrite" ;;
-    phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd" ;;
+    phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd"
+        echo "phantom --size 20x20x20 --beating 3 -o sub/heart.nrrd" ;;
     keys) echo "keys --schema"; echo "keys --markdown" ;;
     help) echo "help --man"; echo "help render" ;;
     version) echo version ;;
