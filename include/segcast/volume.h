@@ -198,6 +198,45 @@ SC_MUST_USE sc_status sc_volume_add_labels(const sc_ctx *ctx, sc_volume *volume,
  *  table. @param hidden [label_count] by dense id; that of background does not matter.
  *  @param threads as of sc_parallel_for. */
 void sc_volume_hide(sc_volume *volume, const bool *hidden, int threads);
+
+/** New labels instead of old ones. Zero-initialise; sc_relabel_clear frees. */
+typedef struct sc_relabel {
+    int *to;          /**< [old labels] the new dense id of each; owned */
+    sc_label *labels; /**< [label_count], background first, then by rising value; owned */
+    int label_count;
+} sc_relabel;
+/** Leave out labels and merge labels into others.
+ *  @param labels [count] of a volume, background first.
+ *  @param into [count] by dense id, what becomes of a label: itself, 0 for background, or another
+ *  label that stays itself. into[0] is 0.
+ *  @param names [count] new names of labels that others are merged into; NULL: as before. A label
+ *  without a colour gets that of the first one merged into it that has one. Values stay.
+ *  @return SC_ERR_MEMORY. Caller owns *out. */
+SC_MUST_USE sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count,
+                                      const int *into, const char *const *names, sc_relabel *out);
+void sc_relabel_clear(sc_relabel *relabel);
+/** Give a volume new labels. Takes the labels of @p relabel, which keeps its ids.
+ *  @param threads as of sc_parallel_for. */
+void sc_volume_relabel(sc_volume *volume, sc_relabel *relabel, int threads);
+/** The same for what a scan has found: voxels are added up, and boxes united. @return
+ * SC_ERR_MEMORY, nothing changed. */
+SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan,
+                                            sc_relabel *relabel);
+
+/** A box of voxels, inclusive: low > high along all axes if it holds none. */
+typedef struct sc_voxel_box {
+    int low[3], high[3];
+} sc_voxel_box;
+/** @return the smallest box with all voxels of some labels. @param which [label_count] by dense id;
+ * that of background is not read. One thread reads all ids. */
+sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which);
+/** Keep only the voxels of @p box, which lies within the volume and is not empty. The labels stay,
+ * and each voxel stays where it was in patient space. */
+void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box);
+/** The same for what a scan has found: boxes of labels are cut off at @p box; how many voxels they
+ *  have beyond it is not known, so that numbers stay what they were where a label reaches into the
+ *  box, and become 0 where it does not. */
+void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box);
 /** Write the colour that a label value has in the palette to @p rgb (sRGB). The palette has 24
  *  colours that sit together: about the same chroma, five steps of lightness, and as far apart as
  *  possible for everybody, the colour-blind included. Values from 1 to 24 have them in their order,

@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Changes of a volume that was read: labels left out or merged, and parts cut off. */
+#include "segcast/volume.h"
+
+#include <string.h>
+
+/* ---- labels ---- */
+
+sc_status sc_relabel_make(const sc_ctx *ctx, const sc_label *labels, int count, const int *into,
+                          const char *const *names, sc_relabel *out)
+{
+    sc_relabel made = {0};
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, (size_t)count, sizeof *made.to, &block));
+    made.to = block;
+    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *made.labels, &block));
+    made.labels = block;
+    for (int id = 0; id < count; id++) {
+        if (into[id] != id)
+            continue;
+        made.to[id] = made.label_count;
+        made.labels[made.label_count] = labels[id];
+        if (names && names[id])
+            snprintf(made.labels[made.label_count].name, SC_NAME_BYTES, "%s", names[id]);
+        made.label_count++;
+    }
+    for (int id = 1; id < count; id++) {
+        sc_label *label;
+
+        if (into[id] == id)
+            continue;
+        made.to[id] = made.to[into[id]];
+        label = &made.labels[made.to[id]];
+        if (made.to[id] && labels[id].has_color && !label->has_color) {
+            memcpy(label->rgb, labels[id].rgb, sizeof label->rgb);
+            label->has_color = true;
+        }
+    }
+    *out = made;
+    return SC_OK;
+out:
+    sc_relabel_clear(&made);
+    return status;
+}
+
+void sc_relabel_clear(sc_relabel *relabel)
+{
+    sc_free(relabel->to);
+    sc_free(relabel->labels);
+    *relabel = (sc_relabel){0};
+}
+
+/* What the threads of sc_volume_relabel share. */
+typedef struct relabel_work {
+    sc_volume *volume;
+    const int *to;
+} relabel_work;
+
+/* An sc_range_fn over voxels: replaces their ids. @p user is a relabel_work. */
+static void relabel_range(void *user, size_t begin, size_t end, int thread)
+{
+    const relabel_work *w = user;
+
+    (void)thread;
+    if (w->volume->label_bytes == 1) {
+        uint8_t *ids = w->volume->ids;
+
+        for (size_t i = begin; i < end; i++)
+            ids[i] = (uint8_t)w->to[ids[i]];
+    } else {
+        uint16_t *ids = w->volume->ids;
+
+        for (size_t i = begin; i < end; i++)
+            ids[i] = (uint16_t)w->to[ids[i]];
+    }
+}
+
+/* Move the labels of @p relabel to the volume. */
+static void take_labels(sc_volume *volume, sc_relabel *relabel)
+{
+    sc_free(volume->labels);
+    volume->labels = relabel->labels;
+    volume->label_count = relabel->label_count;
+    relabel->labels = NULL;
+}
+
+void sc_volume_relabel(sc_volume *volume, sc_relabel *relabel, int threads)
+{
+    relabel_work w = {volume, relabel->to};
+
+    sc_parallel_for(threads, sc_volume_voxels(volume), 1 << 20, relabel_range, &w);
+    take_labels(volume, relabel);
+}
+
+sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *scan, sc_relabel *relabel)
+{
+    const sc_label_tally nothing = {0, {0, 0, 0}, {-1, -1, -1}};
+    const int count = scan->volume.label_count;
+    sc_label_tally *tallies;
+    void *block = NULL;
+    sc_status status = SC_OK;
+
+    if (scan->tallies) {
+        SC_TRY(sc_alloc(ctx, (size_t)relabel->label_count, sizeof *tallies, &block));
+        tallies = block;
+        for (int id = 0; id < relabel->label_count; id++)
+            tallies[id] = nothing;
+        for (int id = 0; id < count; id++) {
+            const sc_label_tally *from = &scan->tallies[id];
+            sc_label_tally *to = &tallies[relabel->to[id]];
+            const bool is_first = to->voxels == 0;
+
+            for (int axis = 0; axis < 3 && from->voxels; axis++) {
+                if (is_first || from->low[axis] < to->low[axis])
+                    to->low[axis] = from->low[axis];
+                if (is_first || from->high[axis] > to->high[axis])
+                    to->high[axis] = from->high[axis];
+            }
+            to->voxels += from->voxels;
+        }
+        sc_free(scan->tallies);
+        scan->tallies = block;
+    }
+    take_labels(&scan->volume, relabel);
+out:
+    return status;
+}
+
+/* ---- boxes ---- */
+
+static uint32_t id_at(const sc_volume *volume, size_t voxel)
+{
+    return volume->label_bytes == 1 ? ((const uint8_t *)volume->ids)[voxel]
+                                    : ((const uint16_t *)volume->ids)[voxel];
+}
+
+sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
+{
+    const int *size = volume->size;
+    sc_voxel_box box = {{size[0], size[1], size[2]}, {-1, -1, -1}};
+    size_t row = 0;
+
+    for (int z = 0; z < size[2]; z++) {
+        for (int y = 0; y < size[1]; y++, row += (size_t)size[0]) {
+            int first = 0, last = size[0] - 1;
+
+            while (first < size[0] && !(id_at(volume, row + (size_t)first) &&
+                                        which[id_at(volume, row + (size_t)first)]))
+                first++;
+            if (first == size[0])
+                continue;
+            while (!(id_at(volume, row + (size_t)last) && which[id_at(volume, row + (size_t)last)]))
+                last--;
+            box.low[0] = first < box.low[0] ? first : box.low[0];
+            box.high[0] = last > box.high[0] ? last : box.high[0];
+            box.low[1] = y < box.low[1] ? y : box.low[1];
+            box.high[1] = y > box.high[1] ? y : box.high[1];
+            box.low[2] = z < box.low[2] ? z : box.low[2];
+            box.high[2] = z;
+        }
+    }
+    return box;
+}
+
+/* Set size and geometry of a volume to those of a box in it. */
+static void set_box(sc_volume *volume, const sc_voxel_box *box)
+{
+    const sc_vec3 first =
+        sc_affine_point(&volume->to_ras_mm,
+                        (sc_vec3){(double)box->low[0], (double)box->low[1], (double)box->low[2]});
+
+    volume->to_ras_mm.m[0][3] = first.x;
+    volume->to_ras_mm.m[1][3] = first.y;
+    volume->to_ras_mm.m[2][3] = first.z;
+    for (int axis = 0; axis < 3; axis++)
+        volume->size[axis] = box->high[axis] - box->low[axis] + 1;
+}
+
+void sc_volume_crop(sc_volume *volume, const sc_voxel_box *box)
+{
+    const size_t bytes = (size_t)volume->label_bytes;
+    const size_t row = (size_t)(box->high[0] - box->low[0] + 1) * bytes;
+    uint8_t *ids = volume->ids, *to = ids;
+
+    /* Rows move towards the begin, in the order in which they stand: none is overwritten before it
+     * has moved. */
+    for (int z = box->low[2]; z <= box->high[2]; z++) {
+        for (int y = box->low[1]; y <= box->high[1]; y++, to += row) {
+            const size_t voxel =
+                ((size_t)z * (size_t)volume->size[1] + (size_t)y) * (size_t)volume->size[0] +
+                (size_t)box->low[0];
+
+            memmove(to, ids + voxel * bytes, row);
+        }
+    }
+    set_box(volume, box);
+}
+
+void sc_label_scan_crop(sc_label_scan *scan, const sc_voxel_box *box)
+{
+    for (int id = 0; id < scan->volume.label_count && scan->tallies; id++) {
+        sc_label_tally *tally = &scan->tallies[id];
+        bool is_empty = tally->voxels == 0;
+
+        for (int axis = 0; axis < 3; axis++) {
+            const int low = tally->low[axis] > box->low[axis] ? tally->low[axis] : box->low[axis];
+            const int high =
+                tally->high[axis] < box->high[axis] ? tally->high[axis] : box->high[axis];
+
+            tally->low[axis] = low - box->low[axis];
+            tally->high[axis] = high - box->low[axis];
+            is_empty = is_empty || low > high;
+        }
+        if (is_empty)
+            *tally = (sc_label_tally){0, {0, 0, 0}, {-1, -1, -1}};
+    }
+    set_box(&scan->volume, box);
+}
