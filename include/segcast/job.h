@@ -96,9 +96,30 @@ typedef struct sc_farm_options {
     bool share; /**< ranks on rank 0's node draw into its memory */
 } sc_farm_options;
 
-/** A job. Plain data but for six arrays, so that it can be sent to other ranks. */
+/** Tissues that a job keeps of its volume, or makes one of. */
+typedef struct sc_volume_tissue {
+    char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
+    char into[SC_NAME_BYTES];    /**< name of the tissue that it becomes a part of; empty: it is
+                                      kept, and what no pattern keeps is left out */
+    char where[160];             /**< "file:line" for messages; may be empty */
+} sc_volume_tissue;
+
+/** Which part of the volume a job draws. */
+typedef enum sc_crop_kind { SC_CROP_NONE, SC_CROP_VISIBLE, SC_CROP_BOX } sc_crop_kind;
+typedef struct sc_crop {
+    int kind;           /**< sc_crop_kind */
+    double margin_mm;   /**< SC_CROP_VISIBLE: so much around the tissues that are shown */
+    sc_vec3 corners[2]; /**< SC_CROP_BOX: two opposite corners of a box along the axes of RAS, mm */
+    char where[160];    /**< "file:line" for messages; may be empty */
+} sc_crop;
+
+/** A job. Plain data but for seven arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
+    sc_crop crop;
+    sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
+                                           parts of others, then those that are kept */
+    size_t volume_tissue_count;
     bool has_volume_size;       /**< the volume is resampled by nearest label */
     int volume_size[3];         /**< to this many voxels along x, y, z */
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
@@ -126,6 +147,7 @@ typedef struct sc_job {
     size_t overlay_tissue_count;
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
+    bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;

@@ -196,6 +196,15 @@ void sc_label_source_keep(const sc_app *app, sc_label_source *source);
 /* Give @p volume the names and colours of its table (sc_read_labels_of), and keep the table
  * (sc_label_source_keep). Not collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
+/* @return whether a job changes its volume before anything else is done with it. */
+bool sc_edits_volume(const sc_job *job);
+/* Merge and leave out tissues of a volume, which has its names, and cut parts off, as the job says.
+ * @param tell what was done. Not collective. @return SC_ERR_DATA: the job names tissues that are
+ * not there, all are logged, or a box outside of the volume; SC_ERR_MEMORY. */
+sc_status sc_edit_volume(const sc_app *app, const sc_job *job, bool tell, sc_volume *volume);
+/* The same for what a scan has found, or for a header; without tallies nothing is cropped to what
+ * is visible. */
+sc_status sc_edit_scan(const sc_app *app, const sc_job *job, sc_label_scan *scan);
 /* Fill in what can be known of the volume of session->job without preparing it: in session->volume
  * its size, geometry and labels, and in its label statistics their voxels and bounding boxes; the
  * rest stays empty. This takes one pass over the voxels, in bounded memory. With @p header_only

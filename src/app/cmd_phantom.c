@@ -19,9 +19,9 @@ static sc_status phase_path(const sc_ctx *ctx, const char *path, int phase, int 
 
     for (int last = (count - 1) / 100; last > 0; last /= 10)
         digits++;
-    return count == 0 ? sc_text_add(ctx, text, "%s", path)
-                      : sc_text_add(ctx, text, "%.*s-%0*d%s", stem, path, digits, phase,
-                                    path + stem);
+    return count == 0
+               ? sc_text_add(ctx, text, "%s", path)
+               : sc_text_add(ctx, text, "%.*s-%0*d%s", stem, path, digits, phase, path + stem);
 }
 
 /* Check that the files of all phases can be written, before any is made. */

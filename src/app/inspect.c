@@ -49,6 +49,8 @@ static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *vo
         SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &numbers));
     for (size_t i = 0; i < job->verb_tissue_count; i++)
         SC_TRY(add_number(app->ctx, job->verb_tissues[i].pattern, &numbers));
+    for (size_t i = 0; i < job->volume_tissue_count; i++)
+        SC_TRY(add_number(app->ctx, job->volume_tissues[i].pattern, &numbers));
     SC_TRY(sc_volume_add_labels(app->ctx, volume, &numbers));
     SC_TRY(sc_volume_add_labels(app->ctx, volume, &source.table));
     if (job->rule_count + job->exception_count + job->verb_tissue_count > 0)
@@ -112,6 +114,7 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
         SC_TRY(sc_apply_labels(app, job, &scan.volume));
     else
         SC_TRY(name_labels(app, job, &scan.volume));
+    SC_TRY(sc_edit_scan(app, job, &scan));
     if (scan.tallies && scan.volume.label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
     status = fill_volume(app, &scan, session);

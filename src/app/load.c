@@ -429,6 +429,12 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     needs n = {0};
     sc_status status;
 
+    if (sc_edits_volume(&session->job))
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: is prepared, and merge, keep and crop change a volume before that: give "
+            "them to `segcast prepare JOB.yaml`, or the volume that it was made from",
+            path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
     status = sc_file_map_identified(ctx, path, &session->mapped, &session->mapped_bytes, &identity);
     if (status == SC_OK)
@@ -534,6 +540,7 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));
+    SC_TRY(sc_edit_volume(app, job, colored, volume));
     if (colored && !session->mapped) /* in a prepared file, colours have been found */
         SC_TRY(color_volume(app, job, volume));
     if (volume->label_count == 1)

@@ -42,7 +42,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .check_inputs = true};
     sc_job *job = &session->job;
     void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL, *captions = NULL;
-    void *overlay_tissues = NULL;
+    void *overlay_tissues = NULL, *volume_tissues = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
@@ -58,6 +58,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
         verb_tissues = job->verb_tissues;
         captions = job->captions;
         overlay_tissues = job->overlay_tissues;
+        volume_tissues = job->volume_tissues;
     }
     sc_comm_broadcast(app->comm, job, sizeof *job);
     /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
@@ -68,6 +69,7 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     job->verb_tissues = verb_tissues;
     job->captions = captions;
     job->overlay_tissues = overlay_tissues;
+    job->volume_tissues = volume_tissues;
     SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
     job->rules = rules;
     SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
@@ -82,6 +84,9 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
     SC_TRY(sc_broadcast_array(app, &overlay_tissues, job->overlay_tissue_count,
                               sizeof *job->overlay_tissues));
     job->overlay_tissues = overlay_tissues;
+    SC_TRY(sc_broadcast_array(app, &volume_tissues, job->volume_tissue_count,
+                              sizeof *job->volume_tissues));
+    job->volume_tissues = volume_tissues;
 out:
     return status;
 }

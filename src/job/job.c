@@ -231,6 +231,7 @@ void sc_job_clear(sc_job *job)
     sc_free(job->verb_tissues);
     sc_free(job->captions);
     sc_free(job->overlay_tissues);
+    sc_free(job->volume_tissues);
     *job = (sc_job){0};
 }
 

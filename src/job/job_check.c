@@ -346,12 +346,20 @@ static bool is_source_misspelt(const sc_yaml *root)
     return false;
 }
 
+/* @return the key whose value is the path of the volume. */
+static const char *volume_key(const sc_yaml *root)
+{
+    const sc_yaml *volume = sc_yaml_member(root, "volume");
+
+    return volume && volume->kind == SC_YAML_MAP ? "volume.path" : "volume";
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
     sc_status status = SC_OK, inputs = SC_OK;
 
-    (void)sc_goes_on(&status, check_not_empty(ctx, root, "volume"));
+    (void)sc_goes_on(&status, check_not_empty(ctx, root, volume_key(root)));
     (void)sc_goes_on(&status, check_not_empty(ctx, root, "output.directory"));
     (void)sc_goes_on(&status, check_video(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_fixed(ctx, root, job));
@@ -362,7 +370,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     (void)sc_goes_on(&status, sc_captions_check(ctx, job));
     if (!sc_job_is_phantom(job->volume))
-        inputs = resolve_path(ctx, sources, root, "volume", PATH_INPUT, job->volume);
+        inputs = resolve_path(ctx, sources, root, volume_key(root), PATH_INPUT, job->volume);
     if (sc_goes_on(&status, inputs))
         (void)sc_goes_on(&inputs,
                          resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels));

@@ -241,11 +241,9 @@ static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {NULL, 0}};
 
 const sc_key sc_job_keys[] = {
-    {"volume", &sc_type_text, offsetof(sc_job, volume), NULL,
-     .help = "the labels: a file (NRRD, NIfTI, MGH, MetaImage, or prepared), a directory of masks, "
-             "phantom, or for example "
-             "phantom:128x96x128",
-     .bytes = SC_PATH_BYTES, .outside_identity = true, .required = true},
+    {"volume", &sc_type_volume, 0, NULL,
+     .help = "the labels: a path, or a map with the path and what is changed of the volume",
+     .keys = sc_volume_keys, .shorthand = "path", .outside_identity = true, .required = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
      .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
      .outside_identity = true, .without = "names and colours of the volume's file",

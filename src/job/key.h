@@ -88,12 +88,13 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
-    sc_type_ease, sc_type_tracked, sc_type_tracked_point;
+    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_volume;
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
-extern const sc_key sc_job_keys[], sc_camera_keys[], sc_slices_keys[], sc_clip_keys[],
-    sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[], sc_color_by_keys[];
+extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
+    sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
+    sc_color_by_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 

@@ -98,6 +98,66 @@ static void a_nul_byte_is_refused_with_its_line(void **state)
     refuses("volume: phantom\n\"labels\\0\": x\n", "job.yaml:2: \"labels\\0...\" holds a NUL byte");
 }
 
+/* @return whether two jobs change their volume in the same way. */
+static bool same_edits(const sc_job *a, const sc_job *b)
+{
+    if (a->volume_tissue_count != b->volume_tissue_count || a->has_keep != b->has_keep ||
+        a->has_merge != b->has_merge || a->has_crop != b->has_crop ||
+        a->crop.kind != b->crop.kind || a->crop.margin_mm != b->crop.margin_mm ||
+        memcmp(a->crop.corners, b->crop.corners, sizeof a->crop.corners) != 0)
+        return false;
+    for (size_t i = 0; i < a->volume_tissue_count; i++) {
+        if (strcmp(a->volume_tissues[i].pattern, b->volume_tissues[i].pattern) != 0 ||
+            strcmp(a->volume_tissues[i].into, b->volume_tissues[i].into) != 0)
+            return false;
+    }
+    return true;
+}
+
+/* A volume may be a map; what it says comes back from the text that is written of it. */
+static void what_is_changed_of_a_volume_is_read_and_written(void **state)
+{
+    static const char *const jobs[] = {
+        "volume: {path: phantom}\n", "volume: {path: phantom, keep: aorta}\n",
+        "volume: {path: phantom, keep: [aorta, 12, \"left *\"], crop: visible}\n",
+        "volume:\n  keep: [blood]\n  merge: {blood: [aorta, 'l\"eft'], walls: '*wall'}\n"
+        "  path: phantom\n  crop: visible + 2.5 mm\n",
+        "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
+        sc_text written = {0};
+        sc_job job, again;
+        heard h;
+
+        assert_ok(load(jobs[i], &h, NULL, NULL, &job));
+        assert_string_equal(job.volume, "phantom");
+        assert_ok(sc_job_write(&quiet, &job, false, &written));
+        assert_ok(load(written.data, &h, NULL, NULL, &again));
+        assert_true(same_edits(&job, &again));
+        if (i == 3) { /* those that are kept stand last, whatever came first */
+            assert_int_equal(job.volume_tissue_count, 4);
+            assert_string_equal(job.volume_tissues[3].pattern, "blood");
+            assert_string_equal(job.volume_tissues[3].into, "");
+            assert_string_equal(job.volume_tissues[2].into, "walls");
+        }
+        sc_text_clear(&written);
+        sc_job_clear(&job);
+        sc_job_clear(&again);
+    }
+    refuses("volume: {keep: aorta}\n", "the key \"path\" is missing");
+    refuses("volume: {path: phantom, keep: []}\n", "expected a list of tissues");
+    refuses("volume: {path: phantom, merge: [a]}\n", "expected {name: [tissues], ...}");
+    refuses("volume: {path: phantom, merge: {\"\": [a]}}\n", "name of a merged tissue has 0 bytes");
+    refuses("volume: {path: phantom, merge: {a: {b: c}}}\n", "expected {name: [tissues], ...}");
+    refuses("volume: {path: phantom, crop: visible+5}\n",
+            "crop is \"visible+5\", expected visible");
+    refuses("volume: {path: phantom, crop: visible+-5mm}\n", "expected visible");
+    refuses("volume: {path: phantom, crop: visible+1e99 mm}\n", "expected visible");
+    refuses("volume: {path: phantom, crop: [1, 2]}\n", "expected visible");
+    refuses("volume: {path: phantom, crop: [[1, 2, 3], [4, .nan, 5]]}\n", "expected");
+}
+
 /* A map finds its members by a hash table: all of them, and one that is given twice. */
 static void a_long_map_finds_all_its_members(void **state)
 {
@@ -145,7 +205,7 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
-    refuses("volume: [1, 2]\n", "volume is [1, 2], expected a text");
+    refuses("volume: [1, 2]\n", "volume is [1, 2], expected the path of a volume, or a map");
     refuses("volume: phantom\noutput: {size: [100]}\n", "expected [width, height]");
     refuses("volume: phantom\noutput: {size: [100, 8]}\n",
             "size is [100, 8], expected [width, height] or WxH in pixels");
@@ -1087,6 +1147,7 @@ int main(void)
         cmocka_unit_test(mistakes_are_named_with_line_and_nearest_name),
         cmocka_unit_test(what_is_no_yaml_is_told_in_words_of_the_user),
         cmocka_unit_test(a_nul_byte_is_refused_with_its_line),
+        cmocka_unit_test(what_is_changed_of_a_volume_is_read_and_written),
         cmocka_unit_test(a_long_map_finds_all_its_members),
         cmocka_unit_test(all_mistakes_are_told),
         cmocka_unit_test(the_number_of_messages_is_bounded),

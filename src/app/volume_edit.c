@@ -1,0 +1,357 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a job changes of its volume before anything else is done with it: tissues are merged or left
+ * out, and parts cut off. The same is done to what a scan of the voxels has found. */
+#include "app.h"
+
+#include <string.h>
+
+/* A volume with its voxels, or the scan of one; the other is NULL. */
+typedef struct subject {
+    const sc_app *app;
+    const sc_job *job;
+    sc_volume *volume;
+    sc_label_scan *scan;
+} subject;
+
+/* @return labels, size and geometry of the subject. */
+static sc_volume *volume_of(const subject *s)
+{
+    return s->volume ? s->volume : &s->scan->volume;
+}
+
+/* ---- tissues ---- */
+
+/* Room for what becomes of each label: see sc_relabel_make. */
+typedef struct plan {
+    int *into;          /* [count], owned */
+    const char **names; /* [count], owned */
+    int count;
+} plan;
+
+static void clear_plan(plan *p)
+{
+    sc_free(p->into);
+    sc_free(p->names);
+}
+
+/* Make a plan in which every label becomes background, if @p nothing, or else itself. Caller owns:
+ * clear_plan, also after an error. */
+static sc_status make_plan(const subject *s, bool nothing, plan *out)
+{
+    const sc_ctx *ctx = s->app->ctx;
+    void *block;
+    sc_status status;
+
+    *out = (plan){.count = volume_of(s)->label_count};
+    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->into, &block));
+    out->into = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)out->count, sizeof *out->names, &block));
+    out->names = block;
+    for (int id = 0; id < out->count; id++)
+        out->into[id] = nothing ? 0 : id;
+out:
+    return status;
+}
+
+/* Give the subject the labels of a plan. */
+static sc_status do_plan(const subject *s, const plan *p)
+{
+    sc_relabel relabel = {0};
+    sc_status status;
+
+    SC_TRY(
+        sc_relabel_make(s->app->ctx, volume_of(s)->labels, p->count, p->into, p->names, &relabel));
+    if (s->volume)
+        sc_volume_relabel(s->volume, &relabel, s->app->threads);
+    else
+        status = sc_label_scan_relabel(s->app->ctx, s->scan, &relabel);
+out:
+    sc_relabel_clear(&relabel);
+    return status;
+}
+
+/* Note in group[id] that the labels which row @p row of the job's tissues means become a part of
+ * what row @p first names: 1 + first. Those that are part of something else already are refused. */
+static sc_status group_labels(const subject *s, size_t row, size_t first, int *group)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues, *tissue = &all[row];
+    const sc_volume *v = volume_of(s);
+    const sc_prepared view = {.label_count = v->label_count, .labels = v->labels};
+    const sc_pattern pattern = sc_pattern_of(tissue->pattern);
+    const sc_match best = sc_pattern_match(v->labels, v->label_count, &pattern);
+    sc_status status;
+
+    SC_TRY(sc_pattern_check(s->app->ctx, &view, tissue->pattern, tissue->where));
+    for (int id = 1; id < v->label_count && best != SC_MATCH_NONE; id++) {
+        if (sc_label_match(&v->labels[id], &pattern) != best)
+            continue;
+        if (group[id] && group[id] != (int)first + 1)
+            return sc_fail(s->app->ctx, SC_ERR_DATA,
+                           "%s: \"%s\" (label %lld) cannot become a part of \"%s\", since it is "
+                           "one of \"%s\"; expected each tissue under one name of volume.merge",
+                           tissue->where, v->labels[id].name, (long long)v->labels[id].value,
+                           tissue->into, all[group[id] - 1].into);
+        group[id] = (int)first + 1;
+    }
+out:
+    return status;
+}
+
+/* Plan what becomes of the labels of one group: the least of them stands for all. A name that
+ * another tissue has is refused. @param first the row that names it. */
+static sc_status plan_group(const subject *s, size_t first, const int *group, bool tell, plan *p)
+{
+    const sc_volume_tissue *tissue = &s->job->volume_tissues[first];
+    const sc_label *labels = volume_of(s)->labels;
+    int least = 0, parts = 0;
+
+    for (int id = 1; id < p->count; id++) {
+        if (group[id] == (int)first + 1) {
+            least = least ? least : id;
+            p->into[id] = least;
+            p->names[least] = tissue->into;
+            parts++;
+        } else if (!strcmp(labels[id].name, tissue->into)) {
+            return sc_fail(s->app->ctx, SC_ERR_DATA,
+                           "%s: the volume has a tissue \"%s\" already (label %lld), which is not "
+                           "among those that become it; list it, too, or choose another name",
+                           tissue->where, tissue->into, (long long)labels[id].value);
+        }
+    }
+    if (tell)
+        sc_info(s->app->ctx, "volume.merge: \"%s\" is made of %d tissue%s", tissue->into, parts,
+                parts == 1 ? "" : "s");
+    return SC_OK;
+}
+
+/* Do what volume.merge says; those tissues stand first in the job. @return the first mistake; all
+ * patterns that fit nothing are logged. */
+static sc_status merge_tissues(const subject *s, bool tell)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues;
+    const size_t count = s->job->volume_tissue_count;
+    size_t first = 0;
+    sc_status status, mistake = SC_OK;
+    void *group = NULL;
+    plan p;
+
+    SC_TRY(make_plan(s, false, &p));
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)p.count, sizeof(int), &group));
+    for (size_t row = 0; row < count && all[row].into[0]; row++) {
+        first = strcmp(all[row].into, all[first].into) != 0 ? row : first;
+        status = group_labels(s, row, first, group);
+        if (status == SC_ERR_DATA)
+            mistake = status;
+        else
+            SC_TRY(status);
+    }
+    SC_TRY(mistake);
+    for (size_t row = 0; row < count && all[row].into[0]; row++) {
+        if (row == 0 || strcmp(all[row].into, all[row - 1].into) != 0)
+            SC_TRY(plan_group(s, row, group, tell, &p));
+    }
+    status = do_plan(s, &p);
+out:
+    sc_free(group);
+    clear_plan(&p);
+    return status;
+}
+
+/* Do what volume.keep says. @return the first mistake; all are logged. */
+static sc_status keep_tissues(const subject *s, bool tell)
+{
+    const sc_volume_tissue *all = s->job->volume_tissues;
+    const sc_label *labels = volume_of(s)->labels;
+    const sc_prepared view = {.label_count = volume_of(s)->label_count, .labels = labels};
+    sc_status status, mistake = SC_OK;
+    int kept = 0;
+    plan p;
+
+    SC_TRY(make_plan(s, true, &p));
+    for (size_t i = 0; i < s->job->volume_tissue_count; i++) {
+        const sc_pattern pattern = sc_pattern_of(all[i].pattern);
+        const sc_match best = sc_pattern_match(labels, p.count, &pattern);
+
+        if (all[i].into[0])
+            continue;
+        status = sc_pattern_check(s->app->ctx, &view, all[i].pattern, all[i].where);
+        if (status == SC_ERR_DATA)
+            mistake = status;
+        else
+            SC_TRY(status);
+        for (int id = 1; id < p.count && best != SC_MATCH_NONE; id++) {
+            if (sc_label_match(&labels[id], &pattern) == best)
+                p.into[id] = id;
+        }
+    }
+    for (int id = 1; id < p.count; id++)
+        kept += p.into[id] == id;
+    SC_TRY(mistake);
+    if (tell)
+        sc_info(s->app->ctx, "volume.keep: %d of %d tissues are kept", kept, p.count - 1);
+    status = do_plan(s, &p);
+out:
+    clear_plan(&p);
+    return status;
+}
+
+/* ---- crop ---- */
+
+/* @return the box of all voxels whose centres lie in the box between the corners of the job; empty
+ * along an axis if there are none. */
+static sc_voxel_box box_between(const sc_volume *v, const sc_vec3 corners[2])
+{
+    const int *size = v->size;
+    sc_voxel_box box;
+    sc_affine to_voxel;
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    (void)sc_affine_invert(&v->to_ras_mm, &to_voxel); /* readers refuse what has no inverse */
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 p =
+            sc_affine_point(&to_voxel, (sc_vec3){corners[corner & 1].x, corners[corner >> 1 & 1].y,
+                                                 corners[corner >> 2 & 1].z});
+        const double at[3] = {p.x, p.y, p.z};
+
+        for (int axis = 0; axis < 3; axis++) {
+            low[axis] = fmin(low[axis], at[axis]);
+            high[axis] = fmax(high[axis], at[axis]);
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        box.low[axis] = (int)fmax(0, fmin(ceil(low[axis] - 1e-6), size[axis]));
+        box.high[axis] = (int)fmin(size[axis] - 1, fmax(floor(high[axis] + 1e-6), -1));
+    }
+    return box;
+}
+
+/* Find the box of the tissues that the job shows, with its margin, within the volume; *empty is set
+ * if there are none. */
+static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty)
+{
+    const sc_volume *v = volume_of(s);
+    const sc_job *job = s->job;
+    sc_voxel_box box = {{v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
+    bool unused, *shown;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_alloc(s->app->ctx, (size_t)v->label_count, sizeof *shown, &block));
+    shown = block;
+    SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, job->rules, job->rule_count,
+                            shown, &unused));
+    for (int id = 0; id < v->label_count; id++)
+        shown[id] = id && !shown[id];
+    if (s->volume)
+        box = sc_volume_box(v, shown);
+    for (int id = 1; id < v->label_count && s->scan; id++) {
+        const sc_label_tally *tally = &s->scan->tallies[id];
+
+        for (int axis = 0; axis < 3 && shown[id] && tally->voxels; axis++) {
+            box.low[axis] = tally->low[axis] < box.low[axis] ? tally->low[axis] : box.low[axis];
+            box.high[axis] =
+                tally->high[axis] > box.high[axis] ? tally->high[axis] : box.high[axis];
+        }
+    }
+    *empty = box.high[0] < 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
+                              v->to_ras_mm.m[2][axis]};
+        const double margin = ceil(job->crop.margin_mm / sc_vec3_length(edge) - 1e-6);
+
+        box.low[axis] = (int)fmax(0, box.low[axis] - margin);
+        box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
+    }
+    *out = box;
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Refuse a box of volume.crop in which the volume has no voxel. */
+static sc_status fail_outside(const subject *s)
+{
+    const sc_volume *v = volume_of(s);
+    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 p =
+            sc_affine_point(&v->to_ras_mm, (sc_vec3){corner & 1 ? v->size[0] - 0.5 : -0.5,
+                                                     corner & 2 ? v->size[1] - 0.5 : -0.5,
+                                                     corner & 4 ? v->size[2] - 0.5 : -0.5});
+
+        low = (sc_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
+        high = (sc_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
+    }
+    return sc_fail(s->app->ctx, SC_ERR_DATA,
+                   "%s: crop: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
+                   "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
+                   s->job->crop.where, low.x, low.y, low.z, high.x, high.y, high.z);
+}
+
+/* Do what volume.crop says. */
+static sc_status crop_volume(const subject *s, bool tell)
+{
+    sc_volume *v = volume_of(s);
+    const int before[3] = {v->size[0], v->size[1], v->size[2]};
+    bool empty = false;
+    sc_voxel_box box;
+    sc_status status = SC_OK;
+
+    if (s->job->crop.kind == SC_CROP_BOX)
+        box = box_between(v, s->job->crop.corners);
+    else
+        SC_TRY(box_of_visible(s, &box, &empty));
+    if (empty)
+        return SC_OK; /* nothing is shown: that is told elsewhere */
+    for (int axis = 0; axis < 3; axis++) {
+        if (box.low[axis] > box.high[axis])
+            return fail_outside(s);
+    }
+    if (s->volume)
+        sc_volume_crop(s->volume, &box);
+    else
+        sc_label_scan_crop(s->scan, &box);
+    if (tell)
+        sc_info(s->app->ctx, "volume.crop: %d x %d x %d of %d x %d x %d voxels are drawn",
+                v->size[0], v->size[1], v->size[2], before[0], before[1], before[2]);
+out:
+    return status;
+}
+
+/* ---- all of it ---- */
+
+bool sc_edits_volume(const sc_job *job)
+{
+    return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE;
+}
+
+static sc_status edit(const subject *s, bool tell)
+{
+    const sc_job *job = s->job;
+    const bool knows_voxels = s->volume || s->scan->tallies;
+    sc_status status = SC_OK;
+
+    if (job->has_merge)
+        SC_TRY(merge_tissues(s, tell));
+    if (job->has_keep)
+        SC_TRY(keep_tissues(s, tell));
+    if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
+        status = crop_volume(s, tell);
+out:
+    return status;
+}
+
+sc_status sc_edit_volume(const sc_app *app, const sc_job *job, bool tell, sc_volume *volume)
+{
+    const subject s = {.app = app, .job = job, .volume = volume};
+
+    return edit(&s, tell);
+}
+
+sc_status sc_edit_scan(const sc_app *app, const sc_job *job, sc_label_scan *scan)
+{
+    const subject s = {.app = app, .job = job, .scan = scan};
+
+    return edit(&s, true);
+}

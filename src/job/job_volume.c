@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The volume of a job, and what of it is kept, merged and cut off. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- tissues ---- */
+
+/* Make room for @p more tissues. */
+static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
+{
+    void *grown;
+    const sc_status status =
+        sc_zalloc(ctx, job->volume_tissue_count + more, sizeof *job->volume_tissues, &grown);
+
+    if (status != SC_OK)
+        return status;
+    if (job->volume_tissue_count)
+        memcpy(grown, job->volume_tissues, job->volume_tissue_count * sizeof *job->volume_tissues);
+    sc_free(job->volume_tissues);
+    job->volume_tissues = grown;
+    return SC_OK;
+}
+
+/* Append a tissue, for which there is room. Those that are kept stand behind the others. */
+static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
+                            const sc_yaml *item, const char *into, sc_job *job)
+{
+    size_t at = job->volume_tissue_count;
+    sc_volume_tissue *all = job->volume_tissues;
+
+    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
+        sc_yaml named = *item;
+
+        named.key = list->key; /* for the message: items of a list have no key of their own */
+        return sc_wrong_type(ctx, &named, key->type->expected);
+    }
+    for (; at && into[0] && !all[at - 1].into[0]; at--)
+        all[at] = all[at - 1];
+    all[at] = (sc_volume_tissue){0};
+    strcpy(all[at].pattern, item->text);
+    strcpy(all[at].into, into);
+    sc_note_where(item, all[at].where, sizeof all[at].where);
+    job->volume_tissue_count++;
+    return SC_OK;
+}
+
+/* Read a tissue or a list of some. @param into as of sc_volume_tissue. @return the first mistake;
+ * all are logged. */
+static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                           const char *into, sc_job *job)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const size_t count = is_one ? 1 : node->count;
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_MAP || !count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    SC_TRY(grow(ctx, job, count));
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_goes_on(&status,
+                        add_tissue(ctx, key, node, is_one ? node : node->items[i], into, job)))
+            break;
+    }
+out:
+    return status;
+}
+
+/* Append the tissues from @p begin on that become parts of the same one, as a list. @return the
+ * index of the first that does not. */
+static size_t write_list(const sc_ctx *ctx, const sc_job *job, size_t begin, sc_text *text,
+                         sc_status *status)
+{
+    const sc_volume_tissue *all = job->volume_tissues;
+    size_t i = begin;
+
+    *status = sc_text_add(ctx, text, "[");
+    for (; i < job->volume_tissue_count && !strcmp(all[i].into, all[begin].into); i++) {
+        if (*status == SC_OK && i > begin)
+            *status = sc_text_add(ctx, text, ", ");
+        if (*status == SC_OK)
+            *status = sc_write_quoted(ctx, all[i].pattern, text);
+    }
+    if (*status == SC_OK)
+        *status = sc_text_add(ctx, text, "]");
+    return i;
+}
+
+/* @p value is the whole sc_job, as of all types of this file. */
+static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    return read_list(ctx, key, node, "", value);
+}
+
+/* @return the index of the first tissue that is kept. */
+static size_t first_kept(const sc_job *job)
+{
+    size_t i = 0;
+
+    while (i < job->volume_tissue_count && job->volume_tissues[i].into[0])
+        i++;
+    return i;
+}
+
+static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    sc_status status;
+
+    (void)key;
+    (void)indent;
+    (void)write_list(ctx, value, first_kept(value), text, &status);
+    return status;
+}
+
+static json_t *tissues_schema(void)
+{
+    return json_pack("{s:[ss], s:i, s:{s:[ss]}}", "type", "string", "array", "minItems", 1, "items",
+                     "type", "string", "integer");
+}
+
+static json_t *keep_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "integer", tissues_schema());
+}
+
+static const sc_value_type type_keep = {
+    .name = "tissues",
+    .expected = "a list of tissues: names, globs or label numbers",
+    .read = read_keep,
+    .write = write_keep,
+    .schema = keep_schema,
+};
+
+static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_status status = SC_OK;
+
+    if (node->kind != SC_YAML_MAP || !node->count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < node->count; i++) {
+        const sc_yaml *item = node->items[i];
+
+        if (!item->key[0] || strlen(item->key) >= SC_NAME_BYTES)
+            return sc_yaml_fail(ctx, item,
+                                "the name of a merged tissue has %zu bytes, expected 1 to %d",
+                                strlen(item->key), SC_NAME_BYTES - 1);
+        if (!sc_goes_on(&status, read_list(ctx, key, item, item->key, value)))
+            break;
+    }
+    return status;
+}
+
+static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    const sc_job *job = value;
+    const size_t end = first_kept(job);
+    sc_status status = sc_text_add(ctx, text, "{");
+
+    (void)key;
+    (void)indent;
+    for (size_t i = 0; i < end && status == SC_OK;) {
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, job->volume_tissues[i].into, text));
+        SC_TRY(sc_text_add(ctx, text, ": "));
+        i = write_list(ctx, job, i, text, &status);
+    }
+    if (status == SC_OK)
+        status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *merge_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:i, s:o}", "type", "object", "minProperties", 1,
+                     "additionalProperties", keep_schema(key));
+}
+
+static const sc_value_type type_merge = {
+    .name = "map of lists of tissues",
+    .expected = "{name: [tissues], ...}: names, globs or label numbers under the name of what they "
+                "become",
+    .read = read_merge,
+    .write = write_merge,
+    .schema = merge_schema,
+};
+
+/* ---- crop ---- */
+
+/* Read "visible", "visible+5mm" or "visible + 5 mm". @return whether it is one of them. */
+static bool read_visible(const char *text, sc_crop *crop)
+{
+    static const char word[] = "visible";
+    char *end;
+
+    *crop = (sc_crop){.kind = SC_CROP_VISIBLE};
+    if (strncmp(text, word, strlen(word)) != 0)
+        return false;
+    text += strlen(word);
+    text += strspn(text, " ");
+    if (!*text)
+        return true;
+    if (*text++ != '+')
+        return false;
+    text += strspn(text, " ");
+    if (*text < '0' || *text > '9')
+        return false;
+    crop->margin_mm = strtod(text, &end);
+    end += strspn(end, " ");
+    return !strcmp(end, "mm") && crop->margin_mm <= 1e6;
+}
+
+/* A word as of read_visible, or two corners. */
+static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_crop *crop = &((sc_job *)value)->crop, read = {.kind = SC_CROP_BOX};
+    double corner[3];
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_SCALAR) {
+        if (!read_visible(node->text, &read))
+            return sc_wrong_type(ctx, node, key->type->expected);
+    } else if (node->kind != SC_YAML_LIST || node->count != 2) {
+        return sc_wrong_type(ctx, node, key->type->expected);
+    }
+    for (size_t i = 0; i < 2 && read.kind == SC_CROP_BOX; i++) {
+        if (node->items[i]->kind != SC_YAML_LIST)
+            return sc_wrong_type(ctx, node, key->type->expected);
+        SC_TRY(sc_read_numbers(ctx, key, node->items[i], 3, corner));
+        read.corners[i] = (sc_vec3){corner[0], corner[1], corner[2]};
+    }
+    sc_note_where(node, read.where, sizeof read.where);
+    *crop = read;
+out:
+    return status;
+}
+
+static sc_status write_crop(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_crop *crop = &((const sc_job *)value)->crop;
+    const sc_vec3 *a = &crop->corners[0], *b = &crop->corners[1];
+
+    (void)key;
+    (void)indent;
+    if (crop->kind == SC_CROP_VISIBLE)
+        return sc_text_add(ctx, text, "visible + %.17g mm", crop->margin_mm);
+    return sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]]", a->x, a->y,
+                       a->z, b->x, b->y, b->z);
+}
+
+static json_t *crop_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s, s:s}, {s:s, s:i, s:i, s:o}]}", "anyOf", "type", "string", "pattern",
+                     "^visible *([+] *[0-9][0-9.e+-]* *mm)?$", "type", "array", "minItems", 2,
+                     "maxItems", 2, "items", sc_list_schema("number", key->low, key->high, 3));
+}
+
+static const sc_value_type type_crop = {
+    .name = "visible + mm, or two corners",
+    .expected = "visible, visible + 5 mm, or two corners of a box in RAS mm: [[x, y, z], "
+                "[x, y, z]]",
+    .read = read_crop,
+    .write = write_crop,
+    .schema = crop_schema,
+};
+
+/* ---- the volume ---- */
+
+const sc_key sc_volume_keys[] = {
+    {"path", &sc_type_text, offsetof(sc_job, volume), NULL,
+     .help = "a file (NRRD, NIfTI, MGH, MetaImage, or prepared), a directory of masks, phantom, or "
+             "for example phantom:128x96x128",
+     .bytes = SC_PATH_BYTES, .required = true},
+    {"merge", &type_merge, 0, NULL,
+     .help = "tissues that become one: as if they had been drawn with one label. The name is that "
+             "of the map, the number the least of theirs, the colour that of the first that has "
+             "one",
+     .given = SC_GIVEN(sc_job, has_merge), .without = "every tissue is by itself"},
+    {"keep", &type_keep, 0, NULL,
+     .help = "tissues that are kept, merged ones under their new name; all others are left out, as "
+             "if they had never been drawn",
+     .given = SC_GIVEN(sc_job, has_keep), .without = "all"},
+    {"crop", &type_crop, 0, NULL,
+     .help = "the part of the volume that is drawn: the voxels around the tissues that are shown, "
+             "with a margin, or a box; less memory, and less time to prepare",
+     .low = -1e6, .high = 1e6, .given = SC_GIVEN(sc_job, has_crop), .without = "all of it"},
+    {0}};
+
+/* A path, or a map of sc_volume_keys. */
+static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind == SC_YAML_MAP)
+        return sc_keys_read(ctx, key->keys, node, value);
+    if (node->kind == SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    return sc_type_text.read(ctx, &key->keys[0], node, ((sc_job *)value)->volume);
+}
+
+/* As a path, where nothing is changed of the volume. */
+static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_job *job = value;
+
+    if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE)
+        return sc_type_text.write(ctx, &key->keys[0], job->volume, indent, text);
+    return sc_keys_write_flow(ctx, key->keys, value, text);
+}
+
+static json_t *volume_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string", sc_keys_schema(key->keys));
+}
+
+const sc_value_type sc_type_volume = {
+    .name = "text or map",
+    .expected = "the path of a volume, or a map with path, merge, keep and crop",
+    .read = read_volume,
+    .write = write_volume,
+    .schema = volume_schema,
+    .container = SC_CONTAINER_MAP,
+};

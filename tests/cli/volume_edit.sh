@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# A job merges, keeps and crops: the picture is that of a volume which another program has changed in the same way.
+python=
+for candidate in /usr/bin/python3 python3; do
+    "$candidate" -c 'import gzip' 2>/dev/null && python=$candidate && break
+done
+[ -n "$python" ] || skip "no Python to change a volume with"
+
+"$SEGCAST" phantom --size 47x33x49 -o heart.nrrd -q >/dev/null
+# change.py IN OUT LOW HIGH FROM=TO...: crop to voxels LOW to HIGH (x,y,z, inclusive) and replace labels, the others by 0
+cat >change.py <<'PY'
+import gzip, re, sys
+low, high = ([int(v) for v in a.split(",")] for a in sys.argv[3:5])
+to = dict((int(a), int(b)) for a, b in (pair.split("=") for pair in sys.argv[5:]))
+head, data = open(sys.argv[1], "rb").read().split(b"\n\n", 1)
+voxels, head = gzip.decompress(data), head.decode()
+size = [int(v) for v in re.search(r"sizes: (.*)", head).group(1).split()]
+table = bytes(to.get(v, 0) for v in range(256))
+rows = [voxels[(z * size[1] + y) * size[0] + low[0]:(z * size[1] + y) * size[0] + high[0] + 1]
+        for z in range(low[2], high[2] + 1) for y in range(low[1], high[1] + 1)]
+axes = re.findall(r"\(([^)]*)\)", re.search(r"space directions: (.*)", head).group(1))
+axes = [[float(v) for v in a.split(",")] for a in axes]
+origin = [float(v) for v in re.search(r"space origin: \((.*)\)", head).group(1).split(",")]
+origin = [origin[r] + sum(axes[a][r] * low[a] for a in range(3)) for r in range(3)]
+head = re.sub(r"sizes: .*", "sizes: " + " ".join(str(h - l + 1) for l, h in zip(low, high)), head)
+head = re.sub(r"space origin: .*", "space origin: (" + ",".join(repr(o) for o in origin) + ")", head)
+open(sys.argv[2], "wb").write(head.encode() + b"\n\n" + gzip.compress(b"".join(rows).translate(table)))
+PY
+
+# hash_of VALUE: the hash of the picture of a job whose volume is VALUE
+hash_of() {
+    cat >job.yaml <<JOB
+volume: $1
+output: {size: [160, 120], frames: png, video: none}
+animation: {frames: 1, camera: {fixed: {position_mm: [-180, 190, 60], target_mm: [-10, 5, 0], up: superior}}}
+tissues: {"*": {opacity: 0.6}, "aorta": {color: [200, 30, 30]}, "blood": {color: [90, 90, 200]}}
+JOB
+    [[ $1 == *blood* ]] || sed -i 's/, "blood".*/}/' job.yaml
+    rm -rf out
+    "$SEGCAST" render job.yaml -o out -q >/dev/null
+    hashes out
+}
+
+# Labels: 6 the aorta, 8 the left, 11 the right ventricle, 16 and 18 the atria.
+whole=(0,0,0 46,32,48)
+"$python" change.py heart.nrrd kept.nrrd "${whole[@]}" 6=6 8=8 16=16
+[ "$(hash_of '{path: heart.nrrd, keep: [aorta, left ventricle, 16]}')" = "$(hash_of kept.nrrd)" ] ||
+    fail "keep: the picture is not that of the volume with these tissues"
+"$python" change.py heart.nrrd part.nrrd 10,4,12 40,30,44 $(for i in {1..20}; do echo "$i=$i"; done)
+read -ra box < <("$SEGCAST" info part.nrrd --json | jq -r '.to_ras_mm | "\(.[0][3]) \(.[1][3]) \(.[2][3]) " +
+    "\(.[0][3] + 30 * .[0][0]) \(.[1][3] + 26 * .[1][1]) \(.[2][3] + 32 * .[2][2])"')
+corners="[[${box[0]}, ${box[4]}, ${box[2]}], [${box[3]}, ${box[1]}, ${box[5]}]]"
+[ "$(hash_of "{path: heart.nrrd, crop: $corners}")" = "$(hash_of part.nrrd)" ] || fail "crop: another picture"
+
+# Merged tissues have the least number of theirs, and there are no borders between them.
+"$python" change.py heart.nrrd blood.nrrd "${whole[@]}" $(for i in {1..20}; do echo "$i=$i"; done) 11=8 16=8 18=8
+"$python" - <<'PY'
+data = open("blood.nrrd", "rb").read()
+open("blood.nrrd", "wb").write(data.replace(b"_Name:=left ventricle\n", b"_Name:=blood\n").replace(
+    b"_ID:=left ventricle\n", b"_ID:=blood\n"))
+PY
+merge='merge: {blood: [right ventricle, left ventricle, "*atrium"]}'
+"$SEGCAST" info blood.nrrd >said.txt
+grep -q ' blood$' said.txt || fail "no blood: $(cat said.txt)"
+[ "$(hash_of "{path: heart.nrrd, $merge}")" = "$(hash_of blood.nrrd)" ] || fail "merge: another picture"
+
+# Merged, kept under the new name and cropped to what is shown: nearly the same picture as without the crop, which
+# moves the blocks of voxels of which the occlusion is an average.
+hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >/dev/null
+cp out/frames/000000.png kept.png
+hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta], crop: visible + 6 mm}" >kept.txt
+"$IMAGE_DIFFERENCE" kept.png out/frames/000000.png 6 0.3 || fail "crop to what is visible: another picture"
+"$SEGCAST" check job.yaml 2>said.txt >/dev/null
+grep -q '"blood" is made of 4 tissues' said.txt && grep -q '2 of 17 tissues are kept' said.txt || fail "$(cat said.txt)"
+cropped=$(sed -n 's/.*volume.crop: \(.*\) of 47 x 33 x 49 voxels.*/\1/p' said.txt)
+[ -n "$cropped" ] && [ "$cropped" != "47 x 33 x 49" ] || fail "nothing was cropped: $(cat said.txt)"
+# The job that is kept is the same job.
+rm -rf again
+"$SEGCAST" render out/job.yaml -o again -q >/dev/null
+[ "$(hashes again)" = "$(cat kept.txt)" ] || fail "the resolved job gives another picture"
+
+# A prepared file holds what was kept; a job that wants to change it is refused.
+"$SEGCAST" prepare job.yaml -o part.segc -q >/dev/null
+[ "$(hash_of part.segc)" != "" ] || fail "the prepared file cannot be drawn"
+sed 's/^volume.*/volume: {path: part.segc, keep: aorta}/; s/, "blood".*/}/' job.yaml >prepared.yaml
+expect 65 'is prepared, and merge, keep and crop' "$SEGCAST" check prepared.yaml
