@@ -32,6 +32,7 @@ typedef struct sc_output {
     int size_px[2];            /**< width, height */
     int fps;
     int frames;      /**< sc_frames_kind */
+    int codec;       /**< sc_codec */
     int crf, preset; /**< for the encoder; sc_job_preset gives the preset's name */
     int layout;      /**< sc_layout */
 } sc_output;

@@ -12,12 +12,23 @@
 
 #include "segcast/image.h"
 
+/** What encodes a video; SC_CODEC_AUTO: what is usual for the extension of its name. */
+typedef enum sc_codec {
+    SC_CODEC_AUTO,
+    SC_CODEC_H264,
+    SC_CODEC_H265,
+    SC_CODEC_AV1,
+    SC_CODEC_VP9,
+    SC_CODEC_PRORES
+} sc_codec;
+
 /** How a video is encoded. */
 typedef struct sc_video_settings {
     int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
     int fps;                 /**< frames per second, a whole number */
+    sc_codec codec;          /**< one that the container of the video holds */
     int crf;                 /**< constant rate factor of the encoder, sc_video_crf_least to 51 */
-    const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; only for H.264 */
+    const char *preset;      /**< speed of the encoder, e.g. "medium"; borrowed; for H.264, H.265 */
     const char *title;       /**< of the film, in the metadata of the file; borrowed; NULL: none */
     const char *author;      /**< likewise */
     const char *version; /**< of segcast, with the hashes in the metadata; borrowed; NULL: neither
@@ -48,6 +59,7 @@ typedef struct sc_segment_info {
     int first_frame;              /**< number in the video, as given to sc_encoder_finish */
     int frame_count;              /**< from 1 to fps */
     int width_px, height_px, fps; /**< of the video: sides are even */
+    int codec;                    /**< what encoded it, as sc_video_codec_id says */
     /** frame_count numbers of type uint64_t, the hashes given to sc_encoder_push; borrowed from the
      *  segment. Not aligned: to be read with memcpy. */
     const void *hashes;
@@ -122,9 +134,10 @@ void sc_muxer_close(sc_muxer *muxer);
 
 /** Writes one video file from frames that come in order. */
 typedef struct sc_video_writer sc_video_writer;
-/** Create the video under a temporary name beside @p path. .mp4 and .mkv hold H.264, .webm holds
- *  VP9, .mov ProRes 4444. @param settings as of sc_encoder_open. @return SC_ERR_USAGE for another
- * extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_video_writer_close. */
+/** Create the video under a temporary name beside @p path. Unless the settings name a codec, .mp4
+ *  and .mkv hold H.264, .webm holds VP9, .mov ProRes 4444. @param settings as of sc_encoder_open.
+ * @return SC_ERR_USAGE for another extension, SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out:
+ * sc_video_writer_close. */
 SC_MUST_USE sc_status sc_video_writer_open(const sc_ctx *ctx, const char *path,
                                            const sc_video_settings *settings,
                                            sc_video_writer **out);
@@ -146,25 +159,36 @@ void sc_video_writer_close(sc_video_writer *writer);
 /** Append "dir/name.partial.mp4" to @p out for "dir/name.mp4". @p path must have an extension.
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
 SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
-/** @return true if the extension of @p path names a container that can be written: .mp4, .mkv,
- *  .webm or .mov, in any case. */
+/** The extensions of videos, for messages. */
+#define SC_VIDEO_EXTENSIONS ".mp4, .mkv, .webm or .mov"
+/** @return true if the extension of @p path names a container that can be written, one of
+ *  SC_VIDEO_EXTENSIONS in any case. */
 bool sc_video_name_ok(const char *path);
-/** @return the least crf that the encoder of a video named @p path takes: 1 for H.264, 0 for VP9
- *  and for ProRes, which does not read it. */
-int sc_video_crf_least(const char *path);
-/** @return the name of the codec of a video named @p path, for messages. Static text. */
-const char *sc_video_codec_name(const char *path);
-/** Check that this libavcodec has the encoder of a video named @p path; another name is none of its
- * business. @return SC_ERR_CREATE, logged, with what it has. */
-SC_MUST_USE sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path);
-/** @return whether a video named @p path holds pictures with alpha. */
-bool sc_video_has_alpha(const char *path);
+/** @return the codecs that a video named @p path can have, as words of output.codec for messages
+ *  ("h264, h265 or av1"). Static text; "" for another extension. */
+const char *sc_video_codec_words(const char *path);
+/** @return whether a video named @p path can have this codec. */
+bool sc_video_codec_ok(const char *path, sc_codec codec);
+/** @return the least crf that the encoder of a video takes: 1 for H.264 and H.265, 0 for the
+ * others, among them ProRes, which does not read it. */
+int sc_video_crf_least(const char *path, sc_codec codec);
+/** @return the name of the codec of a video, for messages. Static text. */
+const char *sc_video_codec_name(const char *path, sc_codec codec);
+/** @return a number by which the segments of a codec are known: that of sc_segment_info; 0 for a
+ *  video that cannot be. */
+int sc_video_codec_id(const char *path, sc_codec codec);
+/** Check that this libavcodec has the encoder of a video; a name or codec that cannot be is none of
+ *  its business. @return SC_ERR_CREATE, logged, with what it has. */
+SC_MUST_USE sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec codec);
+/** @return whether a video holds pictures with alpha. */
+bool sc_video_has_alpha(const char *path, sc_codec codec);
 /** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
  *  cannot have that many. */
 bool sc_video_size_ok(int width_px, int height_px);
 /** @return a lower bound of the bytes that the encoder of a video named @p video works with. It was
- * measured at 1280 x 720, with libx264 and libvpx: they hold the frames of a GOP that they look
- * ahead at. ProRes encodes each frame by itself, and has three copies of it here. */
+ * measured at 1280 x 720, with libx264 and libvpx, and at 7680 x 4320 with libx265 and libaom, too:
+ * they hold the frames of a GOP that they look ahead at. ProRes encodes each frame by itself, and
+ * has three copies of it here. */
 double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *settings);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */

@@ -15,6 +15,7 @@ sc_video_settings sc_run_video_settings(const sc_job *job)
     return (sc_video_settings){.width_px = job->output.size_px[0],
                                .height_px = job->output.size_px[1],
                                .fps = job->output.fps,
+                               .codec = (sc_codec)job->output.codec,
                                .crf = job->output.crf,
                                .preset = sc_job_preset(job),
                                .title = job->output.title,
@@ -31,7 +32,7 @@ sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)
 
     if (!sc_run_has_video(job))
         return SC_OK;
-    status = sc_video_check_encoder(ctx, job->output.video);
+    status = sc_video_check_encoder(ctx, job->output.video, settings.codec);
     if (status != SC_OK)
         return status;
     if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)

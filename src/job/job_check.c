@@ -34,15 +34,16 @@ bool sc_job_is_phantom(const char *volume)
 static sc_status check_alpha(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const char *video = job->output.video;
+    const sc_codec codec = (sc_codec)job->output.codec;
 
-    if (!job->render.background.is_none || sc_video_has_alpha(video))
+    if (!job->render.background.is_none || sc_video_has_alpha(video, codec))
         return SC_OK;
     return sc_yaml_fail(
         ctx, sc_key_node(root, "render.background"),
         "background is \"none\", but the video %s is %s, which has no transparency; "
         "expected output.video: none with output.frames: png, or a name ending in .mov (ProRes "
         "4444)",
-        video, sc_video_codec_name(video));
+        video, sc_video_codec_name(video, codec));
 }
 
 /* The video: a name that it can have, and what its encoder takes. */
@@ -51,21 +52,27 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
 {
     const char *video = job->output.video;
     const int *size_px = job->output.size_px;
+    const sc_codec codec = (sc_codec)job->output.codec;
     sc_status status = SC_OK;
 
     if (!strcmp(video, "none"))
         return SC_OK;
     if (!sc_store_video_ok(video))
-        return sc_wrong_type(
-            ctx, sc_key_node(root, "output.video"),
-            "a name ending in .mp4, .mkv, .webm or .mov, of at most 140 bytes, without "
-            "a directory, control characters or a dot at the beginning; or none");
+        return sc_wrong_type(ctx, sc_key_node(root, "output.video"),
+                             "a name ending in " SC_VIDEO_EXTENSIONS
+                             ", of at most 140 bytes, without "
+                             "a directory, control characters or a dot at the beginning; or none");
+    if (!sc_video_codec_ok(video, codec))
+        return sc_yaml_fail(ctx, sc_key_node(root, "output.codec"),
+                            "%s cannot hold this codec; expected auto, %s, or another name of the "
+                            "video",
+                            video, sc_video_codec_words(video));
     if (!sources->no_video)
         (void)sc_goes_on(&status, check_alpha(ctx, root, job));
-    if (job->output.crf < sc_video_crf_least(video))
+    if (job->output.crf < sc_video_crf_least(video, codec))
         (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.crf"),
-                                                "a number from 1 to 51 for the H.264 of .mp4 and "
-                                                ".mkv; without losses there is frames: png"));
+                                                "a number from 1 to 51 for H.264 and H.265; "
+                                                "without losses there is frames: png"));
     if (!sc_video_size_ok(size_px[0], size_px[1]))
         (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.size"),
                                                 "at most 264 million pixels for a video, or "

@@ -3,6 +3,7 @@
  * the job as resolved and of the documents. */
 #include "key.h"
 #include "segcast/job.h"
+#include "segcast/video.h"
 
 #include <string.h>
 
@@ -15,7 +16,14 @@ static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
 static const sc_choice layouts[] = {
     {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
-/* The presets of x264. VP9 (.webm) and ProRes (.mov) have none and ignores the choice. */
+static const sc_choice codecs[] = {{"auto", SC_CODEC_AUTO},
+                                   {"h264", SC_CODEC_H264},
+                                   {"h265", SC_CODEC_H265},
+                                   {"av1", SC_CODEC_AV1},
+                                   {"vp9", SC_CODEC_VP9},
+                                   {"prores", SC_CODEC_PRORES},
+                                   {NULL, 0}};
+/* The presets of x264 and x265. The other codecs have none and ignore the choice. */
 static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                       "medium",    "slow",      "slower",   "veryslow", NULL};
 
@@ -36,6 +44,10 @@ static const sc_key output_keys[] = {
      .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9), or .mov "
              "(ProRes 4444, for editing; also transparent), or none",
      .bytes = SC_PATH_BYTES, .outside_identity = true},
+    {"codec", &sc_type_choice, OUTPUT(codec), "auto",
+     .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
+             "also hold h265 and av1, .mkv these and vp9, .webm av1, and .mov h264 and h265",
+     .choices = codecs},
     {"title", &sc_type_text, OUTPUT(title), "\"\"",
      .help = "title of the film, in the metadata of the video",
      .bytes = sizeof(((sc_output *)0)->title)},
@@ -52,7 +64,8 @@ static const sc_key output_keys[] = {
              "for .webm; .mov has always the same",
      .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
-     .help = "speed of the encoder: slower makes smaller files", .words = presets},
+     .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
+     .words = presets},
     {0}};
 
 /* ---- render ---- */

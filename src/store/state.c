@@ -16,7 +16,8 @@ bool sc_store_is_segment_of(const sc_store *store, const sc_segment_info *info, 
     return info->identity == store->identity && info->first_frame == gop * store->gop_frames &&
            info->frame_count == sc_store_gop_frames(store, gop) &&
            info->width_px == ((s->width_px + 1) & ~1) &&
-           info->height_px == ((s->height_px + 1) & ~1) && info->fps == s->fps;
+           info->height_px == ((s->height_px + 1) & ~1) && info->fps == s->fps &&
+           info->codec == sc_video_codec_id(store->job.video, s->codec);
 }
 
 bool sc_store_has_picture(const sc_store *store, int k)

@@ -9,24 +9,49 @@
 #include <string.h>
 #include <strings.h>
 
+/* With crf 0, x264 and x265 lose nothing, which the profiles that all players know do not have. */
+#define H264                                                                                       \
+    .choice = SC_CODEC_H264, .encoder = "libx264", .name = "H.264", .codec = AV_CODEC_ID_H264,     \
+    .global_header = true, .crf_least = 1, .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
+#define H265                                                                                       \
+    .choice = SC_CODEC_H265, .encoder = "libx265", .name = "H.265", .codec = AV_CODEC_ID_HEVC,     \
+    .global_header = true, .crf_least = 1, .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
+/* Not SVT-AV1, which is faster, but writes to standard error and refuses sides below 64 pixels. */
+#define AV1                                                                                        \
+    .choice = SC_CODEC_AV1, .encoder = "libaom-av1", .name = "AV1", .codec = AV_CODEC_ID_AV1,      \
+    .global_header = true, .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
+#define VP9                                                                                        \
+    .choice = SC_CODEC_VP9, .encoder = "libvpx-vp9", .name = "VP9", .codec = AV_CODEC_ID_VP9,      \
+    .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
+#define PRORES                                                                                     \
+    .choice = SC_CODEC_PRORES, .encoder = "prores_ks", .name = "ProRes 4444",                      \
+    .codec = AV_CODEC_ID_PRORES, .tag = MKTAG('a', 'p', '4', 'h'),                                 \
+    .opaque = AV_PIX_FMT_YUV444P10LE, .alpha = AV_PIX_FMT_YUVA444P10LE
+
+/* The first row of an extension holds the codec that is usual for it. Apple's players know H.265 by
+ * the tag hvc1, with the parameter sets in the header of the file alone. */
 static const sc_container containers[] = {
-    /* With 0, x264 loses nothing, which the profile that all players know does not have. */
-    {".mp4", "mp4", "libx264", "H.264", AV_CODEC_ID_H264, true, 1, 0, AV_PIX_FMT_YUV420P,
-     AV_PIX_FMT_NONE},
-    {".mkv", "matroska", "libx264", "H.264", AV_CODEC_ID_H264, true, 1, 0, AV_PIX_FMT_YUV420P,
-     AV_PIX_FMT_NONE},
-    {".webm", "webm", "libvpx-vp9", "VP9", AV_CODEC_ID_VP9, false, 0, 0, AV_PIX_FMT_YUV420P,
-     AV_PIX_FMT_NONE},
-    {".mov", "mov", "prores_ks", "ProRes 4444", AV_CODEC_ID_PRORES, false, 0,
-     MKTAG('a', 'p', '4', 'h'), AV_PIX_FMT_YUV444P10LE, AV_PIX_FMT_YUVA444P10LE},
+    {.extension = ".mp4", .muxer = "mp4", H264},
+    {.extension = ".mp4", .muxer = "mp4", H265, .tag = MKTAG('h', 'v', 'c', '1')},
+    {.extension = ".mp4", .muxer = "mp4", AV1},
+    {.extension = ".mkv", .muxer = "matroska", H264},
+    {.extension = ".mkv", .muxer = "matroska", H265},
+    {.extension = ".mkv", .muxer = "matroska", AV1},
+    {.extension = ".mkv", .muxer = "matroska", VP9},
+    {.extension = ".webm", .muxer = "webm", VP9},
+    {.extension = ".webm", .muxer = "webm", AV1},
+    {.extension = ".mov", .muxer = "mov", PRORES},
+    {.extension = ".mov", .muxer = "mov", H264},
+    {.extension = ".mov", .muxer = "mov", H265, .tag = MKTAG('h', 'v', 'c', '1')},
 };
 
-const sc_container *sc_container_find(const char *path)
+const sc_container *sc_container_find(const char *path, sc_codec codec)
 {
     const char *dot = strrchr(path, '.');
 
     for (size_t i = 0; dot && i < SC_COUNT_OF(containers); i++) {
-        if (!strcasecmp(dot, containers[i].extension))
+        if (!strcasecmp(dot, containers[i].extension) &&
+            (codec == SC_CODEC_AUTO || codec == containers[i].choice))
             return &containers[i];
     }
     return NULL;
@@ -34,28 +59,61 @@ const sc_container *sc_container_find(const char *path)
 
 bool sc_video_name_ok(const char *path)
 {
-    return sc_container_find(path) != NULL;
+    return sc_container_find(path, SC_CODEC_AUTO) != NULL;
 }
 
-int sc_video_crf_least(const char *path)
+bool sc_video_codec_ok(const char *path, sc_codec codec)
 {
-    const sc_container *container = sc_container_find(path);
+    return sc_container_find(path, codec) != NULL;
+}
+
+const char *sc_video_codec_words(const char *path)
+{
+    const sc_container *container = sc_container_find(path, SC_CODEC_AUTO);
+    const char *extension = container ? container->extension : "";
+
+    return !strcmp(extension, ".mp4")    ? "h264, h265 or av1"
+           : !strcmp(extension, ".mkv")  ? "h264, h265, av1 or vp9"
+           : !strcmp(extension, ".webm") ? "vp9 or av1"
+           : !strcmp(extension, ".mov")  ? "prores, h264 or h265"
+                                         : "";
+}
+
+int sc_video_crf_least(const char *path, sc_codec codec)
+{
+    const sc_container *container = sc_container_find(path, codec);
 
     return container ? container->crf_least : 0;
 }
 
-const char *sc_video_codec_name(const char *path)
+const char *sc_video_codec_name(const char *path, sc_codec codec)
 {
-    const sc_container *container = sc_container_find(path);
+    const sc_container *container = sc_container_find(path, codec);
 
     return container ? container->name : "unknown";
 }
 
-bool sc_video_has_alpha(const char *path)
+int sc_video_codec_id(const char *path, sc_codec codec)
 {
-    const sc_container *container = sc_container_find(path);
+    const sc_container *container = sc_container_find(path, codec);
+
+    return container ? (int)container->codec : 0;
+}
+
+bool sc_video_has_alpha(const char *path, sc_codec codec)
+{
+    const sc_container *container = sc_container_find(path, codec);
 
     return container && container->alpha != AV_PIX_FMT_NONE;
+}
+
+sc_status sc_container_fail(const sc_ctx *ctx, const char *path)
+{
+    if (sc_video_name_ok(path))
+        return sc_fail(ctx, SC_ERR_USAGE, "%s: expected a codec that it can hold: %s", path,
+                       sc_video_codec_words(path));
+    return sc_fail(ctx, SC_ERR_USAGE, "%s: the name of a video must end in " SC_VIDEO_EXTENSIONS,
+                   path);
 }
 
 enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha)
@@ -63,9 +121,9 @@ enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha
     return alpha ? container->alpha : container->opaque;
 }
 
-sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path)
+sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec codec)
 {
-    const sc_container *container = sc_container_find(path);
+    const sc_container *container = sc_container_find(path, codec);
     sc_text others = {0};
     sc_status status = SC_OK;
 

@@ -43,6 +43,44 @@ static int avoid_x264_avx512(AVCodecContext *codec)
                : 0;
 }
 
+/* x265 orders its pictures by up to this many, with B frames as references of others. libavcodec
+ * does not tell. */
+enum { X265_REORDER = 2 };
+
+/* What x265 is told beyond its preset: nothing in the stream about x265 itself; GOPs that end by
+ * themselves; one thread, since what it writes depends on their number; and B frames in the order
+ * of X265_REORDER, whatever the preset says. */
+#define X265_PARAMETERS                                                                            \
+    "log-level=none:info=0:open-gop=0:pools=none:frame-threads=1:wpp=0:b-pyramid=1:bframes=4:"     \
+    "repeat-headers=0"
+
+/* Set quality and speed of an encoder by crf. @return 0, or libav's code of an error. */
+static int choose_quality(AVCodecContext *codec, const sc_video_settings *settings)
+{
+    void *const own = codec->priv_data;
+    int error = codec->codec_id == AV_CODEC_ID_HEVC
+                    ? av_opt_set_double(own, "crf", settings->crf, 0)
+                    : av_opt_set_int(own, "crf", settings->crf, 0);
+
+    switch (codec->codec_id) {
+    case AV_CODEC_ID_H264:
+        error = error < 0 ? error : av_opt_set(own, "preset", settings->preset, 0);
+        error = error < 0 ? error : av_opt_set(own, "profile", "high", 0);
+        return error < 0 ? error : avoid_x264_avx512(codec);
+    case AV_CODEC_ID_HEVC:
+        error = error < 0 ? error : av_opt_set(own, "preset", settings->preset, 0);
+        return error < 0 ? error : av_opt_set(own, "x265-params", X265_PARAMETERS, 0);
+    case AV_CODEC_ID_AV1:
+        codec->thread_count = 1;
+        error = error < 0 ? error : av_opt_set_int(own, "cpu-used", 6, 0);
+        return error < 0 ? error : av_opt_set_int(own, "row-mt", 0, 0);
+    default:                 /* VP9 */
+        codec->bit_rate = 0; /* 0 selects constant quality, by crf */
+        error = error < 0 ? error : av_opt_set(own, "deadline", "good", 0);
+        return error < 0 ? error : av_opt_set_int(own, "cpu-used", 4, 0);
+    }
+}
+
 /* Set all settings of @p codec, which is allocated for the container's encoder and not yet
  * open. An odd side is rounded up to an even one. @return 0, or libav's code of an error: a video
  * without one of the settings would have other bytes. */
@@ -74,15 +112,7 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                    ? error
                    : av_opt_set_int(codec->priv_data, "alpha_bits", settings->alpha ? 16 : 0, 0);
     }
-    error = av_opt_set_int(codec->priv_data, "crf", settings->crf, 0);
-    if (codec->codec_id == AV_CODEC_ID_H264) {
-        error = error < 0 ? error : av_opt_set(codec->priv_data, "preset", settings->preset, 0);
-        error = error < 0 ? error : av_opt_set(codec->priv_data, "profile", "high", 0);
-        return error < 0 ? error : avoid_x264_avx512(codec);
-    }
-    codec->bit_rate = 0; /* 0 selects constant quality, by crf */
-    error = error < 0 ? error : av_opt_set(codec->priv_data, "deadline", "good", 0);
-    return error < 0 ? error : av_opt_set_int(codec->priv_data, "cpu-used", 4, 0);
+    return choose_quality(codec, settings);
 }
 
 /* Make and open e->codec for the next GOP. @return SC_ERR_CREATE, SC_ERR_MEMORY; e->codec may
@@ -91,7 +121,7 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
 {
     const AVCodec *codec = avcodec_find_encoder_by_name(e->container->encoder);
     int error;
-    sc_status status = sc_video_check_encoder(ctx, e->name);
+    sc_status status = sc_video_check_encoder(ctx, e->name, e->settings.codec);
 
     if (status != SC_OK)
         return status;
@@ -104,8 +134,11 @@ static sc_status open_codec(const sc_ctx *ctx, sc_encoder *e)
         error = sc_av_error(avcodec_open2(e->codec, codec, NULL));
     if (error < 0)
         return sc_av_fail(ctx, SC_ERR_CREATE, e->name, "the encoder cannot be opened", error);
-    /* libavcodec does not notice that x264 found no memory for the headers. */
-    if (e->codec->codec_id == AV_CODEC_ID_H264 && e->container->global_header &&
+    if (e->codec->codec_id == AV_CODEC_ID_HEVC)
+        e->codec->has_b_frames = X265_REORDER;
+    /* libavcodec does not notice that x264 found no memory for the headers. Those of AV1 come with
+     * the first packet. */
+    if (e->container->global_header && e->codec->codec_id != AV_CODEC_ID_AV1 &&
         e->codec->extradata_size <= 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
     return SC_OK;
@@ -148,15 +181,14 @@ static sc_status open_scaler(const sc_ctx *ctx, sc_encoder *e)
 sc_status sc_encoder_open(const sc_ctx *ctx, const char *video, const sc_video_settings *settings,
                           sc_encoder **out)
 {
-    const sc_container *container = sc_container_find(video);
+    const sc_container *container = sc_container_find(video, settings->codec);
     sc_encoder *e = NULL;
     sc_text name = {0};
     void *block = NULL;
     sc_status status;
 
     if (!container)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "%s: the name of a video must end in .mp4, .mkv, .webm or .mov", video);
+        return sc_container_fail(ctx, video);
     av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *e, &block));
     e = block;
@@ -183,7 +215,7 @@ out:
 
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)
 {
-    const sc_container *container = sc_container_find(video);
+    const sc_container *container = sc_container_find(video, settings->codec);
     const size_t width = (size_t)(settings->width_px + 1) / 2;
     const size_t height = (size_t)(settings->height_px + 1) / 2;
 
@@ -199,15 +231,18 @@ int sc_video_gop_frames(const sc_video_settings *settings)
 
 double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *settings)
 {
-    const sc_container *container = sc_container_find(video);
+    const sc_container *container = sc_container_find(video, settings->codec);
     static const double fixed_bytes = 30, frame_bytes = 2.4; /* for each pixel */
     enum { FRAMES_AHEAD = 30, FRAMES_AHEAD_ULTRAFAST = 7 };
     const int most = strcmp(settings->preset, "ultrafast") ? FRAMES_AHEAD : FRAMES_AHEAD_ULTRAFAST;
     const int gop = sc_video_gop_frames(settings);
+    double share = 1;
 
     if (container && container->codec == AV_CODEC_ID_PRORES)
         return 3 * (double)sc_picture_bytes(video, settings);
-    return (double)settings->width_px * settings->height_px *
+    if (container && container->codec == AV_CODEC_ID_AV1)
+        share = 0.9;
+    return share * settings->width_px * settings->height_px *
            (fixed_bytes + frame_bytes * (gop < most ? gop : most));
 }
 
@@ -301,6 +336,26 @@ const void *sc_encoder_convert(sc_encoder *e, const sc_image *image)
     return e->yuv;
 }
 
+/* Keep the sequence header that libaom sends beside the packet with the first key frame as the
+ * extradata of the codec. Does nothing if there is none. @return SC_ERR_MEMORY. */
+static sc_status keep_header(const sc_ctx *ctx, sc_encoder *e)
+{
+    const AVPacketSideData *header = NULL;
+
+    for (int i = 0; i < e->packet->side_data_elems; i++) {
+        if (e->packet->side_data[i].type == AV_PKT_DATA_NEW_EXTRADATA)
+            header = &e->packet->side_data[i];
+    }
+    if (!header || e->codec->extradata)
+        return SC_OK;
+    e->codec->extradata = av_mallocz((size_t)header->size + AV_INPUT_BUFFER_PADDING_SIZE);
+    if (!e->codec->extradata)
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", e->name);
+    memcpy(e->codec->extradata, header->data, (size_t)header->size);
+    e->codec->extradata_size = (int)header->size;
+    return SC_OK;
+}
+
 /* Move the packets that the codec has ready into e->segment; it may have none. @return
  * SC_ERR_INTERNAL, SC_ERR_MEMORY. */
 static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
@@ -315,7 +370,9 @@ static sc_status receive_packets(const sc_ctx *ctx, sc_encoder *e)
             return SC_OK;
         if (error < 0)
             return sc_av_fail(ctx, SC_ERR_INTERNAL, e->name, "cannot be encoded", error);
-        status = sc_segment_add_packet(ctx, &e->segment, e->packet);
+        status = keep_header(ctx, e);
+        if (status == SC_OK)
+            status = sc_segment_add_packet(ctx, &e->segment, e->packet);
         av_packet_unref(e->packet);
         if (status != SC_OK)
             return status;

@@ -8,9 +8,10 @@
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 
-/* A kind of video file, and the codec that segcast puts into it. */
+/* A kind of video file, and a codec that segcast can put into it. */
 typedef struct sc_container {
     const char *extension;       /* end of the file name, e.g. ".mp4" */
+    sc_codec choice;             /* the codec as users name it */
     const char *muxer, *encoder; /* their names in libav */
     const char *name;            /* of the codec, for messages */
     enum AVCodecID codec;
@@ -22,9 +23,12 @@ typedef struct sc_container {
     enum AVPixelFormat opaque, alpha;
 } sc_container;
 
-/* @return the container that the extension of @p path names, in any case, from a static table;
- * NULL for another extension or none. */
-const sc_container *sc_container_find(const char *path);
+/* @return the container that the extension of @p path names, in any case, with this codec, from a
+ * static table; NULL for another extension or none, or a codec that it does not hold. */
+const sc_container *sc_container_find(const char *path, sc_codec codec);
+/* Log that a video named @p path cannot be, by its extension or by the codec that is asked for.
+ * @return SC_ERR_USAGE. */
+sc_status sc_container_fail(const sc_ctx *ctx, const char *path);
 /* @return the format of the pictures that the encoder of a video gets. */
 enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha);
 /* Log "PATH: WHAT: REASON" with libav's text for its @p error. @return @p status, or SC_ERR_MEMORY
@@ -58,10 +62,10 @@ int sc_input_open(AVFormatContext **format, const char *name);
 /* Free what sc_input_begin has made, and set *format to NULL, which is allowed. */
 void sc_input_end(AVFormatContext **format);
 
-/* @return whether the extradata of H.264 are parameter sets as x264 writes them behind start codes:
- * one of the sequence, of which libavformat can read all in a moment, and at least one of
- * pictures. */
-bool sc_h264_has_sane_parameters(const void *extradata, size_t bytes);
+/* @return whether the extradata of a codec (an AVCodecID) are what its encoder writes: of H.264 and
+ * H.265 parameter sets behind start codes, which libavformat can read in a moment; of AV1 a
+ * sequence header; nothing of the others. */
+bool sc_has_sane_parameters(int codec_id, const void *extradata, size_t bytes);
 
 /* The content of a segment while its GOP is encoded; owns both arrays. Zero-initialise, then
  * sc_segment_clear. */

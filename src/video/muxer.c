@@ -49,7 +49,7 @@ static bool describe(AVFormatContext *format, const sc_video_settings *settings)
 sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
                         sc_muxer **out)
 {
-    const sc_container *container = sc_container_find(path);
+    const sc_container *container = sc_container_find(path, settings->codec);
     sc_muxer *m = NULL;
     sc_text copy = {0};
     void *block = NULL;
@@ -57,8 +57,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     sc_status status;
 
     if (!container)
-        return sc_fail(ctx, SC_ERR_USAGE,
-                       "%s: the name of a video must end in .mp4, .mkv, .webm or .mov", path);
+        return sc_container_fail(ctx, path);
     av_log_set_level(AV_LOG_FATAL); /* sc_av_fail logs the errors of libav */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *m, &block));
     m = block;

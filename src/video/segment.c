@@ -184,16 +184,23 @@ bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *f
     return true;
 }
 
+/* @return whether segcast encodes with this codec. */
+static bool is_known(int codec_id)
+{
+    return codec_id == AV_CODEC_ID_H264 || codec_id == AV_CODEC_ID_HEVC ||
+           codec_id == AV_CODEC_ID_AV1 || codec_id == AV_CODEC_ID_VP9 ||
+           codec_id == AV_CODEC_ID_PRORES;
+}
+
 /* @return whether the numbers in the head of a segment can be those of a GOP. */
 static bool is_sane(const segment_head *head)
 {
-    return (head->codec_id == AV_CODEC_ID_H264 || head->codec_id == AV_CODEC_ID_VP9 ||
-            head->codec_id == AV_CODEC_ID_PRORES) &&
-           head->width_px >= 1 && head->width_px <= SIDE_MAX_PX && head->height_px >= 1 &&
-           head->height_px <= SIDE_MAX_PX && head->fps >= 1 && head->fps <= FPS_MAX &&
-           head->reorder >= 0 && head->reorder <= REORDER_MAX && head->first_frame >= 0 &&
-           head->first_frame <= INT32_MAX - FPS_MAX && head->frame_count >= 1 &&
-           head->frame_count <= head->fps && head->frame_count == head->packet_count &&
+    return is_known(head->codec_id) && head->width_px >= 1 && head->width_px <= SIDE_MAX_PX &&
+           head->height_px >= 1 && head->height_px <= SIDE_MAX_PX && head->fps >= 1 &&
+           head->fps <= FPS_MAX && head->reorder >= 0 && head->reorder <= REORDER_MAX &&
+           head->first_frame >= 0 && head->first_frame <= INT32_MAX - FPS_MAX &&
+           head->frame_count >= 1 && head->frame_count <= head->fps &&
+           head->frame_count == head->packet_count &&
            head->extradata_bytes <= EXTRADATA_MAX_BYTES &&
            (uint64_t)head->frame_count * 8 + head->extradata_bytes + sizeof *head <= head->bytes;
 }
@@ -220,15 +227,6 @@ static bool has_sane_packets(const sc_segment *segment, const segment_head *head
     return at == segment->bytes;
 }
 
-/* @return whether the extradata of a segment, whose head is sane, are what its codec's encoder
- * writes: parameter sets of H.264, nothing for the others. */
-static bool has_sane_extradata(const sc_segment *segment, const segment_head *head)
-{
-    return head->codec_id == AV_CODEC_ID_H264
-               ? sc_h264_has_sane_parameters(extradata_of(segment, head), head->extradata_bytes)
-               : head->extradata_bytes == 0;
-}
-
 bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
 {
     segment_head head;
@@ -239,12 +237,15 @@ bool sc_segment_inspect(const sc_segment *segment, sc_segment_info *out)
     if (memcmp(head.magic, MAGIC, sizeof head.magic) != 0 || head.byte_order != BYTE_ORDER_MARK ||
         head.bytes != segment->bytes || !is_sane(&head) ||
         hash_of(segment->data, segment->bytes) != head.hash ||
-        !has_sane_extradata(segment, &head) || !has_sane_packets(segment, &head))
+        !sc_has_sane_parameters(head.codec_id, extradata_of(segment, &head),
+                                head.extradata_bytes) ||
+        !has_sane_packets(segment, &head))
         return false;
     *out = (sc_segment_info){.identity = head.identity,
                              .width_px = head.width_px,
                              .height_px = head.height_px,
                              .fps = head.fps,
+                             .codec = head.codec_id,
                              .first_frame = head.first_frame,
                              .frame_count = head.frame_count,
                              .hashes = (const void *)((const char *)segment->data + sizeof head)};

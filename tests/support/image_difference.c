@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* image_difference A.png B.png [MAX_LEVEL [MAX_RMS [X Y]]] prints how two pictures differ. It exits
- * with 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square is at
- * most MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. With X and
- * Y, B is compared with that part of A which is as large as B and begins there. */
+/* image_difference [-p] A.png B.png [MAX_LEVEL [MAX_RMS [X Y]]] prints how two pictures differ. It
+ * exits with 0 if no channel differs by more than MAX_LEVEL (0) levels and their root mean square
+ * is at most MAX_RMS (255), with 1 if they differ more, and with 2 if they cannot be compared. With
+ * X and Y, B is compared with that part of A which is as large as B and begins there. */
 #include "segcast/image.h"
 
 #include <stdlib.h>
@@ -25,7 +25,20 @@ static bool crop(sc_image *a, const sc_image *b, int x, int y)
     return true;
 }
 
-int main(int argc, char **argv)
+/* Multiply the colours of a picture that has alpha by it. */
+static void multiply_by_alpha(sc_image *image)
+{
+    const size_t pixels = image->alpha ? (size_t)image->width_px * (size_t)image->height_px : 0;
+
+    for (size_t i = 0; i < pixels; i++) {
+        for (int c = 0; c < 3; c++)
+            image->rgb[4 * i + c] =
+                (uint8_t)((image->rgb[4 * i + c] * image->rgb[4 * i + 3] + 127) / 255);
+    }
+}
+
+/* Do what is asked for, without the option -p. @return the exit code. */
+static int compare(int argc, char **argv, bool multiply)
 {
     const sc_ctx ctx = {.level = SC_LOG_INFO, .write = sc_log_to_stderr};
     const double level = argc > 3 ? atof(argv[3]) : 0, rms = argc > 4 ? atof(argv[4]) : 255;
@@ -40,6 +53,10 @@ int main(int argc, char **argv)
         printf("there is no such part in %d x %d pixels\n", a.width_px, a.height_px);
         goto out;
     }
+    if (multiply) {
+        multiply_by_alpha(&a);
+        multiply_by_alpha(&b);
+    }
     if (!sc_image_compare(&a, &b, &d)) {
         printf("sizes or kinds differ: %d x %d and %d x %d\n", a.width_px, a.height_px, b.width_px,
                b.height_px);
@@ -52,4 +69,11 @@ out:
     sc_image_clear(&a);
     sc_image_clear(&b);
     return result;
+}
+
+int main(int argc, char **argv)
+{
+    const bool multiply = argc > 1 && !strcmp(argv[1], "-p");
+
+    return compare(argc - multiply, argv + multiply, multiply);
 }

@@ -1,10 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The parameter sets of H.264 (Rec. ITU-T H.264, 7.3.1 and 7.3.2.1) as x264 writes them. */
+/* The parameter sets of H.264 (Rec. ITU-T H.264, 7.3.1 and 7.3.2.1), H.265 (Rec. ITU-T
+ * H.265, 7.3.1) and AV1 (AV1 Bitstream & Decoding Process Specification, 5.3) as x264, x265 and
+ * libaom write them.
+ */
 #include "internal.h"
 
 #include <string.h>
 
 enum { NAL_SEQUENCE_SET = 7, NAL_PICTURE_SET = 8 };
+/* Of H.265: the types of NAL units, and the first byte of an OBU of AV1 that holds a sequence
+ * header with its length. */
+enum { H265_VIDEO_SET = 32, H265_SEQUENCE_SET = 33, H265_PICTURE_SET = 34, OBU_SEQUENCE = 0x0a };
 
 /* The bits of a NAL unit behind its first byte. Beyond the end all are 0. */
 typedef struct bits {
@@ -86,7 +92,8 @@ static size_t find_start(const uint8_t *bytes, size_t at, size_t end)
     return at + 3 <= end ? at : end;
 }
 
-bool sc_h264_has_sane_parameters(const void *extradata, size_t bytes)
+/* @return whether these are parameter sets of H.264 behind start codes. */
+static bool is_sane_h264(const void *extradata, size_t bytes)
 {
     const uint8_t *data = extradata;
     size_t at = find_start(data, 0, bytes);
@@ -111,4 +118,44 @@ bool sc_h264_has_sane_parameters(const void *extradata, size_t bytes)
         at = end;
     }
     return sequence_sets == 1 && picture_sets >= 1;
+}
+
+/* @return whether these are one set of each kind of H.265 behind start codes, in their order.
+ * libavformat parses them with limits of its own. */
+static bool is_sane_h265(const uint8_t *data, size_t bytes)
+{
+    size_t at = find_start(data, 0, bytes);
+    int expected = H265_VIDEO_SET;
+
+    if (at > 1 || (at == 1 && data[0] != 0)) /* a start code of three bytes, or of four */
+        return false;
+    while (at < bytes) {
+        const size_t begin = at + 3, end = find_start(data, begin, bytes);
+
+        if (end < begin + 3 || data[begin] != expected << 1 || expected > H265_PICTURE_SET)
+            return false;
+        expected++;
+        at = end;
+    }
+    return expected > H265_PICTURE_SET;
+}
+
+/* @return whether these are one OBU with a sequence header of AV1. */
+static bool is_sane_av1(const uint8_t *data, size_t bytes)
+{
+    return bytes > 2 && bytes < 128 && data[0] == OBU_SEQUENCE && data[1] == bytes - 2;
+}
+
+bool sc_has_sane_parameters(int codec_id, const void *extradata, size_t bytes)
+{
+    switch (codec_id) {
+    case AV_CODEC_ID_H264:
+        return is_sane_h264(extradata, bytes);
+    case AV_CODEC_ID_HEVC:
+        return is_sane_h265(extradata, bytes);
+    case AV_CODEC_ID_AV1:
+        return is_sane_av1(extradata, bytes);
+    default:
+        return bytes == 0;
+    }
 }
