@@ -22,7 +22,7 @@
     .global_header = true, .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
 #define VP9                                                                                        \
     .choice = SC_CODEC_VP9, .encoder = "libvpx-vp9", .name = "VP9", .codec = AV_CODEC_ID_VP9,      \
-    .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_NONE
+    .opaque = AV_PIX_FMT_YUV420P, .alpha = AV_PIX_FMT_YUVA420P
 #define PRORES                                                                                     \
     .choice = SC_CODEC_PRORES, .encoder = "prores_ks", .name = "ProRes 4444",                      \
     .codec = AV_CODEC_ID_PRORES, .tag = MKTAG('a', 'p', '4', 'h'),                                 \

@@ -29,6 +29,17 @@ static sc_status fail_data(const decoder *d, const char *what)
     return sc_fail(d->ctx, SC_ERR_DATA, "%s: %s", d->path, what);
 }
 
+/* @return the decoder of a stream, or NULL. Of those for VP9 only that of libvpx gives alpha. */
+static const AVCodec *find_decoder(const AVStream *stream)
+{
+    const AVDictionaryEntry *alpha = av_dict_get(stream->metadata, "alpha_mode", NULL, 0);
+    const AVCodec *libvpx = stream->codecpar->codec_id == AV_CODEC_ID_VP9 && alpha
+                                ? avcodec_find_decoder_by_name("libvpx-vp9")
+                                : NULL;
+
+    return libvpx ? libvpx : avcodec_find_decoder(stream->codecpar->codec_id);
+}
+
 /* Open the file and the decoder of its best video stream: sets all members but scaler and
  * image. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY; the caller frees what was opened. */
 static sc_status open_decoder(decoder *d)
@@ -53,7 +64,7 @@ static sc_status open_decoder(decoder *d)
     if (index < 0)
         return fail_data(d, "holds no video stream");
     d->stream = d->format->streams[index];
-    codec = avcodec_find_decoder(d->stream->codecpar->codec_id);
+    codec = find_decoder(d->stream);
     d->codec = codec ? avcodec_alloc_context3(codec) : NULL;
     d->frame = av_frame_alloc();
     d->packet = av_packet_alloc();

@@ -77,6 +77,9 @@ static int choose_quality(AVCodecContext *codec, const sc_video_settings *settin
     default:                 /* VP9 */
         codec->bit_rate = 0; /* 0 selects constant quality, by crf */
         error = error < 0 ? error : av_opt_set(own, "deadline", "good", 0);
+        /* Colours and alpha are encoded apart, and one packet of each is needed for each frame. */
+        if (error >= 0 && settings->alpha)
+            error = av_opt_set_int(own, "auto-alt-ref", 0, 0);
         return error < 0 ? error : av_opt_set_int(own, "cpu-used", 4, 0);
     }
 }
@@ -216,12 +219,13 @@ out:
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)
 {
     const sc_container *container = sc_container_find(video, settings->codec);
-    const size_t width = (size_t)(settings->width_px + 1) / 2;
-    const size_t height = (size_t)(settings->height_px + 1) / 2;
+    const int bytes = container
+                          ? av_image_get_buffer_size(
+                                sc_container_pixels(container, settings->alpha),
+                                (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1, 1)
+                          : 0;
 
-    if (container && container->opaque == AV_PIX_FMT_YUV444P10LE) /* planes of 16 bits */
-        return width * height * 4 * 2 * sc_pixel_bytes(settings->alpha);
-    return width * height * 6;
+    return bytes > 0 ? (size_t)bytes : 0;
 }
 
 int sc_video_gop_frames(const sc_video_settings *settings)
@@ -242,6 +246,8 @@ double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *
         return 3 * (double)sc_picture_bytes(video, settings);
     if (container && container->codec == AV_CODEC_ID_AV1)
         share = 0.9;
+    if (settings->alpha) /* that of VP9 has an encoder of its own */
+        share = 1.5;
     return share * settings->width_px * settings->height_px *
            (fixed_bytes + frame_bytes * (gop < most ? gop : most));
 }

@@ -78,7 +78,10 @@ typedef struct sc_segment_builder {
 
 /* Append the hash of the next frame. @return SC_ERR_MEMORY, the builder unchanged. */
 sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t hash);
-/* Append a copy of a packet; packets come in the order of decoding. @return SC_ERR_MEMORY, the
+/* The bytes before the alpha of a picture in what libav calls the block's additional data: their
+ * number, in the byte order of the network. */
+enum { SC_BLOCK_NUMBER_BYTES = 8 };
+/* Append a copy of a packet, with its additional data; packets come in the order of decoding. @return SC_ERR_MEMORY, the
  * builder unchanged. */
 sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet);
 /* Make the segment *out from what was added and from what a muxer has to know of @p codec,
@@ -104,11 +107,16 @@ typedef struct sc_segment_codec {
 /* Fill *out from a segment that sc_segment_inspect has accepted; extradata is borrowed from the
  * segment. */
 void sc_segment_describe(const sc_segment *segment, sc_segment_codec *out);
+/* A packet in a segment, whose data it borrows. */
+typedef struct sc_segment_packet {
+    int64_t pts; /* in frames from the beginning of the segment, in the order of showing */
+    int flags;   /* libav's of a packet */
+    const void *data;
+    const void *alpha; /* the alpha of the picture, a picture by itself; only of VP9 */
+    size_t bytes, alpha_bytes;
+} sc_segment_packet;
 /* Read the packet at offset *at (0 for the first one) of a segment that sc_segment_inspect has
- * accepted, and move *at behind it. @p pts counts frames from the beginning of the segment, in
- * the order of showing; @p flags are libav's of a packet; @p data, of @p bytes bytes, is
- * borrowed from the segment. @return false at the end; nothing is written then but *at. */
-bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
-                     const void **data, size_t *bytes);
+ * accepted, and move *at behind it. @return false at the end; nothing is written then but *at. */
+bool sc_segment_next(const sc_segment *segment, size_t *at, sc_segment_packet *out);
 
 #endif

@@ -147,21 +147,39 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
            !memcmp(a->extradata, b->extradata, a->extradata_bytes);
 }
 
-/* Write a packet of the segment that follows the m->frames frames so far; @p pts counts frames
- * from its beginning. Packets come in the order of decoding, one for each frame. So the time of
- * decoding, in frames, is the number of packets before it, less the number of frames by which
- * decoding has to run ahead. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
-static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, int64_t pts, int flags,
-                            const void *data, size_t bytes)
+/* Append the alpha of a picture to m->packet. @return false when out of memory. */
+static bool add_alpha(sc_muxer *m, const sc_segment_packet *from)
 {
-    int error = av_new_packet(m->packet, (int)bytes);
+    uint8_t *to =
+        av_packet_new_side_data(m->packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL,
+                                (unsigned)(SC_BLOCK_NUMBER_BYTES + from->alpha_bytes));
+
+    if (!to)
+        return false;
+    memset(to, 0, SC_BLOCK_NUMBER_BYTES);
+    to[SC_BLOCK_NUMBER_BYTES - 1] = 1; /* number 1 holds alpha */
+    memcpy(to + SC_BLOCK_NUMBER_BYTES, from->alpha, from->alpha_bytes);
+    return true;
+}
+
+/* Write a packet of the segment that follows the m->frames frames so far. Packets come in the order
+ * of decoding, one for each frame. So the time of decoding, in frames, is the number of packets
+ * before it, less the number of frames by which decoding has to run ahead. @return SC_ERR_WRITE,
+ * SC_ERR_MEMORY. */
+static sc_status add_packet(const sc_ctx *ctx, sc_muxer *m, const sc_segment_packet *from)
+{
+    int error = av_new_packet(m->packet, (int)from->bytes);
 
     if (error < 0)
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
-    memcpy(m->packet->data, data, bytes);
+    memcpy(m->packet->data, from->data, from->bytes);
+    if (from->alpha_bytes && !add_alpha(m, from)) {
+        av_packet_unref(m->packet);
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
+    }
     m->packet->stream_index = m->stream->index;
-    m->packet->flags = flags;
-    m->packet->pts = m->frames + pts;
+    m->packet->flags = from->flags;
+    m->packet->pts = m->frames + from->pts;
     m->packet->dts = m->packets++ - m->codec.reorder;
     m->packet->duration = 1;
     av_packet_rescale_ts(m->packet, (AVRational){1, m->codec.fps}, m->stream->time_base);
@@ -176,10 +194,8 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
 {
     sc_segment_info info;
     sc_segment_codec codec;
-    const void *data;
-    size_t at = 0, bytes;
-    int64_t pts;
-    int flags;
+    sc_segment_packet packet;
+    size_t at = 0;
     sc_status status = SC_OK;
 
     if (!sc_segment_inspect(segment, &info))
@@ -194,8 +210,8 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
                          m->path, info.first_frame);
         goto out;
     }
-    while (sc_segment_next(segment, &at, &pts, &flags, &data, &bytes))
-        SC_TRY(add_packet(ctx, m, pts, flags, data, bytes));
+    while (sc_segment_next(segment, &at, &packet))
+        SC_TRY(add_packet(ctx, m, &packet));
     m->frames += info.frame_count;
 out:
     return status;

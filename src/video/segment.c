@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define MAGIC "segcast\x01"
+#define MAGIC "segcast\x02"
 enum { BYTE_ORDER_MARK = 0x01020304 };
 /* What a segment may hold at most: a GOP is one second of video. */
 enum { FPS_MAX = 1000, SIDE_MAX_PX = 1 << 15, REORDER_MAX = 16, EXTRADATA_MAX_BYTES = 1 << 20 };
@@ -28,6 +28,8 @@ typedef struct segment_head {
 typedef struct packet_head {
     int64_t pts;           /* in frames from the beginning of the segment */
     uint32_t flags, bytes; /* libav's AV_PKT_FLAG_*; length of the data */
+    uint32_t alpha_bytes;  /* length of the alpha behind the data; 0: none */
+    uint32_t unused;       /* 0 */
 } packet_head;
 
 /* Make room for @p needed bytes in *data, which is of sc_alloc or NULL and has room for
@@ -69,10 +71,28 @@ sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t
     return SC_OK;
 }
 
+/* @return the alpha of the picture in a packet, behind its number; NULL if there is none. */
+static const AVPacketSideData *alpha_of(const AVPacket *packet)
+{
+    for (int i = 0; i < packet->side_data_elems; i++) {
+        const AVPacketSideData *data = &packet->side_data[i];
+
+        if (data->type == AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL &&
+            (size_t)data->size > SC_BLOCK_NUMBER_BYTES)
+            return data;
+    }
+    return NULL;
+}
+
 sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet)
 {
-    const packet_head head = {packet->pts, (uint32_t)packet->flags, (uint32_t)packet->size};
-    const size_t more = sizeof head + head.bytes;
+    const AVPacketSideData *alpha = alpha_of(packet);
+    const packet_head head = {
+        .pts = packet->pts,
+        .flags = (uint32_t)packet->flags,
+        .bytes = (uint32_t)packet->size,
+        .alpha_bytes = alpha ? (uint32_t)(alpha->size - SC_BLOCK_NUMBER_BYTES) : 0};
+    const size_t more = sizeof head + head.bytes + head.alpha_bytes;
     void *packets = b->packets;
     sc_status status = grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more);
 
@@ -81,6 +101,9 @@ sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const 
     b->packets = packets;
     memcpy(b->packets + b->bytes, &head, sizeof head);
     memcpy(b->packets + b->bytes + sizeof head, packet->data, head.bytes);
+    if (alpha)
+        memcpy(b->packets + b->bytes + sizeof head + head.bytes, alpha->data + SC_BLOCK_NUMBER_BYTES,
+               head.alpha_bytes);
     b->bytes += more;
     b->packet_count++;
     return SC_OK;
@@ -161,11 +184,11 @@ static const char *extradata_of(const sc_segment *segment, const segment_head *h
     return (const char *)segment->data + sizeof *head + (size_t)head->frame_count * 8;
 }
 
-bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *flags,
-                     const void **data, size_t *bytes)
+bool sc_segment_next(const sc_segment *segment, size_t *at, sc_segment_packet *out)
 {
     segment_head head;
     packet_head packet;
+    const char *data;
 
     memcpy(&head, segment->data, sizeof head);
     if (*at == 0)
@@ -174,13 +197,16 @@ bool sc_segment_next(const sc_segment *segment, size_t *at, int64_t *pts, int *f
     if (*at + sizeof packet > segment->bytes)
         return false;
     memcpy(&packet, (const char *)segment->data + *at, sizeof packet);
-    if (*at + sizeof packet + packet.bytes > segment->bytes)
+    if (*at + sizeof packet + packet.bytes + packet.alpha_bytes > segment->bytes)
         return false;
-    *pts = packet.pts;
-    *flags = (int)packet.flags;
-    *data = (const char *)segment->data + *at + sizeof packet;
-    *bytes = packet.bytes;
-    *at += sizeof packet + packet.bytes;
+    data = (const char *)segment->data + *at + sizeof packet;
+    *out = (sc_segment_packet){.pts = packet.pts,
+                               .flags = (int)packet.flags,
+                               .data = data,
+                               .alpha = data + packet.bytes,
+                               .bytes = packet.bytes,
+                               .alpha_bytes = packet.alpha_bytes};
+    *at += sizeof packet + packet.bytes + packet.alpha_bytes;
     return true;
 }
 
@@ -211,18 +237,16 @@ static bool has_sane_packets(const sc_segment *segment, const segment_head *head
 {
     const int known_flags = AV_PKT_FLAG_KEY | AV_PKT_FLAG_DISPOSABLE;
     bool shown[FPS_MAX] = {false};
-    const void *data;
-    size_t at = 0, bytes;
-    int64_t pts;
-    int flags;
+    sc_segment_packet p;
+    size_t at = 0;
 
     for (int i = 0; i < head->packet_count; i++) {
-        if (!sc_segment_next(segment, &at, &pts, &flags, &data, &bytes) || bytes < 1 ||
-            bytes > INT32_MAX / 2 || (flags & ~known_flags) ||
-            (i == 0 && !(flags & AV_PKT_FLAG_KEY)) || pts < 0 || pts >= head->frame_count ||
-            pts < i - head->reorder || shown[pts])
+        if (!sc_segment_next(segment, &at, &p) || p.bytes < 1 || p.bytes > INT32_MAX / 2 ||
+            (p.flags & ~known_flags) || (i == 0 && !(p.flags & AV_PKT_FLAG_KEY)) || p.pts < 0 ||
+            p.pts >= head->frame_count || p.pts < i - head->reorder || shown[p.pts] ||
+            p.alpha_bytes > (head->codec_id == AV_CODEC_ID_VP9 ? INT32_MAX / 2 : 0))
             return false;
-        shown[pts] = true;
+        shown[p.pts] = true;
     }
     return at == segment->bytes;
 }

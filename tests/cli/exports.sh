@@ -14,7 +14,9 @@ webm vp9 white 8
 webm av1 white 8
 mov h264 white 8
 mov prores white 2
-mov prores none 2'
+mov prores none 2
+webm vp9 none 8
+mkv vp9 none 8'
 for background in white none; do
     "$SEGCAST" render job.yaml -o "$background" -q --set render.background=$background --set output.video=none --set output.frames=png >/dev/null
 done
