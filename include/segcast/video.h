@@ -19,7 +19,8 @@ typedef enum sc_codec {
     SC_CODEC_H265,
     SC_CODEC_AV1,
     SC_CODEC_VP9,
-    SC_CODEC_PRORES
+    SC_CODEC_PRORES,
+    SC_CODEC_WEBP
 } sc_codec;
 
 /** How a video is encoded. */
@@ -160,7 +161,7 @@ void sc_video_writer_close(sc_video_writer *writer);
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
 SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
 /** The extensions of videos, for messages. */
-#define SC_VIDEO_EXTENSIONS ".mp4, .mkv, .webm or .mov"
+#define SC_VIDEO_EXTENSIONS ".mp4, .mkv, .webm, .mov or .webp"
 /** @return true if the extension of @p path names a container that can be written, one of
  *  SC_VIDEO_EXTENSIONS in any case. */
 bool sc_video_name_ok(const char *path);
@@ -182,9 +183,14 @@ int sc_video_codec_id(const char *path, sc_codec codec);
 SC_MUST_USE sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec codec);
 /** @return whether a video holds pictures with alpha. */
 bool sc_video_has_alpha(const char *path, sc_codec codec);
-/** @return whether libav takes frames of this size. A side may have up to 16384 pixels, but both
- *  cannot have that many. */
-bool sc_video_size_ok(int width_px, int height_px);
+/** @return whether a video named @p path takes frames of this size: sides of up to
+ *  sc_video_side_max_px pixels, but both cannot have that many. */
+bool sc_video_size_ok(const char *path, int width_px, int height_px);
+/** @return the largest side of a video named @p path, in pixels: an even number. */
+int sc_video_side_max_px(const char *path);
+/** @return the most frames per second of a video named @p path: 60 for WebP, since browsers show
+ *  shorter frames longer; as many as libav takes for the others. */
+int sc_video_fps_max(const char *path);
 /** @return a lower bound of the bytes that the encoder of a video named @p video works with. It was
  * measured at 1280 x 720, with libx264 and libvpx, and at 7680 x 4320 with libx265 and libaom, too:
  * they hold the frames of a GOP that they look ahead at. ProRes encodes each frame by itself, and

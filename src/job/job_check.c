@@ -41,9 +41,32 @@ static sc_status check_alpha(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     return sc_yaml_fail(
         ctx, sc_key_node(root, "render.background"),
         "background is \"none\", but the video %s is %s, which has no transparency; "
-        "expected output.video: none with output.frames: png, or a name ending in .mov (ProRes "
-        "4444)",
+        "expected output.video: none with output.frames: png, or a name ending in .webp, .webm or "
+        ".mkv (with codec: vp9), or .mov (with codec: prores)",
         video, sc_video_codec_name(video, codec));
+}
+
+/* Size and frame rate, which the format of the video limits. */
+static sc_status check_limits(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
+{
+    const char *video = job->output.video;
+    char expected[SC_PATH_BYTES + 160];
+    sc_status status = SC_OK;
+
+    if (!sc_video_size_ok(video, job->output.size_px[0], job->output.size_px[1])) {
+        snprintf(expected, sizeof expected,
+                 "at most %d pixels for a side and 264 million in all for the video %s, or video: "
+                 "none with frames: png",
+                 sc_video_side_max_px(video), video);
+        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.size"), expected));
+    }
+    if (job->output.fps > sc_video_fps_max(video)) {
+        snprintf(expected, sizeof expected,
+                 "at most %d for the video %s: programs show shorter frames of its format too long",
+                 sc_video_fps_max(video), video);
+        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.fps"), expected));
+    }
+    return status;
 }
 
 /* The video: a name that it can have, and what its encoder takes. */
@@ -51,7 +74,6 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
                              const sc_job *job)
 {
     const char *video = job->output.video;
-    const int *size_px = job->output.size_px;
     const sc_codec codec = (sc_codec)job->output.codec;
     sc_status status = SC_OK;
 
@@ -73,10 +95,7 @@ static sc_status check_video(const sc_ctx *ctx, const sc_job_sources *sources, c
         (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.crf"),
                                                 "a number from 1 to 51 for H.264 and H.265; "
                                                 "without losses there is frames: png"));
-    if (!sc_video_size_ok(size_px[0], size_px[1]))
-        (void)sc_goes_on(&status, sc_wrong_type(ctx, sc_key_node(root, "output.size"),
-                                                "at most 264 million pixels for a video, or "
-                                                "video: none with frames: png"));
+    (void)sc_goes_on(&status, check_limits(ctx, root, job));
     return status;
 }
 

@@ -41,8 +41,10 @@ static const sc_key output_keys[] = {
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
      .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
-     .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9), or .mov "
-             "(ProRes 4444, for editing; also transparent), or none",
+     .help =
+         "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
+         ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, for "
+         "slides and web pages; also transparent), or none",
      .bytes = SC_PATH_BYTES, .outside_identity = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
@@ -60,8 +62,9 @@ static const sc_key output_keys[] = {
     {"layout", &sc_type_choice, OUTPUT(layout), "picture",
      .help = "picture, or views: the three regular slices beside it", .choices = layouts},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
-     .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 only "
-             "for .webm; .mov has always the same",
+     .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
+             "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
+             "is its quality 88",
      .low = 0, .high = 51},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
@@ -123,7 +126,7 @@ static const sc_key render_keys[] = {
      .outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
-             "nearly white; none: pictures are transparent (PNG with alpha, .mov)"},
+             "nearly white; none: pictures are transparent (PNG with alpha, .webm, .webp, .mov)"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",
      .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",

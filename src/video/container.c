@@ -28,6 +28,11 @@
     .codec = AV_CODEC_ID_PRORES, .tag = MKTAG('a', 'p', '4', 'h'),                                 \
     .opaque = AV_PIX_FMT_YUV444P10LE, .alpha = AV_PIX_FMT_YUVA444P10LE
 
+/* Every frame by itself. libwebp converts the colours, which are of BT.601 in WebP. */
+#define WEBP                                                                                       \
+    .choice = SC_CODEC_WEBP, .encoder = "libwebp", .name = "WebP", .codec = AV_CODEC_ID_WEBP,      \
+    .opaque = AV_PIX_FMT_BGRA, .alpha = AV_PIX_FMT_BGRA
+
 /* The first row of an extension holds the codec that is usual for it. Apple's players know H.265 by
  * the tag hvc1, with the parameter sets in the header of the file alone. */
 static const sc_container containers[] = {
@@ -43,6 +48,7 @@ static const sc_container containers[] = {
     {.extension = ".mov", .muxer = "mov", PRORES},
     {.extension = ".mov", .muxer = "mov", H264},
     {.extension = ".mov", .muxer = "mov", H265, .tag = MKTAG('h', 'v', 'c', '1')},
+    {.extension = ".webp", .muxer = "webp", WEBP}, /* by webp.c */
 };
 
 const sc_container *sc_container_find(const char *path, sc_codec codec)
@@ -76,6 +82,7 @@ const char *sc_video_codec_words(const char *path)
            : !strcmp(extension, ".mkv")  ? "h264, h265, av1 or vp9"
            : !strcmp(extension, ".webm") ? "vp9 or av1"
            : !strcmp(extension, ".mov")  ? "prores, h264 or h265"
+           : !strcmp(extension, ".webp") ? "webp"
                                          : "";
 }
 
@@ -144,11 +151,28 @@ out:
     return status;
 }
 
-bool sc_video_size_ok(int width_px, int height_px)
+bool sc_video_size_ok(const char *path, int width_px, int height_px)
 {
+    const int side_max_px = sc_video_side_max_px(path);
+
     av_log_set_level(AV_LOG_FATAL); /* the caller says what is wrong */
-    return av_image_check_size((unsigned)(width_px + 1) & ~1u, (unsigned)(height_px + 1) & ~1u, 0,
+    return width_px <= side_max_px && height_px <= side_max_px &&
+           av_image_check_size((unsigned)(width_px + 1) & ~1u, (unsigned)(height_px + 1) & ~1u, 0,
                                NULL) >= 0;
+}
+
+int sc_video_side_max_px(const char *path)
+{
+    const sc_container *container = sc_container_find(path, SC_CODEC_AUTO);
+
+    return container && container->choice == SC_CODEC_WEBP ? 16382 : 16384;
+}
+
+int sc_video_fps_max(const char *path)
+{
+    const sc_container *container = sc_container_find(path, SC_CODEC_AUTO);
+
+    return container && container->choice == SC_CODEC_WEBP ? 60 : 1000;
 }
 
 void sc_video_libraries(char *text, size_t size)

@@ -12,10 +12,12 @@ typedef struct decoder {
     const sc_ctx *ctx;
     const char *path; /* borrowed, as is ctx */
     FILE *file;
-    AVFormatContext *format; /* reads from file */
+    AVFormatContext *format; /* reads from file; NULL for animated WebP */
+    sc_webp_reader webp;     /* reads from file then; libavformat does not */
     AVCodecContext *codec;
-    AVStream *stream; /* the video stream, borrowed from format */
-    AVFrame *frame;   /* decoded last */
+    AVStream *stream;     /* the video stream, borrowed from format; NULL as that */
+    AVRational time_base; /* of the times of packets and frames, in seconds */
+    AVFrame *frame;       /* decoded last */
     AVPacket *packet;
     int format_of_first;       /* pixel format of the first frame */
     struct SwsContext *scaler; /* made for the first frame, as is image */
@@ -40,18 +42,12 @@ static const AVCodec *find_decoder(const AVStream *stream)
     return libvpx ? libvpx : avcodec_find_decoder(stream->codecpar->codec_id);
 }
 
-/* Open the file and the decoder of its best video stream: sets all members but scaler and
- * image. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY; the caller frees what was opened. */
-static sc_status open_decoder(decoder *d)
+/* Find the best video stream of the file: sets format, stream and time_base. @return
+ * SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY. */
+static sc_status open_stream(decoder *d)
 {
-    const AVCodec *codec;
     int index, error;
 
-    av_log_set_level(AV_LOG_FATAL);
-    d->file = fopen(d->path, "rb");
-    if (!d->file)
-        return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", d->path,
-                       strerror(errno));
     d->format = sc_input_begin(d->file);
     if (!d->format)
         return sc_fail(d->ctx, SC_ERR_MEMORY, "%s: there is no memory to read it", d->path);
@@ -64,15 +60,56 @@ static sc_status open_decoder(decoder *d)
     if (index < 0)
         return fail_data(d, "holds no video stream");
     d->stream = d->format->streams[index];
-    codec = find_decoder(d->stream);
+    d->time_base = d->stream->time_base;
+    return SC_OK;
+}
+
+/* Open the file and the decoder of its best video stream: sets all members but scaler and
+ * image. @return SC_ERR_MISSING, SC_ERR_DATA, SC_ERR_MEMORY; the caller frees what was opened. */
+static sc_status open_decoder(decoder *d)
+{
+    const AVCodec *codec;
+
+    av_log_set_level(AV_LOG_FATAL);
+    d->file = fopen(d->path, "rb");
+    if (!d->file)
+        return sc_fail(d->ctx, SC_ERR_MISSING, "%s: cannot be opened: %s", d->path,
+                       strerror(errno));
+    if (sc_webp_open(&d->webp, d->file)) {
+        d->time_base = (AVRational){1, 1000};
+        codec = avcodec_find_decoder(AV_CODEC_ID_WEBP);
+    } else {
+        const sc_status status = open_stream(d);
+
+        if (status != SC_OK)
+            return status;
+        codec = find_decoder(d->stream);
+    }
     d->codec = codec ? avcodec_alloc_context3(codec) : NULL;
     d->frame = av_frame_alloc();
     d->packet = av_packet_alloc();
     if (!d->codec || !d->frame || !d->packet ||
-        avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0 ||
+        (d->stream && avcodec_parameters_to_context(d->codec, d->stream->codecpar) < 0) ||
         avcodec_open2(d->codec, codec, NULL) < 0)
         return fail_data(d, "libavcodec cannot decode its codec");
     return SC_OK;
+}
+
+/* Read the next packet of any stream into d->packet. @param wanted whether it is of the video.
+ * @return 0, or libav's code of the end or an error. */
+static int read_packet(decoder *d, bool *wanted)
+{
+    const int error =
+        d->stream ? av_read_frame(d->format, d->packet) : sc_webp_read(&d->webp, d->packet);
+
+    *wanted = error >= 0 && (!d->stream || d->packet->stream_index == d->stream->index);
+    return error;
+}
+
+/* @return the colours of the frames for swscale: BT.709, but of WebP BT.601. */
+static const int *coefficients_of(const decoder *d)
+{
+    return sws_getCoefficients(d->stream ? SWS_CS_ITU709 : SWS_CS_ITU601);
 }
 
 /* Convert d->frame to d->image, which the first call makes in the size of the frame; all others
@@ -80,7 +117,7 @@ static sc_status open_decoder(decoder *d)
 static sc_status to_rgb(decoder *d)
 {
     const AVFrame *f = d->frame;
-    const int *bt709 = sws_getCoefficients(SWS_CS_ITU709);
+    const int *colors = coefficients_of(d);
     const AVPixFmtDescriptor *pixels = av_pix_fmt_desc_get(f->format);
     const bool alpha = pixels && (pixels->flags & AV_PIX_FMT_FLAG_ALPHA);
     uint8_t *planes[1];
@@ -96,7 +133,7 @@ static sc_status to_rgb(decoder *d)
                                    SWS_BICUBIC | SWS_ACCURATE_RND, NULL, NULL, NULL);
         if (!d->scaler)
             return fail_data(d, "its pixel format cannot be converted");
-        sws_setColorspaceDetails(d->scaler, bt709, 0, bt709, 1, 0, 1 << 16, 1 << 16);
+        sws_setColorspaceDetails(d->scaler, colors, 0, colors, 1, 0, 1 << 16, 1 << 16);
         d->format_of_first = f->format;
     }
     if (f->width != d->image.width_px || f->height != d->image.height_px ||
@@ -117,8 +154,7 @@ static sc_status receive_frames(decoder *d, sc_video_frame_fn *on_frame, void *u
     int error = 0;
 
     while (status == SC_OK && (error = avcodec_receive_frame(d->codec, d->frame)) >= 0) {
-        const double time_s =
-            (double)d->frame->best_effort_timestamp * av_q2d(d->stream->time_base);
+        const double time_s = (double)d->frame->best_effort_timestamp * av_q2d(d->time_base);
 
         status = to_rgb(d);
         if (status == SC_OK)
@@ -146,12 +182,12 @@ sc_status sc_video_decode(const sc_ctx *ctx, const char *path, sc_video_frame_fn
                           void *user)
 {
     decoder d = {.ctx = ctx, .path = path};
+    bool wanted;
     int end;
     sc_status status;
 
     SC_TRY(open_decoder(&d));
-    while ((end = av_read_frame(d.format, d.packet)) >= 0) {
-        const bool wanted = d.packet->stream_index == d.stream->index;
+    while ((end = read_packet(&d, &wanted)) >= 0) {
         const bool cut = wanted && (d.packet->flags & AV_PKT_FLAG_CORRUPT);
         const int error = wanted ? avcodec_send_packet(d.codec, d.packet) : 0;
 
@@ -175,11 +211,16 @@ out:
 
 /* ---- single frames ---- */
 
-/* Seek to the GOP in which a frame is. */
+/* Seek to the GOP in which a frame is; in WebP, whose frames are all decoded, to the first. */
 static sc_status seek(decoder *d, int fps, int frame)
 {
-    const int64_t time = av_rescale_q(frame, (AVRational){1, fps}, d->stream->time_base);
+    const int64_t time = av_rescale_q(frame, (AVRational){1, fps}, d->time_base);
 
+    if (!d->stream) {
+        sc_webp_rewind(&d->webp);
+        avcodec_flush_buffers(d->codec);
+        return SC_OK;
+    }
     if (av_seek_frame(d->format, d->stream->index, time, AVSEEK_FLAG_BACKWARD) < 0)
         return fail_data(d, "cannot be read from a frame in the middle on");
     avcodec_flush_buffers(d->codec);
@@ -190,16 +231,15 @@ static sc_status seek(decoder *d, int fps, int frame)
  * @return SC_ERR_DATA. */
 static sc_status next_frame(decoder *d, int fps, int *number)
 {
+    bool wanted;
     int error;
 
     while ((error = avcodec_receive_frame(d->codec, d->frame)) == AVERROR(EAGAIN)) {
-        if (av_read_frame(d->format, d->packet) < 0) {
+        if (read_packet(d, &wanted) < 0) {
             avcodec_send_packet(d->codec, NULL); /* so that it gives what it still holds */
             continue;
         }
-        error = d->packet->stream_index == d->stream->index
-                    ? avcodec_send_packet(d->codec, d->packet)
-                    : 0;
+        error = wanted ? avcodec_send_packet(d->codec, d->packet) : 0;
         av_packet_unref(d->packet);
         if (error < 0)
             return fail_data(d, "a frame cannot be decoded");
@@ -209,8 +249,8 @@ static sc_status next_frame(decoder *d, int fps, int *number)
         return SC_OK;
     if (error < 0)
         return fail_data(d, "a frame cannot be decoded");
-    *number = (int)av_rescale_q(d->frame->best_effort_timestamp, d->stream->time_base,
-                                (AVRational){1, fps});
+    *number =
+        (int)av_rescale_q(d->frame->best_effort_timestamp, d->time_base, (AVRational){1, fps});
     return SC_OK;
 }
 

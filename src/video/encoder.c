@@ -84,6 +84,18 @@ static int choose_quality(AVCodecContext *codec, const sc_video_settings *settin
     }
 }
 
+/* Set the quality of WebP, which has no crf but a quality from 0 to 100: 100 for 1, 88 for 18, 0
+ * for
+ * 51. 0 loses nothing. @return 0, or libav's code of an error. */
+static int choose_webp(AVCodecContext *codec, const sc_video_settings *settings)
+{
+    const double quality = 100 - settings->crf * settings->crf / (51.0 * 51.0 / 100);
+
+    codec->thread_count = 1;
+    return settings->crf == 0 ? av_opt_set_int(codec->priv_data, "lossless", 1, 0)
+                              : av_opt_set_double(codec->priv_data, "quality", quality, 0);
+}
+
 /* Set all settings of @p codec, which is allocated for the container's encoder and not yet
  * open. An odd side is rounded up to an even one. @return 0, or libav's code of an error: a video
  * without one of the settings would have other bytes. */
@@ -115,7 +127,8 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                    ? error
                    : av_opt_set_int(codec->priv_data, "alpha_bits", settings->alpha ? 16 : 0, 0);
     }
-    return choose_quality(codec, settings);
+    return codec->codec_id == AV_CODEC_ID_WEBP ? choose_webp(codec, settings)
+                                               : choose_quality(codec, settings);
 }
 
 /* Make and open e->codec for the next GOP. @return SC_ERR_CREATE, SC_ERR_MEMORY; e->codec may
@@ -219,11 +232,11 @@ out:
 size_t sc_picture_bytes(const char *video, const sc_video_settings *settings)
 {
     const sc_container *container = sc_container_find(video, settings->codec);
-    const int bytes = container
-                          ? av_image_get_buffer_size(
-                                sc_container_pixels(container, settings->alpha),
-                                (settings->width_px + 1) & ~1, (settings->height_px + 1) & ~1, 1)
-                          : 0;
+    const int bytes =
+        container ? av_image_get_buffer_size(sc_container_pixels(container, settings->alpha),
+                                             (settings->width_px + 1) & ~1,
+                                             (settings->height_px + 1) & ~1, 1)
+                  : 0;
 
     return bytes > 0 ? (size_t)bytes : 0;
 }
@@ -242,7 +255,8 @@ double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *
     const int gop = sc_video_gop_frames(settings);
     double share = 1;
 
-    if (container && container->codec == AV_CODEC_ID_PRORES)
+    if (container &&
+        (container->codec == AV_CODEC_ID_PRORES || container->codec == AV_CODEC_ID_WEBP))
         return 3 * (double)sc_picture_bytes(video, settings);
     if (container && container->codec == AV_CODEC_ID_AV1)
         share = 0.9;

@@ -81,8 +81,8 @@ sc_status sc_segment_add_hash(const sc_ctx *ctx, sc_segment_builder *b, uint64_t
 /* The bytes before the alpha of a picture in what libav calls the block's additional data: their
  * number, in the byte order of the network. */
 enum { SC_BLOCK_NUMBER_BYTES = 8 };
-/* Append a copy of a packet, with its additional data; packets come in the order of decoding. @return SC_ERR_MEMORY, the
- * builder unchanged. */
+/* Append a copy of a packet, with its additional data; packets come in the order of decoding.
+ * @return SC_ERR_MEMORY, the builder unchanged. */
 sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet);
 /* Make the segment *out from what was added and from what a muxer has to know of @p codec,
  * which is open; the builder is unchanged. @p name is that of the video, for messages. @return
@@ -118,5 +118,50 @@ typedef struct sc_segment_packet {
 /* Read the packet at offset *at (0 for the first one) of a segment that sc_segment_inspect has
  * accepted, and move *at behind it. @return false at the end; nothing is written then but *at. */
 bool sc_segment_next(const sc_segment *segment, size_t *at, sc_segment_packet *out);
+
+/* Texts for the metadata of a file, each may be empty. */
+typedef struct sc_metadata {
+    char title[1024], author[1024], comment[128];
+} sc_metadata;
+
+/* ---- animated WebP files ---- */
+
+/* @return whether these are a WebP file of one picture, as libwebp writes it. */
+bool sc_webp_is_picture(const void *data, size_t bytes);
+
+/* Writes an animated WebP file, which is shown again and again. The members above the line are set
+ * by the caller before sc_webp_begin. */
+typedef struct sc_webp {
+    FILE *stream; /* open for writing at its begin; borrowed */
+    int width_px, height_px, fps;
+    bool alpha;
+    /* ---- */
+    uint64_t bytes; /* written so far */
+    int64_t frames;
+    bool has_metadata;
+} sc_webp;
+/* Begin the file. @param path for messages. @return SC_ERR_WRITE. */
+sc_status sc_webp_begin(const sc_ctx *ctx, sc_webp *w, const char *path);
+/* Append a frame, a picture as of sc_webp_is_picture. @return SC_ERR_WRITE, also beyond 4 GiB. */
+sc_status sc_webp_add(const sc_ctx *ctx, sc_webp *w, const char *path, const void *data,
+                      size_t bytes);
+/* Complete the file. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
+sc_status sc_webp_end(const sc_ctx *ctx, sc_webp *w, const char *path, const sc_metadata *about);
+
+/* Reads an animated WebP file as sc_webp writes it. */
+typedef struct sc_webp_reader {
+    FILE *stream;             /* borrowed */
+    int64_t bytes, at, first; /* length of the file; place of the next chunk, and of the first */
+    int64_t time_ms;          /* when the next frame begins */
+    bool alpha;
+    uint8_t canvas[18]; /* the VP8X chunk of a picture of this size */
+} sc_webp_reader;
+/* Begin to read. @return false if it is no animated WebP file. */
+bool sc_webp_open(sc_webp_reader *r, FILE *stream);
+/* Go back to the first frame. */
+void sc_webp_rewind(sc_webp_reader *r);
+/* Fill @p packet with the next frame, a WebP file of one picture, with its time in milliseconds.
+ * @return 0, AVERROR_EOF behind the last one, AVERROR_INVALIDDATA, AVERROR(ENOMEM). */
+int sc_webp_read(sc_webp_reader *r, AVPacket *packet);
 
 #endif

@@ -18,32 +18,55 @@ struct sc_muxer {
     sc_segment_codec codec; /* that of the first segment; extradata is borrowed from the stream */
     int64_t frames;         /* number of frames in the segments that are complete so far */
     int64_t packets;        /* number of packets written so far */
+    sc_metadata about;
+    bool is_webp; /* webp writes the file, not libav */
+    sc_webp webp;
 };
 
-/* Set one text of the metadata, without control characters, unless it is NULL or empty.
- * @return false when out of memory. */
-static bool set_text(AVFormatContext *format, const char *name, const char *text)
+/* Copy a text without control characters; NULL gives "". */
+static void copy_text(const char *text, char *to, size_t bytes)
 {
-    char clean[1024];
-
-    if (!text || !text[0])
-        return true;
-    (void)sc_copy_name(text, clean, sizeof clean);
-    return av_dict_set(&format->metadata, name, clean, 0) >= 0;
+    (void)sc_copy_name(text ? text : "", to, bytes);
 }
 
-/* Fill the metadata: title and author, and what the film was made of, by hashes, so that nothing of
- * a patient is told. @return false when out of memory. */
-static bool describe(AVFormatContext *format, const sc_video_settings *settings)
+/* Gather the metadata: title and author, and what the film was made of, by hashes, so that nothing
+ * of a patient is told. */
+static void describe(const sc_video_settings *settings, sc_metadata *about)
 {
-    char comment[128] = "";
-
+    copy_text(settings->title, about->title, sizeof about->title);
+    copy_text(settings->author, about->author, sizeof about->author);
     if (settings->version)
-        snprintf(comment, sizeof comment, "segcast %.60s, job %016llx, volume %016llx",
-                 settings->version, (unsigned long long)settings->job_hash,
-                 (unsigned long long)settings->volume_hash);
-    return set_text(format, "title", settings->title) &&
-           set_text(format, "artist", settings->author) && set_text(format, "comment", comment);
+        snprintf(about->comment, sizeof about->comment,
+                 "segcast %.60s, job %016llx, volume %016llx", settings->version,
+                 (unsigned long long)settings->job_hash, (unsigned long long)settings->volume_hash);
+}
+
+/* Set one text of the metadata of libav, unless it is empty. @return false when out of memory. */
+static bool set_text(AVFormatContext *format, const char *name, const char *text)
+{
+    return !text[0] || av_dict_set(&format->metadata, name, text, 0) >= 0;
+}
+
+/* Make m->format, which writes to m->file. @return SC_ERR_CREATE, SC_ERR_MEMORY. */
+static sc_status open_format(const sc_ctx *ctx, sc_muxer *m)
+{
+    int error;
+
+    m->packet = av_packet_alloc();
+    errno = 0;
+    error = m->packet
+                ? avformat_alloc_output_context2(&m->format, NULL, m->container->muxer, m->path)
+                : AVERROR(ENOMEM);
+    if (sc_av_result(error) == AVERROR(ENOMEM))
+        return sc_av_fail(ctx, SC_ERR_MEMORY, m->path, "cannot be created", AVERROR(ENOMEM));
+    if (error < 0)
+        return sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", m->path,
+                       m->container->muxer);
+    if (!sc_output_begin(m->format, &m->file) || !set_text(m->format, "title", m->about.title) ||
+        !set_text(m->format, "artist", m->about.author) ||
+        !set_text(m->format, "comment", m->about.comment))
+        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
+    return SC_OK;
 }
 
 sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_settings *settings,
@@ -53,7 +76,6 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     sc_muxer *m = NULL;
     sc_text copy = {0};
     void *block = NULL;
-    int error;
     sc_status status;
 
     if (!container)
@@ -66,23 +88,10 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     SC_TRY(sc_text_add(ctx, &copy, "%s", path));
     m->path = copy.data;
     SC_TRY(sc_outfile_open(ctx, path, true, &m->file));
-    m->packet = av_packet_alloc();
-    errno = 0;
-    error = m->packet ? avformat_alloc_output_context2(&m->format, NULL, container->muxer, path)
-                      : AVERROR(ENOMEM);
-    if (sc_av_result(error) == AVERROR(ENOMEM)) {
-        status = sc_av_fail(ctx, SC_ERR_MEMORY, path, "cannot be created", AVERROR(ENOMEM));
-        goto out;
-    }
-    if (error < 0) {
-        status = sc_fail(ctx, SC_ERR_CREATE, "%s: this libavformat cannot write %s", path,
-                         container->muxer);
-        goto out;
-    }
-    if (!sc_output_begin(m->format, &m->file) || !describe(m->format, settings)) {
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-        goto out;
-    }
+    describe(settings, &m->about);
+    m->is_webp = container->codec == AV_CODEC_ID_WEBP;
+    if (!m->is_webp)
+        SC_TRY(open_format(ctx, m));
     *out = m;
     return SC_OK;
 out:
@@ -137,6 +146,21 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     return SC_OK;
 }
 
+/* Begin a WebP file, of the size that the first segment has, which goes to m->codec. @return
+ * SC_ERR_WRITE. */
+static sc_status begin_webp(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
+{
+    sc_segment_describe(segment, &m->codec);
+    m->codec.extradata_bytes = 0; /* there are none, and they would be borrowed */
+    m->webp = (sc_webp){.stream = m->file.stream,
+                        .width_px = m->codec.width_px,
+                        .height_px = m->codec.height_px,
+                        .fps = m->codec.fps,
+                        .alpha = m->alpha};
+    m->begun = true;
+    return sc_webp_begin(ctx, &m->webp, m->path);
+}
+
 /* Can packets of both be decoded by one decoder? True if all members, extradata byte by byte,
  * are the same. */
 static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
@@ -150,9 +174,8 @@ static bool same_codec(const sc_segment_codec *a, const sc_segment_codec *b)
 /* Append the alpha of a picture to m->packet. @return false when out of memory. */
 static bool add_alpha(sc_muxer *m, const sc_segment_packet *from)
 {
-    uint8_t *to =
-        av_packet_new_side_data(m->packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL,
-                                (unsigned)(SC_BLOCK_NUMBER_BYTES + from->alpha_bytes));
+    uint8_t *to = av_packet_new_side_data(m->packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL,
+                                          (unsigned)(SC_BLOCK_NUMBER_BYTES + from->alpha_bytes));
 
     if (!to)
         return false;
@@ -201,7 +224,7 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     if (!sc_segment_inspect(segment, &info))
         return sc_fail(ctx, SC_ERR_DATA, "%s: a segment is damaged", m->path);
     if (!m->begun)
-        SC_TRY(begin(ctx, m, segment));
+        SC_TRY(m->is_webp ? begin_webp(ctx, m, segment) : begin(ctx, m, segment));
     sc_segment_describe(segment, &codec);
     if (!same_codec(&m->codec, &codec)) {
         status = sc_fail(ctx, SC_ERR_DATA,
@@ -211,23 +234,30 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
         goto out;
     }
     while (sc_segment_next(segment, &at, &packet))
-        SC_TRY(add_packet(ctx, m, &packet));
+        SC_TRY(m->is_webp ? sc_webp_add(ctx, &m->webp, m->path, packet.data, packet.bytes)
+                          : add_packet(ctx, m, &packet));
     m->frames += info.frame_count;
 out:
     return status;
 }
 
-sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool replace)
+/* Complete what libav writes. @return SC_ERR_WRITE, SC_ERR_MEMORY. */
+static sc_status end_format(const sc_ctx *ctx, sc_muxer *m)
 {
     int error;
-    sc_status status;
 
     errno = 0;
     error = sc_av_result(av_write_trailer(m->format));
     if (error >= 0)
         error = sc_output_end(m->format);
-    if (error < 0)
-        return sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error);
+    return error < 0 ? sc_av_fail(ctx, SC_ERR_WRITE, m->path, "cannot be written", error) : SC_OK;
+}
+
+sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool replace)
+{
+    sc_status status;
+
+    SC_TRY(m->is_webp ? sc_webp_end(ctx, &m->webp, m->path, &m->about) : end_format(ctx, m));
     SC_TRY(sc_outfile_rename(ctx, &m->file, path));
     m->file.replace = replace;
     status = sc_outfile_commit(ctx, &m->file);

@@ -87,11 +87,11 @@ static const AVPacketSideData *alpha_of(const AVPacket *packet)
 sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const AVPacket *packet)
 {
     const AVPacketSideData *alpha = alpha_of(packet);
-    const packet_head head = {
-        .pts = packet->pts,
-        .flags = (uint32_t)packet->flags,
-        .bytes = (uint32_t)packet->size,
-        .alpha_bytes = alpha ? (uint32_t)(alpha->size - SC_BLOCK_NUMBER_BYTES) : 0};
+    const packet_head head = {.pts = packet->pts,
+                              .flags = (uint32_t)packet->flags,
+                              .bytes = (uint32_t)packet->size,
+                              .alpha_bytes =
+                                  alpha ? (uint32_t)(alpha->size - SC_BLOCK_NUMBER_BYTES) : 0};
     const size_t more = sizeof head + head.bytes + head.alpha_bytes;
     void *packets = b->packets;
     sc_status status = grow(ctx, &packets, b->bytes, &b->capacity, b->bytes + more);
@@ -102,8 +102,8 @@ sc_status sc_segment_add_packet(const sc_ctx *ctx, sc_segment_builder *b, const 
     memcpy(b->packets + b->bytes, &head, sizeof head);
     memcpy(b->packets + b->bytes + sizeof head, packet->data, head.bytes);
     if (alpha)
-        memcpy(b->packets + b->bytes + sizeof head + head.bytes, alpha->data + SC_BLOCK_NUMBER_BYTES,
-               head.alpha_bytes);
+        memcpy(b->packets + b->bytes + sizeof head + head.bytes,
+               alpha->data + SC_BLOCK_NUMBER_BYTES, head.alpha_bytes);
     b->bytes += more;
     b->packet_count++;
     return SC_OK;
@@ -215,7 +215,7 @@ static bool is_known(int codec_id)
 {
     return codec_id == AV_CODEC_ID_H264 || codec_id == AV_CODEC_ID_HEVC ||
            codec_id == AV_CODEC_ID_AV1 || codec_id == AV_CODEC_ID_VP9 ||
-           codec_id == AV_CODEC_ID_PRORES;
+           codec_id == AV_CODEC_ID_PRORES || codec_id == AV_CODEC_ID_WEBP;
 }
 
 /* @return whether the numbers in the head of a segment can be those of a GOP. */
@@ -244,7 +244,8 @@ static bool has_sane_packets(const sc_segment *segment, const segment_head *head
         if (!sc_segment_next(segment, &at, &p) || p.bytes < 1 || p.bytes > INT32_MAX / 2 ||
             (p.flags & ~known_flags) || (i == 0 && !(p.flags & AV_PKT_FLAG_KEY)) || p.pts < 0 ||
             p.pts >= head->frame_count || p.pts < i - head->reorder || shown[p.pts] ||
-            p.alpha_bytes > (head->codec_id == AV_CODEC_ID_VP9 ? INT32_MAX / 2 : 0))
+            p.alpha_bytes > (head->codec_id == AV_CODEC_ID_VP9 ? INT32_MAX / 2 : 0) ||
+            (head->codec_id == AV_CODEC_ID_WEBP && !sc_webp_is_picture(p.data, p.bytes)))
             return false;
         shown[p.pts] = true;
     }

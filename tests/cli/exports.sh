@@ -16,7 +16,9 @@ mov h264 white 8
 mov prores white 2
 mov prores none 2
 webm vp9 none 8
-mkv vp9 none 8'
+mkv vp9 none 8
+webp auto white 8
+webp auto none 8'
 for background in white none; do
     "$SEGCAST" render job.yaml -o "$background" -q --set render.background=$background --set output.video=none --set output.frames=png >/dev/null
 done

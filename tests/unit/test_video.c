@@ -74,7 +74,8 @@ static const kind kinds[] = {
     {"v.mp4", SC_CODEC_AUTO}, {"v.mkv", SC_CODEC_AUTO}, {"v.webm", SC_CODEC_AUTO},
     {"v.mov", SC_CODEC_AUTO}, {"v.mp4", SC_CODEC_H265}, {"v.mkv", SC_CODEC_H265},
     {"v.mov", SC_CODEC_H265}, {"v.mp4", SC_CODEC_AV1},  {"v.mkv", SC_CODEC_AV1},
-    {"v.webm", SC_CODEC_AV1}, {"v.mkv", SC_CODEC_VP9},  {"v.mov", SC_CODEC_H264}};
+    {"v.webm", SC_CODEC_AV1}, {"v.mkv", SC_CODEC_VP9},  {"v.mov", SC_CODEC_H264},
+    {"v.webp", SC_CODEC_AUTO}};
 
 /* @return whether this libavcodec can encode it; says so if not. */
 static bool can_encode(const kind *k)
@@ -198,7 +199,9 @@ static void a_transparent_film_keeps_its_alpha(void **state)
     static const struct {
         kind kind;
         int alpha, color;
-    } cases[] = {{{"t.mov", SC_CODEC_AUTO}, 1, 6}, {{"t.webm", SC_CODEC_AUTO}, 12, 6}};
+    } cases[] = {{{"t.mov", SC_CODEC_AUTO}, 1, 6},
+                 {{"t.webm", SC_CODEC_AUTO}, 12, 6},
+                 {{"t.webp", SC_CODEC_AUTO}, 1, 12}};
     const sc_video_settings settings = {
         .width_px = 64, .height_px = 48, .fps = 4, .crf = 18, .preset = "fast", .alpha = true};
     sc_encoder *encoder;
