@@ -20,7 +20,8 @@ typedef enum sc_codec {
     SC_CODEC_AV1,
     SC_CODEC_VP9,
     SC_CODEC_PRORES,
-    SC_CODEC_WEBP
+    SC_CODEC_WEBP,
+    SC_CODEC_GIF
 } sc_codec;
 
 /** How a video is encoded. */
@@ -161,7 +162,7 @@ void sc_video_writer_close(sc_video_writer *writer);
  *  @return SC_ERR_MEMORY. Caller owns @p out: sc_text_clear. */
 SC_MUST_USE sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out);
 /** The extensions of videos, for messages. */
-#define SC_VIDEO_EXTENSIONS ".mp4, .mkv, .webm, .mov or .webp"
+#define SC_VIDEO_EXTENSIONS ".mp4, .mkv, .webm, .mov, .webp or .gif"
 /** @return true if the extension of @p path names a container that can be written, one of
  *  SC_VIDEO_EXTENSIONS in any case. */
 bool sc_video_name_ok(const char *path);
@@ -188,14 +189,29 @@ bool sc_video_has_alpha(const char *path, sc_codec codec);
 bool sc_video_size_ok(const char *path, int width_px, int height_px);
 /** @return the largest side of a video named @p path, in pixels: an even number. */
 int sc_video_side_max_px(const char *path);
-/** @return the most frames per second of a video named @p path: 60 for WebP, since browsers show
- *  shorter frames longer; as many as libav takes for the others. */
+/** @return the most frames per second of a video named @p path: 60 for WebP and 50 for GIF, since
+ *  browsers show shorter frames longer; as many as libav takes for the others. */
 int sc_video_fps_max(const char *path);
+/** @return whether a video named @p path, a GIF, counts times in hundredths of a second. */
+bool sc_video_counts_hundredths(const char *path);
+/** @return the longest time in seconds by which a frame of a video named @p path may be shown too
+ *  early or too late: half of the unit in which its format counts. */
+double sc_video_time_error_s(const char *path);
 /** @return a lower bound of the bytes that the encoder of a video named @p video works with. It was
  * measured at 1280 x 720, with libx264 and libvpx, and at 7680 x 4320 with libx265 and libaom, too:
  * they hold the frames of a GOP that they look ahead at. ProRes encodes each frame by itself, and
  * has three copies of it here. */
 double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *settings);
+/** @return about how many bytes a GIF or an animated WebP of @p frames frames has, by what turning
+ *  tissues on a white background took for a pixel; twice or half as many is usual. 0 for other
+ *  videos, which are small beside them. */
+double sc_video_bytes_guess(const char *video, const sc_video_settings *settings, int frames);
+/** @return how many bytes of the finished video there are for a byte of its segments: less than 1
+ *  for GIF, whose segments lose nothing, 1 for the others. */
+double sc_video_segment_share(const char *video);
+/** @return whether the pictures are larger than any level of the codec of the video allows, so that
+ *  players may refuse them: 35.7 million pixels for H.264, H.265, AV1 and VP9. */
+bool sc_video_beyond_levels(const char *video, const sc_video_settings *settings);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);

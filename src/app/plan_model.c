@@ -68,10 +68,12 @@ sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int thre
     const double events = frames * (threads + 1);
     const bool png = job->output.frames == SC_FRAMES_PNG;
     const int together = frames < gop_frames(job) ? (int)frames : gop_frames(job);
-    double partial = 0, peak;
+    const double share = sc_video_segment_share(job->output.video);
+    double partial = 0, peak, segments;
     sc_plan_disk disk = {.frames = (uint64_t)(frames * p->png.bytes)};
 
-    disk.video = (uint64_t)(cost_of(job, p, job->animation.frames).bytes) - disk.frames;
+    segments = cost_of(job, p, job->animation.frames).bytes - (double)disk.frames;
+    disk.video = (uint64_t)(share * segments);
     disk.records =
         (uint64_t)(RECORDS + report_bytes(job) + (double)p->job_bytes +
                    frames * (MANIFEST_LINE + (png ? PNG_LINE : 0) + STATS_FRAME + CSV_LINE) +
@@ -79,9 +81,10 @@ sc_plan_disk sc_plan_disk_of(const sc_job *job, const sc_plan_probe *p, int thre
     disk.end = disk.video + disk.frames + disk.records;
     if (sc_run_has_video(job))
         partial = together * ((double)sc_picture_bytes(job->output.video, &video) + PICTURE_HEAD);
-    /* While the video is joined, its segments are there, too; before that, the pictures of the GOP
-     * that is encoded. */
-    peak = partial > (double)disk.video ? partial : (double)disk.video;
+    /* While the video is joined, its segments are there, too, for a GIF twice; before that, the
+     * pictures of the GOP that is encoded. */
+    segments *= share < 1 ? 2 : 1;
+    peak = partial > segments ? partial : segments;
     disk.peak = disk.end + (uint64_t)peak;
     return disk;
 }

@@ -78,8 +78,9 @@ typedef struct video_check {
     int frames; /* decoded so far */
 } video_check;
 
-/* For sc_video_decode with a video_check as user: compare time (within 1 ms) and size of a frame
- * with the job, and count it. Its pixels are not compared. @return SC_ERR_DATA, with a message. */
+/* For sc_video_decode with a video_check as user: compare time (within the unit of its format) and
+ * size of a frame with the job, and count it. Its pixels are not compared. @return SC_ERR_DATA,
+ * with a message. */
 static sc_status check_video_frame(void *user, int k, double time_s, const sc_image *image)
 {
     video_check *check = user;
@@ -89,7 +90,7 @@ static sc_status check_video_frame(void *user, int k, double time_s, const sc_im
 
     check->frames = k + 1;
     sc_stage_add(check->ctx, 1);
-    if (fabs(time_s - expected_s) > 1e-3)
+    if (fabs(time_s - expected_s) > sc_video_time_error_s(check->path))
         return sc_fail(check->ctx, SC_ERR_DATA, "%s: frame %d is shown at %.4f s, expected %.4f",
                        check->path, k, time_s, expected_s);
     if (image->width_px != width_px || image->height_px != height_px)

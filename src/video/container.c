@@ -6,6 +6,7 @@
 
 #include <libavformat/avformat.h>
 #include <libavutil/imgutils.h>
+#include <math.h>
 #include <string.h>
 #include <strings.h>
 
@@ -33,6 +34,12 @@
     .choice = SC_CODEC_WEBP, .encoder = "libwebp", .name = "WebP", .codec = AV_CODEC_ID_WEBP,      \
     .opaque = AV_PIX_FMT_BGRA, .alpha = AV_PIX_FMT_BGRA
 
+/* Segments hold what the GIF is made of at the end, without losses: FFV1, which takes a frame by
+ * itself, needs 150 kB for one of 1280 x 720, half of PNG. */
+#define GIF                                                                                        \
+    .choice = SC_CODEC_GIF, .encoder = "ffv1", .name = "GIF", .codec = AV_CODEC_ID_FFV1,           \
+    .opaque = AV_PIX_FMT_BGRA, .alpha = AV_PIX_FMT_NONE
+
 /* The first row of an extension holds the codec that is usual for it. Apple's players know H.265 by
  * the tag hvc1, with the parameter sets in the header of the file alone. */
 static const sc_container containers[] = {
@@ -49,6 +56,7 @@ static const sc_container containers[] = {
     {.extension = ".mov", .muxer = "mov", H264},
     {.extension = ".mov", .muxer = "mov", H265, .tag = MKTAG('h', 'v', 'c', '1')},
     {.extension = ".webp", .muxer = "webp", WEBP}, /* by webp.c */
+    {.extension = ".gif", .muxer = "gif", GIF},    /* by gif.c */
 };
 
 const sc_container *sc_container_find(const char *path, sc_codec codec)
@@ -83,6 +91,7 @@ const char *sc_video_codec_words(const char *path)
            : !strcmp(extension, ".webm") ? "vp9 or av1"
            : !strcmp(extension, ".mov")  ? "prores, h264 or h265"
            : !strcmp(extension, ".webp") ? "webp"
+           : !strcmp(extension, ".gif")  ? "gif"
                                          : "";
 }
 
@@ -128,24 +137,33 @@ enum AVPixelFormat sc_container_pixels(const sc_container *container, bool alpha
     return alpha ? container->alpha : container->opaque;
 }
 
+/* @return whether this libav has what a kind of video needs. */
+static bool is_possible(const sc_container *container)
+{
+    return avcodec_find_encoder_by_name(container->encoder) &&
+           (container->choice != SC_CODEC_GIF || sc_gif_is_possible());
+}
+
 sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec codec)
 {
     const sc_container *container = sc_container_find(path, codec);
     sc_text others = {0};
     sc_status status = SC_OK;
 
-    if (!container || avcodec_find_encoder_by_name(container->encoder))
+    if (!container || is_possible(container))
         return SC_OK;
     for (size_t i = 0; i < SC_COUNT_OF(containers); i++) {
-        if (avcodec_find_encoder_by_name(containers[i].encoder))
+        if (is_possible(&containers[i]))
             SC_TRY(sc_text_add(ctx, &others, "%s%s (%s)", others.length_bytes ? ", " : "",
                                containers[i].extension, containers[i].name));
     }
-    status = sc_fail(ctx, SC_ERR_CREATE,
-                     "%s: this libavcodec has no encoder %s for %s; it has what these need: %s; or "
-                     "choose video: none with frames: png",
-                     path, container->encoder, container->name,
-                     others.length_bytes ? others.data : "none");
+    status = sc_fail(
+        ctx, SC_ERR_CREATE,
+        "%s: this libavcodec has no encoder %s for %s%s; it has what these need: %s; "
+        "or choose video: none with frames: png",
+        path, container->encoder, container->name,
+        container->choice == SC_CODEC_GIF ? ", or segcast was built without libavfilter" : "",
+        others.length_bytes ? others.data : "none");
 out:
     sc_text_clear(&others);
     return status;
@@ -161,18 +179,70 @@ bool sc_video_size_ok(const char *path, int width_px, int height_px)
                                NULL) >= 0;
 }
 
-int sc_video_side_max_px(const char *path)
+/* @return the codec that is usual for a video named @p path; SC_CODEC_AUTO for another name. */
+static sc_codec choice_of(const char *path)
 {
     const sc_container *container = sc_container_find(path, SC_CODEC_AUTO);
 
-    return container && container->choice == SC_CODEC_WEBP ? 16382 : 16384;
+    return container ? container->choice : SC_CODEC_AUTO;
+}
+
+int sc_video_side_max_px(const char *path)
+{
+    return choice_of(path) == SC_CODEC_WEBP ? 16382 : 16384;
 }
 
 int sc_video_fps_max(const char *path)
 {
-    const sc_container *container = sc_container_find(path, SC_CODEC_AUTO);
+    switch (choice_of(path)) {
+    case SC_CODEC_WEBP:
+        return 60;
+    case SC_CODEC_GIF:
+        return 50;
+    default:
+        return 1000;
+    }
+}
 
-    return container && container->choice == SC_CODEC_WEBP ? 60 : 1000;
+bool sc_video_counts_hundredths(const char *path)
+{
+    return choice_of(path) == SC_CODEC_GIF;
+}
+
+double sc_video_time_error_s(const char *path)
+{
+    return sc_video_counts_hundredths(path) ? 5.1e-3 : 1e-3;
+}
+
+double sc_video_bytes_guess(const char *video, const sc_video_settings *settings, int frames)
+{
+    static const double gif_px = 0.1, webp_px = 0.033, lossless_px = 0.15; /* bytes per pixel */
+    const double pixels = (double)settings->width_px * settings->height_px * frames;
+
+    switch (choice_of(video)) {
+    case SC_CODEC_GIF:
+        return gif_px * pixels;
+    case SC_CODEC_WEBP: /* webp_px was measured at crf 18 */
+        return pixels *
+               (settings->crf == 0 ? lossless_px : webp_px * exp2((18 - settings->crf) / 10.0));
+    default:
+        return 0;
+    }
+}
+
+double sc_video_segment_share(const char *video)
+{
+    return choice_of(video) == SC_CODEC_GIF ? 0.6 : 1;
+}
+
+bool sc_video_beyond_levels(const char *video, const sc_video_settings *settings)
+{
+    /* Levels 6.2 of H.265 and VP9 and 6.3 of AV1; 6.2 of H.264 has 139264 blocks of 16 x 16. */
+    static const double most_px = 35651584;
+    const sc_container *container = sc_container_find(video, settings->codec);
+
+    return container && container->choice <= SC_CODEC_VP9 &&
+           (double)settings->width_px * settings->height_px > most_px;
 }
 
 void sc_video_libraries(char *text, size_t size)

@@ -119,7 +119,9 @@ static sc_status to_rgb(decoder *d)
     const AVFrame *f = d->frame;
     const int *colors = coefficients_of(d);
     const AVPixFmtDescriptor *pixels = av_pix_fmt_desc_get(f->format);
-    const bool alpha = pixels && (pixels->flags & AV_PIX_FMT_FLAG_ALPHA);
+    /* A GIF here has no transparent pixels but those that stay as they were. */
+    const bool alpha =
+        pixels && (pixels->flags & AV_PIX_FMT_FLAG_ALPHA) && d->codec->codec_id != AV_CODEC_ID_GIF;
     uint8_t *planes[1];
     int stride[1];
 
@@ -263,7 +265,10 @@ sc_status sc_video_pick(const sc_ctx *ctx, const char *path, int fps, const int 
 
     SC_TRY(open_decoder(&d));
     for (int i = 0; i < count; i++) {
-        if (at < 0 || frames[i] - at > fps) {
+        /* The frames of a GIF are changes of those before them. */
+        const bool can_skip = d.codec->codec_id != AV_CODEC_ID_GIF || at >= frames[i];
+
+        if (can_skip && (at < 0 || frames[i] - at > fps)) {
             SC_TRY(seek(&d, fps, frames[i]));
             at = -1;
         }

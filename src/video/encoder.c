@@ -127,6 +127,12 @@ static int fill_codec(AVCodecContext *codec, const sc_video_settings *settings,
                    ? error
                    : av_opt_set_int(codec->priv_data, "alpha_bits", settings->alpha ? 16 : 0, 0);
     }
+    if (codec->codec_id == AV_CODEC_ID_FFV1) {
+        codec->thread_count = 1;
+        codec->gop_size = 1; /* every frame by itself */
+        codec->level = 1;    /* the version of FFV1: with the head in the frames */
+        return 0;
+    }
     return codec->codec_id == AV_CODEC_ID_WEBP ? choose_webp(codec, settings)
                                                : choose_quality(codec, settings);
 }
@@ -255,8 +261,8 @@ double sc_video_encoder_bytes_least(const char *video, const sc_video_settings *
     const int gop = sc_video_gop_frames(settings);
     double share = 1;
 
-    if (container &&
-        (container->codec == AV_CODEC_ID_PRORES || container->codec == AV_CODEC_ID_WEBP))
+    if (container && (container->codec == AV_CODEC_ID_PRORES ||
+                      container->codec == AV_CODEC_ID_WEBP || container->codec == AV_CODEC_ID_FFV1))
         return 3 * (double)sc_picture_bytes(video, settings);
     if (container && container->codec == AV_CODEC_ID_AV1)
         share = 0.9;

@@ -164,4 +164,23 @@ void sc_webp_rewind(sc_webp_reader *r);
  * @return 0, AVERROR_EOF behind the last one, AVERROR_INVALIDDATA, AVERROR(ENOMEM). */
 int sc_webp_read(sc_webp_reader *r, AVPacket *packet);
 
+/* ---- GIF ---- */
+
+/* @return whether this program was built with libavfilter, and libav has all that a GIF needs. */
+bool sc_gif_is_possible(void);
+/* Makes a GIF of frames in FFV1. */
+typedef struct sc_gif sc_gif;
+/* Begin; a file is made beside @p path, which stays borrowed, as @p ctx does, and which is removed
+ * at the end. @return SC_ERR_CREATE, SC_ERR_MEMORY. Caller owns *out: sc_gif_close. */
+sc_status sc_gif_open(const sc_ctx *ctx, const char *path, sc_gif **out);
+/* Take the next frame, a packet of FFV1, and look at its colours. @param codec of the segment in
+ * which it is; its size and frame rate are those of the film. @return SC_ERR_DATA, SC_ERR_WRITE,
+ * SC_ERR_MEMORY, SC_ERR_INTERNAL. */
+sc_status sc_gif_add(sc_gif *gif, const sc_segment_codec *codec, const void *data, size_t bytes);
+/* Write all frames, at least one, to @p format, a muxer of GIF that is open for writing. A stage of
+ * its own, as long as all sc_gif_add. @return as sc_gif_add. */
+sc_status sc_gif_finish(sc_gif *gif, AVFormatContext *format);
+/* Close and free. NULL is allowed. */
+void sc_gif_close(sc_gif *gif);
+
 #endif

@@ -19,6 +19,7 @@ struct sc_muxer {
     int64_t frames;         /* number of frames in the segments that are complete so far */
     int64_t packets;        /* number of packets written so far */
     sc_metadata about;
+    sc_gif *gif;  /* writes the frames of a GIF at the end; NULL for others; owned */
     bool is_webp; /* webp writes the file, not libav */
     sc_webp webp;
 };
@@ -92,6 +93,8 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     m->is_webp = container->codec == AV_CODEC_ID_WEBP;
     if (!m->is_webp)
         SC_TRY(open_format(ctx, m));
+    if (container->choice == SC_CODEC_GIF)
+        SC_TRY(sc_gif_open(ctx, m->path, &m->gif));
     *out = m;
     return SC_OK;
 out:
@@ -146,18 +149,20 @@ static sc_status begin(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     return SC_OK;
 }
 
-/* Begin a WebP file, of the size that the first segment has, which goes to m->codec. @return
- * SC_ERR_WRITE. */
-static sc_status begin_webp(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
+/* Begin a WebP file, of the size that the first segment has, which goes to m->codec, or a GIF, of
+ * which nothing can be written yet. @return SC_ERR_WRITE. */
+static sc_status begin_pictures(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment)
 {
     sc_segment_describe(segment, &m->codec);
     m->codec.extradata_bytes = 0; /* there are none, and they would be borrowed */
+    m->begun = true;
+    if (m->gif)
+        return SC_OK;
     m->webp = (sc_webp){.stream = m->file.stream,
                         .width_px = m->codec.width_px,
                         .height_px = m->codec.height_px,
                         .fps = m->codec.fps,
                         .alpha = m->alpha};
-    m->begun = true;
     return sc_webp_begin(ctx, &m->webp, m->path);
 }
 
@@ -224,7 +229,7 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     if (!sc_segment_inspect(segment, &info))
         return sc_fail(ctx, SC_ERR_DATA, "%s: a segment is damaged", m->path);
     if (!m->begun)
-        SC_TRY(m->is_webp ? begin_webp(ctx, m, segment) : begin(ctx, m, segment));
+        SC_TRY(m->is_webp || m->gif ? begin_pictures(ctx, m, segment) : begin(ctx, m, segment));
     sc_segment_describe(segment, &codec);
     if (!same_codec(&m->codec, &codec)) {
         status = sc_fail(ctx, SC_ERR_DATA,
@@ -235,6 +240,7 @@ sc_status sc_muxer_add(const sc_ctx *ctx, sc_muxer *m, const sc_segment *segment
     }
     while (sc_segment_next(segment, &at, &packet))
         SC_TRY(m->is_webp ? sc_webp_add(ctx, &m->webp, m->path, packet.data, packet.bytes)
+               : m->gif   ? sc_gif_add(m->gif, &m->codec, packet.data, packet.bytes)
                           : add_packet(ctx, m, &packet));
     m->frames += info.frame_count;
 out:
@@ -257,6 +263,8 @@ sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool
 {
     sc_status status;
 
+    if (m->gif)
+        SC_TRY(sc_gif_finish(m->gif, m->format));
     SC_TRY(m->is_webp ? sc_webp_end(ctx, &m->webp, m->path, &m->about) : end_format(ctx, m));
     SC_TRY(sc_outfile_rename(ctx, &m->file, path));
     m->file.replace = replace;
@@ -273,6 +281,7 @@ void sc_muxer_close(sc_muxer *m)
     sc_outfile_discard(&m->file);
     avformat_free_context(m->format);
     av_packet_free(&m->packet);
+    sc_gif_close(m->gif);
     sc_free(m->path);
     sc_free(m);
 }

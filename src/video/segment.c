@@ -215,7 +215,8 @@ static bool is_known(int codec_id)
 {
     return codec_id == AV_CODEC_ID_H264 || codec_id == AV_CODEC_ID_HEVC ||
            codec_id == AV_CODEC_ID_AV1 || codec_id == AV_CODEC_ID_VP9 ||
-           codec_id == AV_CODEC_ID_PRORES || codec_id == AV_CODEC_ID_WEBP;
+           codec_id == AV_CODEC_ID_PRORES || codec_id == AV_CODEC_ID_WEBP ||
+           codec_id == AV_CODEC_ID_FFV1;
 }
 
 /* @return whether the numbers in the head of a segment can be those of a GOP. */

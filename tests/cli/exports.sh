@@ -18,7 +18,8 @@ mov prores none 2
 webm vp9 none 8
 mkv vp9 none 8
 webp auto white 8
-webp auto none 8'
+webp auto none 8
+gif auto white 8'
 for background in white none; do
     "$SEGCAST" render job.yaml -o "$background" -q --set render.background=$background --set output.video=none --set output.frames=png >/dev/null
 done
@@ -47,4 +48,28 @@ while read -r extension codec background rms; do
             fail "$name: frame $frame differs: $(cat difference.txt)"
     done
 done <<<"$kinds"
+
+# A film in which nothing moves keeps all its frames, and one of a single frame is a film.
+for extension in gif webp; do
+    "$SEGCAST" render job.yaml -o still-$extension -q --set output.video=v.$extension --set animation.camera.orbit.turns=0 \
+        --set 'animation.clip=[]' >/dev/null 2>check.txt || { grep -q 'no encoder' check.txt && continue; fail "$(cat check.txt)"; }
+    expect 0 '' "$SEGCAST" verify still-$extension
+    "$SEGCAST" orbit phantom:59x41x61 --frames 1 --size 65x33 -q -o one.$extension >/dev/null
+    "$VIDEO_PROBE" one.$extension | grep -q '^1 frames of 66 x 34' || fail "one.$extension: $("$VIDEO_PROBE" one.$extension)"
+done
+grep -aq 'NETSCAPE2.0' still-gif/v.gif 2>/dev/null || [ ! -e still-gif/v.gif ] || fail 'the GIF does not loop'
+
+# What a format does to a film is told, and pictures are as large as 8K, also upright.
+large=(--set output.video=turn.gif --set output.size=8k --set output.fps=30)
+expect 0 'turn.gif: 7 frames of 7680 x 4320 take about 23 MB' "$SEGCAST" check job.yaml "${large[@]}"
+grep -q 'output.fps is 30: a GIF counts in hundredths .* for 3 or 4 of them' stderr.txt || fail 'nothing is said of the times of a GIF'
+expect 0 'more than the 35.7 million pixels for which H.264 has levels' "$SEGCAST" check job.yaml --set output.size=8000x8000 --set output.video=v.mp4
+for video in v.mp4 v.webm v.webp v.gif; do
+    "$SEGCAST" check job.yaml --set output.size=4320x7680 --set output.video=$video >/dev/null 2>check.txt ||
+        grep -q 'no encoder' check.txt || fail "$(cat check.txt)"
+    ! grep -q levels check.txt || fail 'a picture of 8K is said to be beyond all levels'
+done
+expect 0 '' "$SEGCAST" still job.yaml --frame 3 --set output.size=4320x7680 --set render.samples=1 -o upright.png -q
+od -An -tx1 -j16 -N8 upright.png | grep -q '00 00 10 e0 00 00 1e 00' || fail 'the picture is not 4320 x 7680'
+
 [ -z "$missing" ] || skip "this libavcodec has no encoder of$missing"

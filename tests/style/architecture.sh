@@ -20,6 +20,7 @@ name_library() {
     Expat::expat) echo Expat ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
+    Libavfilter::libavfilter) echo libavfilter ;;
     PkgConfig::YAML) echo libyaml ;;
     PkgConfig::JANSSON) echo jansson ;;
     PkgConfig::CAIRO) echo cairo ;;
