@@ -46,6 +46,17 @@ else()
   target_compile_definitions(Expat::expat INTERFACE SC_HAVE_EXPAT=0)
 endif()
 
+# Optional: volumes in TIFF. SC_HAVE_TIFF tells the code. From 4.5 on messages can be caught for each file.
+pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
+add_library(Tiff::tiff INTERFACE IMPORTED)
+if(TIFF_FOUND)
+  target_link_libraries(Tiff::tiff INTERFACE PkgConfig::TIFF)
+  target_compile_definitions(Tiff::tiff INTERFACE SC_HAVE_TIFF=1)
+else()
+  message(WARNING "libtiff 4.5 or newer is not here (Debian: libtiff-dev): volumes in TIFF will not be read")
+  target_compile_definitions(Tiff::tiff INTERFACE SC_HAVE_TIFF=0)
+endif()
+
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
 find_library(TEEM_LIBRARY teem REQUIRED)

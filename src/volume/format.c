@@ -92,6 +92,13 @@ static bool is_meta(const head *h)
                               starts_with(h, "ObjectType", 10) || starts_with(h, "NDims", 5));
 }
 
+/* TIFF in either byte order, and BigTIFF, which has 43 in place of 42. */
+static bool is_tiff(const head *h)
+{
+    return !h->compressed && (starts_with(h, "II*\0", 4) || starts_with(h, "MM\0*", 4) ||
+                              starts_with(h, "II+\0", 4) || starts_with(h, "MM\0+", 4));
+}
+
 /* The formats that can be read; the first whose probe accepts a file reads it. */
 static const struct {
     bool (*probe)(const head *h);
@@ -99,6 +106,7 @@ static const struct {
 } readers[] = {{is_nrrd, sc_open_nrrd},
                {is_nifti, sc_open_nifti},
                {is_mgh, sc_open_mgh},
+               {is_tiff, sc_open_tiff},
                {is_meta, sc_open_meta}};
 
 /* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
@@ -116,13 +124,6 @@ static const struct {
     {"DICM", 4, 128,
      "is DICOM; a segmentation object (DICOM SEG) is converted by `segimage2itkimage --inputDICOM "
      "FILE --outputType nrrd` of dcmqi, all else by 3D Slicer (save the segmentation as .nrrd)"},
-    {"II*\x00", 4, 0,
-     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
-     "> Nrrd)"},
-    {"MM\x00*", 4, 0,
-     "is TIFF, which does not say its voxel size; open it in Fiji and save as NRRD (File > Save As "
-     "> Nrrd)"},
-    {"II+\x00", 4, 0, "is BigTIFF; open it in Fiji and save as NRRD (File > Save As > Nrrd)"},
     {"\x89HDF", 4, 0,
      "is HDF5; write its label array as NRRD, for example in Python with h5py and pynrrd: "
      "nrrd.write(\"labels.nrrd\", h5py.File(\"FILE\")[\"NAME\"][:].T)"},
@@ -162,7 +163,7 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     return sc_fail(
         ctx, SC_ERR_DATA,
         "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
-        "(348 or 540), MGH or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
+        "(348 or 540), MGH, TIFF or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
         "many other formats as .nrrd or .nii.gz",
         path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }

@@ -24,9 +24,17 @@ typedef enum sc_voxel_type {
 typedef enum sc_encoding {
     SC_ENCODING_LOADED, /* a library has read all of them into memory (rare encodings) */
     SC_ENCODING_PLAIN,
-    SC_ENCODING_GZIP, /* gzip members one after the other, or bytes that are not compressed */
-    SC_ENCODING_ZLIB  /* one zlib or gzip stream */
+    SC_ENCODING_GZIP,  /* gzip members one after the other, or bytes that are not compressed */
+    SC_ENCODING_ZLIB,  /* one zlib or gzip stream */
+    SC_ENCODING_SLICES /* sc_source.read_slices unpacks whole slices */
 } sc_encoding;
+
+struct sc_source;
+/* Unpack slices [first, first + count) of a source to @p out, x fastest, in this byte order. The
+ * stream asks for them in rising order, each once. @return SC_ERR_DATA, SC_ERR_MISSING,
+ * SC_ERR_WRITE, SC_ERR_MEMORY, all logged under @p path or that of a file of the volume. */
+typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
+                               int first, int count, void *out);
 
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
 typedef struct sc_source {
@@ -42,8 +50,11 @@ typedef struct sc_source {
     uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
     bool swapped;          /* stored in the byte order that this machine does not have */
     void *data;            /* SC_ENCODING_LOADED: the voxels, x fastest, in this byte order, owned;
-                              NULL if only the header was asked for */
+                              NULL if only the header was asked for. SC_ENCODING_SLICES: what
+                              read_slices works on, owned */
     void (*release)(void *data); /* frees data; NULL: nothing to free */
+    sc_slices_fn *read_slices;   /* SC_ENCODING_SLICES: data is what it works on */
+    int slices;                  /* SC_ENCODING_SLICES: how many are read at a time, at least 1 */
     int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
@@ -120,6 +131,7 @@ sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* Find the masks in the directory @p path, files of a volume each, and check their headers. *out,

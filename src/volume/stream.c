@@ -31,6 +31,8 @@ struct sc_voxel_stream {
     bool zlib_end;         /* the end was read, its check sum right */
     bool zlib_memory;      /* there was no memory to unpack */
     unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
+    unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
+    size_t slab_begin, slab_voxels;                       /* which voxels these are */
     unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* one block, as stored */
 };
 
@@ -98,6 +100,61 @@ static sc_status open_zlib(sc_voxel_stream *s)
     return SC_OK;
 }
 
+/* SC_ENCODING_SLICES: sets s->slab. @return SC_ERR_SYSTEM if so many slices at a time take more
+ * memory than a volume may. */
+static sc_status open_slices(sc_voxel_stream *s)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
+    const sc_source *source = s->source;
+    const size_t each = sc_voxel_type_bytes(source->type);
+    const double bytes = (double)source->size[0] * source->size[1] * source->slices * (double)each;
+    void *slab;
+    sc_status status;
+
+    if (s->ctx->memory_max_bytes && bytes > (double)s->ctx->memory_max_bytes)
+        return sc_fail(s->ctx, SC_ERR_SYSTEM,
+                       "%s: is read by %d slices of %d x %d voxels at a time, which take %.1f GiB "
+                       "of memory, more than the limit of %.1f GiB; raise the limit where there is "
+                       "more memory: --max-memory %.0fG",
+                       s->path, source->slices, source->size[0], source->size[1], bytes / gib,
+                       (double)s->ctx->memory_max_bytes / gib, ceil(bytes / gib));
+    status = sc_alloc(s->ctx, (size_t)source->size[0] * (size_t)source->size[1],
+                      (size_t)source->slices * each, &slab);
+    if (status == SC_OK)
+        s->slab = slab;
+    return status;
+}
+
+/* Copy voxels [s->position, + count) to s->raw, from slices that are read when they are needed.
+ * @return the errors of sc_slices_fn. */
+static sc_status next_of_slices(sc_voxel_stream *s, size_t count)
+{
+    const sc_source *source = s->source;
+    const size_t each = sc_voxel_type_bytes(source->type);
+    const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
+
+    for (size_t done = 0, part; done < count; done += part) {
+        const size_t at = s->position + done;
+
+        if (at >= s->slab_begin + s->slab_voxels) {
+            const int first = (int)(at / slice);
+            const int left = source->size[2] - first;
+            const int slices = left < source->slices ? left : source->slices;
+            const sc_status status =
+                source->read_slices(s->ctx, s->path, source, first, slices, s->slab);
+
+            if (status != SC_OK)
+                return status;
+            s->slab_begin = at;
+            s->slab_voxels = (size_t)slices * slice;
+        }
+        part = s->slab_begin + s->slab_voxels - at;
+        part = part < count - done ? part : count - done;
+        memcpy(s->raw + done * each, s->slab + (at - s->slab_begin) * each, part * each);
+    }
+    return SC_OK;
+}
+
 sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *source,
                          sc_voxel_stream **out)
 {
@@ -114,6 +171,8 @@ sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *s
         SC_TRY(open_zlib(s));
     else if (source->encoding == SC_ENCODING_PLAIN)
         SC_TRY(open_file(s));
+    else if (source->encoding == SC_ENCODING_SLICES)
+        SC_TRY(open_slices(s));
     *out = s;
     s = NULL;
 out:
@@ -132,6 +191,7 @@ void sc_stream_close(sc_voxel_stream *s)
     if (s->plain)
         fclose(s->plain);
     sc_free(s->packed);
+    sc_free(s->slab);
     sc_free(s);
 }
 
@@ -373,6 +433,8 @@ sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
 
     if (s->source->encoding == SC_ENCODING_LOADED)
         raw = (const char *)s->source->data + s->position * each;
+    else if (s->slab)
+        status = next_of_slices(s, count);
     else
         status = next_bytes(s, count * each);
     if (status != SC_OK)

@@ -18,6 +18,7 @@ name_library() {
     Teem::teem) echo Teem ;;
     Nifti::nifti2) echo nifticlib ;;
     Expat::expat) echo Expat ;;
+    Tiff::tiff) echo libtiff ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
     Libavfilter::libavfilter) echo libavfilter ;;

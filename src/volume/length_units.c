@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Units of length as OME-XML, OME-Zarr and ImageJ name them. Sources: the enumeration UnitsLength
+ * of the OME data model (2016-06); the units of UDUNITS-2 that OME-Zarr 0.4 lists for axes of
+ * space; ImageJ's ij/measure/Calibration.java. */
+#include "length_units.h"
+
+#include "segcast/base.h"
+
+#include <string.h>
+
+double sc_length_unit_mm(const char *name)
+{
+    static const struct {
+        const char *name;
+        double mm;
+    } units[] = {{"mm", 1},           {"millimeter", 1},    {"millimetre", 1},
+                 {"um", 1e-3},        {"\xc2\xb5m", 1e-3}, /* U+00B5, micro sign */
+                 {"\xce\xbcm", 1e-3},                      /* U+03BC, Greek mu */
+                 {"\xb5m", 1e-3},                          /* the micro sign in Latin-1 */
+                 {"\\u00B5m", 1e-3},  {"\\u00b5m", 1e-3},   {"micron", 1e-3},
+                 {"microns", 1e-3},   {"micrometer", 1e-3}, {"micrometre", 1e-3},
+                 {"nm", 1e-6},        {"nanometer", 1e-6},  {"nanometre", 1e-6},
+                 {"\xc3\x85", 1e-7}, /* U+00C5, angstrom */
+                 {"angstrom", 1e-7},  {"pm", 1e-9},         {"picometer", 1e-9},
+                 {"cm", 10},          {"centimeter", 10},   {"centimetre", 10},
+                 {"dm", 100},         {"decimeter", 100},   {"m", 1000},
+                 {"meter", 1000},     {"metre", 1000},      {"km", 1e6},
+                 {"kilometer", 1e6},  {"in", 25.4},         {"inch", 25.4},
+                 {"ft", 304.8},       {"foot", 304.8},      {"yd", 914.4},
+                 {"yard", 914.4}};
+
+    for (size_t i = 0; i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(name, units[i].name))
+            return units[i].mm;
+    }
+    return 0;
+}

@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to volume: units of length, as headers write them. */
+#ifndef SC_VOLUME_LENGTH_UNITS_H
+#define SC_VOLUME_LENGTH_UNITS_H
+
+/* @return how many mm a unit of length has that a header calls @p name: "mm", "micron", "um" or
+ * "micrometer"; the Greek letter may also be written as \u00B5, as ImageJ does; 0 for what is no
+ * known unit. */
+double sc_length_unit_mm(const char *name);
+
+#endif
