@@ -57,6 +57,23 @@ else()
   target_compile_definitions(Tiff::tiff INTERFACE SC_HAVE_TIFF=0)
 endif()
 
+# Optional: codecs of Zarr. SC_HAVE_BLOSC, SC_HAVE_ZSTD and SC_HAVE_LZ4 tell the code.
+# segcast_add_codec(TARGET MACRO MODULE PACKAGE): TARGET links what pkg-config knows as MODULE, if it is there.
+function(segcast_add_codec target macro module package)
+  pkg_check_modules(${macro} IMPORTED_TARGET GLOBAL ${module})
+  add_library(${target} INTERFACE IMPORTED GLOBAL)
+  if(${macro}_FOUND)
+    target_link_libraries(${target} INTERFACE PkgConfig::${macro})
+    target_compile_definitions(${target} INTERFACE SC_HAVE_${macro}=1)
+  else()
+    message(WARNING "${module} is not here (Debian: ${package}): Zarr volumes compressed by it will not be read")
+    target_compile_definitions(${target} INTERFACE SC_HAVE_${macro}=0)
+  endif()
+endfunction()
+segcast_add_codec(Blosc::blosc BLOSC blosc>=1.21 libblosc-dev)
+segcast_add_codec(Zstd::zstd ZSTD libzstd>=1.4 libzstd-dev)
+segcast_add_codec(Lz::lz4 LZ4 liblz4>=1.9 liblz4-dev)
+
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
 find_library(TEEM_LIBRARY teem REQUIRED)

@@ -84,6 +84,7 @@ typedef struct sc_ctx {
     /** Most memory in bytes that one volume may take while it is read and prepared; what needs more
      *  is refused before it is allocated (sc_volume_memory_check). 0: no limit. */
     uint64_t memory_max_bytes;
+    int threads;     /**< threads that reading a volume may use; 0: one */
     sc_stage *stage; /**< where the work says what it is at, or NULL; borrowed */
 } sc_ctx;
 

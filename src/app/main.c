@@ -44,6 +44,7 @@ static sc_status execute(sc_app *app, int argc, char **argv)
         options->max_memory_bytes ? options->max_memory_bytes : sc_machine_memory();
     sc_signals_tell(is_root, app->terminal->is_tty);
     app->threads = options->threads ? options->threads : sc_default_threads();
+    app->ctx->threads = app->threads;
     if (options->help)
         status = is_root ? sc_print_command_help(ctx, command, stdout) : SC_OK;
     else if (options->version && is_root)

@@ -10,8 +10,7 @@
 #include <sys/stat.h>
 #include <zlib.h>
 
-/* @return why a name is refused, whatever file it leads to; NULL if nothing is wrong with it. */
-static const char *bad_name(const char *name)
+const char *sc_bad_name(const char *name)
 {
     if (!name[0])
         return "no name";
@@ -58,7 +57,7 @@ sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field,
     static const char advice[] = "expected the name of a file in the directory of the header: put "
                                  "both into one directory, or "
                                  "save the volume as one file (.nrrd, .mha, .nii.gz)";
-    const char *why = bad_name(name);
+    const char *why = sc_bad_name(name);
     char *target = NULL, *directories[2] = {NULL, NULL}, *joined = NULL, *real = NULL;
     struct stat info;
     sc_status status = SC_OK;

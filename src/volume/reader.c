@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What is common to all formats once the header has been read; directories that hold no volume. */
 #include "source.h"
+#include "zarr.h"
 
 #include <dirent.h>
 #include <string.h>
@@ -40,14 +41,10 @@ static bool holds_dicom(const char *directory)
 /* Log that @p path is a directory, with advice by what it holds. @return SC_ERR_MISSING always. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
-    const char *advice = "; give the path of a NRRD, NIfTI, MGH or MetaImage file in it, or of a "
-                         "directory of masks";
+    const char *advice = "; give the path of a NRRD, NIfTI, MGH, MetaImage or TIFF file in it, of "
+                         "a Zarr store, or of a directory of masks";
 
-    if (holds_file(path, ".zarray") || holds_file(path, ".zgroup") || holds_file(path, "zarr.json"))
-        advice = " (Zarr); convert the label array to NIfTI or NRRD, for example in Python with "
-                 "zarr and SimpleITK: SimpleITK.WriteImage(SimpleITK.GetImageFromArray("
-                 "zarr.open(\"...\")[:]), \"labels.nrrd\"), and set the spacing";
-    else if (holds_dicom(path))
+    if (holds_dicom(path))
         advice = " of DICOM files; a segmentation object (DICOM SEG) is converted by "
                  "`segimage2itkimage` of dcmqi, RTSTRUCT contours and labels stored as a series by "
                  "3D Slicer (save as .nrrd)";
@@ -112,7 +109,9 @@ static sc_status open_source(const sc_ctx *ctx, const char *path, bool header_on
     struct stat info;
     sc_status status;
 
-    if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
+    if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
+        SC_TRY(sc_open_zarr(ctx, path, header_only, &source));
+    } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
         SC_TRY(sc_open_masks(ctx, path, &source));
         if (source.mask_count == 0) {
             status = refuse_directory(ctx, path);

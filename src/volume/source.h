@@ -107,6 +107,10 @@ sc_status sc_gzip_status(struct gzFile_s *file);
 sc_status sc_grid_voxels(const sc_ctx *ctx, const char *path, const int64_t size[3],
                          size_t bytes_per_voxel, size_t *out);
 
+/* @return why a name in a header is refused, whatever file it leads to: static text, for the end of
+ * a message; NULL if nothing is wrong with it. */
+const char *sc_bad_name(const char *name);
+
 /* Make the path of a file that the header @p header names in its field @p field as @p name,
  * relative to the folder of the header. SC_ERR_DATA (logged with what to do) unless it is a regular
  * file in that folder or below it: absolute paths, "..", "-" and links that lead out of the folder
@@ -132,6 +136,8 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+/* As the others, of a directory of Zarr: sc_zarr_is_node. */
+sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* Find the masks in the directory @p path, files of a volume each, and check their headers. *out,

@@ -25,11 +25,10 @@ static inline void fuzz_check_labels(const sc_volume *v)
     }
 }
 
-/* Read the header, the labels and the voxels of an input that is a file. What is read whole can
+/* Read the header, the labels and the voxels of the volume @p path. What is read whole can
  * also be read in part, and what is read twice is the same. */
-static inline void fuzz_volume(const char *name, const uint8_t *data, size_t size)
+static inline void fuzz_read_volume(const char *path)
 {
-    const char *path = fuzz_write(name, data, size);
     sc_label_scan header = {0}, scan = {0};
     sc_volume volume = {0};
     const sc_status read_header = sc_volume_read_header(&fuzz_ctx, path, &header);
@@ -56,6 +55,12 @@ static inline void fuzz_volume(const char *name, const uint8_t *data, size_t siz
     sc_label_scan_clear(&header);
     sc_label_scan_clear(&scan);
     sc_volume_clear(&volume);
+}
+
+/* The same of an input that is a file. */
+static inline void fuzz_volume(const char *name, const uint8_t *data, size_t size)
+{
+    fuzz_read_volume(fuzz_write(name, data, size));
 }
 
 /* Define a target whose inputs are files named @p input; beside them lie files of the names that

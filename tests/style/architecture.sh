@@ -19,6 +19,9 @@ name_library() {
     Nifti::nifti2) echo nifticlib ;;
     Expat::expat) echo Expat ;;
     Tiff::tiff) echo libtiff ;;
+    Blosc::blosc) echo c-blosc ;;
+    Zstd::zstd) echo zstd ;;
+    Lz::lz4) echo lz4 ;;
     ZLIB::ZLIB) echo zlib ;;
     PkgConfig::LIBAV) echo libav ;;
     Libavfilter::libavfilter) echo libavfilter ;;

@@ -1,0 +1,530 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Zarr, versions 2 and 3, and OME-Zarr: the chunks of an array that hold some slices are unpacked
+ * side by side by several threads, straight into these slices. */
+#include "zarr.h"
+
+#include <errno.h>
+#include <string.h>
+#include <unistd.h>
+
+enum {
+    SLICES_BYTES =
+        32 << 20, /* so many bytes of slices are read at a time, or one layer of chunks */
+    CHUNK_BYTES_MAX = 1750 << 20, /* what packed chunks then take fits the libraries' numbers */
+    SHARD_CHUNKS_MAX = 1 << 22,
+    KEY_BYTES = 256 /* of the name of a chunk's file */
+};
+
+/* What one thread works on. */
+typedef struct zarr_worker {
+    unsigned char *packed; /* [packed_bytes], owned */
+    unsigned char *chunk;  /* [chunk_bytes + 64], owned */
+    unsigned char *index;  /* of the shard index_of, as stored; owned; NULL without shards */
+    char index_of[KEY_BYTES];
+    size_t failed;        /* the first item that it could not read; SIZE_MAX: none */
+    sc_status status;     /* of that */
+    char file[KEY_BYTES]; /* of that */
+    char why[SC_ZARR_WHY_BYTES];
+} zarr_worker;
+
+/* The array while its voxels are read: sc_source.data. */
+typedef struct zarr_reading {
+    sc_zarr_node node;
+    sc_zarr_array array;
+    int axis[3]; /* the dimensions that are x, y, z; -1: z of a picture */
+    size_t packed_bytes, chunk_bytes;
+    size_t shard_chunks; /* chunks of a file; 1 without shards */
+    int threads;
+    zarr_worker *workers; /* [threads], owned; NULL until the first slices are read */
+} zarr_reading;
+
+/* The slices that are being read. */
+typedef struct zarr_slices {
+    zarr_reading *r;
+    int first, count;   /* along z */
+    size_t grid[3];     /* chunks along x, y, z that hold them */
+    size_t first_layer; /* the number along z of the first of them */
+    const int *size;    /* of the volume */
+    unsigned char *out; /* [count][size y][size x] */
+} zarr_slices;
+
+static void release(void *data)
+{
+    zarr_reading *r = data;
+
+    if (!r)
+        return;
+    for (int i = 0; i < r->threads && r->workers; i++) {
+        sc_free(r->workers[i].packed);
+        sc_free(r->workers[i].chunk);
+        sc_free(r->workers[i].index);
+    }
+    sc_free(r->workers);
+    sc_zarr_node_clear(&r->node);
+    sc_free(r);
+}
+
+/* ---- the bytes of a chunk ---- */
+
+/* Note that an item cannot be read; of several, the first counts. @return false always. */
+static bool note(zarr_worker *w, size_t item, sc_status status, const char *file, const char *why)
+{
+    if (item < w->failed) {
+        w->failed = item;
+        w->status = status;
+        snprintf(w->file, sizeof w->file, "%s", file);
+        snprintf(w->why, sizeof w->why, "%s", why);
+    }
+    return false;
+}
+
+/* Read bytes [begin, + bytes) of a file. @return false, with errno, 0 at the end of the file. */
+static bool read_at(int fd, uint64_t begin, size_t bytes, unsigned char *out)
+{
+    size_t done = 0;
+
+    while (done < bytes) {
+        const ssize_t got = pread(fd, out + done, bytes - done, (off_t)(begin + done));
+
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got <= 0) {
+            errno = got < 0 ? errno : 0;
+            return false;
+        }
+        done += (size_t)got;
+    }
+    return true;
+}
+
+static uint64_t word64(const unsigned char *at, bool big)
+{
+    uint64_t value = 0;
+
+    for (int i = 0; i < 8; i++)
+        value |= (uint64_t)at[i] << 8 * (big ? 7 - i : i);
+    return value;
+}
+
+/* Read the index of a shard, the file @p key, into w->index, unless it is there already.
+ * @return false, with why, if it is damaged. */
+static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
+                       const char *key, const char **why)
+{
+    const sc_zarr_array *a = &r->array;
+    const size_t entries = 16 * r->shard_chunks, bytes = entries + (a->index_crc ? 4 : 0);
+    uint32_t sum = 0;
+
+    if (!strcmp(w->index_of, key))
+        return true;
+    w->index_of[0] = '\0';
+    *why = "is shorter than the index of a shard";
+    if (file_bytes < bytes)
+        return false;
+    *why = "the index of the shard cannot be read";
+    if (!read_at(fd, a->index_first ? 0 : file_bytes - bytes, bytes, w->index))
+        return false;
+    for (int i = 0; i < 4 && a->index_crc; i++)
+        sum |= (uint32_t)w->index[entries + (size_t)i] << 8 * i;
+    *why = "the check sum of the index of the shard is wrong";
+    if (a->index_crc && sc_zarr_crc32c(w->index, entries) != sum)
+        return false;
+    snprintf(w->index_of, sizeof w->index_of, "%s", key);
+    return true;
+}
+
+/* Find chunk @p number of a shard, the file @p key, in its index: place is where it begins and how
+ * many bytes it has, UINT64_MAX if the shard has it not. @return false, with why, if the index is
+ * damaged. */
+static bool find_in_shard(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
+                          const char *key, size_t number, uint64_t place[2], const char **why)
+{
+    const bool big = r->array.index_big_endian;
+
+    if (!read_index(r, w, fd, file_bytes, key, why))
+        return false;
+    for (size_t i = 0; i < 2; i++)
+        place[i] = word64(w->index + 16 * number + 8 * i, big);
+    if (place[0] == UINT64_MAX && place[1] == UINT64_MAX)
+        return true;
+    *why = "the index of the shard leads behind the end of the file";
+    return place[0] <= file_bytes && place[1] <= file_bytes - place[0];
+}
+
+/* Write the name of the file that holds chunk @p at (along the dimensions) to @p key, and the
+ * number of the chunk within it to *number. */
+static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX], char key[KEY_BYTES],
+                      size_t *number)
+{
+    const sc_zarr_array *a = &r->array;
+    size_t used = (size_t)snprintf(key, KEY_BYTES, "%s", a->prefix);
+
+    *number = 0;
+    for (int i = 0; i < a->rank; i++) {
+        const size_t per_file = (size_t)(a->file_shape[i] / a->chunk[i]);
+
+        if (i > 0 || *a->prefix)
+            used += (size_t)snprintf(key + used, KEY_BYTES - used, "%c", a->separator);
+        used += (size_t)snprintf(key + used, KEY_BYTES - used, "%zu", at[i] / per_file);
+        *number = *number * per_file + at[i] % per_file;
+    }
+}
+
+/* Read the stored bytes of chunk @p number of the open file @p key, which has *bytes bytes, to
+ * w->packed. *bytes becomes their number, UINT64_MAX if the file, a shard, has it not. @return
+ * false if they cannot be read, noted. */
+static bool read_packed(const zarr_reading *r, zarr_worker *w, size_t item, int fd, const char *key,
+                        size_t number, uint64_t *bytes)
+{
+    uint64_t place[2] = {0, *bytes};
+    const char *why = NULL;
+    char reason[SC_ZARR_WHY_BYTES];
+
+    if (r->array.sharded && !find_in_shard(r, w, fd, *bytes, key, number, place, &why))
+        return note(w, item, SC_ERR_DATA, key, why);
+    *bytes = place[1];
+    if (*bytes == UINT64_MAX)
+        return true;
+    if (*bytes > r->packed_bytes) {
+        snprintf(reason, sizeof reason, "has %llu bytes, more than a chunk of %zu bytes can take",
+                 (unsigned long long)*bytes, r->chunk_bytes);
+        return note(w, item, SC_ERR_DATA, key, reason);
+    }
+    if (read_at(fd, place[0], (size_t)*bytes, w->packed))
+        return true;
+    return note(w, item, errno ? SC_ERR_WRITE : SC_ERR_DATA, key,
+                errno ? "cannot be read: I/O error" : "has become shorter");
+}
+
+/* Read and unpack the chunk @p at. *out is NULL if the store has it not. @return false if it cannot
+ * be read, noted under @p item. */
+static bool load_chunk(const zarr_reading *r, zarr_worker *w, size_t item,
+                       const size_t at[SC_ZARR_RANK_MAX], const unsigned char **out)
+{
+    uint64_t bytes = 0;
+    char key[KEY_BYTES], reason[SC_ZARR_WHY_BYTES];
+    size_t number;
+    bool read;
+    int fd;
+
+    name_file(r, at, key, &number);
+    fd = sc_zarr_open_file(r->node.fd, key, &bytes);
+    *out = NULL;
+    if (fd < 0 && errno == ENOENT)
+        return true;
+    if (fd < 0)
+        return note(w, item, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA, key,
+                    errno == ELOOP || errno == ENOTDIR || errno == EINVAL
+                        ? "is no regular file; links in a Zarr store are not followed"
+                    : errno == EACCES ? "may not be read"
+                                      : "cannot be opened");
+    read = read_packed(r, w, item, fd, key, number, &bytes);
+    close(fd);
+    if (!read || bytes == UINT64_MAX)
+        return read;
+    return sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
+                          out, reason) ||
+           note(w, item, SC_ERR_DATA, key, reason);
+}
+
+/* ---- voxels ---- */
+
+/* Copy @p count values of @p each bytes, the first at @p from and the others @p step values apart;
+ * @p swap: with their bytes reversed. */
+static void copy_values(const unsigned char *from, size_t step, size_t count, size_t each,
+                        bool swap, unsigned char *to)
+{
+    if (step == 1 && !swap) {
+        memcpy(to, from, count * each);
+        return;
+    }
+    for (size_t i = 0; i < count; i++, from += step * each, to += each) {
+        for (size_t k = 0; k < each; k++)
+            to[k] = from[swap ? each - 1 - k : k];
+    }
+}
+
+/* How far apart neighbours along x, y, z lie in an unpacked chunk, in values. */
+static void strides_of(const zarr_reading *r, size_t out[3])
+{
+    const sc_zarr_array *a = &r->array;
+    size_t step = 1, steps[SC_ZARR_RANK_MAX];
+
+    for (int i = a->rank - 1; i >= 0; i--) {
+        steps[a->pipeline.order[i]] = step;
+        step *= (size_t)a->chunk[a->pipeline.order[i]];
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = r->axis[i] < 0 ? 0 : steps[r->axis[i]];
+}
+
+/* The shape of chunks along x, y, z. */
+static size_t chunk_size(const zarr_reading *r, int i)
+{
+    return r->axis[i] < 0 ? 1 : (size_t)r->array.chunk[r->axis[i]];
+}
+
+/* Copy the part of a chunk that lies in the slices to these. @param low, high the voxels of the
+ * chunk along x, y, z that do. @param chunk NULL: the value of missing chunks. */
+static void copy_chunk(const zarr_slices *s, const unsigned char *chunk, const size_t low[3],
+                       const size_t high[3])
+{
+    static const uint16_t one = 1;
+    const zarr_reading *r = s->r;
+    const size_t each = sc_voxel_type_bytes(r->array.type);
+    const bool little = *(const unsigned char *)&one == 1;
+    const bool swap = chunk && each > 1 && r->array.pipeline.big_endian == little;
+    size_t strides[3];
+
+    strides_of(r, strides);
+    for (size_t z = low[2]; z < high[2]; z++) {
+        for (size_t y = low[1]; y < high[1]; y++) {
+            unsigned char *to =
+                s->out +
+                (((z - (size_t)s->first) * (size_t)s->size[1] + y) * (size_t)s->size[0] + low[0]) *
+                    each;
+            const unsigned char *from = chunk ? chunk + (z % chunk_size(r, 2) * strides[2] +
+                                                         y % chunk_size(r, 1) * strides[1]) *
+                                                            each
+                                              : r->array.fill;
+
+            copy_values(from, chunk ? strides[0] : 0, high[0] - low[0], each, swap, to);
+        }
+    }
+}
+
+/* sc_range_fn: read chunks of the slices; @p user is a zarr_slices. */
+static void read_chunks(void *user, size_t begin, size_t end, int thread)
+{
+    const zarr_slices *s = user;
+    zarr_reading *r = s->r;
+    zarr_worker *w = &r->workers[thread];
+
+    for (size_t item = begin; item < end; item++) {
+        const size_t number[3] = {item % s->grid[0], item / s->grid[0] % s->grid[1],
+                                  item / s->grid[0] / s->grid[1] + s->first_layer};
+        const size_t bounds[3] = {(size_t)s->size[0], (size_t)s->size[1],
+                                  (size_t)(s->first + s->count)};
+        size_t at[SC_ZARR_RANK_MAX] = {0}, low[3], high[3];
+        const unsigned char *chunk;
+
+        for (int i = 0; i < 3; i++) {
+            low[i] = number[i] * chunk_size(r, i);
+            high[i] = low[i] + chunk_size(r, i) < bounds[i] ? low[i] + chunk_size(r, i) : bounds[i];
+            if (r->axis[i] >= 0)
+                at[r->axis[i]] = number[i];
+        }
+        low[2] = low[2] < (size_t)s->first ? (size_t)s->first : low[2];
+        if (load_chunk(r, w, item, at, &chunk))
+            copy_chunk(s, chunk, low, high);
+    }
+}
+
+/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
+static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
+{
+    void *block;
+    sc_status status;
+
+    if (r->workers)
+        return SC_OK;
+    SC_TRY(sc_zalloc(ctx, (size_t)r->threads, sizeof *r->workers, &block));
+    r->workers = block;
+    for (int i = 0; i < r->threads; i++) {
+        SC_TRY(sc_alloc(ctx, r->packed_bytes, 1, &block));
+        r->workers[i].packed = block;
+        SC_TRY(sc_alloc(ctx, r->chunk_bytes + 64, 1, &block));
+        r->workers[i].chunk = block;
+        if (r->array.sharded) {
+            SC_TRY(sc_alloc(ctx, 16 * r->shard_chunks + 4, 1, &block));
+            r->workers[i].index = block;
+        }
+    }
+out:
+    return status;
+}
+
+/* sc_slices_fn of this format. */
+static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_source *source,
+                             int first, int count, void *out)
+{
+    zarr_reading *r = source->data;
+    const size_t layer = chunk_size(r, 2);
+    zarr_slices s = {.r = r,
+                     .first = first,
+                     .count = count,
+                     .first_layer = (size_t)first / layer,
+                     .size = source->size,
+                     .out = out};
+    const zarr_worker *worst = NULL;
+    sc_status status = begin_workers(ctx, r);
+
+    (void)path;
+    if (status != SC_OK)
+        return status;
+    for (int i = 0; i < 2; i++)
+        s.grid[i] = ((size_t)source->size[i] + chunk_size(r, i) - 1) / chunk_size(r, i);
+    s.grid[2] = (size_t)(first + count - 1) / layer - s.first_layer + 1;
+    for (int i = 0; i < r->threads; i++)
+        r->workers[i].failed = SIZE_MAX;
+    sc_parallel_for(r->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
+    for (int i = 0; i < r->threads; i++) {
+        if (!worst || r->workers[i].failed < worst->failed)
+            worst = &r->workers[i];
+    }
+    if (worst->failed == SIZE_MAX)
+        return SC_OK;
+    return sc_fail(ctx, worst->status, "%s/%s: %s", r->node.path, worst->file, worst->why);
+}
+
+/* ---- header ---- */
+
+/* Is @p name, an axis, called @p wanted, whatever the case? */
+static bool is_axis(const char *name, char wanted)
+{
+    return (name[0] | 32) == wanted && !name[1];
+}
+
+/* Find the dimensions that are x, y and z: by their names, if x and y are among them, else the last
+ * three, z first. All others have the size 1. */
+static sc_status find_axes(const sc_ctx *ctx, const sc_zarr_choice *choice, zarr_reading *r)
+{
+    const sc_zarr_array *a = &r->array;
+    int *axis = r->axis;
+    const char(*names)[32] = choice->named ? choice->names : a->names;
+
+    if (choice->named && choice->axes != a->rank)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has %d dimensions, but its group names %d axes (OME-Zarr); expected as "
+                       "many",
+                       choice->array.path, a->rank, choice->axes);
+    axis[0] = axis[1] = axis[2] = -1;
+    for (int i = 0; i < a->rank; i++) {
+        for (int k = 0; k < 3; k++)
+            axis[k] = is_axis(names[i], "xyz"[k]) ? i : axis[k];
+    }
+    if (axis[0] < 0 || axis[1] < 0) {
+        for (int k = 0; k < 3; k++)
+            axis[k] = a->rank - 1 - k;
+    }
+    for (int i = 0; i < a->rank; i++) {
+        if (i != axis[0] && i != axis[1] && i != axis[2] && a->shape[i] != 1)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s: has %lld entries along dimension %d%s%s%s, expected one beside x, "
+                           "y and z; write one channel or time as an array of its own",
+                           choice->array.path, (long long)a->shape[i], i, names[i][0] ? " (" : "",
+                           names[i], names[i][0] ? ")" : "");
+    }
+    return SC_OK;
+}
+
+/* Set the geometry of @p source. */
+static void geometry(const sc_ctx *ctx, const sc_zarr_choice *choice, const zarr_reading *r,
+                     sc_source *source)
+{
+    const char *path = choice->array.path;
+    bool unit = true;
+
+    source->oriented = false;
+    for (int i = 0; i < 3; i++) {
+        const int axis = r->axis[i];
+        const bool known = choice->named && choice->scaled && axis >= 0;
+        const double unit_mm = known && choice->unit_mm[axis] > 0 ? choice->unit_mm[axis] : 1;
+
+        source->to_ras_mm.m[i][i] = known ? choice->scale[axis] * unit_mm : 1;
+        source->to_ras_mm.m[i][3] = known ? choice->shift[axis] * unit_mm : 0;
+        unit = unit && (axis < 0 || choice->unit_mm[axis] > 0);
+    }
+    if (r->axis[2] < 0) /* a picture */
+        source->to_ras_mm.m[2][2] = source->to_ras_mm.m[0][0];
+    if (!choice->scaled)
+        sc_warn(ctx,
+                "%s: nothing gives the spacing of its voxels (\"multiscales\" of OME-Zarr does); "
+                "taken as 1 mm",
+                path);
+    else if (!unit)
+        sc_warn(ctx,
+                "%s: its axes have no known unit of length (\"unit\", such as \"micrometer\"); "
+                "taken as mm",
+                path);
+}
+
+/* Set size, type and slices of @p source, and what is needed to unpack chunks. */
+static sc_status layout(const sc_ctx *ctx, zarr_reading *r, sc_source *source)
+{
+    const sc_zarr_array *a = &r->array;
+    const char *path = r->node.path;
+    const size_t each = sc_voxel_type_bytes(a->type);
+    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+    int64_t size[3], slices;
+    size_t voxels;
+    double needed, slice_bytes;
+
+    for (int i = 0; i < 3; i++)
+        size[i] = r->axis[i] < 0 ? 1 : a->shape[r->axis[i]];
+    if (sc_grid_voxels(ctx, path, size, each, &voxels) != SC_OK)
+        return SC_ERR_DATA;
+    for (int i = 0; i < 3; i++)
+        source->size[i] = (int)size[i];
+    r->chunk_bytes = sc_zarr_values(a, a->chunk) * each;
+    r->packed_bytes = (size_t)sc_zarr_packed_most(r->chunk_bytes);
+    r->shard_chunks = 1;
+    for (int i = 0; i < a->rank; i++)
+        r->shard_chunks *= (size_t)(a->file_shape[i] / a->chunk[i]);
+    slice_bytes = (double)size[0] * (double)size[1] * (double)each;
+    slices = chunk_size(r, 2) < (size_t)size[2] ? (int64_t)chunk_size(r, 2) : size[2];
+    slices *= (int64_t)(SLICES_BYTES / (slice_bytes * (double)slices)) + 1;
+    source->slices = (int)(slices < size[2] ? slices : size[2]);
+    if (r->chunk_bytes > CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: has chunks of %zu bytes, %zu of them in a file, expected at most %d "
+                       "bytes and %d in a file; write it anew with other chunks",
+                       path, r->chunk_bytes, r->shard_chunks, CHUNK_BYTES_MAX, SHARD_CHUNKS_MAX);
+    needed =
+        (double)(r->chunk_bytes + r->packed_bytes + (r->array.sharded ? 16 * r->shard_chunks : 0));
+    r->threads = ctx->threads > 1 ? ctx->threads : 1;
+    while (r->threads > 1 && limit > 0 && r->threads * needed > limit / 4)
+        r->threads--;
+    if (limit > 0 && needed > limit)
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "%s: has chunks of %.1f GiB, more than the limit of memory of %.1f GiB; "
+                       "raise it where there is more memory: --max-memory %.0fG",
+                       path, (double)r->chunk_bytes / gib, limit / gib, ceil(needed / gib));
+    return SC_OK;
+}
+
+sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+{
+    sc_source source = {
+        .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
+    sc_zarr_choice choice = {.array.fd = -1};
+    zarr_reading *r;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
+    source.data = r = block;
+    r->node.fd = -1;
+    SC_TRY(sc_zarr_choose(ctx, path, &choice));
+    SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));
+    SC_TRY(find_axes(ctx, &choice, r));
+    source.type = r->array.type;
+    r->node = choice.array;
+    choice.array = (sc_zarr_node){.fd = -1, .path = r->node.path}; /* lent for messages */
+    status = layout(ctx, r, &source);
+    if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
+        status = sc_volume_memory_check(ctx, path, source.size, 0);
+    if (status == SC_OK)
+        geometry(ctx, &choice, r, &source);
+    choice.array.path = NULL;
+    SC_TRY(status);
+    SC_TRY(sc_path_join(ctx, r->node.path, r->node.meta_name, &source.file));
+    source.table = choice.table;
+    choice.table = (sc_label_table){0};
+    *out = source;
+    source = (sc_source){0};
+out:
+    sc_zarr_choice_clear(&choice);
+    sc_source_clear(&source);
+    return status;
+}

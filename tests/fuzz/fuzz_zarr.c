@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The input is a store of OME-Zarr with one array: the metadata of the array, a NUL byte, the
+ * attributes of its group, a NUL byte, and the first chunk. Metadata that begin with a blank are
+ * those of version 3. */
+#include "volume.h"
+
+#include <sys/stat.h>
+
+/* Make the directory @p name in that of this process. */
+static void make_directory(const char *name)
+{
+    const char *path = fuzz_path(name);
+
+    FUZZ_CHECK(!mkdir(path, 0777));
+}
+
+int LLVMFuzzerInitialize(int *argc, char ***argv)
+{
+    static const char *const directories[] = {"store", "store/0", "store/0/c", "store/0/c/0",
+                                              "store/0/c/0/0"};
+    static const char group[] = "{\"zarr_format\": 2}";
+
+    (void)argc;
+    (void)argv;
+    for (size_t i = 0; i < SC_COUNT_OF(directories); i++)
+        make_directory(directories[i]);
+    (void)fuzz_write("store/.zgroup", group, sizeof group - 1);
+    return 0;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    const uint8_t *parts[3] = {data, NULL, NULL};
+    size_t sizes[3] = {size, 0, 0};
+    const bool third = size && data[0] == ' ';
+
+    for (int i = 0; i < 2 && parts[i]; i++) {
+        const uint8_t *end = sizes[i] ? memchr(parts[i], 0, sizes[i]) : NULL;
+
+        if (!end)
+            break;
+        parts[i + 1] = end + 1;
+        sizes[i + 1] = sizes[i] - (size_t)(end + 1 - parts[i]);
+        sizes[i] = (size_t)(end - parts[i]);
+    }
+    unlink(fuzz_path(third ? "store/0/.zarray" : "store/0/zarr.json"));
+    (void)fuzz_write(third ? "store/0/zarr.json" : "store/0/.zarray", parts[0], sizes[0]);
+    (void)fuzz_write("store/.zattrs", parts[1] ? parts[1] : data, sizes[1]);
+    (void)fuzz_write(third ? "store/0/c/0/0/0" : "store/0/0.0.0", parts[2] ? parts[2] : data,
+                     sizes[2]);
+    fuzz_read_volume(fuzz_path("store"));
+    return 0;
+}
