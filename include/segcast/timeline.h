@@ -314,4 +314,45 @@ bool sc_anatomical_direction(const char *word, sc_vec3 *out);
 /** @return the anatomical words, [*count], for messages; static. */
 const char *const *sc_anatomical_words(size_t *count);
 
+/* ---- shots ---- */
+
+/** The most shots of a film. */
+enum { SC_SHOTS_MAX = 100 };
+
+/** How a shot follows the one before it. */
+typedef enum sc_transition {
+    SC_TRANSITION_CUT,        /**< at once */
+    SC_TRANSITION_CROSS_FADE, /**< its beginning lies over the end of the other, and replaces it
+                                   step by step */
+    SC_TRANSITION_FADE /**< the other fades to the background, and then it appears from there */
+} sc_transition;
+
+/** When a shot is seen. */
+typedef struct sc_shot_span {
+    int frames; /**< of the shot, at least 1 */
+    sc_transition transition;
+    int transition_frames; /**< at least 1, but 0 of a cut; of a cross-fade as many of both shots,
+                                which are shown at the same time; of a fade, half of them belong to
+                                the shot before, if there is one, and the rest to this one */
+    int first;             /**< frame of the film that is the shot's first: of sc_shots_place */
+} sc_shot_span;
+
+/** Fill in where the shots [count] begin, one after the other. The first does not begin with a
+ *  cross-fade. @return how many frames the film has. */
+int sc_shots_place(sc_shot_span *shots, int count);
+/** @return how many frames of shot @p i of @p count belong to the transitions at its beginning and
+ *  its end: it must have at least as many, so that no more than two shots meet in a frame. */
+int sc_shot_transitions(const sc_shot_span *shots, int count, int i);
+
+/** What a frame of a film shows. */
+typedef struct sc_film_frame {
+    int shot, frame;          /**< index of the shot, and number of the frame within it */
+    int before, before_frame; /**< in a cross-fade: the same of the shot before; otherwise -1, 0 */
+    float share; /**< of the shot's picture, more than 0, up to 1; the rest is that of the shot
+                      before, or, without one, the background */
+} sc_film_frame;
+/** @return what frame @p k of a film shows: a closed function of k. @param shots [count], placed.
+ */
+sc_film_frame sc_film_frame_at(const sc_shot_span *shots, int count, int k);
+
 #endif

@@ -767,6 +767,58 @@ static void verbs_need_tissues_that_are_shown(void **state)
     sc_free(fades);
 }
 
+/* What frame k of a film shows, found in another way: each shot lists its own frames. */
+static void every_frame_of_a_film_shows_its_shot(void **state)
+{
+    enum { SHOTS = 5, FRAMES_MAX = 100 };
+    sc_shot_span shots[SHOTS] = {{.frames = 10, SC_TRANSITION_FADE, 3, 0},
+                                 {.frames = 7, SC_TRANSITION_CROSS_FADE, 4, 0},
+                                 {.frames = 5, SC_TRANSITION_CUT, 0, 0},
+                                 {.frames = 1, SC_TRANSITION_CUT, 0, 0},
+                                 {.frames = 9, SC_TRANSITION_FADE, 2, 0}};
+    static const int firsts[SHOTS] = {0, 6, 13, 18, 19}, used[SHOTS] = {6, 4, 0, 1, 1};
+    int seen[FRAMES_MAX] = {0};
+
+    (void)state;
+    assert_int_equal(sc_shots_place(shots, SHOTS), 28);
+    for (int i = 0; i < SHOTS; i++) {
+        assert_int_equal(shots[i].first, firsts[i]);
+        assert_int_equal(sc_shot_transitions(shots, SHOTS, i), used[i]);
+        for (int f = 0; f < shots[i].frames; f++)
+            seen[shots[i].first + f] |= 1 << i;
+    }
+    for (int k = 0; k < 28; k++) {
+        const sc_film_frame at = sc_film_frame_at(shots, SHOTS, k);
+
+        assert_int_equal(1 << at.shot | (at.before >= 0 ? 1 << at.before : 0), seen[k]);
+        assert_int_equal(shots[at.shot].first + at.frame, k);
+        assert_true(at.frame < shots[at.shot].frames);
+        if (at.before >= 0)
+            assert_int_equal(shots[at.before].first + at.before_frame, k);
+    }
+}
+
+/* Transitions begin and end evenly: their shares run through the middles of equal parts. */
+static void transitions_are_even(void **state)
+{
+    sc_shot_span shots[3] = {{.frames = 10, SC_TRANSITION_CUT, 0, 0},
+                             {.frames = 10, SC_TRANSITION_CROSS_FADE, 4, 0},
+                             {.frames = 10, SC_TRANSITION_FADE, 4, 0}};
+
+    (void)state;
+    assert_int_equal(sc_shots_place(shots, 3), 26);
+    for (int k = 0; k < 26; k++) {
+        const sc_film_frame at = sc_film_frame_at(shots, 3, k);
+        const float expected = k >= 6 && k < 10     ? ((float)(k - 6) + 0.5F) / 4
+                               : k == 14 || k == 17 ? 0.75F
+                               : k == 15 || k == 16 ? 0.25F
+                                                    : 1;
+
+        assert_true(at.share == expected);
+        assert_int_equal(at.before, k >= 6 && k < 10 ? 0 : -1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -789,6 +841,8 @@ int main(void)
         cmocka_unit_test(an_orbit_pauses_and_turns_as_far),
         cmocka_unit_test(zooms_and_dollies_follow_one_another),
         cmocka_unit_test(tissues_come_to_fill_the_picture),
+        cmocka_unit_test(every_frame_of_a_film_shows_its_shot),
+        cmocka_unit_test(transitions_are_even),
         cmocka_unit_test(zoom_scales_the_picture),
         cmocka_unit_test(without_visible_points_there_is_still_a_camera),
     };
