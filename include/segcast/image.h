@@ -118,4 +118,23 @@ static inline uint8_t sc_srgb_level(const sc_srgb_table *table, float linear)
     return (uint8_t)(level + (table->threshold[level] <= within));
 }
 
+/** What pictures are mixed by: 6 KB without pointers, which may be copied to other machines as
+ * bytes, so that they mix to the same bits (see sc_srgb_table). */
+typedef struct sc_mixer {
+    sc_srgb_table levels;
+    float linear[256]; /**< linear light of each level of sRGB */
+} sc_mixer;
+/** Fill all of @p mixer; threads may share it then. */
+void sc_mixer_init(sc_mixer *mixer);
+/** Keep @p share, 0 to 1, of a picture, and put as much of @p other, of the same size and kind, in
+ *  its place as is missing, in linear light; colours of pixels with alpha count as much as they
+ *  cover. @param first, end the rows [first, end) of both, the only ones that are read or written.
+ */
+void sc_image_mix(const sc_mixer *mixer, const sc_image *other, float share, int first, int end,
+                  sc_image *image);
+/** The same with the colour @p rgb, sRGB, everywhere; with nothing at all in a picture with alpha.
+ */
+void sc_image_fade(const sc_mixer *mixer, const uint8_t rgb[3], float share, int first, int end,
+                   sc_image *image);
+
 #endif

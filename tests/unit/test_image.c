@@ -197,6 +197,56 @@ static void a_png_with_a_chunk_beyond_its_end_is_refused(void **state)
     unlink("chunk.png");
 }
 
+static void pictures_mix_in_linear_light(void **state)
+{
+    sc_image a = noise(7, 5, 1), b = noise(7, 5, 2), mixed = noise(7, 5, 1);
+    const uint8_t grey[3] = {100, 150, 200};
+    sc_mixer mixer;
+
+    (void)state;
+    sc_mixer_init(&mixer);
+    sc_image_mix(&mixer, &b, 0.25F, 1, 4, &mixed);
+    for (size_t i = 0; i < sc_image_bytes(&a); i++) {
+        const double light =
+            0.25 * sc_srgb_to_linear(a.rgb[i] / 255.0) + 0.75 * sc_srgb_to_linear(b.rgb[i] / 255.0);
+        const double level = sc_srgb_to_linear(mixed.rgb[i] / 255.0);
+
+        if (i < 21 || i >= 84) /* another row */
+            assert_int_equal(mixed.rgb[i], a.rgb[i]);
+        else
+            assert_true(fabs(level - light) < 0.006); /* half a level */
+    }
+    sc_image_mix(&mixer, &b, 0, 0, 5, &mixed);
+    assert_memory_equal(mixed.rgb, b.rgb, sc_image_bytes(&b));
+    sc_image_mix(&mixer, &a, 1, 0, 5, &mixed);
+    assert_memory_equal(mixed.rgb, b.rgb, sc_image_bytes(&b));
+    sc_image_fade(&mixer, grey, 0, 0, 1, &mixed);
+    assert_memory_equal(mixed.rgb, grey, 3);
+    assert_memory_equal(mixed.rgb + 21, b.rgb + 21, 84);
+    sc_image_clear(&a);
+    sc_image_clear(&b);
+    sc_image_clear(&mixed);
+}
+
+/* Of pixels with alpha, what covers more counts more, and what covers nothing has no colour. */
+static void clear_pictures_mix_by_what_they_cover(void **state)
+{
+    uint8_t mine[12] = {200, 10, 30, 255, 0, 0, 0, 0, 50, 60, 70, 128};
+    uint8_t theirs[12] = {0, 0, 0, 0, 0, 0, 0, 0, 50, 60, 70, 128};
+    static const uint8_t expected[12] = {200, 10, 30, 128, 0, 0, 0, 0, 50, 60, 70, 128};
+    const sc_image other = {3, 1, theirs, true};
+    sc_image image = {3, 1, mine, true};
+    sc_mixer mixer;
+
+    (void)state;
+    sc_mixer_init(&mixer);
+    sc_image_mix(&mixer, &other, 0.5F, 0, 1, &image);
+    assert_memory_equal(mine, expected, 12);
+    sc_image_fade(&mixer, theirs, 0.5F, 0, 1, &image);
+    assert_int_equal(mine[0], 200);
+    assert_int_equal(mine[3], 64);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -206,6 +256,8 @@ int main(void)
         cmocka_unit_test(a_png_file_keeps_alpha),
         cmocka_unit_test(flattening_puts_a_colour_behind),
         cmocka_unit_test(a_png_file_keeps_every_pixel),
+        cmocka_unit_test(pictures_mix_in_linear_light),
+        cmocka_unit_test(clear_pictures_mix_by_what_they_cover),
         cmocka_unit_test(the_hash_depends_on_size_and_pixels),
         cmocka_unit_test(every_srgb_level_converts_to_linear_light_and_back),
     };
