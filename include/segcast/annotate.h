@@ -38,6 +38,14 @@ typedef struct sc_caption {
 /** @return whether the caption is shown in frame @p k of @p frames. */
 bool sc_caption_is_shown(const sc_caption *caption, int k, int frames);
 
+/** A title card: text in the middle of the picture, instead of tissues. */
+typedef struct sc_card {
+    char title[SC_CAPTION_BYTES]; /**< as of sc_caption */
+    bool has_subtitle;
+    char subtitle[SC_CAPTION_BYTES]; /**< if there is one: below it, and smaller */
+    char where[160];                 /**< "file:line" for messages; may be empty */
+} sc_card;
+
 /** The overlays for which tissues can be chosen. */
 typedef enum sc_tissue_use {
     SC_USE_NAMES, /**< names are written beside them; if none are listed, there are no names */
@@ -101,7 +109,9 @@ typedef struct sc_annotations {
     const sc_timeline *timeline;
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     int fps;
-    uint8_t background[3];         /**< sRGB, by which the colour of text is chosen */
+    int first_frame;       /**< frame of the film that is frame 0 here: by it times are counted */
+    const sc_card *card;   /**< NULL: it is no title card */
+    uint8_t background[3]; /**< sRGB, by which the colour of text is chosen */
     const sc_color_scale *scale;   /**< NULL: tissues are not coloured by values */
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */

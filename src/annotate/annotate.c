@@ -6,8 +6,9 @@ bool sc_annotations_any(const sc_annotations *annotations)
 {
     const sc_overlays *o = annotations->overlays;
 
-    return o->logo[0] || annotations->caption_count || o->time || o->scale_bar || o->color_bar ||
-           o->orientation || o->legend || sc_annotations_names(annotations);
+    return o->logo[0] || annotations->card || annotations->caption_count || o->time ||
+           o->scale_bar || o->color_bar || o->orientation || o->legend ||
+           sc_annotations_names(annotations);
 }
 
 /* Draw the time at which frame @p k is shown. */
@@ -19,7 +20,7 @@ static void draw_time(sc_drawing *d, int k)
 
     if (!d->a->overlays->time)
         return;
-    sc_time_code(k, d->a->fps, text);
+    sc_time_code(d->a->first_frame + k, d->a->fps, text);
     room = sc_take_room(d, d->a->overlays->time, sc_glyphs_width(lettering, text),
                         sc_glyphs_capitals(lettering));
     sc_draw_glyphs(d, text, room.x_px, room.y_px + room.height_px);
@@ -50,6 +51,7 @@ sc_status sc_annotations_draw(const sc_ctx *ctx, const sc_annotations *annotatio
     status = sc_draw_fixed(ctx, &d, k, scene);
     if (status == SC_OK)
         status = sc_draw_names(ctx, &d, k);
+    sc_draw_card(&d);
     sc_draw_captions(&d, k);
     return status;
 }

@@ -63,20 +63,16 @@ static size_t line_bytes(sc_font *font, const char *text, double size_px, double
     return at;
 }
 
-/* Break a caption into lines. @return how many there are; of more than SC_CAPTION_LINES_MAX only
- * the first are written to @p out. */
-static int break_lines(const sc_caption *caption, sc_font *font, double size_px, double width,
-                       sc_text_line out[SC_CAPTION_LINES_MAX])
+int sc_break_lines(const char *text, sc_font *font, double size_px, double width, int room,
+                   sc_text_line *out)
 {
-    const char *text = caption->text;
     int count = 0;
 
-    while (*text && count <= SC_CAPTION_LINES_MAX) {
+    while (*text && count <= room) {
         const size_t bytes = line_bytes(font, text, size_px, width);
 
-        if (count < SC_CAPTION_LINES_MAX)
-            out[count] = (sc_text_line){
-                .kind = SC_WORD_CAPTION, .text = text, .bytes = bytes, .size_px = size_px};
+        if (count < room)
+            out[count] = (sc_text_line){.text = text, .bytes = bytes, .size_px = size_px};
         count++;
         text += bytes;
         text += *text == '\n' ? 1 : strspn(text, " ");
@@ -91,6 +87,7 @@ static sc_status add_lines(const sc_ctx *ctx, int index, sc_text_line *lines, in
     sc_status status = SC_OK;
 
     for (int i = 0; i < count && status == SC_OK; i++) {
+        lines[i].kind = SC_WORD_CAPTION;
         lines[i].number = index * SC_CAPTION_LINES_MAX + i;
         status = sc_add_line(ctx, list, &lines[i]);
     }
@@ -108,7 +105,8 @@ static sc_status add_caption(const sc_ctx *ctx, const sc_annotations *a, int ind
     sc_text_line lines[SC_CAPTION_LINES_MAX];
 
     do {
-        const int count = break_lines(caption, font, size_px, width, lines);
+        const int count =
+            sc_break_lines(caption->text, font, size_px, width, SC_CAPTION_LINES_MAX, lines);
         const double highest = fmax(HEIGHT * a->within.height_px, 1.3 * size_px);
 
         if (count <= SC_CAPTION_LINES_MAX && count * ceil(1.3 * size_px) <= highest)

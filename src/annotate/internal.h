@@ -14,6 +14,8 @@ enum {
     SC_WORD_MORE,    /* the last row of a legend that has no room for all tissues: 0 */
     SC_WORD_COLOR_BAR,   /* a text of the colour bar: SC_BAR_* */
     SC_WORD_ORIENTATION, /* a letter of the orientation cube: its code */
+    SC_WORD_CARD,        /* a line of a title card: its number from the top; its data is
+                            the distance in pixels of its base line from the one above */
     SC_WORD_NAME         /* the name of a tissue, to be written beside it: dense id; the largest
                             tissue comes first */
 };
@@ -115,6 +117,16 @@ sc_status sc_draw_orientation(const sc_ctx *ctx, sc_drawing *d, const sc_scene *
 void sc_draw_logo(sc_drawing *d);
 /* Draw what has the same size in all frames: all but names and captions. @return SC_ERR_MEMORY. */
 sc_status sc_draw_fixed(const sc_ctx *ctx, sc_drawing *d, int k, const sc_scene *scene);
+/* Break a text into lines that are no wider than @p width pixels, where they can be. @return how
+ * many there are; of more than @p room only the first are written to @p out: their text, bytes and
+ * size_px. */
+int sc_break_lines(const char *text, sc_font *font, double size_px, double width, int room,
+                   sc_text_line *out);
+/* Append the lines of the title card. @return SC_ERR_DATA if they do not fit. */
+sc_status sc_add_card(const sc_ctx *ctx, const sc_annotations *a, sc_font *font,
+                      sc_line_list *list);
+/* Draw the title card, if it is one. */
+void sc_draw_card(sc_drawing *d);
 /* Draw the captions of frame @p k. */
 void sc_draw_captions(sc_drawing *d, int k);
 

@@ -38,6 +38,8 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
         SC_TRY(sc_add_legend(ctx, annotations, font, &list));
     if (sc_annotations_names(annotations))
         SC_TRY(sc_add_names(ctx, annotations, font, &list));
+    if (annotations->card)
+        SC_TRY(sc_add_card(ctx, annotations, font, &list));
     SC_TRY(sc_add_captions(ctx, annotations, font, &list));
     status = sc_lettering_make(ctx, font, list.lines, list.count, out);
 out:

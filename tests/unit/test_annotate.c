@@ -568,6 +568,50 @@ static void a_logo_is_scaled_to_its_size(void **state)
     end_film(&f);
 }
 
+/* The text of a title card stands in the middle of the picture, and shrinks or is broken to fit. */
+static void a_title_card_stands_in_the_middle(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 3; kind++) {
+        sc_card card = {.has_subtitle = kind > 0};
+        sc_image image;
+        int box[4];
+        film f;
+
+        begin_film(&f, 0);
+        strcpy(card.title, kind == 2 ? "A title that is so long that it has to stand in several "
+                                       "lines, one below the other, or become small"
+                                     : "HEH");
+        strcpy(card.subtitle, "HEHEHEHEH");
+        f.annotations.card = &card;
+        assert_true(sc_annotations_any(&f.annotations));
+        letter_film(&f);
+        image = draw(&f, 0, false, 255);
+        assert_true(ink(&image, box) > 0);
+        assert_true(abs(box[0] + box[2] - WIDTH) <= 6);
+        assert_true(abs(box[1] + box[3] - HEIGHT) <= 6);
+        assert_true(box[0] > WIDTH / 20 && box[1] > HEIGHT / 20);
+        sc_image_clear(&image);
+        end_film(&f);
+    }
+}
+
+static void a_title_card_that_cannot_fit_is_refused(void **state)
+{
+    sc_card card = {.where = "job.yaml:5"};
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    film f;
+
+    (void)state;
+    begin_film(&f, 0);
+    memset(card.title, 'W', SC_CAPTION_BYTES - 1);
+    f.annotations.card = &card;
+    assert_int_equal(sc_annotations_letter(&ctx, &f.annotations, &f.lettering), SC_ERR_DATA);
+    assert_int_equal(h.errors, 1);
+    assert_non_null(strstr(h.text, "job.yaml:5: the text of the title card does not fit"));
+}
+
 static void captions_that_cannot_fit_are_refused(void **state)
 {
     heard h;
@@ -653,6 +697,8 @@ int main(void)
         cmocka_unit_test(the_cube_shows_the_side_that_is_seen),
         cmocka_unit_test(without_orientation_there_is_no_cube),
         cmocka_unit_test(a_logo_is_scaled_to_its_size),
+        cmocka_unit_test(a_title_card_stands_in_the_middle),
+        cmocka_unit_test(a_title_card_that_cannot_fit_is_refused),
         cmocka_unit_test(captions_that_cannot_fit_are_refused),
         cmocka_unit_test(a_missing_character_is_named_once),
         cmocka_unit_test(characters_that_cannot_be_set_are_known),
