@@ -152,7 +152,33 @@ typedef struct sc_job {
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
+    size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come
+                            first. 0 of others */
+    struct sc_shot
+        *shots; /**< [shot_count], owned: then the film consists of them, animation.frames
+                     is its length, and the rest of animation and overlays the default */
+    size_t shot_count;
+    bool has_shots; /**< the list is given */
 } sc_job;
+
+/** How a shot follows the one before: by a cut, unless one of the others is chosen. */
+typedef struct sc_shot_transition {
+    bool is_cross_fade, is_fade; /**< at most one of them */
+    double seconds;              /**< of these two */
+} sc_shot_transition;
+
+/** A shot of a film. */
+typedef struct sc_shot {
+    sc_job job;     /**< what is drawn in it, resolved: the keys of the film and of the shot. What
+                         holds for the whole film (sc_key.of_film) is in the film's job. It has no
+                         shots. Has to be the first member */
+    char name[256]; /**< empty: none */
+    sc_shot_transition transition;
+    bool has_card; /**< it shows the card, and no volume */
+    sc_card card;
+    sc_shot_span span; /**< placed in the film */
+    char where[160];   /**< "file:line" for messages; may be empty */
+} sc_shot;
 
 /** A key and its value from outside of the job file. All strings are borrowed. */
 typedef struct sc_setting {
@@ -193,6 +219,8 @@ SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool id
  *  numbers and truth values as such, all others as strings. @return SC_ERR_MEMORY; SC_ERR_DATA, not
  * logged, if a path is not UTF-8. */
 SC_MUST_USE sc_status sc_job_write_json(const sc_ctx *ctx, const sc_job *job, sc_text *text);
+/** @return whether a frame of the job, or of one of its shots, has the layout views. */
+bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);

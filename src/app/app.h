@@ -126,6 +126,8 @@ typedef struct sc_watched_file {
     size_t bytes;
 } sc_watched_file;
 
+typedef struct sc_film sc_film; /* see film.c */
+
 typedef struct sc_session {
     bool measure; /* set between job and volume: measure all labels, so that none is hidden */
     sc_job job;
@@ -152,6 +154,12 @@ typedef struct sc_session {
     sc_name_plan *names; /* the same on all ranks; NULL: there are none; owned */
     sc_image logo;       /* the same on all ranks; empty: there is none; owned */
     sc_rank_record times;
+    /* Of a film of shots: each of them is a session, which borrows the volume, and what is above
+     * from the tissues on is empty but for the renderer, which is that of a shot. NULL: there are
+     * no shots. Owned. */
+    sc_film *film;
+    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
+    bool borrows_renderer; /* it is that of another session, which draws in the same way */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
@@ -306,6 +314,36 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
  * session. Not collective. */
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats);
+/* ---- session.c: one shot, or a job without shots ---- */
+
+/* Make session->renderer, after sc_session_tissues, together with the other ranks of the node. */
+sc_status sc_shot_renderer(const sc_app *app, sc_session *session);
+/* Fill what is left after sc_session_tissues and sc_shot_renderer: timeline and lettering. */
+sc_status sc_shot_timeline(sc_app *app, sc_session *session);
+/* As sc_session_draw, of a frame of the shot. */
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                       sc_image *image, sc_render_stats *stats);
+/* As sc_session_counts, of a frame of the shot. */
+void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                    sc_render_stats *stats);
+/* Free what a shot has for itself: all but the volume and the job. On this rank alone. */
+void sc_shot_clear(sc_session *session);
+
+/* ---- film.c: the shots of a film ---- */
+
+/* Make the sessions of the shots of session->job, if it has any, when its volume is there, and
+ * resolve their tissues: an automatic background is the same in all of them. */
+sc_status sc_film_open(sc_app *app, sc_session *session);
+/* @return how many shots a session has: at least 1. Not collective. */
+int sc_film_shot_count(const sc_session *session);
+/* @return the session of shot @p i: the session itself if it has no shots. Not collective. */
+sc_session *sc_film_shot(sc_session *session, int i);
+/* @return renderer @p i of those that the shots of a session draw with; NULL behind the last of
+ * them. Not collective. */
+sc_renderer *sc_film_renderer(const sc_session *session, int i);
+/* @return the bytes of all of them: sc_renderer_bytes, and *derived sc_renderer_derived_bytes. Not
+ * collective. */
+uint64_t sc_film_renderer_bytes(const sc_session *session, uint64_t *derived);
 /* As sc_session_draw, for the farm: fill in the timing record except wait_s, rank and hash, which
  * are the farm's. @return SC_ERR_INCOMPLETE if the frame was given up (sc_signals_give_up). */
 sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,

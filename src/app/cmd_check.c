@@ -53,14 +53,30 @@ static sc_status check_cpu(const sc_app *app, const sc_job *job)
     return SC_OK;
 }
 
+/* Check all of a job without shots, or of one shot, that depends on the volume. Its tissues are
+ * resolved, unless it is a title card. */
+static sc_status check_shot(sc_app *app, sc_session *shot)
+{
+    sc_vec3 *corners = NULL;
+    size_t count;
+    sc_status status = SC_OK;
+
+    if (shot->tissues) {
+        SC_TRY(find_corners(app, shot, &corners, &count));
+        SC_TRY(sc_session_timeline(app, shot, corners, count));
+    }
+    status = sc_session_letter(app, shot);
+out:
+    sc_free(corners);
+    return status;
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
     const sc_job *job = &session.job;
     sc_label_source source = {0};
     sc_label_report report = {0};
-    sc_vec3 *corners = NULL;
-    size_t count;
     sc_status status;
 
     app->options.scan = !app->options.fast;
@@ -70,11 +86,12 @@ sc_status sc_cmd_check(sc_app *app)
     sc_warn_of_outputs(app, job);
     app->label_source = &source;
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));
-    SC_TRY(sc_session_tissues(app, &session));
-    SC_TRY(find_corners(app, &session, &corners, &count));
-    SC_TRY(sc_session_timeline(app, &session, corners, count));
+    SC_TRY(sc_film_open(app, &session));
+    if (!session.film)
+        SC_TRY(sc_session_tissues(app, &session));
+    for (int i = 0; i < sc_film_shot_count(&session); i++)
+        SC_TRY(check_shot(app, sc_film_shot(&session, i)));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
-    SC_TRY(sc_session_letter(app, &session));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
     printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
@@ -87,7 +104,6 @@ out:
     app->label_source = NULL;
     sc_label_report_clear(&report);
     sc_label_source_clear(&source);
-    sc_free(corners);
     sc_session_clear(&session);
     return status;
 }

@@ -65,27 +65,38 @@ out:
     return status;
 }
 
-/* Hash everything that determines the pictures, except the volume, which has a hash of its own. */
-static sc_status hash_job(const sc_run *run, uint64_t *out)
+/* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
+ * its keys. */
+static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
 {
-    const sc_lettering *letters = run->session.lettering;
+    const sc_lettering *letters = s->lettering;
+    sc_status status = SC_OK;
+
+    if (s->tissues) /* it is no title card */
+        SC_TRY(add_tissues(ctx, s, text));
+    SC_TRY(add_fades(ctx, s, text));
+    SC_TRY(add_moves(ctx, &s->timeline, text));
+    if (s->scale.is_used) /* which the colour bar shows */
+        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    if (s->logo.rgb)
+        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
+    if (letters) /* their pixels, which follow from the font */
+        SC_TRY(sc_text_add(ctx, text, "%llx\n",
+                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
+out:
+    return status;
+}
+
+/* Hash everything that determines the pictures, except the volume, which has a hash of its own. */
+static sc_status hash_job(sc_run *run, uint64_t *out)
+{
     const sc_ctx *ctx = run->app->ctx;
     sc_text text = {0};
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
-    SC_TRY(add_tissues(ctx, &run->session, &text));
-    SC_TRY(add_fades(ctx, &run->session, &text));
-    SC_TRY(add_moves(ctx, &run->session.timeline, &text));
-    if (run->session.scale.is_used) /* which the colour bar shows */
-        SC_TRY(sc_text_add(ctx, &text, "%.17g %.17g\n", run->session.scale.low,
-                           run->session.scale.high));
-    if (run->session.logo.rgb)
-        SC_TRY(sc_text_add(ctx, &text, "%llx\n",
-                           (unsigned long long)sc_image_hash(&run->session.logo)));
-    if (letters) /* their pixels, which follow from the font */
-        SC_TRY(sc_text_add(ctx, &text, "%llx\n",
-                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
+    for (int i = 0; i < sc_film_shot_count(&run->session); i++)
+        SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);
@@ -381,7 +392,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .total_frames = job->animation.frames,
                           .draw = sc_run_draw,
                           .share_frames = job->farm.share,
-                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS,
+                          .spoils_other_rows = sc_job_has_views(job),
                           .draw_gop = sc_run_draw_gop,
                           .encode_frame = sc_run_encode_frame,
                           .accept_frame = sc_run_accept_frame,

@@ -163,6 +163,13 @@ out:
     return status;
 }
 
+/* Small pictures need fewer rays. */
+static void draw_fast(sc_render_options *render)
+{
+    render->samples = render->samples < 3 ? render->samples : 3;
+    render->antialiasing = SC_ANTIALIASING_ADAPTIVE;
+}
+
 sc_status sc_cmd_storyboard(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "storyboard.png";
@@ -179,8 +186,9 @@ sc_status sc_cmd_storyboard(sc_app *app)
     SC_TRY(sc_check_output(app, &session, path, true));
     SC_TRY(choose_frames(app, job->animation.frames, &frames, &count));
     shrink(job->output.size_px, job->output.size_px);
-    job->render.samples = job->render.samples < 3 ? job->render.samples : 3;
-    job->render.antialiasing = SC_ANTIALIASING_ADAPTIVE;
+    draw_fast(&job->render);
+    for (size_t i = 0; i < job->shot_count; i++)
+        draw_fast(&job->shots[i].job.render);
     g = choose_grid(job->output.size_px, count);
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_image_init(app->ctx, g.sheet_px[0], g.sheet_px[1], &sheet));

@@ -114,5 +114,6 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
         sc_warn(app->ctx,
                 "the zoom of %.3g crops what is shown, for example in frame %d; up to %.3g all of "
                 "it would be in the picture there",
-                worst_zoom, at, floor(100 * worst_zoom / worst) / 100);
+                worst_zoom, at + (session->shot ? session->shot->span.first : 0),
+                floor(100 * worst_zoom / worst) / 100);
 }

@@ -33,6 +33,23 @@ static sc_status add_number(const sc_ctx *ctx, const char *pattern, sc_label_tab
     return sc_label_table_add(ctx, table, &row);
 }
 
+/* Add rows for the labels that a job, or a shot, names by number. */
+static sc_status add_numbers(const sc_ctx *ctx, const sc_job *job, sc_label_table *table)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < job->rule_count; i++)
+        SC_TRY(add_number(ctx, job->rules[i].pattern, table));
+    for (size_t i = 0; i < job->exception_count; i++)
+        SC_TRY(add_number(ctx, job->exceptions[i].pattern, table));
+    for (size_t i = 0; i < job->verb_tissue_count; i++)
+        SC_TRY(add_number(ctx, job->verb_tissues[i].pattern, table));
+    for (size_t i = 0; i < job->volume_tissue_count; i++)
+        SC_TRY(add_number(ctx, job->volume_tissues[i].pattern, table));
+out:
+    return status;
+}
+
 /* Find the labels of a volume whose voxels were not read, and add them to @p volume: those of its
  * own table, those of the job's table, and those that the job names by number. Names come from the
  * tables only, so that a tissue name in the job that is in no table is reported as an error. */
@@ -43,17 +60,12 @@ static sc_status name_labels(const sc_app *app, const sc_job *job, sc_volume *vo
     sc_status status;
 
     SC_TRY(sc_read_labels_of(app, job, volume, &source));
-    for (size_t i = 0; i < job->rule_count; i++)
-        SC_TRY(add_number(app->ctx, job->rules[i].pattern, &numbers));
-    for (size_t i = 0; i < job->exception_count; i++)
-        SC_TRY(add_number(app->ctx, job->exceptions[i].pattern, &numbers));
-    for (size_t i = 0; i < job->verb_tissue_count; i++)
-        SC_TRY(add_number(app->ctx, job->verb_tissues[i].pattern, &numbers));
-    for (size_t i = 0; i < job->volume_tissue_count; i++)
-        SC_TRY(add_number(app->ctx, job->volume_tissues[i].pattern, &numbers));
+    SC_TRY(add_numbers(app->ctx, job, &numbers));
+    for (size_t i = 0; i < job->shot_count; i++)
+        SC_TRY(add_numbers(app->ctx, &job->shots[i].job, &numbers));
     SC_TRY(sc_volume_add_labels(app->ctx, volume, &numbers));
     SC_TRY(sc_volume_add_labels(app->ctx, volume, &source.table));
-    if (job->rule_count + job->exception_count + job->verb_tissue_count > 0)
+    if (job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count > 0)
         sc_info(app->ctx,
                 "%s: the voxels were not read (--fast), so that it is not known whether "
                 "the tissues that the job names occur in them",

@@ -130,8 +130,32 @@ static void clear_needs(needs *n)
     sc_free(n->tissue_smooth);
 }
 
-/* Fill in what the job of a session needs. No label is hidden if session->measure. Caller owns
- * @p out: clear_needs. */
+/* Add what one job, or one shot, needs. @param is_first hidden labels are those of this one;
+ * otherwise they stay hidden only if this one hides them, too. */
+static sc_status add_needs(const sc_app *app, const sc_job *job, const sc_label *labels,
+                           int label_count, bool is_first, needs *n)
+{
+    const sc_color_by *by = &job->color_by;
+    bool thickness = false;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(app->ctx, (size_t)label_count, sizeof(bool), &block));
+    SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count, block,
+                            &thickness));
+    for (int id = 0; id < label_count; id++)
+        n->hidden[id] = (is_first || n->hidden[id]) && ((bool *)block)[id];
+    n->local_thickness = n->local_thickness || job->render.thickness != 0;
+    n->thickness =
+        n->thickness || thickness || (by->has_measure && by->measure == SC_MEASURE_THICKNESS);
+    n->surface = n->surface || (by->has_measure && by->measure == SC_MEASURE_SURFACE);
+out:
+    sc_free(block);
+    return status;
+}
+
+/* Fill in what the job of a session, or each of its shots, needs. No label is hidden if
+ * session->measure. Caller owns @p out: clear_needs. */
 static sc_status find_needs(const sc_app *app, const sc_session *session, const sc_label *labels,
                             int label_count, needs *out)
 {
@@ -143,9 +167,8 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
                            !session->measure && !job->has_volume_size,
                .resize = job->has_volume_size,
                .thickness = session->measure,
-               .local_thickness = job->render.thickness != 0,
                .surface = session->measure};
-    const sc_color_by *by = &job->color_by;
+    bool is_first = true;
     void *block;
     sc_status status;
 
@@ -155,11 +178,16 @@ static sc_status find_needs(const sc_app *app, const sc_session *session, const 
     n.tissue_smooth = block;
     sc_tissue_strengths(labels, label_count, job->rules, job->rule_count, n.smooth,
                         n.tissue_smooth);
-    if (!session->measure)
-        SC_TRY(sc_hidden_labels(app->ctx, labels, label_count, job->rules, job->rule_count,
-                                n.hidden, &n.thickness));
-    n.thickness = n.thickness || (by->has_measure && by->measure == SC_MEASURE_THICKNESS);
-    n.surface = n.surface || (by->has_measure && by->measure == SC_MEASURE_SURFACE);
+    if (!job->shot_count)
+        SC_TRY(add_needs(app, job, labels, label_count, true, &n));
+    for (size_t i = 0; i < job->shot_count; i++) {
+        if (job->shots[i].has_card)
+            continue;
+        SC_TRY(add_needs(app, &job->shots[i].job, labels, label_count, is_first, &n));
+        is_first = false;
+    }
+    if (session->measure)
+        memset(n.hidden, 0, (size_t)label_count * sizeof *n.hidden);
     memcpy(n.size, job->volume_size, sizeof n.size);
     *out = n;
     return SC_OK;
@@ -491,23 +519,35 @@ out:
     return status;
 }
 
+/* As sc_check_tissues, of one job, or of one shot, whose rules from the film have been checked. */
+static sc_status check_tissues_of(const sc_ctx *ctx, const sc_job *job, const sc_prepared *view)
+{
+    const sc_status rules = sc_tissue_rules_check(ctx, view, job->rules + job->film_rules,
+                                                  job->rule_count - job->film_rules);
+    sc_status exceptions = SC_OK, verbs = SC_OK, overlays = SC_OK;
+
+    if (rules == SC_OK || rules == SC_ERR_DATA)
+        exceptions = sc_clip_exceptions_check(ctx, view, job->exceptions, job->exception_count);
+    if (exceptions == SC_OK || exceptions == SC_ERR_DATA)
+        verbs = sc_verb_tissues_check(ctx, view, job->verb_tissues, job->verb_tissue_count);
+    if (verbs == SC_OK || verbs == SC_ERR_DATA)
+        overlays =
+            sc_overlay_tissues_check(ctx, view, job->overlay_tissues, job->overlay_tissue_count);
+    verbs = overlays < verbs ? overlays : verbs;
+    exceptions = verbs < exceptions ? verbs : exceptions;
+    return exceptions < rules ? exceptions : rules;
+}
+
 sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
                            int label_count)
 {
     const sc_prepared view = {.label_count = label_count, .labels = labels};
-    const sc_status rules = sc_tissue_rules_check(ctx, &view, job->rules, job->rule_count);
-    sc_status exceptions = SC_OK, verbs = SC_OK, overlays = SC_OK;
+    sc_status status = check_tissues_of(ctx, job, &view);
 
-    if (rules == SC_OK || rules == SC_ERR_DATA)
-        exceptions = sc_clip_exceptions_check(ctx, &view, job->exceptions, job->exception_count);
-    if (exceptions == SC_OK || exceptions == SC_ERR_DATA)
-        verbs = sc_verb_tissues_check(ctx, &view, job->verb_tissues, job->verb_tissue_count);
-    if (verbs == SC_OK || verbs == SC_ERR_DATA)
-        overlays =
-            sc_overlay_tissues_check(ctx, &view, job->overlay_tissues, job->overlay_tissue_count);
-    verbs = overlays < verbs ? overlays : verbs;
-    exceptions = verbs < exceptions ? verbs : exceptions;
-    return exceptions < rules ? exceptions : rules;
+    /* Shots after one with mistakes are not checked: those of keys of the film are in all. */
+    for (size_t i = 0; i < job->shot_count && status == SC_OK; i++)
+        status = check_tissues_of(ctx, &job->shots[i].job, &view);
+    return status;
 }
 
 /* Bring the volume to the number of voxels that the job asks for. */

@@ -292,9 +292,8 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
-                           .prepared_bytes = session->shared_bytes,
-                           .derived_bytes = sc_renderer_derived_bytes(session->renderer),
-                           .renderer_bytes = sc_renderer_bytes(session->renderer)};
+                           .prepared_bytes = session->shared_bytes};
+    out->renderer_bytes = sc_film_renderer_bytes(session, &out->derived_bytes);
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;
         out->prepare_wall_s += session->times.phases[phase].wall_s;

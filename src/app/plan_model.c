@@ -115,7 +115,7 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
                           .gather = run->gather,
                           .gop_frames = gop_frames(job),
                           .total_frames = job->animation.frames,
-                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
+                          .spoils_other_rows = sc_job_has_views(job)};
     const sc_farm_memory memory = sc_farm_memory_of(&farm, run->nodes * run->ranks);
     const uint64_t ranks = (uint64_t)run->ranks;
     const uint64_t encoding_bytes =

@@ -61,7 +61,7 @@ double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks)
                           .gather = true,
                           .gop_frames = sc_video_gop_frames(&settings),
                           .total_frames = job->animation.frames,
-                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS};
+                          .spoils_other_rows = sc_job_has_views(job)};
 
     if (gathered == 0)
         return 0;
@@ -87,11 +87,15 @@ sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int r
 /* Add to the trace when each thread drew, since the last call. */
 static void trace_threads(sc_run *run, int frame)
 {
-    sc_renderer_spans(run->session.renderer, run->spans);
-    for (int i = 0; i < run->app->threads; i++) {
-        if (run->spans[i].begin_s > 0)
-            sc_trace_add(run->trace, SC_TRACE_DRAW, i, frame, run->spans[i].begin_s,
-                         run->spans[i].end_s);
+    sc_renderer *renderer;
+
+    for (int r = 0; (renderer = sc_film_renderer(&run->session, r)) != NULL; r++) {
+        sc_renderer_spans(renderer, run->spans);
+        for (int i = 0; i < run->app->threads; i++) {
+            if (run->spans[i].begin_s > 0)
+                sc_trace_add(run->trace, SC_TRACE_DRAW, i, frame, run->spans[i].begin_s,
+                             run->spans[i].end_s);
+        }
     }
 }
 

@@ -351,10 +351,9 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
                         .prepared_bytes = run->session.shared_bytes,
-                        .derived_bytes = sc_renderer_derived_bytes(run->session.renderer),
-                        .renderer_bytes = sc_renderer_bytes(run->session.renderer),
                         .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
                         .from_prepared = run->session.mapped && !run->session.shared};
+    record->renderer_bytes = sc_film_renderer_bytes(&run->session, &record->derived_bytes);
 }
 
 /* Gather the timing records of all ranks on rank 0. @param out caller owns: sc_free; NULL on the

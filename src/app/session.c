@@ -19,7 +19,8 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
 
-    if (!job->volume[0] || job->rule_count + job->exception_count + job->verb_tissue_count == 0 ||
+    if (!job->volume[0] ||
+        job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
         return;
     errors.level = SC_LOG_ERROR;
@@ -28,6 +29,76 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
         return;
     /* The job is refused in any case. */
     (void)sc_check_tissues(&errors, job, session->volume.labels, session->volume.label_count);
+}
+
+/* The arrays of a job. */
+enum { ARRAYS = 8 };
+typedef struct job_array {
+    void *data;
+    size_t count, size;
+} job_array;
+
+static void get_arrays(const sc_job *job, job_array out[ARRAYS])
+{
+    const job_array arrays[ARRAYS] = {
+        {job->rules, job->rule_count, sizeof *job->rules},
+        {job->exceptions, job->exception_count, sizeof *job->exceptions},
+        {job->verbs, job->verb_count, sizeof *job->verbs},
+        {job->verb_tissues, job->verb_tissue_count, sizeof *job->verb_tissues},
+        {job->captions, job->caption_count, sizeof *job->captions},
+        {job->overlay_tissues, job->overlay_tissue_count, sizeof *job->overlay_tissues},
+        {job->volume_tissues, job->volume_tissue_count, sizeof *job->volume_tissues},
+        {job->shots, job->shot_count, sizeof *job->shots}};
+
+    memcpy(out, arrays, sizeof arrays);
+}
+
+static void set_arrays(sc_job *job, const job_array arrays[ARRAYS])
+{
+    job->rules = arrays[0].data;
+    job->exceptions = arrays[1].data;
+    job->verbs = arrays[2].data;
+    job->verb_tissues = arrays[3].data;
+    job->captions = arrays[4].data;
+    job->overlay_tissues = arrays[5].data;
+    job->volume_tissues = arrays[6].data;
+    job->shots = arrays[7].data;
+}
+
+/* Send a job of rank 0, without the jobs of its shots, to the others. Collective. */
+static sc_status share_job_alone(sc_app *app, sc_job *job)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const job_array nothing[ARRAYS] = {0};
+    job_array arrays[ARRAYS];
+    sc_status status = SC_OK;
+
+    if (first)
+        get_arrays(job, arrays);
+    sc_comm_broadcast(app->comm, job, sizeof *job);
+    /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
+     * rank's own: NULL at first, then the copies of the arrays. */
+    if (!first) {
+        set_arrays(job, nothing);
+        get_arrays(job, arrays);
+    }
+    for (int i = 0; i < ARRAYS && status == SC_OK; i++) {
+        status = sc_broadcast_array(app, &arrays[i].data, arrays[i].count, arrays[i].size);
+        set_arrays(job, arrays);
+    }
+    for (size_t i = 0; i < job->shot_count && !first && job->shots; i++)
+        set_arrays(&job->shots[i].job, nothing);
+    return status;
+}
+
+/* Send the job of rank 0 to all others. Collective. */
+static sc_status share_job(sc_app *app, sc_job *job)
+{
+    sc_status status = share_job_alone(app, job);
+
+    for (size_t i = 0; i < job->shot_count && status == SC_OK; i++)
+        status = share_job_alone(app, &job->shots[i].job);
+    return status;
 }
 
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
@@ -40,53 +111,15 @@ sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session)
                                     .environment = app->environment,
                                     .no_video = app->options.no_video,
                                     .check_inputs = true};
-    sc_job *job = &session->job;
-    void *rules = NULL, *exceptions = NULL, *verbs = NULL, *verb_tissues = NULL, *captions = NULL;
-    void *overlay_tissues = NULL, *volume_tissues = NULL;
     sc_status status = SC_OK;
 
     *session = (sc_session){.times = {.threads = app->threads}};
     if (sc_comm_rank(app->comm) == 0)
-        status = sc_job_load(app->ctx, &sources, job);
+        status = sc_job_load(app->ctx, &sources, &session->job);
     if (status == SC_ERR_USAGE || status == SC_ERR_DATA)
         tell_volume_mistakes(app, session);
     SC_TRY(sc_comm_agree(app->comm, status));
-    if (sc_comm_rank(app->comm) == 0) {
-        rules = job->rules;
-        exceptions = job->exceptions;
-        verbs = job->verbs;
-        verb_tissues = job->verb_tissues;
-        captions = job->captions;
-        overlay_tissues = job->overlay_tissues;
-        volume_tissues = job->volume_tissues;
-    }
-    sc_comm_broadcast(app->comm, job, sizeof *job);
-    /* The pointers in the job that was received are addresses of rank 0. They are replaced by this
-     * rank's own: NULL at first, then the copies of the arrays. */
-    job->rules = rules;
-    job->exceptions = exceptions;
-    job->verbs = verbs;
-    job->verb_tissues = verb_tissues;
-    job->captions = captions;
-    job->overlay_tissues = overlay_tissues;
-    job->volume_tissues = volume_tissues;
-    SC_TRY(sc_broadcast_array(app, &rules, job->rule_count, sizeof *job->rules));
-    job->rules = rules;
-    SC_TRY(sc_broadcast_array(app, &exceptions, job->exception_count, sizeof *job->exceptions));
-    job->exceptions = exceptions;
-    SC_TRY(sc_broadcast_array(app, &verbs, job->verb_count, sizeof *job->verbs));
-    job->verbs = verbs;
-    SC_TRY(
-        sc_broadcast_array(app, &verb_tissues, job->verb_tissue_count, sizeof *job->verb_tissues));
-    job->verb_tissues = verb_tissues;
-    SC_TRY(sc_broadcast_array(app, &captions, job->caption_count, sizeof *job->captions));
-    job->captions = captions;
-    SC_TRY(sc_broadcast_array(app, &overlay_tissues, job->overlay_tissue_count,
-                              sizeof *job->overlay_tissues));
-    job->overlay_tissues = overlay_tissues;
-    SC_TRY(sc_broadcast_array(app, &volume_tissues, job->volume_tissue_count,
-                              sizeof *job->volume_tissues));
-    job->volume_tissues = volume_tissues;
+    status = share_job(app, &session->job);
 out:
     return status;
 }
@@ -238,9 +271,9 @@ static void tell_alone(const sc_app *app, const sc_session *session, bool alone)
     sc_free(all);
 }
 
-/* Make the renderer, together with the other ranks of the node. Should that fail, each rank tries
- * to make its own, and says why if it cannot. Collective, the same result on all ranks. */
-static sc_status make_renderers(const sc_app *app, sc_session *session)
+/* Should ranks fail to make the renderer together, each tries to make its own, and says why if it
+ * cannot. */
+sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
 {
     const bool several = sc_comm_size(app->comm) > 1;
     sc_ctx silent = *app->ctx;
@@ -375,7 +408,8 @@ static void warn_of_planes(const sc_app *app, const sc_session *session)
         sc_warn(app->ctx,
                 "the clip plane removes everything in %d frame%s, from frame %d on: "
                 "they will be empty",
-                empty, empty == 1 ? "" : "s", first);
+                empty, empty == 1 ? "" : "s",
+                first + (session->shot ? session->shot->span.first : 0));
 }
 
 /* @return width divided by height of the picture in space within the frame. */
@@ -407,8 +441,8 @@ static sc_scene scene_of(const sc_session *session, int k)
     return scene;
 }
 
-sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                          sc_image *image, sc_render_stats *stats)
+sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                       sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
     const sc_annotations annotations = sc_session_annotations(session);
@@ -435,28 +469,12 @@ double sc_session_aspect(const sc_session *session)
     return picture_aspect(&session->job);
 }
 
-void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
-                       sc_render_stats *stats)
+void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                    sc_render_stats *stats)
 {
     const sc_scene scene = scene_of(session, k);
 
     sc_render_counts(session->renderer, &scene, size_px[0], size_px[1], out, stats);
-}
-
-sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
-                                sc_image *image, sc_frame_result *result)
-{
-    sc_render_stats stats = {0};
-    const sc_status status = sc_session_draw(app, session, k, rows, image, &stats);
-
-    result->frame = k;
-    result->render_wall_s = stats.wall_s;
-    result->render_cpu_s = stats.cpu_s;
-    result->rays = stats.counters.rays;
-    result->samples = stats.counters.cell_visits;
-    result->contributions = stats.counters.contributions;
-    /* The renderer leaves tiles out when the frame is to be given up. */
-    return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
 }
 
 /* Find the ways of the moves of session->timeline that fly, on rank 0, which has their lines, and
@@ -528,50 +546,24 @@ out:
     return status;
 }
 
-sc_status sc_session_scene(sc_app *app, sc_session *session)
+sc_status sc_shot_timeline(sc_app *app, sc_session *session)
 {
-    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
     const sc_vec3 *hull;
     size_t hull_count;
     sc_status status;
 
-    sc_stage_begin(app->ctx, "preparing the light", 0, 0);
-    SC_TRY(sc_session_tissues(app, session));
-    SC_TRY(make_renderers(app, session));
     hull = sc_renderer_hull(session->renderer, &hull_count);
     SC_TRY(sc_session_timeline(app, session, hull, hull_count));
-    SC_TRY(sc_session_letter(app, session));
-    sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+    status = sc_session_letter(app, session);
 out:
     return status;
 }
 
-sc_status sc_session_volume(sc_app *app, sc_session *session)
+void sc_shot_clear(sc_session *session)
 {
-    const sc_status status = sc_session_load(app, session);
-
-    return status == SC_OK ? sc_session_scene(app, session) : status;
-}
-
-void sc_session_move_volume(sc_session *from, sc_session *to)
-{
-    to->shared = from->shared;
-    to->shared_bytes = from->shared_bytes;
-    to->mapped = from->mapped;
-    to->mapped_bytes = from->mapped_bytes;
-    to->watched = from->watched;
-    to->labels = from->labels;
-    to->volume = from->volume;
-    from->shared = NULL;
-    from->mapped = NULL;
-    from->mapped_bytes = 0;
-    from->watched = NULL;
-    from->labels = NULL;
-}
-
-void sc_session_clear(sc_session *session)
-{
-    sc_renderer_free(session->renderer);
+    if (!session->borrows_renderer)
+        sc_renderer_free(session->renderer);
+    session->renderer = NULL;
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
@@ -579,14 +571,4 @@ void sc_session_clear(sc_session *session)
     sc_free(session->lettering);
     sc_free(session->names);
     sc_image_clear(&session->logo);
-    sc_shared_free(session->shared);
-    sc_free(session->labels);
-    sc_free(session->stats);
-    sc_signals_forget_file(session->watched);
-    sc_file_unmap(session->mapped, session->mapped_bytes);
-    if (session->watched)
-        sc_free(session->watched->name);
-    sc_free(session->watched);
-    sc_job_clear(&session->job);
-    *session = (sc_session){0};
 }

@@ -21,6 +21,9 @@ sc_annotations sc_session_annotations(const sc_session *session)
                           .timeline = &session->timeline,
                           .within = {0, 0, size_px[0], size_px[1]},
                           .fps = job->output.fps,
+                          .first_frame = session->shot ? session->shot->span.first : 0,
+                          .card = session->shot && session->shot->has_card ? &session->shot->card
+                                                                           : NULL,
                           .scale = session->scale.is_used ? &session->scale : NULL,
                           .logo = session->logo,
                           .lettering = session->lettering,

@@ -76,7 +76,7 @@ static sc_status draw_once(visit *v, int count)
                           .total_frames = job->animation.frames,
                           .draw = draw,
                           .share_frames = job->farm.share,
-                          .spoils_other_rows = job->output.layout == SC_LAYOUT_VIEWS,
+                          .spoils_other_rows = sc_job_has_views(job),
                           .accept_frame = accept_frame,
                           .stop = sc_signals_catch_stop(),
                           .user = v};

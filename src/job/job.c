@@ -141,15 +141,24 @@ static sc_status apply_environment(const sc_ctx *ctx, const char *const *environ
 typedef struct listener {
     const sc_ctx *to;
     int errors;
+    uint64_t told[SC_MISTAKES_MAX]; /* hashes of those that were passed on */
 } listener;
 
-/* For sc_ctx.write, with a listener as user. */
+/* For sc_ctx.write, with a listener as user. The same mistake is told once: one of a key of the
+ * film is found again in each of its shots. */
 static void hear(void *user, sc_log_level level, const char *text)
 {
     listener *l = user;
+    const uint64_t hash = sc_hash_bytes(text, strlen(text), 0);
 
+    for (int i = 0; level == SC_LOG_ERROR && i < l->errors && i < SC_MISTAKES_MAX; i++) {
+        if (l->told[i] == hash)
+            return;
+    }
     if (level == SC_LOG_ERROR && ++l->errors > SC_MISTAKES_MAX)
         return;
+    if (level == SC_LOG_ERROR)
+        l->told[l->errors - 1] = hash;
     if (l->to->write)
         l->to->write(l->to->user, level, text);
 }
@@ -174,12 +183,34 @@ out:
     return status;
 }
 
+/* If a job has shots, take what only they need out of its tree: *base becomes a copy of the tree
+ * without the list of shots, and the tree itself loses what each of them has for itself. */
+static sc_status part_shots(const sc_ctx *ctx, sc_yaml *root, sc_yaml **base)
+{
+    static const char *const defaults[] = {"animation", "overlays"};
+    sc_status status;
+
+    if (!sc_yaml_member(root, "shots"))
+        return SC_OK;
+    SC_TRY(sc_yaml_copy(ctx, root, base));
+    sc_yaml_remove(*base, sc_yaml_index(*base, "shots"));
+    for (size_t i = 0; i < SC_COUNT_OF(defaults); i++) {
+        const size_t at = sc_yaml_index(root, defaults[i]);
+
+        if (at < root->count)
+            sc_yaml_remove(root, at);
+    }
+out:
+    return status;
+}
+
 /* Put all sources into the tree of the job file and read it into @p job, which holds the defaults.
  * @return the first mistake; all are logged. */
 static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_yaml *root,
                           sc_job *job)
 {
     sc_status status = root->key_twice ? SC_ERR_DATA : SC_OK;
+    sc_yaml *base = NULL;
 
     if (sc_goes_on(&status,
                    apply_settings(ctx, sources->defaults, sources->default_count, true, root)) &&
@@ -187,9 +218,13 @@ static sc_status read_job(const sc_ctx *ctx, const sc_job_sources *sources, sc_y
         sc_goes_on(&status,
                    apply_settings(ctx, sources->settings, sources->setting_count, false, root)) &&
         sc_goes_on(&status, apply_modes(ctx, root)) &&
+        sc_goes_on(&status, part_shots(ctx, root, &base)) &&
         sc_goes_on(&status, sc_times_resolve(ctx, job, root)) &&
-        sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)))
-        (void)sc_goes_on(&status, sc_job_check(ctx, sources, root, job));
+        sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, root, job)) &&
+        sc_goes_on(&status, sc_job_check(ctx, sources, root, job)) && base)
+        (void)sc_goes_on(&status,
+                         sc_shots_resolve(ctx, sources, base, sc_yaml_member(root, "shots"), job));
+    sc_yaml_free(base);
     return status;
 }
 
@@ -232,10 +267,23 @@ void sc_job_clear(sc_job *job)
     sc_free(job->captions);
     sc_free(job->overlay_tissues);
     sc_free(job->volume_tissues);
+    for (size_t i = 0; i < job->shot_count && job->shots; i++)
+        sc_job_clear(&job->shots[i].job); /* which has no shots */
+    sc_free(job->shots);
     *job = (sc_job){0};
+}
+
+bool sc_job_has_views(const sc_job *job)
+{
+    bool has_views = job->output.layout == SC_LAYOUT_VIEWS && !job->shot_count;
+
+    for (size_t i = 0; i < job->shot_count; i++)
+        has_views = has_views || job->shots[i].job.output.layout == SC_LAYOUT_VIEWS;
+    return has_views;
 }
 
 sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity, sc_text *text)
 {
-    return sc_keys_write(ctx, sc_job_keys, job, 0, identity, text);
+    return sc_keys_write(ctx, sc_job_keys, job, 0, identity ? SC_WRITE_IDENTITY : SC_WRITE_ALL,
+                         text);
 }

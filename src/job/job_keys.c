@@ -32,43 +32,43 @@ static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "fas
 static const sc_key output_keys[] = {
     {"directory", &sc_type_text, OUTPUT(directory), "segcast-out",
      .help = "directory for everything that the job makes; relative to the job file",
-     .bytes = SC_PATH_BYTES, .outside_identity = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
     {"size", &sc_type_size, OUTPUT(size_px), "[1280, 720]",
      .help = "width and height of the picture, also as WxH or by name: 360p, 480p, 720p, 1080p, "
              "1440p, 4k, 8k, square (1080x1080) or vertical (1080x1920)",
      .low = 16, .high = 16384, .unit = "pixels",
-     .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}},
+     .option = &(const sc_key_option){"size", "WxH", ORBIT_AND_VIEWS}, .of_film = true},
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
-     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}},
+     .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}, .of_film = true},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
      .help =
          "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
          ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, for "
          "slides and web pages; also transparent), or none",
-     .bytes = SC_PATH_BYTES, .outside_identity = true},
+     .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
              "also hold h265 and av1, .mkv these and vp9, .webm av1, and .mov h264 and h265",
-     .choices = codecs},
+     .choices = codecs, .of_film = true},
     {"title", &sc_type_text, OUTPUT(title), "\"\"",
      .help = "title of the film, in the metadata of the video",
-     .bytes = sizeof(((sc_output *)0)->title)},
+     .bytes = sizeof(((sc_output *)0)->title), .of_film = true},
     {"author", &sc_type_text, OUTPUT(author), "\"\"",
      .help = "who made the film, in the metadata of the video, beside the hashes of job and volume",
-     .bytes = sizeof(((sc_output *)0)->author)},
+     .bytes = sizeof(((sc_output *)0)->author), .of_film = true},
     {"frames", &sc_type_choice, OUTPUT(frames), "none",
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
-     .outside_identity = true},
+     .outside_identity = true, .of_film = true},
     {"layout", &sc_type_choice, OUTPUT(layout), "picture",
      .help = "picture, or views: the three regular slices beside it", .choices = layouts},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
              "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
              "is its quality 88",
-     .low = 0, .high = 51},
+     .low = 0, .high = 51, .of_film = true},
     {"preset", &sc_type_choice, OUTPUT(preset), "medium",
      .help = "speed of the encoders of H.264 and H.265: slower makes smaller files",
-     .words = presets},
+     .words = presets, .of_film = true},
     {0}};
 
 /* ---- render ---- */
@@ -101,26 +101,28 @@ static const sc_key render_keys[] = {
      .help = "standard; or the paper's pictures, which set other defaults: paper (its first, plain "
              "way) and "
              "paper-accelerated",
-     .choices = modes},
+     .choices = modes, .of_film = true},
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
-     .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces},
+     .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces,
+     .of_film = true},
     {"smooth", &sc_type_smooth, RENDER(smooth), "auto",
      .help = "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
              "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
              "on the grid on which the volume was drawn: without copied voxels, with layers "
              "between thick slices, slices that jump moved back, and noisy borders smoothed",
      .low = 0, .high = SC_SMOOTH_MAX,
-     .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}},
+     .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}, .of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
      .help = "how empty space is skipped: leap (fastest), none or interior (the paper's plain and "
              "accelerated methods), octree, proximity or chessboard (methods of others, to compare "
              "with); same pictures",
-     .choices = skips, .outside_identity = true},
+     .choices = skips, .outside_identity = true, .of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
      .help = "kernels for this instruction set, c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option =
-         &(const sc_key_option){"cpu", "NAME", "render check plan still storyboard orbit views"}},
+         &(const sc_key_option){"cpu", "NAME", "render check plan still storyboard orbit views"},
+     .of_film = true},
     {"early_termination", &sc_type_bool, RENDER(early_termination), "true",
      .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
      .outside_identity = true},
@@ -256,36 +258,73 @@ static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
                                         {"distinct", SC_APPEARANCE_DISTINCT},
                                         {NULL, 0}};
 
+#define SHOT(member) offsetof(sc_shot, member)
+
+/* The keys of a shot. Those of the job have the same place in sc_shot as in sc_job, which it begins
+ * with. */
+const sc_key sc_shot_keys[] = {
+    {"name", &sc_type_text, SHOT(name), "\"\"",
+     .help = "of the shot: a chapter of the video begins with each shot that has one",
+     .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
+    {"transition", &sc_type_transition, SHOT(transition), "cut",
+     .help = "how it follows the shot before: cut, or one of these", .keys = sc_transition_keys},
+    {"card", &sc_type_flow_map, SHOT(card), NULL,
+     .help = "the shot is a title card: a text in the middle of the background, and no tissues",
+     .keys = sc_card_keys, .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},
+    {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
+     .help = "as color_by of the file, of this shot", .keys = sc_color_by_keys,
+     .given = SC_GIVEN(sc_job, has_color_by), .of_job = true, .without = "that of the file"},
+    {"output", &sc_type_map, offsetof(sc_job, output), NULL,
+     .help = "layout alone: that of this shot", .keys = output_keys, .of_job = true,
+     .without = "that of the file"},
+    {"render", &sc_type_map, offsetof(sc_job, render), NULL,
+     .help = "as render of the file, of this shot; not mode, surface, smooth, skip and cpu",
+     .keys = render_keys, .of_job = true, .without = "that of the file"},
+    {"light", &sc_type_map, offsetof(sc_job, light), NULL,
+     .help = "as light of the file, of this shot", .keys = light_keys, .of_job = true,
+     .without = "that of the file"},
+    {"tissues", &sc_type_tissues, 0, NULL,
+     .help = "as tissues of the file, behind which they come, so that they win",
+     .keys = sc_tissue_keys, .of_job = true, .without = "those of the file"},
+    {"animation", &sc_type_map, 0, NULL,
+     .help = "as animation of the file, of this shot: its frames or duration are those of the shot",
+     .keys = animation_keys, .of_job = true, .without = "that of the file"},
+    {"overlays", &sc_type_map, 0, NULL, .help = "as overlays of the file, of this shot",
+     .keys = sc_overlays_keys, .of_job = true, .without = "those of the file"},
+    {0}};
+
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_volume, 0, NULL,
      .help = "the labels: a path, or a map with the path and what is changed of the volume",
-     .keys = sc_volume_keys, .shorthand = "path", .outside_identity = true, .required = true},
+     .keys = sc_volume_keys, .shorthand = "path", .outside_identity = true, .required = true,
+     .of_film = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
      .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
      .outside_identity = true, .without = "names and colours of the volume's file",
-     .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}},
+     .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
     {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
      .help = "format of the label table; auto: by its content", .choices = table_formats,
      .outside_identity = true,
-     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"}},
+     .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
+     .of_film = true},
     {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
      .help =
          "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd, "
          "cover: the one with fewer voxels, or the last",
      .choices = overlaps, .outside_identity = true,
-     .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}},
+     .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}, .of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
      .help = "colours of the tissues: those of the label table; anatomy: those that anatomists "
              "expect, where the name of a tissue is known, also instead of the table's; distinct: "
              "such as can be told apart best; what the table gives no colour has that of anatomy, "
              "or else a distinct one",
-     .choices = appearances},
+     .choices = appearances, .of_film = true},
     {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
      .help =
          "the volume is brought to this many voxels, each with the label nearest to its centre, "
          "and drawn as these are; for studies of how cost grows with the volume",
      .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
-     .without = "the voxels of the file"},
+     .without = "the voxels of the file", .of_film = true},
     {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
      .help = "colours of the tissues by values of a table, or by what is measured; colours under "
              "tissues go before",
@@ -303,9 +342,15 @@ const sc_key sc_job_keys[] = {
     {"animation", &sc_type_map, 0, NULL, .help = "what moves", .keys = animation_keys},
     {"overlays", &sc_type_map, 0, NULL, .help = "what is written onto the pictures",
      .keys = sc_overlays_keys},
+    {"shots", &sc_type_shots, 0, NULL,
+     .help =
+         "the film as a list of shots, one after the other: each is a map of keys of this file, "
+         "which are merged over those outside of the list, and of keys of its own",
+     .keys = sc_shot_keys, .given = SC_GIVEN(sc_job, has_shots), .of_film = true,
+     .without = "one shot"},
     {"farm", &sc_type_map, offsetof(sc_job, farm), NULL,
-     .help = "how ranks share the work; same pictures", .keys = farm_keys,
-     .outside_identity = true},
+     .help = "how ranks share the work; same pictures", .keys = farm_keys, .outside_identity = true,
+     .of_film = true},
     {0}};
 
 const char *sc_job_preset(const sc_job *job)

@@ -46,13 +46,18 @@ static const sc_value_type type_font = {
 
 /* ---- captions ---- */
 
-/* Log why a character of a caption cannot be drawn. @param at which it is, counted from 1. */
-static sc_status refuse_character(const sc_ctx *ctx, const sc_yaml *node, unsigned code, size_t at,
-                                  const char *why)
+/* @return what messages call the text of a row. */
+static const char *name_of(const sc_key *key)
 {
-    return sc_yaml_fail(ctx, node,
-                        "the text of a caption has, as its character %zu, U+%04X, which %s", at,
-                        code, why);
+    return strcmp(key->name, "text") ? key->name : "the text of a caption";
+}
+
+/* Log why a character cannot be drawn. @param at which it is, counted from 1. */
+static sc_status refuse_character(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                  unsigned code, size_t at, const char *why)
+{
+    return sc_yaml_fail(ctx, node, "%s has, as its character %zu, U+%04X, which %s", name_of(key),
+                        at, code, why);
 }
 
 /* char[SC_CAPTION_BYTES]: a text whose characters can be drawn, lines separated by \n. */
@@ -64,7 +69,7 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
     if (node->kind != SC_YAML_SCALAR || !node->text[strspn(node->text, " \n")])
         return sc_wrong_type(ctx, node, key->type->expected);
     if (strlen(node->text) >= SC_CAPTION_BYTES)
-        return sc_yaml_fail(ctx, node, "the text of a caption has %zu bytes, expected at most %d",
+        return sc_yaml_fail(ctx, node, "%s has %zu bytes, expected at most %d", name_of(key),
                             strlen(node->text), SC_CAPTION_BYTES - 1);
     for (size_t bytes; node->text[at]; at += bytes ? bytes : 1) {
         unsigned code;
@@ -76,11 +81,11 @@ static sc_status read_caption_text(const sc_ctx *ctx, const sc_key *key, const s
         lines += code == '\n' && node->text[at + 1];
         why = bytes ? sc_font_refuses(code) : "is no character of UTF-8";
         if (why && code != '\n')
-            return refuse_character(ctx, node, code, characters, why);
+            return refuse_character(ctx, key, node, code, characters, why);
     }
     if (lines > SC_CAPTION_LINES_MAX)
-        return sc_yaml_fail(ctx, node, "the text of a caption has %zu lines, expected at most %d",
-                            lines, SC_CAPTION_LINES_MAX);
+        return sc_yaml_fail(ctx, node, "%s has %zu lines, expected at most %d", name_of(key), lines,
+                            SC_CAPTION_LINES_MAX);
     strcpy(value, node->text);
     return SC_OK;
 }
@@ -93,7 +98,7 @@ static sc_status write_caption_text(const sc_ctx *ctx, const sc_key *key, const 
     return sc_write_quoted(ctx, value, text);
 }
 
-static const sc_value_type type_caption_text = {
+const sc_value_type sc_type_caption_text = {
     .name = "text",
     .expected = "a text that is not empty",
     .read = read_caption_text,
@@ -113,7 +118,7 @@ static const sc_choice caption_places[] = {PLACES()};
 static const sc_choice places[] = {{"none", SC_PLACE_NONE}, PLACES()};
 
 const sc_key sc_caption_keys[] = {
-    {"text", &type_caption_text, offsetof(sc_caption, text), NULL,
+    {"text", &sc_type_caption_text, offsetof(sc_caption, text), NULL,
      .help = "what is written; \\n in double quotes begins a new line, and lines that are too long "
              "are broken",
      .required = true},
@@ -136,7 +141,7 @@ static sc_status read_caption(const sc_ctx *ctx, const sc_key *keys, const sc_ya
     if (node->kind == SC_YAML_MAP)
         status = sc_keys_read(ctx, keys, node, &caption);
     else
-        status = type_caption_text.read(ctx, &keys[0], node, caption.text);
+        status = sc_type_caption_text.read(ctx, &keys[0], node, caption.text);
     if (status == SC_OK)
         job->captions[job->caption_count++] = caption;
 out:

@@ -72,7 +72,7 @@ const sc_key sc_tissue_keys[] = {
     {"smooth", &sc_type_strength, RULE(smooth), NULL,
      .help = "strength of the smoothing of its surface, as render.smooth; the border between two "
              "tissues has the weaker of theirs",
-     .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth"},
+     .low = 0, .high = SC_SMOOTH_MAX, HAS(smooth), .without = "render.smooth", .of_film = true},
     {"diffuse", &sc_type_real, RULE(material.diffuse), NULL,
      .help = "share of its colour that light brings out", .low = 0, .high = 2, HAS(diffuse),
      .without = TEXT(SC_MATERIAL_DIFFUSE)},
@@ -126,16 +126,16 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-/* Write all rules of the sc_job @p value with the keys that were given: each begins a new line, @p
- * indent
+/* Write all rules of the sc_job @p value, but those that a shot has from its film, with the keys
+ * that were given: each begins a new line, @p indent
  * + 2 blanks in, and none ends one; "{}" where there are no rules. */
 static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {
     const sc_job *job = value;
-    sc_status status = sc_text_add(ctx, text, "%s", job->rule_count ? "" : "{}");
+    sc_status status = sc_text_add(ctx, text, "%s", job->rule_count > job->film_rules ? "" : "{}");
 
-    for (size_t i = 0; i < job->rule_count && status == SC_OK; i++) {
+    for (size_t i = job->film_rules; i < job->rule_count && status == SC_OK; i++) {
         SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
         SC_TRY(sc_write_quoted(ctx, job->rules[i].pattern, text));
         SC_TRY(sc_text_add(ctx, text, ": "));

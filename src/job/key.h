@@ -32,6 +32,10 @@ typedef struct sc_value_type {
      * NULL: the keys of the map are written as lines of their own. */
     sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                        sc_text *text);
+    /* The same for a value of many lines that holds maps with keys of their own: each of its lines
+     * ends. @p parts as of sc_keys_write. NULL: write says how. */
+    sc_status (*write_lines)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             unsigned parts, sc_text *text);
     /* @return a new JSON schema of the value, by which editors check it; NULL when out of memory.
      */
     json_t *(*schema)(const sc_key *key);
@@ -72,6 +76,9 @@ struct sc_key {
     const char *shorthand;       /* of a map: a single value stands for a map with this key alone */
     bool required;               /* the key, or another one of its alternative, must be given */
     bool outside_identity;       /* pictures do not depend on it: it is not part of the identity */
+    bool of_film; /* it holds for the whole film: shots cannot have it for themselves */
+    bool of_job;  /* of a shot: a key of the job, merged over that of the film; listings name only
+                     the key, not again what is below it */
 };
 
 /* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out
@@ -88,13 +95,15 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
-    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_volume;
+    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_volume, sc_type_caption_text;
+/* Types of a film of shots. */
+extern const sc_value_type sc_type_shots, sc_type_transition;
 
 /* The tables: sc_job_keys describes the whole file and is read into sc_job; the others describe
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
     sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
-    sc_color_by_keys[];
+    sc_color_by_keys[], sc_shot_keys[], sc_card_keys[], sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -126,9 +135,14 @@ sc_status sc_keys_read(const sc_ctx *ctx, const sc_key *keys, const sc_yaml *nod
 /* @return whether the struct @p from holds a value of @p key that has to be written. */
 bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from);
 /* Append to @p text a line "key: value" for each row that is present. @param indent blanks before
- * each key. @param identity only rows on which the pictures depend. */
+ * each key. @param parts SC_WRITE_*, added up. */
 sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,
-                        bool identity, sc_text *text);
+                        unsigned parts, sc_text *text);
+enum {
+    SC_WRITE_ALL = 0,
+    SC_WRITE_IDENTITY = 1, /* only rows on which the pictures depend */
+    SC_WRITE_SHOT = 2      /* only rows that a shot may have for itself */
+};
 /* Append "{key: value, ...}", with each row that is present, to @p text in one line. */
 sc_status sc_keys_write_flow(const sc_ctx *ctx, const sc_key *keys, const void *from,
                              sc_text *text);
@@ -196,6 +210,21 @@ sc_status sc_setting_apply_text(const sc_ctx *ctx, const sc_key *keys, sc_yaml *
  * such as RENDER_SAMPLES: case is ignored, and "_" stands for ".". @param path room for @p size
  * bytes. @return false if no row has that name or the room is too small. */
 bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_t size);
+
+/* Merge the map @p value into the map @p root, which has the rows @p keys, as if it were a setting:
+ * maps key by key, everything else is replaced, and a key that excludes others removes them. Takes
+ * ownership of @p value, also after an error. @return SC_ERR_MEMORY. */
+sc_status sc_settings_merge(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, sc_yaml *value);
+
+/* ---- job_shots.c ---- */
+
+/* Read the shots of a job, whose own keys have been read, with what they take from the film, and
+ * place them one after the other: job->animation.frames becomes the length of the film. @param base
+ * the tree of the job without its shots, all else as it is written. @param shots the node of the
+ * shots. @return the first mistake, all are logged, those of keys of the film once for each shot;
+ * or SC_ERR_MEMORY. */
+sc_status sc_shots_resolve(const sc_ctx *ctx, const struct sc_job_sources *sources,
+                           const sc_yaml *base, const sc_yaml *shots, struct sc_job *job);
 
 /* ---- values.c: building blocks for further types ---- */
 

@@ -168,22 +168,26 @@ bool sc_key_is_present(const sc_key *keys, const sc_key *key, const void *from)
 }
 
 sc_status sc_keys_write(const sc_ctx *ctx, const sc_key *keys, const void *from, int indent,
-                        bool identity, sc_text *text)
+                        unsigned parts, sc_text *text)
 {
     sc_status status = SC_OK;
 
     for (const sc_key *key = keys; key->name && status == SC_OK; key++) {
-        if ((identity && key->outside_identity) || !sc_key_is_present(keys, key, from))
+        if ((parts & SC_WRITE_IDENTITY && key->outside_identity) ||
+            (parts & SC_WRITE_SHOT && key->of_film) || !sc_key_is_present(keys, key, from))
             continue;
         SC_TRY(sc_text_add(ctx, text, "%*s%s:", indent, "", key->name));
-        if (key->type->write) {
+        if (key->type->write_lines) {
+            SC_TRY(sc_text_add(ctx, text, "\n"));
+            status = key->type->write_lines(ctx, key, stored_value(key, from), indent, parts, text);
+        } else if (key->type->write) {
             SC_TRY(sc_text_add(ctx, text, " "));
             SC_TRY(key->type->write(ctx, key, stored_value(key, from), indent, text));
             status = sc_text_add(ctx, text, "\n");
         } else {
             SC_TRY(sc_text_add(ctx, text, "\n"));
             status =
-                sc_keys_write(ctx, key->keys, stored_value(key, from), indent + 2, identity, text);
+                sc_keys_write(ctx, key->keys, stored_value(key, from), indent + 2, parts, text);
         }
     }
 out:

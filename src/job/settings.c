@@ -42,24 +42,16 @@ static void remove_alternatives(sc_yaml *map, const sc_key *keys, const sc_key *
     }
 }
 
-/* Replace item @p index of @p parent by @p value, or merge it in key by key if both are maps.
- * @param keys, container as of sc_key: what the item is. Takes ownership of @p value, also after an
- * error. */
 static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container container,
-                       sc_yaml *parent, size_t index, sc_yaml *value)
+                       sc_yaml *parent, size_t index, sc_yaml *value);
+
+/* Merge the map @p value into the map @p old, key by key. @param keys, container as of merge.
+ * Takes ownership of @p value, also after an error. */
+static sc_status merge_members(const sc_ctx *ctx, const sc_key *keys, sc_container container,
+                               sc_yaml *old, sc_yaml *value)
 {
-    sc_yaml *old = parent->items[index];
     sc_status status = SC_OK;
 
-    if (old->kind != SC_YAML_MAP || value->kind != SC_YAML_MAP || !keys ||
-        container == SC_CONTAINER_NONE) {
-        sc_free(value->key); /* a member that is merged has the same one */
-        value->key = old->key;
-        old->key = NULL;
-        sc_yaml_free(old);
-        parent->items[index] = value;
-        return SC_OK;
-    }
     for (size_t i = 0; i < value->count && status == SC_OK; i++) {
         sc_yaml *member = value->items[i];
         const sc_key *key = container == SC_CONTAINER_MAP ? sc_key_find(keys, member->key) : NULL;
@@ -77,6 +69,31 @@ static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container conta
     }
     sc_yaml_free(value);
     return status;
+}
+
+/* Replace item @p index of @p parent by @p value, or merge it in key by key if both are maps.
+ * @param keys, container as of sc_key: what the item is. Takes ownership of @p value, also after an
+ * error. */
+static sc_status merge(const sc_ctx *ctx, const sc_key *keys, sc_container container,
+                       sc_yaml *parent, size_t index, sc_yaml *value)
+{
+    sc_yaml *old = parent->items[index];
+
+    if (old->kind != SC_YAML_MAP || value->kind != SC_YAML_MAP || !keys ||
+        container == SC_CONTAINER_NONE) {
+        sc_free(value->key); /* a member that is merged has the same one */
+        value->key = old->key;
+        old->key = NULL;
+        sc_yaml_free(old);
+        parent->items[index] = value;
+        return SC_OK;
+    }
+    return merge_members(ctx, keys, container, old, value);
+}
+
+sc_status sc_settings_merge(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, sc_yaml *value)
+{
+    return merge_members(ctx, keys, SC_CONTAINER_MAP, root, value);
 }
 
 /* Copy the first element of @p path into @p element, which has room for @p size bytes. @return the

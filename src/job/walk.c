@@ -20,7 +20,7 @@ static sc_status walk(const sc_ctx *ctx, const sc_key *keys, sc_text *path, int 
         SC_TRY(sc_text_add(ctx, path, "%s%s", length ? "." : "", keys->name));
         visit.path = path->data;
         SC_TRY(visitor(ctx, user, &visit));
-        if (keys->keys) {
+        if (keys->keys && !keys->of_job) {
             SC_TRY(sc_text_add(ctx, path, "%s", steps[keys->type->container]));
             status = walk(ctx, keys->keys, path, depth + 1, visitor, user);
         }

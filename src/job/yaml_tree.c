@@ -433,3 +433,27 @@ sc_status sc_yaml_add(const sc_ctx *ctx, sc_yaml *parent, sc_yaml_kind kind, con
     sc_yaml_free(child);
     return status;
 }
+
+sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out)
+{
+    sc_yaml *copy = NULL, *child;
+    sc_status status;
+
+    SC_TRY(new_node(ctx, node->kind, node->origin, node->line, &copy));
+    copy->quoted = node->quoted;
+    if (node->key)
+        SC_TRY(copy_text(ctx, node->key, &copy->key));
+    if (node->text)
+        SC_TRY(copy_text(ctx, node->text, &copy->text));
+    if (node->given)
+        SC_TRY(copy_text(ctx, node->given, &copy->given));
+    for (size_t i = 0; i < node->count; i++) { /* the depth of a tree is bounded */
+        SC_TRY(sc_yaml_copy(ctx, node->items[i], &child));
+        SC_TRY(sc_yaml_append(ctx, copy, child));
+    }
+    *out = copy;
+    copy = NULL;
+out:
+    sc_yaml_free(copy);
+    return status;
+}

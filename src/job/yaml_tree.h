@@ -40,6 +40,8 @@ void sc_yaml_free(sc_yaml *node);
 sc_yaml *sc_yaml_member(const sc_yaml *map, const char *key);
 /* @return the index of that member; map->count if there is none, or @p map is no map. */
 size_t sc_yaml_index(const sc_yaml *map, const char *key);
+/* Copy a node with all below it. Its origin stays borrowed. Caller owns *out: sc_yaml_free. */
+sc_status sc_yaml_copy(const sc_ctx *ctx, const sc_yaml *node, sc_yaml **out);
 /* Append to a map or list; takes ownership of @p child, also after an error. */
 sc_status sc_yaml_append(const sc_ctx *ctx, sc_yaml *parent, sc_yaml *child);
 /* Append an empty node without a line. @p key is copied; NULL in a list. @p origin is borrowed. */

@@ -1,0 +1,410 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The shots of a film: each has a session of its own, which borrows the volume. A frame of the film
+ * is one of a shot, or two mixed. A job without shots is its own only shot. */
+#include "app.h"
+
+#include <string.h>
+
+struct sc_film {
+    int count;           /* of shots */
+    sc_session *shots;   /* [count], owned */
+    sc_shot_span *spans; /* [count], owned */
+    sc_mixer mixer;      /* the same on all ranks */
+    sc_image other;      /* the second picture of a cross-fade; empty until the first one */
+};
+
+int sc_film_shot_count(const sc_session *session)
+{
+    return session->film ? session->film->count : 1;
+}
+
+sc_session *sc_film_shot(sc_session *session, int i)
+{
+    return session->film ? &session->film->shots[i] : session;
+}
+
+sc_renderer *sc_film_renderer(const sc_session *session, int i)
+{
+    if (!session->film)
+        return i == 0 ? session->renderer : NULL;
+    for (int s = 0; s < session->film->count; s++) {
+        const sc_session *shot = &session->film->shots[s];
+
+        if (shot->renderer && !shot->borrows_renderer && i-- == 0)
+            return shot->renderer;
+    }
+    return NULL;
+}
+
+uint64_t sc_film_renderer_bytes(const sc_session *session, uint64_t *derived)
+{
+    sc_renderer *renderer;
+    uint64_t bytes = 0;
+
+    *derived = 0;
+    for (int i = 0; (renderer = sc_film_renderer(session, i)) != NULL; i++) {
+        bytes += sc_renderer_bytes(renderer);
+        *derived += sc_renderer_derived_bytes(renderer);
+    }
+    return bytes;
+}
+
+/* ---- making it ---- */
+
+/* Leave out of a title card what belongs to a volume. */
+static void strip_card(sc_job *job)
+{
+    sc_overlays *o = &job->overlays;
+
+    o->scale_bar = o->color_bar = o->orientation = o->legend = SC_PLACE_NONE;
+    job->overlay_tissue_count = 0;
+    job->output.layout = SC_LAYOUT_PICTURE;
+}
+
+/* Begin the session of a shot. What it borrows is the film's. */
+static void begin_shot(const sc_session *session, const sc_shot *shot, sc_session *out)
+{
+    *out = (sc_session){.measure = session->measure,
+                        .job = shot->job,
+                        .mapped = session->mapped,
+                        .mapped_bytes = session->mapped_bytes,
+                        .shared_bytes = session->shared_bytes,
+                        .labels = session->labels,
+                        .stats = session->stats,
+                        .volume = session->volume,
+                        .shot = shot};
+    /* The command may have changed what holds for the whole film. */
+    out->job.output = session->job.output;
+    out->job.output.layout = shot->job.output.layout;
+    out->job.farm = session->job.farm;
+    out->job.render.cpu = session->job.render.cpu;
+    out->job.render.skip = session->job.render.skip;
+    if (shot->has_card)
+        strip_card(&out->job);
+}
+
+/* Allocate the film of a session. */
+static sc_status new_film(const sc_ctx *ctx, sc_session *session)
+{
+    const size_t count = session->job.shot_count;
+    sc_film *film;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *film, &block));
+    session->film = film = block;
+    SC_TRY(sc_zalloc(ctx, count, sizeof *film->shots, &block));
+    film->shots = block;
+    SC_TRY(sc_zalloc(ctx, count, sizeof *film->spans, &block));
+    film->spans = block;
+    for (size_t i = 0; i < count; i++) {
+        film->spans[i] = session->job.shots[i].span;
+        begin_shot(session, &session->job.shots[i], &film->shots[i]);
+    }
+    film->count = (int)count;
+out:
+    return status;
+}
+
+/* Give all shots that leave their background to be chosen the one that was chosen for @p from. */
+static void share_background(sc_film *film, const sc_session *from)
+{
+    for (int i = 0; i < film->count; i++) {
+        sc_background *background = &film->shots[i].job.render.background;
+
+        if (!background->is_auto)
+            continue;
+        memmove(background->rgb, from->job.render.background.rgb, sizeof background->rgb);
+        background->is_auto = false;
+    }
+}
+
+sc_status sc_film_open(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_film *film;
+    bool chosen = false;
+    sc_status status = SC_OK;
+
+    if (!session->job.shot_count)
+        return SC_OK;
+    SC_TRY(sc_comm_agree(app->comm, new_film(app->ctx, session)));
+    film = session->film;
+    if (first)
+        sc_mixer_init(&film->mixer);
+    sc_comm_broadcast(app->comm, &film->mixer, sizeof film->mixer);
+    for (int i = 0; i < film->count; i++) {
+        sc_session *shot = &film->shots[i];
+
+        if (shot->shot->has_card)
+            continue;
+        SC_TRY(sc_session_tissues(app, shot));
+        if (!chosen) /* for title cards, also if the shot has one of its own */
+            share_background(film, shot);
+        chosen = true;
+    }
+out:
+    return status;
+}
+
+/* ---- renderers ---- */
+
+static bool are_same_bytes(const void *a, const void *b, size_t bytes)
+{
+    return memcmp(a, b, bytes) == 0;
+}
+
+/* Do two shots, whose tissues are resolved, draw in the same way? All keys that are added later are
+ * compared, too. Should bytes between two members differ without a reason, each has its renderer,
+ * and draws the same. */
+static bool draws_alike(const sc_session *a, const sc_session *b)
+{
+    return !a->shot->has_card &&
+           are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
+           are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
+           are_same_bytes(a->tissues, b->tissues,
+                          (size_t)a->volume.label_count * sizeof *a->tissues);
+}
+
+/* Fill the renderer of shot @p i: that of an earlier one, if it draws in the same way. */
+static sc_status find_renderer(sc_app *app, sc_film *film, int i)
+{
+    sc_session *shot = &film->shots[i];
+    int same = 0;
+
+    if (sc_comm_rank(app->comm) == 0) {
+        while (same < i && !draws_alike(&film->shots[same], shot))
+            same++;
+    }
+    sc_comm_broadcast(app->comm, &same, sizeof same);
+    if (same == i)
+        return sc_shot_renderer(app, shot);
+    shot->renderer = film->shots[same].renderer;
+    shot->borrows_renderer = true;
+    return SC_OK;
+}
+
+/* Make all that a title card needs to be drawn. */
+static sc_status make_card(sc_app *app, sc_session *shot)
+{
+    shot->timeline.animation = shot->job.animation;
+    return sc_session_letter(app, shot);
+}
+
+/* Make all that the shots of a film need to be drawn. */
+static sc_status make_shots(sc_app *app, sc_session *session)
+{
+    sc_film *film = session->film;
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < film->count; i++) {
+        sc_session *shot = &film->shots[i];
+
+        if (shot->shot->has_card) {
+            SC_TRY(make_card(app, shot));
+            continue;
+        }
+        SC_TRY(find_renderer(app, film, i));
+        SC_TRY(sc_shot_timeline(app, shot));
+        if (!session->renderer) /* for those who ask about drawing at all */
+            session->renderer = shot->renderer;
+        session->borrows_renderer = true;
+    }
+out:
+    return status;
+}
+
+sc_status sc_session_scene(sc_app *app, sc_session *session)
+{
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_status status;
+
+    sc_stage_begin(app->ctx, "preparing the light", 0, 0);
+    SC_TRY(sc_film_open(app, session));
+    if (session->film) {
+        SC_TRY(make_shots(app, session));
+    } else {
+        SC_TRY(sc_session_tissues(app, session));
+        SC_TRY(sc_shot_renderer(app, session));
+        SC_TRY(sc_shot_timeline(app, session));
+    }
+    sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
+out:
+    return status;
+}
+
+sc_status sc_session_volume(sc_app *app, sc_session *session)
+{
+    const sc_status status = sc_session_load(app, session);
+
+    return status == SC_OK ? sc_session_scene(app, session) : status;
+}
+
+/* ---- drawing ---- */
+
+/* Fill @p rows of a picture, NULL: all, with the background of the job. */
+static void draw_background(const sc_job *job, const sc_rows *rows, sc_image *image)
+{
+    const sc_background *background = &job->render.background;
+    const size_t bytes = sc_pixel_bytes(image->alpha);
+    const int first = rows && rows->first > 0 ? rows->first : 0;
+    const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
+    uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
+
+    for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
+        if (image->alpha)
+            memset(to, 0, bytes);
+        else
+            memcpy(to, background->rgb, bytes);
+    }
+}
+
+/* As sc_shot_draw, of a title card. */
+static sc_status draw_card(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                           sc_image *image, sc_render_stats *stats)
+{
+    const sc_annotations annotations = sc_session_annotations(session);
+    const sc_scene scene = {0};
+
+    *stats = (sc_render_stats){0};
+    draw_background(&session->job, rows, image);
+    return sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
+}
+
+static sc_status draw_shot(const sc_app *app, sc_session *shot, int k, const sc_rows *rows,
+                           sc_image *image, sc_render_stats *stats)
+{
+    return (shot->shot->has_card ? draw_card : sc_shot_draw)(app, shot, k, rows, image, stats);
+}
+
+/* Add what @p more took to @p stats. */
+static void add_stats(sc_render_stats *stats, const sc_render_stats *more)
+{
+    stats->counters.rays += more->counters.rays;
+    stats->counters.cell_visits += more->counters.cell_visits;
+    stats->counters.contributions += more->counters.contributions;
+    stats->wall_s += more->wall_s;
+    stats->cpu_s += more->cpu_s;
+}
+
+/* Draw the shot that goes, mix it into @p image, and add what that took to @p stats. */
+static sc_status mix_before(const sc_app *app, sc_film *film, const sc_film_frame *at,
+                            const sc_rows *part, sc_image *image, sc_render_stats *stats)
+{
+    sc_session *before = &film->shots[at->before];
+    sc_render_stats more;
+    sc_status status = SC_OK;
+
+    if (!film->other.rgb)
+        SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
+                                   &film->other));
+    SC_TRY(draw_shot(app, before, at->before_frame, part, &film->other, &more));
+    add_stats(stats, &more);
+    sc_image_mix(&film->mixer, &film->other, at->share, part->first, part->end, image);
+out:
+    return status;
+}
+
+sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                          sc_image *image, sc_render_stats *stats)
+{
+    const int first = rows && rows->first > 0 ? rows->first : 0;
+    const sc_rows part = {first,
+                          rows && rows->end < image->height_px ? rows->end : image->height_px};
+    sc_film *film = session->film;
+    sc_film_frame at;
+    sc_session *shot;
+    sc_status status;
+
+    if (!film)
+        return sc_shot_draw(app, session, k, rows, image, stats);
+    at = sc_film_frame_at(film->spans, film->count, k);
+    shot = &film->shots[at.shot];
+    SC_TRY(draw_shot(app, shot, at.frame, rows, image, stats));
+    if (at.before >= 0)
+        SC_TRY(mix_before(app, film, &at, &part, image, stats));
+    else if (at.share < 1)
+        sc_image_fade(&film->mixer, shot->job.render.background.rgb, at.share, part.first, part.end,
+                      image);
+out:
+    return status;
+}
+
+sc_status sc_session_draw_frame(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                                sc_image *image, sc_frame_result *result)
+{
+    sc_render_stats stats = {0};
+    const sc_status status = sc_session_draw(app, session, k, rows, image, &stats);
+
+    result->frame = k;
+    result->render_wall_s = stats.wall_s;
+    result->render_cpu_s = stats.cpu_s;
+    result->rays = stats.counters.rays;
+    result->samples = stats.counters.cell_visits;
+    result->contributions = stats.counters.contributions;
+    /* The renderer leaves tiles out when the frame is to be given up. */
+    return status == SC_OK && *sc_signals_give_up() ? SC_ERR_INCOMPLETE : status;
+}
+
+void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                       sc_render_stats *stats)
+{
+    const sc_film *film = session->film;
+    const sc_film_frame at = film ? sc_film_frame_at(film->spans, film->count, k)
+                                  : (sc_film_frame){.frame = k, .before = -1};
+    sc_session *shot = sc_film_shot(session, at.shot);
+
+    if (shot->renderer) {
+        sc_shot_counts(shot, at.frame, size_px, out, stats);
+        return;
+    }
+    memset(out, 0, (size_t)size_px[0] * (size_t)size_px[1] * sizeof *out); /* a title card */
+    *stats = (sc_render_stats){0};
+}
+
+/* ---- the end ---- */
+
+void sc_session_move_volume(sc_session *from, sc_session *to)
+{
+    to->shared = from->shared;
+    to->shared_bytes = from->shared_bytes;
+    to->mapped = from->mapped;
+    to->mapped_bytes = from->mapped_bytes;
+    to->watched = from->watched;
+    to->labels = from->labels;
+    to->volume = from->volume;
+    from->shared = NULL;
+    from->mapped = NULL;
+    from->mapped_bytes = 0;
+    from->watched = NULL;
+    from->labels = NULL;
+}
+
+/* Free a film; NULL is allowed. */
+static void free_film(sc_film *film)
+{
+    if (!film)
+        return;
+    for (int i = 0; i < film->count; i++)
+        sc_shot_clear(&film->shots[i]); /* those that lend a renderer do not use it any more */
+    sc_free(film->shots);
+    sc_free(film->spans);
+    sc_image_clear(&film->other);
+    sc_free(film);
+}
+
+void sc_session_clear(sc_session *session)
+{
+    free_film(session->film);
+    sc_shot_clear(session);
+    sc_shared_free(session->shared);
+    sc_free(session->labels);
+    sc_free(session->stats);
+    sc_signals_forget_file(session->watched);
+    sc_file_unmap(session->mapped, session->mapped_bytes);
+    if (session->watched)
+        sc_free(session->watched->name);
+    sc_free(session->watched);
+    sc_job_clear(&session->job);
+    *session = (sc_session){0};
+}
