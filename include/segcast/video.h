@@ -24,6 +24,14 @@ typedef enum sc_codec {
     SC_CODEC_GIF
 } sc_codec;
 
+/** The most chapters of a video. */
+enum { SC_CHAPTERS_MAX = 100 };
+/** A chapter: a part of the video with a name. */
+typedef struct sc_video_chapter {
+    int first, end;   /**< its frames are [first, end) */
+    const char *name; /**< UTF-8, borrowed */
+} sc_video_chapter;
+
 /** How a video is encoded. */
 typedef struct sc_video_settings {
     int width_px, height_px; /**< of the frames; odd sides are padded to even ones in the video */
@@ -37,6 +45,9 @@ typedef struct sc_video_settings {
                               it nor they are written */
     uint64_t job_hash, volume_hash; /**< of what the film shows */
     bool alpha;                     /**< frames have alpha, which the codec has to hold */
+    int chapter_count;
+    sc_video_chapter chapters[SC_CHAPTERS_MAX]; /**< [chapter_count] of them, which follow one
+                                                     another; players can jump to each */
 } sc_video_settings;
 
 /* ---- segments: GOPs that are encoded independently ---- */

@@ -10,17 +10,43 @@
  * be finished is given up: Slurm, for example, kills 30 s after the signal (KillWait). */
 #define PATIENCE_S 30
 
+_Static_assert((int)SC_SHOTS_MAX <= (int)SC_CHAPTERS_MAX, "each shot may begin a chapter");
+
+/* Fill in a chapter for each shot that has a name. It lasts until the next one begins. Before the
+ * first of them there is one with the title of the film: players take the first to begin at 0. */
+static void find_chapters(const sc_job *job, sc_video_settings *settings)
+{
+    bool any = false;
+
+    for (size_t i = 0; i < job->shot_count; i++)
+        any = any || job->shots[i].name[0];
+    for (size_t i = 0; i < job->shot_count && any; i++) {
+        const sc_shot *shot = &job->shots[i];
+
+        if (!shot->name[0] && i > 0)
+            continue;
+        if (settings->chapter_count)
+            settings->chapters[settings->chapter_count - 1].end = shot->span.first;
+        settings->chapters[settings->chapter_count++] =
+            (sc_video_chapter){shot->span.first, job->animation.frames,
+                               shot->name[0] ? shot->name : job->output.title};
+    }
+}
+
 sc_video_settings sc_run_video_settings(const sc_job *job)
 {
-    return (sc_video_settings){.width_px = job->output.size_px[0],
-                               .height_px = job->output.size_px[1],
-                               .fps = job->output.fps,
-                               .codec = (sc_codec)job->output.codec,
-                               .crf = job->output.crf,
-                               .preset = sc_job_preset(job),
-                               .title = job->output.title,
-                               .author = job->output.author,
-                               .alpha = job->render.background.is_none};
+    sc_video_settings settings = {.width_px = job->output.size_px[0],
+                                  .height_px = job->output.size_px[1],
+                                  .fps = job->output.fps,
+                                  .codec = (sc_codec)job->output.codec,
+                                  .crf = job->output.crf,
+                                  .preset = sc_job_preset(job),
+                                  .title = job->output.title,
+                                  .author = job->output.author,
+                                  .alpha = job->render.background.is_none};
+
+    find_chapters(job, &settings);
+    return settings;
 }
 
 sc_status sc_run_check_encoder(const sc_ctx *ctx, const sc_job *job)

@@ -225,23 +225,43 @@ static sc_voxel_box box_between(const sc_volume *v, const sc_vec3 corners[2])
     return box;
 }
 
+/* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown [label_count]
+ * of the volume, zeroed. */
+static sc_status find_shown(const subject *s, bool *shown)
+{
+    const sc_volume *v = volume_of(s);
+    const sc_job *job = s->job;
+    void *hidden = NULL;
+    bool unused;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof(bool), &hidden));
+    for (size_t i = 0; i == 0 || i < job->shot_count; i++) {
+        const sc_job *one = job->shot_count ? &job->shots[i].job : job;
+
+        SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, one->rules, one->rule_count,
+                                hidden, &unused));
+        for (int id = 1; id < v->label_count; id++)
+            shown[id] = shown[id] || !((const bool *)hidden)[id];
+    }
+out:
+    sc_free(hidden);
+    return status;
+}
+
 /* Find the box of the tissues that the job shows, with its margin, within the volume; *empty is set
  * if there are none. */
 static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty)
 {
     const sc_volume *v = volume_of(s);
-    const sc_job *job = s->job;
     sc_voxel_box box = {{v->size[0], v->size[1], v->size[2]}, {-1, -1, -1}};
-    bool unused, *shown;
+    bool *shown;
     void *block;
     sc_status status;
 
-    SC_TRY(sc_alloc(s->app->ctx, (size_t)v->label_count, sizeof *shown, &block));
+    SC_TRY(sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *shown, &block));
     shown = block;
-    SC_TRY(sc_hidden_labels(s->app->ctx, v->labels, v->label_count, job->rules, job->rule_count,
-                            shown, &unused));
-    for (int id = 0; id < v->label_count; id++)
-        shown[id] = id && !shown[id];
+    SC_TRY(find_shown(s, shown));
     if (s->volume)
         box = sc_volume_box(v, shown);
     for (int id = 1; id < v->label_count && s->scan; id++) {
@@ -257,7 +277,7 @@ static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty
     for (int axis = 0; axis < 3; axis++) {
         const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
                               v->to_ras_mm.m[2][axis]};
-        const double margin = ceil(job->crop.margin_mm / sc_vec3_length(edge) - 1e-6);
+        const double margin = ceil(s->job->crop.margin_mm / sc_vec3_length(edge) - 1e-6);
 
         box.low[axis] = (int)fmax(0, box.low[axis] - margin);
         box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);

@@ -48,8 +48,38 @@ static bool set_text(AVFormatContext *format, const char *name, const char *text
     return !text[0] || av_dict_set(&format->metadata, name, text, 0) >= 0;
 }
 
+/* Add a chapter. libav frees what is added, with the format. @return false when out of memory. */
+static bool add_chapter(AVFormatContext *format, const sc_video_chapter *chapter, int fps)
+{
+    AVChapter **grown = av_realloc_array(format->chapters, format->nb_chapters + 1, sizeof *grown);
+    AVChapter *added = grown ? av_mallocz(sizeof *added) : NULL;
+    char clean[1024];
+
+    if (grown)
+        format->chapters = grown;
+    if (!added)
+        return false;
+    *added = (AVChapter){.id = (int)format->nb_chapters + 1,
+                         .time_base = {1, fps},
+                         .start = chapter->first,
+                         .end = chapter->end};
+    format->chapters[format->nb_chapters++] = added;
+    (void)sc_copy_name(chapter->name, clean, sizeof clean);
+    return av_dict_set(&added->metadata, "title", clean, 0) >= 0;
+}
+
+/* Add all chapters of the settings. @return false when out of memory. */
+static bool add_chapters(AVFormatContext *format, const sc_video_settings *settings)
+{
+    for (int i = 0; i < settings->chapter_count; i++) {
+        if (!add_chapter(format, &settings->chapters[i], settings->fps))
+            return false;
+    }
+    return true;
+}
+
 /* Make m->format, which writes to m->file. @return SC_ERR_CREATE, SC_ERR_MEMORY. */
-static sc_status open_format(const sc_ctx *ctx, sc_muxer *m)
+static sc_status open_format(const sc_ctx *ctx, sc_muxer *m, const sc_video_settings *settings)
 {
     int error;
 
@@ -65,7 +95,7 @@ static sc_status open_format(const sc_ctx *ctx, sc_muxer *m)
                        m->container->muxer);
     if (!sc_output_begin(m->format, &m->file) || !set_text(m->format, "title", m->about.title) ||
         !set_text(m->format, "artist", m->about.author) ||
-        !set_text(m->format, "comment", m->about.comment))
+        !set_text(m->format, "comment", m->about.comment) || !add_chapters(m->format, settings))
         return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", m->path);
     return SC_OK;
 }
@@ -92,7 +122,7 @@ sc_status sc_muxer_open(const sc_ctx *ctx, const char *path, const sc_video_sett
     describe(settings, &m->about);
     m->is_webp = container->codec == AV_CODEC_ID_WEBP;
     if (!m->is_webp)
-        SC_TRY(open_format(ctx, m));
+        SC_TRY(open_format(ctx, m, settings));
     if (container->choice == SC_CODEC_GIF)
         SC_TRY(sc_gif_open(ctx, m->path, &m->gif));
     *out = m;
