@@ -203,6 +203,20 @@ static void drop_refused(const sc_key *keys, sc_container container, sc_yaml *no
     }
 }
 
+/* Remove from the tree of the film what a title card has no use for: all of the animation but its
+ * length. Times of the film may well lie behind the end of a card. */
+static void drop_animation(sc_yaml *tree)
+{
+    sc_yaml *animation = sc_yaml_member(tree, "animation");
+
+    for (size_t i = animation ? animation->count : 0;
+         animation && animation->kind == SC_YAML_MAP && i-- > 0;) {
+        if (strcmp(animation->items[i]->key, "frames") &&
+            strcmp(animation->items[i]->key, "duration"))
+            sc_yaml_remove(animation, i);
+    }
+}
+
 /* Make the tree of a shot's job: that of the film with the keys of the shot. Caller owns *out:
  * sc_yaml_free. */
 static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yaml *node,
@@ -213,6 +227,8 @@ static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yam
 
     SC_TRY(sc_yaml_copy(ctx, base, &tree));
     SC_TRY(sc_yaml_copy(ctx, node, &shot));
+    if (sc_yaml_member(shot, "card"))
+        drop_animation(tree);
     for (size_t i = shot->count; i-- > 0;) {
         const sc_key *key = sc_key_find(sc_shot_keys, shot->items[i]->key);
 

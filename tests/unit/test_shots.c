@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Films of shots in job files: what shots take from the film, where they lie in it, and what is
+ * refused. */
+#include "check.h"
+
+#include "segcast/job.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+/* Load the job file @p text. */
+static sc_status load(const char *text, heard *h, long *budget, sc_job *job)
+{
+    const sc_job_sources sources = {.path = "shots.yaml"};
+    sc_ctx ctx = listening(h);
+    FILE *file = fopen("shots.yaml", "w");
+    sc_status status;
+
+    fputs(text, file);
+    fclose(file);
+    *job = (sc_job){0};
+    ctx.alloc_budget = budget;
+    status = sc_job_load(&ctx, &sources, job);
+    unlink("shots.yaml");
+    return status;
+}
+
+static const char film[] =
+    "volume: phantom\n"
+    "output: {fps: 10}\n"
+    "render: {samples: 2, cap_outline: 0.5}\n"
+    "tissues: {aorta: {color: red, opacity: 0.5}, \"*\": {opacity: 1}}\n"
+    "overlays: {time: top, caption: [{text: first, during: [1s, 2s]}]}\n"
+    "animation:\n"
+    "  duration: 4 s\n"
+    "  camera: {orbit: {turns: 2, elevation: 30}}\n"
+    "  clip: [{sweep: {normal: left, during: [1s, 2s]}}]\n"
+    "shots:\n"
+    "  - {card: {title: A film, subtitle: of shots}, animation: {frames: 12}}\n"
+    "  - {name: One, transition: {fade: 1 s}}\n"
+    "  - name: Two\n"
+    "    transition: {cross_fade: 0.5 s}\n"
+    "    render: {samples: 5}\n"
+    "    tissues: {aorta: {opacity: 0.25}}\n"
+    "    overlays: {caption: second}\n"
+    "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
+    "clip: []}\n"
+    "  - {name: Three, animation: {duration: 10 s}, output: {layout: views}}\n";
+
+/* What the text of film means. */
+static void expect_film(const sc_job *job)
+{
+    static const int firsts[4] = {0, 12, 47, 68}, frames[4] = {12, 40, 21, 100};
+    const sc_job *two = &job->shots[2].job;
+
+    assert_int_equal(job->shot_count, 4);
+    assert_int_equal(job->animation.frames, 168);
+    for (int i = 0; i < 4; i++) {
+        assert_int_equal(job->shots[i].span.first, firsts[i]);
+        assert_int_equal(job->shots[i].span.frames, frames[i]);
+        assert_int_equal(job->shots[i].job.animation.frames, frames[i]);
+    }
+    assert_true(job->shots[0].has_card && job->shots[0].card.has_subtitle);
+    assert_string_equal(job->shots[0].card.title, "A film");
+    assert_string_equal(job->shots[3].name, "Three");
+    assert_int_equal(job->shots[1].span.transition_frames, 10);
+    assert_int_equal(job->shots[2].span.transition_frames, 5);
+    /* maps are merged key by key */
+    assert_int_equal(two->render.samples, 5);
+    assert_near(two->render.cap_outline, 0.5, 0);
+    assert_int_equal(two->overlays.time, SC_PLACE_TOP);
+    assert_int_equal(job->shots[1].job.render.samples, 2);
+    assert_int_equal(job->shots[3].job.output.layout, SC_LAYOUT_VIEWS);
+    assert_int_equal(two->output.layout, SC_LAYOUT_PICTURE);
+    /* of keys that exclude each other that of the shot wins */
+    assert_true(two->animation.camera.fixed && !job->shots[1].job.animation.camera.fixed);
+    assert_near(job->shots[3].job.animation.camera.turns, 2, 0);
+    /* lists are replaced */
+    assert_int_equal(two->caption_count, 1);
+    assert_string_equal(two->captions[0].text, "second");
+    assert_int_equal(two->animation.sweep_count, 0);
+    assert_int_equal(job->shots[3].job.animation.sweep_count, 1);
+    /* tissues come behind those of the film */
+    assert_int_equal(two->rule_count, 3);
+    assert_string_equal(two->rules[2].pattern, "aorta");
+    assert_true(two->rules[2].has_opacity && !two->rules[2].has_color);
+    assert_near(two->rules[2].opacity, 0.25, 0);
+    /* times count from the beginning of the shot */
+    assert_near(job->shots[1].job.animation.sweeps[0].begin, 10.0 / 39, 1e-9);
+    assert_near(job->shots[3].job.animation.sweeps[0].begin, 10.0 / 99, 1e-9);
+    assert_near(job->shots[3].job.captions[0].end, 20.0 / 99, 1e-9);
+}
+
+static void a_shot_has_the_keys_of_its_film(void **state)
+{
+    heard h;
+    sc_job job, again;
+    sc_text written = {0}, twice = {0};
+
+    (void)state;
+    /* The film's keys have times behind the end of the first shot, which need other ones there. */
+    assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "shots.yaml:5: during: 2s is behind the end of the animation"));
+    sc_job_clear(&job);
+    {
+        char text[sizeof film + 64];
+        const char *at = strstr(film, "animation: {frames: 12}");
+
+        snprintf(text, sizeof text, "%.*soverlays: {caption: []}, animation: {frames: 12}%s",
+                 (int)(at - film), film, at + strlen("animation: {frames: 12}"));
+        if (load(text, &h, NULL, &job) != SC_OK)
+            fail_msg("%s", h.text);
+    }
+    expect_film(&job);
+    assert_ok(sc_job_write(&quiet, &job, false, &written));
+    if (load(written.data, &h, NULL, &again) != SC_OK)
+        fail_msg("%s", h.text);
+    expect_film(&again);
+    assert_ok(sc_job_write(&quiet, &again, false, &twice));
+    assert_string_equal(written.data, twice.data);
+    sc_text_clear(&written);
+    sc_text_clear(&twice);
+    assert_ok(sc_job_write(&quiet, &job, true, &written));
+    assert_ok(sc_job_write(&quiet, &again, true, &twice));
+    assert_string_equal(written.data, twice.data);
+    assert_null(strstr(written.data, "early_termination")); /* pictures do not depend on it */
+    sc_text_clear(&written);
+    sc_text_clear(&twice);
+    sc_job_clear(&job);
+    sc_job_clear(&again);
+}
+
+/* One message each, with its line; the job begins with two lines. */
+static void wrong_shots_are_refused(void **state)
+{
+    static const struct {
+        const char *shots, *message;
+    } cases[] = {
+        {"[]", "yaml:3: shots has 0 items, expected 1 to 100"},
+        {"{}", "yaml:3: shots is a map, expected a list of shots"},
+        {"[3]", "yaml:3: is \"3\", expected a shot"},
+        {"\n- {nmae: x}", "yaml:4: unknown key \"nmae\"; did you mean \"name\"?"},
+        {"\n- {volume: x}", "yaml:4: volume holds for the whole film"},
+        {"\n- {farm: {tile: 8}}", "yaml:4: farm holds for the whole film"},
+        {"\n- {shots: []}", "yaml:4: shots holds for the whole film"},
+        {"\n- output: {layout: views,\n    size: 3}", "yaml:5: size holds for the whole film"},
+        {"\n- {render: {smooth: 2}}", "yaml:4: smooth holds for the whole film"},
+        {"\n- {tissues: {\"*\": {smooth: 2}}}", "yaml:4: smooth holds for the whole film"},
+        {"\n- {render: {background: none}}", "yaml:4: background: either all shots have none"},
+        {"\n- {transition: dissolve}", "yaml:4: transition is \"dissolve\", expected cut, {cross"},
+        {"\n- {}\n- transition: {}",
+         "yaml:5: transition: the key \"cross_fade or fade\" is missing"},
+        {"\n- {}\n- {transition: {fade: 1s, cross_fade: 1s}}", "yaml:5: both \"fade\" and"},
+        {"\n- {transition: {cross_fade: 1s}}", "yaml:4: the first shot has a cross-fade"},
+        {"\n- {}\n- {transition: {fade: 1ms}}",
+         "yaml:5: the transition of shot 2 is 0.001 s, which"},
+        {"\n- {}\n- {animation: {frames: 9}, transition: {cross_fade: 1s}}",
+         "yaml:5: shot 2 has 9 frames (0.9 s), but the transitions at its beginning and its end "
+         "take 10"},
+        {"\n- {animation: {frames: 4}}\n- {transition: {fade: 1s}}", "yaml:4: shot 1 has 4 frames"},
+        {"\n- {animation: {frames: 9}}\n- {animation: {frames: 9}, transition: {fade: 1s}}\n"
+         "- {transition: {cross_fade: 500ms}}",
+         "yaml:5: shot 2 has 9 frames"},
+        {"\n- {card: {}}\n- {}", "yaml:4: card: the key \"title\" is missing"},
+        {"\n- {card: {title: \"\"}}\n- {}", "yaml:4: title has no value, expected a text"},
+        {"\n- {card: {title: \"\\u05e9\"}}\n- {}", "yaml:4: title has, as its character 1, U+05E9"},
+        {"\n- {card: {title: a}}", "yaml:4: all shots are title cards"},
+        {"\n- {animation: {frames: 0}}", "yaml:4: frames is \"0\", expected a number from 1"},
+        {"\n- {animation: {frames: 1000000}}\n- {animation: {frames: 1000000}}",
+         "yaml:4: the shots have 2000000 frames, expected at most 1000000"},
+    };
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        char text[512];
+        heard h;
+        sc_job job;
+        sc_status status;
+
+        snprintf(text, sizeof text, "volume: phantom\noutput: {fps: 10}\nshots: %s\n",
+                 cases[i].shots);
+        status = load(text, &h, NULL, &job);
+        sc_job_clear(&job);
+        if (status != SC_ERR_DATA || h.errors != 1 || !strstr(h.text, cases[i].message))
+            fail_msg("status %d, \"%s\"; expected \"%s\"", status, h.text, cases[i].message);
+    }
+}
+
+/* A mistake of the film is found again in each of its shots, but told once. */
+static void a_mistake_of_the_film_is_told_once(void **state)
+{
+    heard h;
+    sc_job job;
+
+    (void)state;
+    assert_int_equal(load("volume: phantom\nrender: {samples: 99}\nanimation: {clip: 3}\n"
+                          "shots: [{name: a}, {name: b}, {card: {title: c}}]\n",
+                          &h, NULL, &job),
+                     SC_ERR_DATA);
+    assert_int_equal(h.errors, 2);
+    assert_non_null(strstr(h.text, "yaml:3: clip is \"3\""));
+    sc_job_clear(&job);
+}
+
+static void no_allocation_that_fails_is_lost(void **state)
+{
+    sc_status status = SC_ERR_MEMORY;
+
+    (void)state;
+    for (long n = 0; status != SC_ERR_DATA; n += 3) {
+        long budget = n;
+        heard h;
+        sc_job job;
+
+        status = load(film, &h, &budget, &job);
+        sc_job_clear(&job);
+        assert_true(status == SC_ERR_MEMORY || status == SC_ERR_DATA);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_shot_has_the_keys_of_its_film),
+        cmocka_unit_test(wrong_shots_are_refused),
+        cmocka_unit_test(a_mistake_of_the_film_is_told_once),
+        cmocka_unit_test(no_allocation_that_fails_is_lost),
+    };
+
+    return RUN(tests);
+}
