@@ -98,7 +98,8 @@ typedef struct sc_slices {
                            0 is the right, posterior, inferior corner, 1 the opposite one */
 } sc_slices;
 
-/** What a verb does: first those of the opacity of tissues, then those of the camera. */
+/** What a verb does: first those of the opacity of tissues, then those of the camera, then that of
+ * clip planes. */
 typedef enum sc_verb_kind {
     SC_VERB_FADE,   /**< it moves to another one, and stays there */
     SC_VERB_APPEAR, /**< tissues that are not seen before appear, all or one after the other */
@@ -109,11 +110,17 @@ typedef enum sc_verb_kind {
     SC_VERB_DOLLY,  /**< the camera goes nearer to its target, or away from it */
     SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
     SC_VERB_FRAME,  /**< tissues come to fill the picture */
-    SC_VERB_FLY     /**< the camera flies along a line, within vessels and chambers */
+    SC_VERB_FLY,    /**< the camera flies along a line, within vessels and chambers */
+    SC_VERB_TURN    /**< a clip plane turns about a line */
 } sc_verb_kind;
 
 /** @return whether a verb moves the camera, and does nothing to tissues. */
 static inline bool sc_verb_moves_camera(sc_verb_kind kind)
+{
+    return kind >= SC_VERB_ORBIT && kind <= SC_VERB_FLY;
+}
+/** @return whether a verb is a move (sc_move): of the camera, or of a clip plane. */
+static inline bool sc_verb_is_move(sc_verb_kind kind)
 {
     return kind >= SC_VERB_ORBIT;
 }
@@ -150,8 +157,14 @@ typedef struct sc_verb {
     double stagger; /**< appear, 0 to 1: how much of the time that one takes passes before the next
                          begins; 1: one after the other, 0: all at once */
     int times;      /**< pulse, rock: how often, at least 1 */
-    double angle_deg, elevation_deg; /**< orbit: how far the camera turns and rises; rock: how far
-                                        it swings to each side, up and down */
+    double angle_deg, elevation_deg; /**< orbit: how far the camera turns and rises; turn: how far
+                                        the plane turns (angle_deg); rock: how far the camera
+                                        swings to each side, up and down */
+    int plane;                       /**< turn: the number of the clip plane, from 1 */
+    bool has_axis;                   /**< turn: the job gives the direction of the line: */
+    sc_vec3 axis;                    /**< unit, RAS */
+    bool has_point;                  /**< turn: the job gives a point of the line: */
+    sc_vec3 point_mm;                /**< RAS */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
@@ -172,7 +185,7 @@ typedef struct sc_way_point {
 /** Places of one way, and points of a curve between two that it passes through. */
 enum { SC_WAY_POINTS = 2049, SC_WAY_STEPS = 64 };
 
-/** What a verb does to the camera. */
+/** What a verb does to the camera, or to a clip plane. */
 typedef struct sc_move {
     sc_verb verb;
     /** Of a frame: corners of its tissues, RAS mm, borrowed while a timeline is resolved. Of a fly,
@@ -286,6 +299,9 @@ void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label
  */
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out);
+/** @return plane @p plane of the animation in frame @p k in [0, frames), as its sweep and the verbs
+ * turn place it. */
+sc_plane sc_timeline_plane(const sc_timeline *timeline, int plane, int k);
 /** @return the planes that cut in frame @p k in [0, frames): bit i for that of sweep i. */
 uint32_t sc_timeline_planes(const sc_timeline *timeline, int k);
 /** @return the scene of frame @p k in [0, frames); its slice is false. It holds the planes of

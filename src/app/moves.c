@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The verbs of a job that move the camera, with the corners of the tissues that they frame and the
- * lines along which they fly. */
+/* The verbs of a job that move the camera or clip planes, with the corners of the tissues that they
+ * frame and the lines along which they fly. */
 #include "app.h"
 
 #include <stdlib.h>
@@ -155,7 +155,7 @@ sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *
         sc_move *move = &out->moves[out->count];
         sc_vec3 **points = &out->points[out->count];
 
-        if (!sc_verb_moves_camera(job->verbs[v].kind))
+        if (!sc_verb_is_move(job->verbs[v].kind))
             continue;
         *move = (sc_move){.verb = job->verbs[v]};
         out->count++;

@@ -331,11 +331,15 @@ static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
 
         for (int i = 0; i < t->animation.sweep_count; i++) {
             const bool cuts = planes & 1u << i;
-            const double at_mm = cuts ? -scene.planes[at++].offset_mm : -HUGE_VAL;
+            const sc_plane *plane = cuts ? &scene.planes[at++] : NULL;
+            const double at_mm = plane ? -plane->offset_mm : -HUGE_VAL;
+            double from_mm = 0, to_mm = 0;
 
-            effects[i].removes_all += at_mm > effects[i].to_mm;
-            effects[i].removes_nothing += at_mm < effects[i].from_mm;
-            is_empty = is_empty || at_mm > effects[i].to_mm;
+            if (plane)
+                range_along(plane->normal, t->low_mm, t->high_mm, &from_mm, &to_mm);
+            effects[i].removes_all += at_mm > to_mm;
+            effects[i].removes_nothing += at_mm < from_mm;
+            is_empty = is_empty || at_mm > to_mm;
         }
         if (is_empty && empty++ == 0)
             *first = k;

@@ -192,7 +192,39 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_verb *fly)
         "points or more");
 }
 
-/* Verbs that the camera of the job cannot do. Not checked after another mistake in them. */
+/* A turn needs a clip plane, and a line about which turning changes something. A plane that has
+ * turned before may have any direction. */
+static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
+{
+    const sc_verb *turn = &job->verbs[index];
+    const int planes = job->animation.sweep_count;
+    bool turned = false;
+    char text[200];
+
+    snprintf(text, sizeof text,
+             "turn: there is no clip plane %d; expected 1 to %d, the number of a plane of "
+             "animation.clip (a box counts as six)",
+             turn->plane, planes);
+    if (!planes)
+        snprintf(text, sizeof text,
+                 "turn: the job has no clip plane; expected one in "
+                 "animation.clip, which then turns");
+    if (turn->plane > planes)
+        return fail_verb(ctx, turn, text);
+    for (size_t i = 0; i < job->verb_count; i++)
+        turned = turned || (i != index && job->verbs[i].kind == SC_VERB_TURN &&
+                            job->verbs[i].plane == turn->plane);
+    if (!turned && turn->has_axis &&
+        sc_vec3_length(sc_vec3_cross(turn->axis, job->animation.sweeps[turn->plane - 1].normal)) <
+            1e-6)
+        return fail_verb(ctx, turn,
+                         "turn: the axis is the normal of the plane, so that turning changes "
+                         "nothing; expected another one");
+    return SC_OK;
+}
+
+/* Verbs that the camera or the planes of the job cannot do. Not checked after another mistake in
+ * them. */
 static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
 {
     const sc_orbit *camera = &job->animation.camera;
@@ -205,6 +237,8 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
         if (verb->kind == SC_VERB_FLY)
             (void)sc_goes_on(&status, check_fly(ctx, verb));
+        if (verb->kind == SC_VERB_TURN)
+            (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)
             (void)sc_goes_on(&status, fail_verb(ctx, verb,
                                                 "dolly: it changes nothing in an orthographic "

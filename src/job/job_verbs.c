@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Verbs of a job: what happens to tissues or to the camera in a part of the animation. */
+/* Verbs of a job: what happens to tissues, to the camera or to clip planes in a part of the
+ * animation. */
 #include "key.h"
 #include "segcast/job.h"
 
@@ -344,7 +345,25 @@ static const sc_key fly_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
-#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame or fly"
+static const sc_key turn_keys[] = {
+    {"plane", &sc_type_int, VERB(plane), "1",
+     .help = "number of the clip plane, counted from 1 in the order of clip; a box counts as six: "
+             "left, right, back, front, bottom, top",
+     .low = 1, .high = SC_PLANES_MAX},
+    {"angle", &sc_type_real, VERB(angle_deg), NULL,
+     .help = "how far the plane turns about the axis, right-handed", .low = -36000, .high = 36000,
+     .unit = "degrees", .required = true},
+    {"axis", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
+     .without = "upwards in the picture; for a plane across that, to the front",
+     .help = "direction of the line about which it turns", .low = -1e6, .high = 1e6},
+    {"at_point", &sc_type_point, VERB(point_mm), NULL,
+     .given = SC_GIVEN(verb_entry, verb.has_point), .without = "the middle of what is visible",
+     .help = "a point of that line, in RAS mm", .low = -1e6, .high = 1e6, .unit = "mm"},
+    DURING_ROW("it turns; it stays so afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly or turn"
 #define KIND_ROW(name, rows, what)                                                                 \
     {                                                                                              \
         name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
@@ -362,6 +381,7 @@ const sc_key sc_verb_keys[] = {
     KIND_ROW("hold", hold_keys, "the turning of the orbit pauses"),
     KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
     KIND_ROW("fly", fly_keys, "the camera flies through vessels and chambers, or along points"),
+    KIND_ROW("turn", turn_keys, "a clip plane turns about a line"),
     {0}};
 
 /* @return the row of a kind of verb: its index in sc_verb_keys. */

@@ -253,16 +253,11 @@ sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 
     scene.camera = camera_at(timeline, k, &scene.inside);
     for (int i = 0; i < a->sweep_count; i++) {
-        const sc_sweep *sweep = &a->sweeps[i];
-        const double u = sc_progress(sweep->begin, sweep->end, sweep->ease, k, a->frames);
-
         if (!(active & 1u << i))
             continue;
         for (int g = 0; g < timeline->clip_set_count; g++)
             scene.clip_sets[g] |= (timeline->clip_sets[g] >> i & 1u) << scene.plane_count;
-        scene.planes[scene.plane_count++] =
-            (sc_plane){sweep->normal,
-                       -(timeline->from_mm[i] + u * (timeline->to_mm[i] - timeline->from_mm[i]))};
+        scene.planes[scene.plane_count++] = sc_timeline_plane(timeline, i, k);
     }
     return scene;
 }

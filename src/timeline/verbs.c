@@ -281,7 +281,7 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
 
     for (size_t v = 0; v < r->verbs->verb_count; v++) {
         const sc_verb *verb = &r->verbs->verbs[v];
-        const bool needs_tissues = !sc_verb_moves_camera(verb->kind) || verb->kind == SC_VERB_FRAME;
+        const bool needs_tissues = !sc_verb_is_move(verb->kind) || verb->kind == SC_VERB_FRAME;
         const size_t members = needs_tissues ? find_members(r, v) : 0;
 
         if (needs_tissues && !members)
@@ -290,7 +290,7 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
                              "tissues of the job; expected one that is%s",
                              verb->where, verb->where[0] ? ": " : "",
                              verb->kind == SC_VERB_FRAME ? "" : ": a verb multiplies its opacity");
-        else if (!sc_verb_moves_camera(verb->kind) && add_fades(ctx, r, verb, members) != SC_OK)
+        else if (!sc_verb_is_move(verb->kind) && add_fades(ctx, r, verb, members) != SC_OK)
             return SC_ERR_MEMORY;
     }
     return status;

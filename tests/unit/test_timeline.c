@@ -228,6 +228,60 @@ static void a_plane_cuts_while_it_is_active(void **state)
     }
 }
 
+static void a_plane_turns_about_its_line(void **state)
+{
+    enum { FRAMES = 11 };
+    const sc_vec3 line_mm = {10, -5, 50}; /* the middle of the box: no point is given */
+    sc_animation a = animation(FRAMES);
+    sc_move moves[2] = {{.verb = {.kind = SC_VERB_TURN,
+                                  .begin = 0,
+                                  .end = 0.5,
+                                  .plane = 2,
+                                  .angle_deg = 90,
+                                  .has_axis = true,
+                                  .axis = {0, 0, 1}}},
+                        {.verb = {.kind = SC_VERB_TURN,
+                                  .begin = 0.5,
+                                  .end = 1,
+                                  .plane = 2,
+                                  .angle_deg = -90,
+                                  .has_axis = true,
+                                  .axis = {0, 0, 1},
+                                  .has_point = true,
+                                  .point_mm = line_mm}}};
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+    sc_plane plane;
+
+    (void)state;
+    box_corners(corners);
+    a.sweep_count = 2;
+    for (int i = 0; i < 2; i++)
+        a.sweeps[i] = (sc_sweep){.normal = {0, -1, 0},
+                                 .from = {.value = 75, .percent = true},
+                                 .to = {.value = 75, .percent = true},
+                                 .end = 1};
+    a.moves = moves;
+    a.move_count = 2;
+    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+    for (int k = 0; k < FRAMES; k++) {
+        const double turned = (k <= 5 ? k : 10 - k) * 18 * M_PI / 180;
+
+        plane = sc_timeline_scene(&t, k).planes[1];
+        assert_near(plane.normal.x, sin(turned), 1e-12);
+        assert_near(plane.normal.y, -cos(turned), 1e-12);
+        /* the line stays where it is: 15 mm on the side that is removed */
+        assert_near(sc_vec3_dot(plane.normal, line_mm) + plane.offset_mm, -15, 1e-12);
+        assert_near(sc_timeline_scene(&t, k).planes[0].normal.y, -1, 0); /* the other stays */
+    }
+    moves[0].verb.has_axis = moves[1].verb.has_axis = false; /* upwards, unless it is across */
+    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+    a.sweeps[1].normal = (sc_vec3){0, 0, 1};
+    sc_timeline_resolve(&a, corners, CORNERS, 1.5, &t);
+    assert_near(sc_timeline_plane(&t, 1, 5).normal.x, 1, 1e-12);
+}
+
 static void easing_begins_at_0_and_ends_at_1(void **state)
 {
     (void)state;
@@ -831,6 +885,7 @@ int main(void)
         cmocka_unit_test(framing_heeds_what_the_job_says),
         cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
         cmocka_unit_test(a_plane_cuts_while_it_is_active),
+        cmocka_unit_test(a_plane_turns_about_its_line),
         cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
         cmocka_unit_test(a_bezier_curve_is_solved_for_the_time),
         cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
