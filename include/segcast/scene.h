@@ -52,9 +52,14 @@ typedef struct sc_tissue {
     uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:
                              the tissues of a group fade alike, or nearly so; only their shade on
                              others depends on it */
+    uint8_t part;       /**< 0: it never moves; else 1 to SC_PARTS_MAX - 1: the tissues of a part
+                             move together */
 } sc_tissue;
 /** The most groups of tissues that fade alike. Each takes 2 bytes for a brick of 64 voxels. */
 enum { SC_FADE_GROUPS_MAX = 8 };
+/** The most parts of the tissues that move each by itself, part 0 included, which does not move.
+ * Each is drawn from masks and distances of its own, and rays are followed through each. */
+enum { SC_PARTS_MAX = 33 };
 
 /** How well the name of a label fits a pattern. Of the labels of a volume a pattern means those
  * that fit it best. */
@@ -251,6 +256,10 @@ typedef struct sc_scene {
     const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade
                              group 0 are 1. NULL: all are 1. Borrowed. */
+    const sc_vec3 *offsets_mm; /**< [label_count] by dense id: how far each tissue is moved from its
+                             place, RAS; those of a part (sc_tissue.part) alike, those of part 0
+                             not. Clip planes move with the tissues that they cut. NULL: none is.
+                             Borrowed. */
 } sc_scene;
 
 #endif

@@ -183,3 +183,15 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    (size_t)columns[1] + 1 - (size_t)columns[0]);
     }
 }
+
+void sc_cover_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport)
+{
+    /* Equal bytes are equal scenes; should only padding differ, the map is made once more in vain.
+     * NOLINTNEXTLINE(bugprone-suspicious-memory-comparison) */
+    if (!memcmp(&r->last_scene, scene, sizeof r->last_scene) &&
+        !memcmp(&r->last_viewport, viewport, sizeof r->last_viewport))
+        return;
+    sc_cover_init(&r->last_cover, r, scene, viewport, r->cover);
+    r->last_scene = *scene;
+    r->last_viewport = *viewport;
+}

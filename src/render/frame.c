@@ -6,7 +6,6 @@
 
 #include <string.h>
 
-enum { BATCH = 256 /* rays that are marched together */ };
 /* Width of the dark rims of cut faces, as a share of the height of the picture, but not less than
  * so many pixels, where voxels are larger than that. */
 #define RIM_SHARE 0.008
@@ -25,12 +24,15 @@ typedef struct frame {
     int row0, row1;         /* rows [row0, row1) of the viewport are to be drawn */
 } frame;
 
-/* Rays waiting to be marched together, and for each the index of its pixel in tile.pixels. */
+/* Rays waiting to be marched together, or where parts are apart the points of the viewport that
+ * they go through, and for each the index of its pixel in tile.pixels. */
 typedef struct batch {
-    sc_ray rays[BATCH];
-    sc_radiance light[BATCH]; /* what they bring back */
-    sc_radiance white[BATCH]; /* room for what they bring back where the far end fades to white */
-    uint32_t target[BATCH];
+    sc_ray rays[SC_RAY_BATCH];
+    double at_px[SC_RAY_BATCH][2];
+    sc_radiance light[SC_RAY_BATCH]; /* what they bring back */
+    sc_radiance
+        white[SC_RAY_BATCH]; /* room for what they bring back where the far end fades to white */
+    uint32_t target[SC_RAY_BATCH];
     size_t count;
 } batch;
 
@@ -40,6 +42,7 @@ typedef struct tile {
     int x0, y0, x1, y1;
     sc_pixel_state *pixels; /* [y1 - y0 + 2][stride]: with a border one pixel wide; borrowed */
     int stride;
+    int thread; /* that draws it */
     sc_march_counters counters;
     batch rays;
 } tile;
@@ -75,42 +78,43 @@ static bool has_middle_ray(int samples)
     return at[0] == 0.5 && at[1] == 0.5;
 }
 
-/* Does the far end fade into a background that is not there? */
-static bool fades_away(const sc_renderer *r)
-{
-    return r->settings.transparent && r->march.light.cue > 0;
-}
-
-/* March the rays waiting once more, fading to white: what they bring back is lighter than with
- * black by the share of the background that the picture shows. So that share is added to the
- * transmittance of t->rays.light; the picture lets through what has faded, and not only what no
- * tissue hides. The work is not counted a second time. */
-static void let_through_what_fades(tile *t)
-{
-    const sc_renderer *r = t->f->renderer;
-    sc_march_counters again = {0};
-
-    r->kernel->march(&r->on_white, t->rays.rays, t->rays.count, t->rays.white, &again);
-    for (size_t i = 0; i < t->rays.count; i++) {
-        const sc_radiance *white = &t->rays.white[i];
-        sc_radiance *light = &t->rays.light[i];
-        float more = 0;
-
-        for (int c = 0; c < 3; c++)
-            more += white->rgb[c] - light->rgb[c];
-        light->transmittance += more * (1.0f / 3);
-    }
-}
-
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
  * the batch. */
 static void march_batch(tile *t)
 {
     const sc_renderer *r = t->f->renderer;
 
-    r->kernel->march(&r->march, t->rays.rays, t->rays.count, t->rays.light, &t->counters);
-    if (fades_away(r))
-        let_through_what_fades(t);
+    if (sc_parts_apart(r))
+        sc_march_apart(r, t->rays.at_px, t->rays.count, t->thread, t->rays.light, &t->counters);
+    else
+        sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
+}
+
+/* Can a pixel of the viewport, or of a border around it, show anything? */
+static bool may_show(const frame *f, int x_px, int y_px)
+{
+    const sc_parts *parts = f->renderer->parts;
+    bool any = false;
+
+    if (!sc_parts_apart(f->renderer))
+        return sc_is_covered(&f->cover, x_px, y_px);
+    for (int k = 0; k < parts->shown_count && !any; k++)
+        any = sc_is_covered(&parts->list[parts->shown[k]].cover, x_px, y_px);
+    return any;
+}
+
+/* Add the ray through a point of the viewport to those waiting, for which there is room, unless it
+ * meets nothing. @param target index of its pixel in t->pixels. */
+static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
+{
+    batch *rays = &t->rays;
+
+    rays->at_px[rays->count][0] = x_px;
+    rays->at_px[rays->count][1] = y_px;
+    rays->target[rays->count] = target;
+    if (sc_parts_apart(t->f->renderer) ||
+        sc_make_ray(&t->f->lens, x_px, y_px, &rays->rays[rays->count]))
+        rays->count++;
 }
 
 /* @return the share of what is behind the picture that a ray hides; 0 where there is a background.
@@ -151,12 +155,11 @@ static void queue_first_ray(tile *t, int x, int y)
     const uint32_t at = (uint32_t)((y - t->y0 + 1) * t->stride + (x - t->x0 + 1));
 
     t->pixels[at] = t->f->nothing;
-    if (!sc_is_covered(&t->f->cover, x, y))
+    if (!may_show(t->f, x, y))
         return;
-    if (t->rays.count == BATCH)
+    if (t->rays.count == SC_RAY_BATCH)
         flush_first_rays(t);
-    if (sc_make_ray(&t->f->lens, x + 0.5, y + 0.5, &t->rays.rays[t->rays.count]))
-        t->rays.target[t->rays.count++] = at;
+    add_ray(t, x + 0.5, y + 0.5, at);
 }
 
 /* One ray through every pixel of the tile, and of its border if neighbours will be compared:
@@ -249,16 +252,15 @@ static void sample_pixel(tile *t, int x, int y, uint32_t target)
     for (int c = 0; c < 3; c++)
         pixel->added[c] = has_first ? pixel->tone[c] - t->f->renderer->tone[c] : 0;
     pixel->added_cover = has_first ? pixel->cover : 0;
-    if (!sc_is_covered(&t->f->cover, x, y))
+    if (!may_show(t->f, x, y))
         return;
     for (int i = has_first; i < s->samples; i++) {
         double at[2];
 
         sample_position(s->samples, i, at);
-        if (t->rays.count == BATCH)
+        if (t->rays.count == SC_RAY_BATCH)
             flush_samples(t);
-        if (sc_make_ray(&t->f->lens, x + at[0], y + at[1], &t->rays.rays[t->rays.count]))
-            t->rays.target[t->rays.count++] = target;
+        add_ray(t, x + at[0], y + at[1], target);
     }
 }
 
@@ -338,11 +340,9 @@ static void store_row(const tile *t, int y)
     }
 }
 
-/* Is nothing visible in the tile, by the map? Its border is not examined. */
-static bool is_empty(const tile *t)
+/* Is nothing visible in the tile, by a map? Its border is not examined. */
+static bool is_empty_in(const tile *t, const sc_cover *cover)
 {
-    const sc_cover *cover = &t->f->cover;
-
     for (int row = t->y0 >> cover->shift; row <= (t->y1 - 1) >> cover->shift; row++) {
         for (int column = t->x0 >> cover->shift; column <= (t->x1 - 1) >> cover->shift; column++) {
             if (cover->squares[(row + 1) * cover->columns + column + 1])
@@ -350,6 +350,19 @@ static bool is_empty(const tile *t)
         }
     }
     return true;
+}
+
+/* Is nothing visible in the tile, by the map, or by those of all parts? */
+static bool is_empty(const tile *t)
+{
+    const sc_parts *parts = t->f->renderer->parts;
+    bool empty = true;
+
+    if (!sc_parts_apart(t->f->renderer))
+        return is_empty_in(t, &t->f->cover);
+    for (int k = 0; k < parts->shown_count && empty; k++)
+        empty = is_empty_in(t, &parts->list[parts->shown[k]].cover);
+    return empty;
 }
 
 /* Write the background to all pixels of the tile in the image. */
@@ -417,6 +430,7 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.f = f;
     t.pixels = f->renderer->pixels + (size_t)thread * (size_t)side * (size_t)side;
     t.stride = side;
+    t.thread = thread;
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
     for (size_t i = begin; i < end && !is_given_up(f); i++) {
@@ -551,25 +565,7 @@ static int within(int value, int high)
     return value < 0 ? 0 : least(value, high);
 }
 
-/* Set f->cover to the map of pixels that can show anything; it is made anew only if scene or
- * viewport differ from the last ones: a rank may draw several bands of one frame, one after the
- * other. */
-static void cover_view(frame *f)
-{
-    sc_renderer *r = f->renderer;
-
-    /* Equal bytes are equal scenes; should only padding differ, the map is made once more in vain.
-     * NOLINTNEXTLINE(bugprone-suspicious-memory-comparison) */
-    if (memcmp(&r->last_scene, f->scene, sizeof r->last_scene) != 0 ||
-        memcmp(&r->last_viewport, f->viewport, sizeof r->last_viewport) != 0) {
-        sc_cover_init(&r->last_cover, r, f->scene, f->viewport, r->cover);
-        r->last_scene = *f->scene;
-        r->last_viewport = *f->viewport;
-    }
-    f->cover = r->last_cover;
-}
-
-/* Set up light, clip planes, lens and map for a frame whose scene and viewport are set. */
+/* Set up light, clip planes, lens, map and parts for a frame whose scene and viewport are set. */
 static void begin_view(frame *f)
 {
     sc_renderer *r = f->renderer;
@@ -579,13 +575,17 @@ static void begin_view(frame *f)
     set_depth_cue(r, &f->scene->camera);
     set_rims(r, &f->scene->camera, f->viewport->height_px);
     set_planes(r, f->scene);
-    if (fades_away(r)) {
+    if (sc_fades_away(r)) {
         r->on_white = r->march;
         for (int i = 0; i < 3; i++)
             r->on_white.light.cue_rgb[i] = 1;
     }
     sc_lens_init(&f->lens, r, f->scene, f->viewport);
-    cover_view(f);
+    /* The map is made anew only if scene or viewport differ from the last ones: a rank may draw
+     * several bands of one frame, one after the other. */
+    sc_cover_view(r, f->scene, f->viewport);
+    f->cover = r->last_cover;
+    sc_parts_begin(r, f->scene, f->viewport);
 }
 
 void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
@@ -639,13 +639,17 @@ static void count_rows(void *user, size_t begin, size_t end, int thread)
 
     for (size_t y = begin; y < end && !is_given_up(f); y++) {
         for (int x = 0; x < width; x++) {
+            const double at_px[1][2] = {{x + 0.5, (double)y + 0.5}};
+            sc_march_counters *out = &c->out[y * (size_t)width + (size_t)x];
             sc_ray ray;
             sc_radiance light;
 
-            if (sc_is_covered(&f->cover, x, (int)y) &&
-                sc_make_ray(&f->lens, x + 0.5, (double)y + 0.5, &ray))
-                r->kernel->march(&r->march, &ray, 1, &light,
-                                 &c->out[y * (size_t)width + (size_t)x]);
+            if (!may_show(f, x, (int)y))
+                continue;
+            if (sc_parts_apart(r))
+                sc_march_apart(r, at_px, 1, thread, &light, out);
+            else if (sc_make_ray(&f->lens, at_px[0][0], at_px[0][1], &ray))
+                r->kernel->march(&r->march, &ray, 1, &light, out);
         }
     }
     f->renderer->stats[thread].cpu_s += sc_thread_cpu_s() - begin_s;

@@ -64,6 +64,7 @@ struct sc_renderer {
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
     sc_fades fades;
+    struct sc_parts *parts;  /* NULL: no tissue moves */
     sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
                                 is borrowed from volume->stored */
     const uint64_t *visible; /* masks of sc_visible_masks (voxel) or sc_visible_cells (smooth) */
@@ -78,8 +79,8 @@ struct sc_renderer {
     const sc_vec3 *hull; /* [hull_count], see sc_renderer_hull */
     size_t hull_count;
     sc_box3 hull_box; /* in mm */
-    bool covers_all;  /* the map is of no use: any pixel may show something; see decide_cover() */
-    uint8_t *cover;   /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
+    bool covers_all; /* the map is of no use: any pixel may show something; see sc_decide_cover() */
+    uint8_t *cover;  /* room for the squares of a map: [SC_COVER_SIDE][SC_COVER_SIDE] */
     sc_cover last_cover; /* the map in that room, which the bands of one frame share ... */
     sc_scene last_scene; /* ... and what it is a map of */
     sc_viewport last_viewport;
@@ -116,6 +117,108 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * direction and the parts that each clip set keeps. @return false if no part of it is kept
  * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
+
+enum { SC_RAY_BATCH = 256 /* rays that are marched together */ };
+
+/* Where a ray through a part goes on, and what it brings back from there. */
+typedef struct sc_part_ray {
+    sc_radiance light;
+    double begin_mm; /* from the eye */
+} sc_part_ray;
+
+/* What a thread needs to follow a batch of rays through the parts. */
+typedef struct sc_part_room {
+    sc_ray rays[SC_RAY_BATCH]; /* those that are marched next, through one part */
+    sc_radiance light[SC_RAY_BATCH], white[SC_RAY_BATCH]; /* what they bring back */
+    uint32_t target[SC_RAY_BATCH];                        /* the index of each in the batch */
+    double end_mm[SC_RAY_BATCH]; /* by index: where it ends, from the eye */
+    int part[SC_RAY_BATCH];      /* by index: the part that it goes through next; -1: it is done */
+    sc_part_ray *state;          /* [parts][SC_RAY_BATCH] by index */
+} sc_part_room;
+
+/* A part: tissues that move together, which are drawn as if there were no others. */
+typedef struct sc_part {
+    sc_renderer *renderer; /* of these tissues alone; NULL: there are none. It borrows the team and
+                              what does not depend on the tissues */
+    int label;             /* one of its tissues, dense id */
+    double amount;         /* of its tissues: the sum of opacity times voxels */
+    const uint8_t (*filled)[2]; /* what it fills of the occlusion by itself; of the team */
+    uint8_t (*mixed)[2];        /* what is left of the occlusion of all, and its own; owned */
+    int mixed_weights[2 + SC_FADE_GROUPS_MAX]; /* by which it was mixed */
+    /* of the present view */
+    bool is_shown;
+    sc_scene scene; /* with the camera as it stands to the tissues where they are in the volume */
+    sc_lens lens;
+    sc_cover cover; /* a copy of renderer->last_cover */
+} sc_part;
+
+/* The parts of the tissues. Owns what its pointers point to, unless they say otherwise. */
+typedef struct sc_parts {
+    int count;                  /* of list: the highest number of a part, plus 1 */
+    sc_part list[SC_PARTS_MAX]; /* by sc_tissue.part */
+    sc_part_room *rooms;        /* [threads] */
+    sc_part_ray *states;        /* [threads][count][SC_RAY_BATCH] */
+    /* of the present view */
+    bool are_apart; /* some part is moved: rays are followed through each */
+    int shown_count;
+    int shown[SC_PARTS_MAX]; /* [shown_count]: those to draw, the nearest first */
+} sc_parts;
+
+/* Make the parts of the tissues, if any can move: sets r->parts. What does not depend on them is
+ * that of @p r, which is complete but for this. Collective in r->team. @return SC_ERR_MEMORY; what
+ * has been made stays with the renderer. */
+sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues);
+/* Free r->parts, unless it is NULL. */
+void sc_parts_free(sc_renderer *r);
+/* @return bytes of memory that the rank has for itself because of them. */
+uint64_t sc_parts_bytes(const sc_renderer *r);
+/* Set all parts up for a view, for which @p r has been set up, if any is moved: what of r->parts
+ * depends on the view. */
+void sc_parts_begin(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport);
+/* Does a view show parts that are moved? */
+static inline bool sc_parts_apart(const sc_renderer *r)
+{
+    return r->parts && r->parts->are_apart;
+}
+
+/* March @p count rays, at most SC_RAY_BATCH. Without a background, where the far end fades, what
+ * fades lets through what is behind the picture. @param white room for [count]. @param counters is
+ * added to. */
+void sc_march_rays(const sc_renderer *r, const sc_ray *rays, size_t count, sc_radiance *out,
+                   sc_radiance *white, sc_march_counters *counters);
+/* The same for rays through points of a view whose parts are apart: each ray is followed through
+ * every part, and what it meets there is put together in its order along the ray. @param at_px
+ * [count] points of the viewport, in pixels. @param thread whose room is used. */
+void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
+                    sc_radiance *out, sc_march_counters *counters);
+
+/* Does the far end fade into a background that is not there? */
+static inline bool sc_fades_away(const sc_renderer *r)
+{
+    return r->settings.transparent && r->march.light.cue > 0;
+}
+
+/* Set r->tissues and r->looks from @p tissues, and for each label (dense id) what of it is shown in
+ * @p show and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
+void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity);
+/* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are
+ * marched within: for SC_SKIP_NONE the whole volume, else the bounding box of what is visible.
+ * That is a voxel wider than the last cell that matters, so that it ends within none of these.
+ * r->tissues has been filled. */
+void sc_fill_boxes(sc_renderer *r);
+/* Set r->covers_all: true if the map of pixels that can show anything must not be used. The map
+ * holds all pixels behind which the masks mark something: a boundary, if boundaries are shown,
+ * for every visible tissue ends somewhere. It must not be used for tissues that show only their
+ * interior, because a cut face may show a part of them that is not marked; nor for SC_SKIP_NONE,
+ * which uses nothing that preprocessing has found. */
+void sc_decide_cover(sc_renderer *r);
+/* Derive from the volume which cells or voxels are visible and what follows from them: masks,
+ * packed cells, and what the skip method knows. @param show [label_count] what of each label is
+ * shown. Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer.
+ */
+sc_status sc_find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show);
+/* Set r->last_cover to the map of a view, unless it is that already. */
+void sc_cover_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport);
 
 /* Alpha of one crossing or sample of an opacity, 0 to 1. Opacity is given per crossing of a
  * smooth surface, but per voxel length for the voxel surface, which takes samples step_voxels

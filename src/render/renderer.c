@@ -14,46 +14,6 @@ static double voxel_length_mm(const sc_prepared *volume)
     return least;
 }
 
-/* How a tissue takes part in the picture: SC_SHOW_* bits, 0 if it is not visible. The smooth
- * surface has no interior. */
-static uint8_t shown(const sc_render_settings *s, const sc_tissue *tissue)
-{
-    const bool interior = tissue->interior_opacity > 0 && s->surface == SC_SURFACE_VOXEL;
-
-    if (!tissue->visible)
-        return 0;
-    return (uint8_t)((tissue->opacity > 0 ? SC_SHOW_BOUNDARY : 0) |
-                     (interior ? SC_SHOW_INTERIOR : 0));
-}
-
-/* Set r->tissues and r->looks from @p tissues, and for each label (dense id) what of it is shown in
- * @p show and, if anything, its opacity in @p opacity, else 0. Background is never shown. */
-static void fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, float *opacity)
-{
-    const sc_render_settings *s = &r->settings;
-
-    for (int id = 0; id < r->volume->label_count; id++) {
-        sc_march_tissue *to = &r->tissues[id];
-
-        memcpy(to->rgb, tissues[id].rgb_linear, sizeof to->rgb);
-        to->boundary_alpha = sc_alpha_of(s, tissues[id].opacity);
-        to->interior_alpha = sc_alpha_of(s, tissues[id].interior_opacity);
-        to->thickness_factor = 1;
-        to->diffuse = (float)tissues[id].material.diffuse;
-        to->specular = (float)tissues[id].material.specular;
-        to->shininess = tissues[id].material.shininess;
-        to->show = show[id] = id ? shown(s, &tissues[id]) : 0;
-        to->cap_alpha = !id || show[id] ? 1 : 0;
-        to->clip_set = tissues[id].clip_set;
-        to->by_thickness = s->local_thickness && tissues[id].opacity_auto && !tissues[id].is_cover;
-        opacity[id] = show[id] ? (float)tissues[id].opacity : 0;
-        r->looks[id] = (sc_full_look){.opacity = tissues[id].opacity,
-                                      .interior_opacity = tissues[id].interior_opacity,
-                                      .show = show[id],
-                                      .group = show[id] ? tissues[id].fade_group : 0};
-    }
-}
-
 /* Set r->march.thickness_alpha, by automatic opacity on the scale of the tissues; to be called
  * after fill_march, which clears it. */
 static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
@@ -64,41 +24,6 @@ static void fill_thickness(sc_renderer *r, const sc_tissue *tissues)
     for (int code = 0; code < 256; code++)
         r->march.thickness_alpha[code] =
             sc_alpha_of(&r->settings, sc_auto_opacity(&scale, sc_thickness_mm(code)));
-}
-
-/* Set the sphere around the volume (middle_mm, radius_mm) and r->box, the box that rays are
- * marched within: for SC_SKIP_NONE the whole volume, else the bounding box of what is visible.
- * That is a voxel wider than the last cell that matters, so that it ends within none of these.
- * r->tissues has been filled. */
-static void fill_boxes(sc_renderer *r)
-{
-    const sc_prepared *v = r->volume;
-    double low[3], high[3];
-
-    r->box = (sc_box3){{-2, -2, -2}, {v->size[0] + 1, v->size[1] + 1, v->size[2] + 1}};
-    r->middle_mm =
-        sc_affine_point(&v->to_ras_mm, sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5));
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 at = {corner & 1 ? r->box.high.x : r->box.low.x,
-                            corner & 2 ? r->box.high.y : r->box.low.y,
-                            corner & 4 ? r->box.high.z : r->box.low.z};
-        const sc_vec3 apart = sc_vec3_sub(sc_affine_point(&v->to_ras_mm, at), r->middle_mm);
-
-        r->radius_mm = fmax(r->radius_mm, sc_vec3_length(apart));
-    }
-    if (r->settings.skip == SC_SKIP_NONE)
-        return;
-    for (int i = 0; i < 3; i++) {
-        low[i] = v->size[i];
-        high[i] = -1;
-    }
-    for (int id = 1; id < v->label_count; id++) {
-        for (int i = 0; i < 3 && r->tissues[id].show; i++) {
-            low[i] = fmin(low[i], v->stats[id].low[i] - 2);
-            high[i] = fmax(high[i], v->stats[id].high[i] + 2);
-        }
-    }
-    r->box = (sc_box3){{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
 /* Set all of r->march that does not change from frame to frame, from the other members of the
@@ -145,18 +70,6 @@ static void fill_march(sc_renderer *r)
     }
 }
 
-/* Set r->covers_all: true if the map of pixels that can show anything must not be used. The map
- * holds all pixels behind which the masks mark something: a boundary, if boundaries are shown,
- * for every visible tissue ends somewhere. It must not be used for tissues that show only their
- * interior, because a cut face may show a part of them that is not marked; nor for SC_SKIP_NONE,
- * which uses nothing that preprocessing has found. */
-static void decide_cover(sc_renderer *r)
-{
-    r->covers_all = r->settings.skip == SC_SKIP_NONE;
-    for (int id = 1; id < r->volume->label_count; id++)
-        r->covers_all = r->covers_all || r->tissues[id].show == SC_SHOW_INTERIOR;
-}
-
 /* Set r->hull_box to the bounding box of r->hull; it is inside out if there are no points. */
 static void measure_hull(sc_renderer *r)
 {
@@ -169,65 +82,6 @@ static void measure_hull(sc_renderer *r)
                          fmax(high.z, r->hull[i].z)};
     }
     r->hull_box = (sc_box3){low, high};
-}
-
-/* Make what the skip method knows of empty space, from @p masks, which become r->visible.
- * Collective in r->team. @return SC_ERR_MEMORY; what has been set stays with the renderer. */
-static sc_status find_empty(const sc_ctx *ctx, sc_renderer *r, uint64_t *masks)
-{
-    const sc_prepared *v = r->volume;
-    uint8_t *distances;
-    sc_status status = SC_OK;
-
-    switch (r->kernel->skip) {
-    case SC_SKIP_LEAP:
-        SC_TRY(sc_brick_distances(ctx, r->team, v, masks, &distances));
-        r->distances = distances;
-        break;
-    case SC_SKIP_OCTREE:
-        SC_TRY(sc_pyramid_build(ctx, r->team, v, &masks, &r->pyramid));
-        break;
-    case SC_SKIP_PROXIMITY:
-        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CITY_BLOCK, &r->cell_distances));
-        break;
-    case SC_SKIP_CHESSBOARD:
-        SC_TRY(sc_cell_distances(ctx, r->team, v, masks, SC_METRIC_CHESSBOARD, &r->cell_distances));
-        break;
-    case SC_SKIP_NONE:
-    case SC_SKIP_INTERIOR:
-        break;
-    }
-    r->visible = masks;
-out:
-    return status;
-}
-
-/* Derive from the volume which cells or voxels are visible and what follows from them: hull,
- * masks, packed cells, and what the skip method knows. Parameters and return code are those of
- * derive(). */
-static sc_status find_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
-{
-    const sc_prepared *v = r->volume;
-    sc_vec3 *hull;
-    uint64_t *masks;
-    sc_status status;
-
-    SC_TRY(sc_hull_points(ctx, r->team, v, show, &hull, &r->hull_count));
-    r->hull = hull;
-    if (r->settings.surface == SC_SURFACE_SMOOTH)
-        SC_TRY(sc_visible_cells(ctx, r->team, v, show, &masks));
-    else
-        SC_TRY(sc_visible_masks(ctx, r->team, v, show, &masks));
-    if (sc_skip_is_wide(r->kernel->skip) && r->kernel->surface == SC_SURFACE_SMOOTH) {
-        sc_cells cells;
-
-        SC_TRY(sc_cells_build(ctx, r->team, v, masks, &cells));
-        r->cell_start = cells.start;
-        r->cells = cells.cells;
-    }
-    SC_TRY(find_empty(ctx, r, masks));
-out:
-    return status;
 }
 
 /* Can the renderer use what is stored with the volume? That was made for this surface and skip
@@ -243,7 +97,7 @@ static bool has_stored(const sc_renderer *r, const uint8_t *show)
     return all;
 }
 
-/* Set of the renderer what find_visible() derives to what is stored with the volume. */
+/* Set of the renderer what find_hull_and_visible() derives to what is stored with the volume. */
 static void use_stored(sc_renderer *r)
 {
     const sc_stored *stored = &r->volume->stored;
@@ -254,6 +108,20 @@ static void use_stored(sc_renderer *r)
     r->cell_start = stored->cell_start;
     r->cells = stored->cells;
     r->distances = stored->distances;
+}
+
+/* Derive from the volume which cells or voxels are visible, what follows from them, and the hull.
+ * Parameters and return code are those of derive(). */
+static sc_status find_hull_and_visible(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show)
+{
+    sc_vec3 *hull;
+    sc_status status;
+
+    SC_TRY(sc_hull_points(ctx, r->team, r->volume, show, &hull, &r->hull_count));
+    r->hull = hull;
+    status = sc_find_visible(ctx, r, show);
+out:
+    return status;
 }
 
 /* Derive from the volume what the march needs and what does not change from frame to frame, as far
@@ -271,12 +139,12 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     if (has_stored(r, show))
         use_stored(r);
     else
-        SC_TRY(find_visible(ctx, r, show));
+        SC_TRY(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
     if (!light->flat && (light->occlusion > 0 || light->shadows))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_TRY(sc_find_fades(ctx, r));
-    decide_cover(r);
+    sc_decide_cover(r);
     if (!r->covers_all)
         SC_TRY(sc_find_blocks(ctx, r));
 out:
@@ -338,8 +206,8 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
         return sc_fail(ctx, SC_ERR_DATA, "the geometry of the volume is singular");
     SC_TRY(find_kernel(ctx, r));
     SC_TRY(allocate(ctx, r));
-    fill_tissues(r, tissues, show, opacity);
-    fill_boxes(r);
+    sc_fill_tissues(r, tissues, show, opacity);
+    sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
     for (int i = 0; i < 3; i++)
         r->background[i] = s->transparent ? 0 : (float)sc_srgb_to_linear(s->background[i] / 255.0);
@@ -382,6 +250,7 @@ sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_settings *settings,
     fill_march(r);
     fill_thickness(r, tissues);
     sc_find_fading(r);
+    SC_TRY(sc_parts_make(ctx, r, tissues));
     *out = r;
     r = NULL;
 out:
@@ -396,6 +265,7 @@ void sc_renderer_free(sc_renderer *r)
 {
     if (!r)
         return;
+    sc_parts_free(r);
     sc_team_close(r->team);
     sc_free(r->tissues);
     sc_free(r->looks);
@@ -424,7 +294,7 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
     const size_t threads = (size_t)r->settings.threads;
 
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
-           sc_fades_bytes(r) + (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
+           sc_fades_bytes(r) + sc_parts_bytes(r) + (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
            threads * (side * side * sizeof *r->pixels + sizeof *r->stats + sizeof *r->spans);
 }
 
