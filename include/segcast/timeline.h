@@ -99,7 +99,7 @@ typedef struct sc_slices {
 } sc_slices;
 
 /** What a verb does: first those of the opacity of tissues, then those of the camera, then that of
- * clip planes. */
+ * clip planes, then those that move tissues. */
 typedef enum sc_verb_kind {
     SC_VERB_FADE,   /**< it moves to another one, and stays there */
     SC_VERB_APPEAR, /**< tissues that are not seen before appear, all or one after the other */
@@ -111,7 +111,8 @@ typedef enum sc_verb_kind {
     SC_VERB_HOLD,   /**< an orbit pauses, and turns faster in the rest of the time */
     SC_VERB_FRAME,  /**< tissues come to fill the picture */
     SC_VERB_FLY,    /**< the camera flies along a line, within vessels and chambers */
-    SC_VERB_TURN    /**< a clip plane turns about a line */
+    SC_VERB_TURN,   /**< a clip plane turns about a line */
+    SC_VERB_EXPLODE /**< tissues move apart, and stay there */
 } sc_verb_kind;
 
 /** @return whether a verb moves the camera, and does nothing to tissues. */
@@ -122,7 +123,12 @@ static inline bool sc_verb_moves_camera(sc_verb_kind kind)
 /** @return whether a verb is a move (sc_move): of the camera, or of a clip plane. */
 static inline bool sc_verb_is_move(sc_verb_kind kind)
 {
-    return kind >= SC_VERB_ORBIT;
+    return kind >= SC_VERB_ORBIT && kind <= SC_VERB_TURN;
+}
+/** @return whether a verb changes the opacity of tissues. */
+static inline bool sc_verb_fades(sc_verb_kind kind)
+{
+    return kind <= SC_VERB_PULSE;
 }
 
 /** In which order tissues appear. Those of a direction begin with the tissue whose middle is the
@@ -161,10 +167,15 @@ typedef struct sc_verb {
                                         the plane turns (angle_deg); rock: how far the camera
                                         swings to each side, up and down */
     int plane;                       /**< turn: the number of the clip plane, from 1 */
-    bool has_axis;                   /**< turn: the job gives the direction of the line: */
-    sc_vec3 axis;                    /**< unit, RAS */
-    bool has_point;                  /**< turn: the job gives a point of the line: */
-    sc_vec3 point_mm;                /**< RAS */
+    bool has_axis;    /**< turn: the job gives the direction of the line; explode: the direction
+                           along which tissues move: */
+    sc_vec3 axis;     /**< unit, RAS */
+    bool has_point;   /**< turn: the job gives a point of the line; explode: the point from which
+                           tissues move: */
+    sc_vec3 point_mm; /**< RAS */
+    sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
+                               middle from that point */
+    bool together;        /**< explode: the tissues move as one */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
@@ -224,6 +235,14 @@ typedef struct sc_fade {
     int times; /**< pulse */
 } sc_fade;
 
+/** How one verb moves one tissue. */
+typedef struct sc_shift {
+    int id;            /**< dense id */
+    double begin, end; /**< as of sc_ramp */
+    sc_ease ease;
+    sc_vec3 by_mm; /**< how far in the end, RAS */
+} sc_shift;
+
 /** An animation as the job asks for it. */
 typedef struct sc_animation {
     int frames; /**< how many, at least 1 */
@@ -232,8 +251,11 @@ typedef struct sc_animation {
     int sweep_count;
     sc_clip_mode clip_mode;
     sc_slices slices;
-    const sc_move *moves; /**< [move_count] in any order, borrowed while a timeline is resolved */
-    int move_count;       /**< at most SC_VERBS_MAX */
+    const sc_move *moves;  /**< [move_count] in any order, borrowed while a timeline is resolved */
+    int move_count;        /**< at most SC_VERBS_MAX */
+    const sc_vec3 *framed; /**< [framed_count] points that the camera shows as long as nothing else
+                                is said, borrowed as the moves; NULL: the visible tissues */
+    size_t framed_count;
 } sc_animation;
 
 /** An animation in which all that depends on the volume is filled in: the framing of the camera and
@@ -249,6 +271,9 @@ typedef struct sc_timeline {
                                       begin */
     const sc_fade *fades; /**< [fade_count] of sc_verbs_resolve, borrowed; set by the caller */
     size_t fade_count;
+    const sc_shift
+        *shifts; /**< [shift_count] of sc_explodes_resolve, borrowed; set by the caller */
+    size_t shift_count;
     const sc_way_point *ways; /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
 } sc_timeline;
 
@@ -271,6 +296,22 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
 SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume,
                                        sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
                                        size_t *count);
+
+/** Find how the verbs explode move each tissue, and which move together: sets part of all.
+ *  @param tissues [label_count] by dense id, resolved. @param verbs have passed sc_verbs_resolve.
+ *  @param out [*count], by rising id and, of one tissue, in the order of the verbs. Caller owns:
+ *  sc_free. @return SC_ERR_DATA if there are more than SC_PARTS_MAX parts (logged), SC_ERR_MEMORY.
+ *  Nothing is written to @p out then. */
+SC_MUST_USE sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume,
+                                          sc_tissue *tissues, const sc_verbs *verbs, sc_shift **out,
+                                          size_t *count);
+/** Find the corners of the boxes around tissues where each shift has brought them when it ends.
+ *  @param shifts [count] of sc_explodes_resolve. @param out room for 8 @p count points, RAS mm. */
+void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out);
+/** Fill @p out [label_count] with how far each tissue is from its place in frame @p k in [0,
+ *  frames): see sc_scene.offsets_mm. What several shifts do to a tissue adds up. @return whether
+ * any is moved. */
+bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count);
 
 /** Find a smooth curve through points: a centripetal Catmull-Rom spline. @param through [count], at
  *  least 2, RAS mm, no two after each other the same. @param out room for

@@ -145,6 +145,10 @@ typedef struct sc_session {
     sc_fade *fades; /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
     float *frame_fades; /* [label_count of the volume], of the frame being drawn; owned */
+    sc_shift *shifts;   /* [shift_count], how verbs move tissues; owned */
+    size_t shift_count;
+    sc_vec3
+        *frame_offsets_mm; /* [label_count], of the frame being drawn; owned; NULL: none moves */
     uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
     int clip_set_count;
     sc_timeline timeline;

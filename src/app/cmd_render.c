@@ -29,6 +29,24 @@ out:
     return status;
 }
 
+/* Append to @p text how verbs move tissues. */
+static sc_status add_shifts(const sc_ctx *ctx, const sc_session *s, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < s->shift_count && status == SC_OK; i++) {
+        const sc_shift *shift = &s->shifts[i];
+
+        SC_TRY(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
+                           shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
+                           shift->by_mm.y, shift->by_mm.z));
+        for (int j = 0; j < 4 && shift->ease.kind == SC_EASE_BEZIER; j++)
+            SC_TRY(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
+    }
+out:
+    return status;
+}
+
 /* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
 static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
 {
@@ -75,6 +93,7 @@ static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
     if (s->tissues) /* it is no title card */
         SC_TRY(add_tissues(ctx, s, text));
     SC_TRY(add_fades(ctx, s, text));
+    SC_TRY(add_shifts(ctx, s, text));
     SC_TRY(add_moves(ctx, &s->timeline, text));
     if (s->scale.is_used) /* which the colour bar shows */
         SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));

@@ -173,10 +173,33 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
                              job->exception_count, session->tissues, session->clip_sets,
                              &session->clip_set_count));
     if (job->verb_count)
-        status = sc_verbs_resolve(ctx, &session->volume, session->tissues, &verbs, &session->fades,
-                                  &session->fade_count);
+        SC_TRY(sc_verbs_resolve(ctx, &session->volume, session->tissues, &verbs, &session->fades,
+                                &session->fade_count));
+    if (job->verb_count)
+        status = sc_explodes_resolve(ctx, &session->volume, session->tissues, &verbs,
+                                     &session->shifts, &session->shift_count);
 out:
     sc_free(labels);
+    return status;
+}
+
+/* Send how verbs move tissues to all ranks, and make room for the offsets of a frame, if any does.
+ * Collective. */
+static sc_status share_shifts(sc_app *app, sc_session *session)
+{
+    void *shifts = session->shifts, *offsets = NULL;
+    sc_status status;
+
+    sc_comm_broadcast(app->comm, &session->shift_count, sizeof session->shift_count);
+    if (!session->shift_count)
+        return SC_OK;
+    SC_TRY(sc_broadcast_array(app, &shifts, session->shift_count, sizeof *session->shifts));
+    session->shifts = shifts;
+    status = sc_zalloc(app->ctx, (size_t)session->volume.label_count,
+                       sizeof *session->frame_offsets_mm, &offsets);
+    session->frame_offsets_mm = status == SC_OK ? offsets : NULL;
+    status = sc_comm_agree(app->comm, status);
+out:
     return status;
 }
 
@@ -197,6 +220,7 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     fades = session->fades;
     SC_TRY(sc_broadcast_array(app, &fades, session->fade_count, sizeof *session->fades));
     session->fades = fades;
+    SC_TRY(share_shifts(app, session));
     status = sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_fades,
                       &frame_fades);
     session->frame_fades = status == SC_OK ? frame_fades : NULL;
@@ -433,7 +457,7 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-/* @return the scene of frame @p k, with its fades, which stay those of the session. */
+/* @return the scene of frame @p k, with its fades and offsets, which stay those of the session. */
 static sc_scene scene_of(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
@@ -442,6 +466,10 @@ static sc_scene scene_of(const sc_session *session, int k)
         sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
         scene.fades = session->frame_fades;
     }
+    if (session->shift_count &&
+        sc_timeline_offsets(&session->timeline, k, session->frame_offsets_mm,
+                            session->volume.label_count))
+        scene.offsets_mm = session->frame_offsets_mm;
     return scene;
 }
 
@@ -519,11 +547,35 @@ out:
     return status;
 }
 
+/* Find the points that the camera has to show, on rank 0, if verbs bring tissues further than the
+ * points @p points [count]: those, and where the tissues come to. @param out caller owns; NULL
+ * where no tissue moves. */
+static sc_status find_framed(const sc_app *app, const sc_session *session, const sc_vec3 *points,
+                             size_t count, sc_animation *animation, sc_vec3 **out)
+{
+    const size_t reached = count ? 8 * session->shift_count : 0;
+    void *block;
+    sc_status status;
+
+    if (!reached)
+        return SC_OK;
+    status = sc_alloc(app->ctx, count + reached, sizeof **out, &block);
+    if (status != SC_OK)
+        return status;
+    *out = block;
+    memcpy(*out, points, count * sizeof **out);
+    sc_shifts_reach(&session->volume, session->shifts, session->shift_count, *out + count);
+    animation->framed = *out;
+    animation->framed_count = count + reached;
+    return SC_OK;
+}
+
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
     sc_animation animation = session->job.animation;
     sc_moves moves = {0};
+    sc_vec3 *framed = NULL;
     sc_status status;
 
     if (count == 0 && session->volume.label_count > 1 && first)
@@ -531,6 +583,8 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     SC_TRY(sc_comm_agree(app->comm, first ? sc_find_moves(app, session, &moves) : SC_OK));
     animation.moves = moves.moves;
     animation.move_count = moves.count;
+    SC_TRY(sc_comm_agree(
+        app->comm, first ? find_framed(app, session, points, count, &animation, &framed) : SC_OK));
     if (first)
         sc_timeline_resolve(&animation, points, count, picture_aspect(&session->job),
                             &session->timeline);
@@ -540,12 +594,15 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     session->timeline.clip_set_count = session->clip_set_count;
     session->timeline.fades = session->fades;
     session->timeline.fade_count = session->fade_count;
+    session->timeline.shifts = session->shifts;
+    session->timeline.shift_count = session->shift_count;
     SC_TRY(share_ways(app, session));
     if (count > 0 && first) {
         warn_of_planes(app, session);
         sc_warn_of_zoom(app, session, picture_aspect(&session->job), points, count);
     }
 out:
+    sc_free(framed);
     sc_moves_clear(&moves);
     return status;
 }
@@ -571,6 +628,8 @@ void sc_shot_clear(sc_session *session)
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
+    sc_free(session->shifts);
+    sc_free(session->frame_offsets_mm);
     sc_free(session->ways);
     sc_free(session->lettering);
     sc_free(session->names);

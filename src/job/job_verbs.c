@@ -363,7 +363,27 @@ static const sc_key turn_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
-#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly or turn"
+static const sc_key explode_keys[] = {
+    TISSUES_ROW,
+    {"by", &sc_type_plane_position, VERB(by), "50%",
+     .help = "how far they move: mm, or a share of the distance of each from the center; below 0: "
+             "the other way"},
+    {"center", &sc_type_point, VERB(point_mm), NULL, .given = SC_GIVEN(verb_entry, verb.has_point),
+     .without = "the middle of what is visible",
+     .help = "the point from which they move apart, in RAS mm", .low = -1e6, .high = 1e6,
+     .unit = "mm"},
+    {"along", &sc_type_direction, VERB(axis), NULL, .given = SC_GIVEN(verb_entry, verb.has_axis),
+     .without = "away from the center, each in its own direction",
+     .help = "direction in which all of them move: by so many mm, or by a share of the distance of "
+             "each from the center along it",
+     .low = -1e6, .high = 1e6},
+    {"together", &sc_type_bool, VERB(together), "false",
+     .help = "they move as one, as if they were a single tissue; else each by itself"},
+    DURING_ROW("they move; they stay there afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
+#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, turn or explode"
 #define KIND_ROW(name, rows, what)                                                                 \
     {                                                                                              \
         name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
@@ -382,6 +402,7 @@ const sc_key sc_verb_keys[] = {
     KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
     KIND_ROW("fly", fly_keys, "the camera flies through vessels and chambers, or along points"),
     KIND_ROW("turn", turn_keys, "a clip plane turns about a line"),
+    KIND_ROW("explode", explode_keys, "tissues move apart, and show what they hide"),
     {0}};
 
 /* @return the row of a kind of verb: its index in sc_verb_keys. */

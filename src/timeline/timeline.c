@@ -47,6 +47,7 @@ static void sort_moves(const sc_animation *animation, sc_timeline *t)
         t->moves[at] = animation->moves[i];
     }
     t->animation.moves = NULL;
+    t->animation.framed = NULL;
 }
 
 /* Fill in where move @p i, a frame, brings the camera: so that its tissues fill the picture, and
@@ -108,7 +109,8 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     sc_extent(points, point_count, (sc_vec3){1, 0, 0}, &t.low_mm.x, &t.high_mm.x);
     sc_extent(points, point_count, (sc_vec3){0, 1, 0}, &t.low_mm.y, &t.high_mm.y);
     sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
-    place_camera(points, point_count, aspect, &t);
+    place_camera(animation->framed ? animation->framed : points,
+                 animation->framed ? animation->framed_count : point_count, aspect, &t);
     for (int i = 0; i < animation->sweep_count; i++) {
         const sc_sweep *sweep = &animation->sweeps[i];
         double low, high;

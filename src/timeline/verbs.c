@@ -289,8 +289,8 @@ static sc_status resolve_all(const sc_ctx *ctx, resolving *r)
                              "%s%sno tissue of this verb is shown, by the label table or the "
                              "tissues of the job; expected one that is%s",
                              verb->where, verb->where[0] ? ": " : "",
-                             verb->kind == SC_VERB_FRAME ? "" : ": a verb multiplies its opacity");
-        else if (!sc_verb_is_move(verb->kind) && add_fades(ctx, r, verb, members) != SC_OK)
+                             sc_verb_fades(verb->kind) ? ": a verb multiplies its opacity" : "");
+        else if (sc_verb_fades(verb->kind) && add_fades(ctx, r, verb, members) != SC_OK)
             return SC_ERR_MEMORY;
     }
     return status;

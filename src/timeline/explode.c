@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The verb explode: how far it moves each tissue, and which tissues move together. */
+#include "segcast/timeline.h"
+
+#include <string.h>
+
+/* A middle that lies nearer to the center than this, in mm, has no direction from there. */
+#define NO_DIRECTION_MM 1e-6
+
+/* A box in voxels that grows; low is above high as long as it holds nothing. */
+typedef struct voxel_box {
+    double low[3], high[3];
+} voxel_box;
+
+static voxel_box empty_box(void)
+{
+    return (voxel_box){{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+}
+
+/* Let a box hold that of a tissue, if it has voxels. */
+static void add_tissue(const sc_prepared *volume, int id, voxel_box *box)
+{
+    const sc_label_stats *s = &volume->stats[id];
+
+    for (int i = 0; i < 3 && s->low[0] <= s->high[0]; i++) {
+        box->low[i] = fmin(box->low[i], s->low[i]);
+        box->high[i] = fmax(box->high[i], s->high[i]);
+    }
+}
+
+/* @return the middle of a box, RAS mm; that of the volume if it holds nothing. */
+static sc_vec3 middle_of(const sc_prepared *volume, const voxel_box *box)
+{
+    double at[3];
+
+    for (int i = 0; i < 3; i++)
+        at[i] = box->low[i] <= box->high[i] ? 0.5 * (box->low[i] + box->high[i])
+                                            : 0.5 * (volume->size[i] - 1);
+    return sc_affine_point(&volume->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
+}
+
+/* What verbs explode are resolved from and to. */
+typedef struct resolving {
+    const sc_prepared *volume;
+    const sc_tissue *tissues;
+    const sc_verbs *verbs;
+    bool *members;     /* [label_count]: of the present verb */
+    sc_vec3 middle_mm; /* of all that is visible */
+    sc_shift *shifts;  /* [count], with room for [explodes][label_count] */
+    size_t count;
+} resolving;
+
+/* @return how far a verb moves what has its middle at @p middle_mm. */
+static sc_vec3 way_of(const resolving *r, const sc_verb *verb, sc_vec3 middle_mm)
+{
+    const sc_vec3 center = verb->has_point ? verb->point_mm : r->middle_mm;
+    const sc_vec3 apart = sc_vec3_sub(middle_mm, center);
+    const double share = verb->by.value / 100;
+
+    if (verb->has_axis)
+        return sc_vec3_scale(verb->axis, verb->by.percent ? share * sc_vec3_dot(apart, verb->axis)
+                                                          : verb->by.value);
+    if (verb->by.percent)
+        return sc_vec3_scale(apart, share);
+    if (sc_vec3_length(apart) < NO_DIRECTION_MM)
+        return (sc_vec3){0, 0, 0};
+    return sc_vec3_scale(sc_vec3_unit(apart), verb->by.value);
+}
+
+/* Append the shifts of verb @p v. */
+static void add_shifts(resolving *r, size_t v)
+{
+    const sc_verb *verb = &r->verbs->verbs[v];
+    voxel_box common = empty_box();
+
+    (void)sc_verb_members(r->volume, r->tissues, r->verbs, v, r->members);
+    for (int id = 1; id < r->volume->label_count && verb->together; id++) {
+        if (r->members[id])
+            add_tissue(r->volume, id, &common);
+    }
+    for (int id = 1; id < r->volume->label_count; id++) {
+        voxel_box box = verb->together ? common : empty_box();
+        sc_vec3 by_mm;
+
+        if (!r->members[id] || !r->volume->stats[id].voxels)
+            continue;
+        if (!verb->together)
+            add_tissue(r->volume, id, &box);
+        by_mm = way_of(r, verb, middle_of(r->volume, &box));
+        if (sc_vec3_length(by_mm) > 0)
+            r->shifts[r->count++] = (sc_shift){.id = id,
+                                               .begin = verb->begin,
+                                               .end = verb->end,
+                                               .ease = verb->ease,
+                                               .by_mm = by_mm};
+    }
+}
+
+/* Sort shifts by their tissues, by insertion: equal ones keep the order of their verbs. */
+static void sort_shifts(sc_shift *shifts, size_t count)
+{
+    for (size_t i = 1; i < count; i++) {
+        const sc_shift shift = shifts[i];
+        size_t at = i;
+
+        for (; at > 0 && shifts[at - 1].id > shift.id; at--)
+            shifts[at] = shifts[at - 1];
+        shifts[at] = shift;
+    }
+}
+
+/* ---- parts ---- */
+
+/* Do two shifts the same to their tissues? */
+static bool is_same(const sc_shift *a, const sc_shift *b)
+{
+    bool same = a->begin == b->begin && a->end == b->end && a->ease.kind == b->ease.kind &&
+                sc_vec3_length(sc_vec3_sub(a->by_mm, b->by_mm)) == 0;
+
+    for (size_t i = 0; i < SC_COUNT_OF(a->ease.bezier); i++)
+        same = same && a->ease.bezier[i] == b->ease.bezier[i];
+    return same;
+}
+
+/* @return how many of the shifts [count] are those of the first one's tissue. */
+static size_t count_of_first(const sc_shift *shifts, size_t count)
+{
+    size_t n = 0;
+
+    while (n < count && shifts[n].id == shifts[0].id)
+        n++;
+    return n;
+}
+
+/* Find the part of a tissue whose shifts are the @p n from @p at on: that of a tissue before it
+ * with the same shifts, or a new one. @return it, or -1 if there are too many. */
+static int find_part(const resolving *r, const sc_tissue *tissues, size_t at, size_t n, int *parts)
+{
+    for (size_t i = 0; i < at; i += count_of_first(r->shifts + i, at - i)) {
+        bool same = count_of_first(r->shifts + i, at - i) == n;
+
+        for (size_t j = 0; j < n && same; j++)
+            same = is_same(&r->shifts[i + j], &r->shifts[at + j]);
+        if (same)
+            return tissues[r->shifts[i].id].part;
+    }
+    if (*parts == SC_PARTS_MAX)
+        return -1;
+    return (*parts)++;
+}
+
+/* Set part of all tissues. @return SC_ERR_DATA, logged. */
+static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tissues)
+{
+    int parts = 1;
+    size_t n;
+
+    for (size_t at = 0; at < r->count; at += n) {
+        int part;
+
+        n = count_of_first(r->shifts + at, r->count - at);
+        part = find_part(r, tissues, at, n, &parts);
+        if (part < 0) {
+            size_t v = 0;
+
+            while (r->verbs->verbs[v].kind != SC_VERB_EXPLODE)
+                v++;
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s%sexplode: more than %d tissues move each by itself; expected fewer, "
+                           "or together: true, which moves those of a verb as one",
+                           r->verbs->verbs[v].where, r->verbs->verbs[v].where[0] ? ": " : "",
+                           SC_PARTS_MAX - 1);
+        }
+        tissues[r->shifts[at].id].part = (uint8_t)part;
+    }
+    return SC_OK;
+}
+
+sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tissue *tissues,
+                              const sc_verbs *verbs, sc_shift **out, size_t *count)
+{
+    const size_t labels = (size_t)volume->label_count;
+    resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
+    voxel_box visible = empty_box();
+    size_t explodes = 0;
+    void *members = NULL, *shifts = NULL;
+    sc_status status;
+
+    for (int id = 0; id < volume->label_count; id++) {
+        tissues[id].part = 0;
+        if (id && tissues[id].visible)
+            add_tissue(volume, id, &visible);
+    }
+    for (size_t v = 0; v < verbs->verb_count; v++)
+        explodes += verbs->verbs[v].kind == SC_VERB_EXPLODE;
+    *out = NULL;
+    *count = 0;
+    if (!explodes)
+        return SC_OK;
+    SC_TRY(sc_alloc(ctx, labels, sizeof *r.members, &members));
+    r.members = members;
+    SC_TRY(sc_alloc(ctx, explodes * labels, sizeof *r.shifts, &shifts));
+    r.shifts = shifts;
+    r.middle_mm = middle_of(volume, &visible);
+    for (size_t v = 0; v < verbs->verb_count; v++) {
+        if (verbs->verbs[v].kind == SC_VERB_EXPLODE)
+            add_shifts(&r, v);
+    }
+    sort_shifts(r.shifts, r.count);
+    SC_TRY(set_parts(ctx, &r, tissues));
+    *out = r.shifts;
+    *count = r.count;
+    shifts = NULL;
+out:
+    sc_free(members);
+    sc_free(shifts);
+    return status;
+}
+
+/* ---- frames ---- */
+
+/* @return how far the shifts [count] of one tissue have moved it in frame @p k, which need not be
+ * whole. */
+static sc_vec3 offset_at(const sc_shift *shifts, size_t count, double k, int frames)
+{
+    sc_vec3 out = {0, 0, 0};
+
+    for (size_t i = 0; i < count; i++)
+        out = sc_vec3_along(out,
+                            sc_progress(shifts[i].begin, shifts[i].end, shifts[i].ease, k, frames),
+                            shifts[i].by_mm);
+    return out;
+}
+
+void sc_shifts_reach(const sc_prepared *volume, const sc_shift *shifts, size_t count, sc_vec3 *out)
+{
+    size_t n;
+
+    for (size_t at = 0; at < count; at += n) {
+        const sc_label_stats *s = &volume->stats[shifts[at].id];
+
+        n = count_of_first(shifts + at, count - at);
+        for (size_t i = 0; i < 8 * n; i++) {
+            /* of two frames the second is number 1: the time 1 */
+            const sc_vec3 offset = offset_at(shifts + at, n, shifts[at + i / 8].end, 2);
+            const sc_vec3 corner = {i & 1 ? s->high[0] + 0.5 : s->low[0] - 0.5,
+                                    i & 2 ? s->high[1] + 0.5 : s->low[1] - 0.5,
+                                    i & 4 ? s->high[2] + 0.5 : s->low[2] - 0.5};
+
+            *out++ = sc_vec3_add(sc_affine_point(&volume->to_ras_mm, corner), offset);
+        }
+    }
+}
+
+bool sc_timeline_offsets(const sc_timeline *timeline, int k, sc_vec3 *out, int label_count)
+{
+    bool any = false;
+    size_t n;
+
+    memset(out, 0, (size_t)label_count * sizeof *out);
+    for (size_t at = 0; at < timeline->shift_count; at += n) {
+        const sc_shift *shifts = &timeline->shifts[at];
+
+        n = count_of_first(shifts, timeline->shift_count - at);
+        out[shifts->id] = offset_at(shifts, n, k, timeline->animation.frames);
+        any = any || sc_vec3_length(out[shifts->id]) > 0;
+    }
+    return any;
+}
