@@ -47,7 +47,8 @@ typedef struct sc_march_tissue {
     float interior_alpha;   /**< of one sample; voxel only */
     float cap_alpha;        /**< opacity of a cut face, 0 to 1: below 1 only while the tissue fades,
                                  and 0 if it is not shown at all; beside another tissue its gradients
-                                 count only by this share for normals */
+                                 count only by this share for normals. Of a tissue that is drawn by
+                                 itself, as a part that moves: how near it still is */
     float thickness_factor; /**< with by_thickness: what sc_march.thickness_alpha is multiplied by:
                                  1, but less or more while the tissue fades */
     float diffuse, specular; /**< weights of the diffuse light and of the highlight */

@@ -9,8 +9,9 @@
 
 #include <string.h>
 
-/* So far apart, in widths of the wide blur of the occlusion, parts do not shade each other. */
-#define APART_WIDTHS 2.0
+/* So far apart, in voxels, parts do not shade each other: two widths of the wide blur of the
+ * occlusion. */
+#define APART_VOXELS 24.0
 enum { WHOLE = 256 /* of the weights with which occlusions are mixed */ };
 
 /* ---- making ---- */
@@ -227,7 +228,7 @@ static void mix_bricks(void *user, size_t begin, size_t end, int thread)
  * there is of each. */
 static double apartness(const sc_renderer *r, int p, const sc_vec3 *offsets_mm)
 {
-    const double most_mm = APART_WIDTHS * r->occlusion.wide_mm;
+    const double most_mm = APART_VOXELS * (double)r->march.voxel_mm;
     double sum = 0, amount = 0;
 
     for (int q = 0; q < r->parts->count; q++) {
@@ -262,18 +263,16 @@ static double share_left(const sc_renderer *own, const float *factors)
 }
 
 /* Set the occlusion of part @p p: that of all tissues as long as the part is among them, and its
- * own when it is far from them. */
-static void set_occlusion(const sc_renderer *r, int p, const sc_scene *scene)
+ * own when it is far from them. @param share of apartness(). */
+static void set_occlusion(const sc_renderer *r, int p, double share, const sc_scene *scene)
 {
     sc_part *part = &r->parts->list[p];
     sc_occlusion *to = &part->renderer->occlusion;
     int weights[2 + SC_FADE_GROUPS_MAX] = {0};
     mixture m = {.all = r->occlusion.filled, .own = part->filled, .to = part->mixed};
-    double share;
 
     if (!r->occlusion.filled)
         return;
-    share = apartness(r, p, scene->offsets_mm);
     m.all_weight = WHOLE - (int)floor(WHOLE * share + 0.5);
     m.own_weight =
         (int)floor((WHOLE - m.all_weight) * share_left(part->renderer, scene->fades) + 0.5);
@@ -316,16 +315,29 @@ static void set_march(const sc_renderer *r, sc_renderer *own)
     }
 }
 
+/* Set how much the tissues of other parts still count for the normals of a part: just as much of
+ * them is left in its occlusion, from which normals follow, too, where a neighbour has gone. @param
+ * share of apartness(). */
+static void set_neighbours(const sc_renderer *r, double share, sc_renderer *own)
+{
+    for (int id = 1; id < r->volume->label_count; id++) {
+        if (!own->looks[id].show)
+            own->tissues[id].cap_alpha = r->tissues[id].cap_alpha * (float)(1 - share);
+    }
+}
+
 /* Set part @p p up for a view. */
 static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_viewport *viewport)
 {
     sc_part *part = &r->parts->list[p];
     sc_renderer *own = part->renderer;
+    const double share = apartness(r, p, scene->offsets_mm);
 
     set_march(r, own);
     sc_set_fades(own, scene->fades);
+    set_neighbours(r, share, own);
     sc_find_fading(own);
-    set_occlusion(r, p, scene);
+    set_occlusion(r, p, share, scene);
     own->on_white = own->march;
     for (int i = 0; i < 3; i++)
         own->on_white.light.cue_rgb[i] = 1;
