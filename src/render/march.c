@@ -179,11 +179,12 @@ static int take_first(const bundle *b, size_t i, bool last_round, double *end_mm
     while (b->out[i].transmittance >= SC_OPAQUE) {
         int first = -1, second = -1;
 
-        for (int k = 0; k < parts->shown_count; k++) {
-            const int p = parts->shown[k];
+        /* By their numbers: in which order they are followed must not matter, not even where two
+         * are met at the same depth. */
+        for (int p = 0; p < parts->count; p++) {
             const sc_radiance *light = &state_of(b, p, i)->light;
 
-            if (!is_lit(light))
+            if (!parts->list[p].is_shown || !is_lit(light))
                 continue;
             if (!light->label) { /* a veil, of which it is not known where it is met */
                 blend(light, &b->out[i]);

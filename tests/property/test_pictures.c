@@ -391,6 +391,130 @@ static void faded_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
     }
 }
 
+/* Let tissues of a scene move, each third in another direction. @param offsets_mm room for those of
+ * all tissues. */
+static void move_apart(small_scene *s, sc_scene *scene, double by_mm, sc_vec3 *offsets_mm)
+{
+    static const sc_vec3 ways[4] = {{0, 0, 0}, {1, 0.2, 0}, {-0.5, 1, 0.3}, {0, 0.5, 1}};
+
+    for (int id = 0; id < s->prepared.view.label_count; id++) {
+        s->tissues[id].part = (uint8_t)(id % 4);
+        offsets_mm[id] = sc_vec3_scale(ways[id % 4], by_mm);
+    }
+    scene->offsets_mm = offsets_mm;
+}
+
+/* Tissues that have moved look the same whatever way a frame is drawn. Without a way to go, the
+ * picture is the ordinary one. */
+static void moved_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
+{
+    float factors[64];
+    sc_vec3 offsets_mm[64];
+
+    (void)state;
+    for (int fades = 0; fades < 2; fades++) {
+        small_scene s = make_scene(small_phantom(), fades ? 0.5 : 1);
+        sc_scene scene = fades ? faded_view(&s, factors) : front_view(&s);
+        sc_image still = draw_view(&s, &scene, NULL), first;
+        sc_image_difference d;
+
+        move_apart(&s, &scene, 0, offsets_mm);
+        first = draw_view(&s, &scene, NULL);
+        expect_alike(&still, &first, 0);
+        sc_image_clear(&first);
+        move_apart(&s, &scene, 9, offsets_mm);
+        s.settings.everywhere = false;
+        s.settings.samples = 3;
+        s.settings.skip = SC_SKIP_NONE;
+        first = draw_view(&s, &scene, NULL);
+        assert_true(sc_image_compare(&still, &first, &d));
+        assert_true(d.rms > 5);
+        for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
+            sc_image other;
+
+            s.settings.skip = (sc_skip)(i / 2);
+            s.settings.cpu = i % 2 ? "c" : "auto";
+            s.settings.tile_px = 8 + 11 * i;
+            s.settings.threads = 1 + i % 3;
+            s.settings.to_the_end = i % 5 == 0;
+            other = draw_view(&s, &scene, NULL);
+            expect_alike(&first, &other, 0);
+            sc_image_clear(&other);
+        }
+        sc_image_clear(&still);
+        sc_image_clear(&first);
+        free_scene(&s);
+    }
+}
+
+/* @return a volume of empty voxels of 1 mm with balls: two of label 1, one behind the other along
+ * y, and one of each of the labels 2 and 3, moved by whole voxels along x. */
+static sc_volume four_balls(const int moved[4])
+{
+    const int size[3] = {64, 48, 40};
+    static const int balls[4][4] = {
+        {1, 30, 9, 20}, {1, 30, 39, 20}, {2, 52, 24, 21}, {3, 9, 24, 19}};
+    sc_volume v = {.size = {size[0], size[1], size[2]},
+                   .label_bytes = 1,
+                   .label_count = 4,
+                   .oriented = true,
+                   .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+    void *block;
+
+    assert_ok(sc_zalloc(&quiet, (size_t)size[0] * (size_t)size[1] * (size_t)size[2], 1, &v.ids));
+    assert_ok(sc_zalloc(&quiet, 4, sizeof(sc_label), &block));
+    v.labels = block;
+    for (int id = 0; id < 4; id++) {
+        v.labels[id].value = id;
+        v.labels[id].rgb[0] = (uint8_t)(80 * id);
+        v.labels[id].rgb[2] = 200;
+    }
+    for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
+        for (int b = 0; b < 4; b++) {
+            const int *ball = balls[b];
+            const int dx = i % size[0] - moved[ball[0]] - ball[1];
+            const int dy = i / size[0] % size[1] - ball[2], dz = i / size[0] / size[1] - ball[3];
+
+            if (dx * dx + dy * dy + dz * dz < 26)
+                ((uint8_t *)v.ids)[i] = (uint8_t)ball[0];
+        }
+    }
+    return v;
+}
+
+/* A picture of tissues that were moved is that of a volume in which they stand there, also where
+ * a translucent one lies between the layers of another. */
+static void moved_tissues_look_as_if_they_stood_there(void **state)
+{
+    static const int moved[4] = {0, 0, -22, 5}, nowhere[4] = {0};
+
+    (void)state;
+    for (int c = 0; c < 4; c++) {
+        small_scene there = make_scene(four_balls(moved), c & 1 ? 0.4 : 1);
+        small_scene here = make_scene(four_balls(nowhere), c & 1 ? 0.4 : 1);
+        sc_scene scene = front_view(&there);
+        sc_vec3 offsets_mm[4] = {{0, 0, 0}};
+        sc_image expected, drawn;
+
+        scene.camera =
+            sc_camera_look(c & 2 ? (sc_vec3){200, 40, 30} : (sc_vec3){32, 200, 30},
+                           (sc_vec3){32, 24, 20}, (sc_vec3){0, 0, 1}, SC_PERSPECTIVE, 0.14);
+        there.settings.light.occlusion = here.settings.light.occlusion = 0;
+        for (int id = 1; id < 4; id++) {
+            here.tissues[id].part = (uint8_t)(id - 1);
+            offsets_mm[id].x = moved[id];
+        }
+        expected = draw_view(&there, &scene, NULL);
+        scene.offsets_mm = offsets_mm;
+        drawn = draw_view(&here, &scene, NULL);
+        expect_alike(&expected, &drawn, 0.6);
+        sc_image_clear(&expected);
+        sc_image_clear(&drawn);
+        free_scene(&there);
+        free_scene(&here);
+    }
+}
+
 /* What has faded to nothing leaves no trace: the picture is that of a volume in which these tissues
  * are not shown, but for the rounding of the occlusion. Factors of 1 change nothing at all. */
 static void what_has_faded_leaves_no_trace(void **state)
@@ -529,6 +653,8 @@ int main(void)
         cmocka_unit_test(counts_of_pixels_add_up_to_the_frame),
         cmocka_unit_test(transparent_pictures_fit_any_background),
         cmocka_unit_test(faded_pictures_do_not_depend_on_the_way_they_are_drawn),
+        cmocka_unit_test(moved_pictures_do_not_depend_on_the_way_they_are_drawn),
+        cmocka_unit_test(moved_tissues_look_as_if_they_stood_there),
         cmocka_unit_test(what_has_faded_leaves_no_trace),
         cmocka_unit_test(a_thin_layer_that_has_faded_does_not_bend_the_light),
     };

@@ -791,6 +791,74 @@ static void tissues_appear_in_their_order(void **state)
     }
 }
 
+/* Tissues move from the middle, from a point, or along a direction, each by itself or as one; what
+ * several verbs do adds up, and the opposite brings them back exactly. */
+static void tissues_move_apart_and_come_together(void **state)
+{
+    enum { FRAMES = 101 };
+    const sc_verb_tissue list[] = {
+        {0, "*", ""}, {1, "left", ""}, {1, "right", ""}, {2, "*", ""}, {3, "middle", ""}};
+    const sc_verb verbs[] = {{.kind = SC_VERB_EXPLODE, .end = 0.2, .by = {50, true}},
+                             {.kind = SC_VERB_EXPLODE,
+                              .begin = 0.4,
+                              .end = 0.6,
+                              .by = {7, false},
+                              .together = true,
+                              .has_point = true,
+                              .point_mm = {18, -5, 0}},
+                             {.kind = SC_VERB_EXPLODE, .begin = 0.8, .end = 1, .by = {-50, true}},
+                             {.kind = SC_VERB_EXPLODE,
+                              .begin = 0.8,
+                              .end = 1,
+                              .by = {3, false},
+                              .has_axis = true,
+                              .axis = {0, 0, 1}}};
+    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list)};
+    sc_label labels[4];
+    sc_label_stats stats[4];
+    const sc_prepared volume = three_tissues(labels, stats);
+    sc_tissue tissues[4] = {{0},
+                            {.visible = true, .opacity = 1},
+                            {.visible = true, .opacity = 1},
+                            {.visible = true, .opacity = 1}};
+    sc_timeline t = {.animation = {.frames = FRAMES}};
+    sc_vec3 offsets[4], reach[8 * 9];
+    sc_shift *shifts;
+
+    (void)state;
+    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
+    t.shifts = shifts;
+    assert_int_equal(t.shift_count, 9);
+    assert_true(tissues[1].part && tissues[2].part && tissues[3].part);
+    assert_true(tissues[1].part != tissues[2].part && tissues[2].part != tissues[3].part);
+    assert_false(sc_timeline_offsets(&t, 0, offsets, 4));
+    assert_true(sc_timeline_offsets(&t, 30, offsets, 4));
+    assert_near(offsets[1].x, 0.5 * (14.5 - 18), 1e-12); /* 18 is the middle of all */
+    assert_near(offsets[2].x, 0.5 * (1.5 - 18), 1e-12);
+    assert_near(offsets[3].x, 0.5 * (33 - 18), 1e-12);
+    assert_near(offsets[3].y, 0, 0);
+    assert_true(sc_timeline_offsets(&t, 50, offsets, 4));
+    assert_near(offsets[2].y, 3.5, 1e-12); /* the common middle lies at 18, 0, 0 */
+    assert_near(offsets[3].y, 3.5, 1e-12);
+    assert_near(offsets[1].y, 0, 0);
+    assert_true(sc_timeline_offsets(&t, 100, offsets, 4));
+    assert_near(offsets[1].x, 0, 0);
+    assert_near(offsets[1].z, 3, 0);
+    assert_near(offsets[2].x, 0, 0);
+    assert_near(offsets[2].y, 7, 0);
+    sc_shifts_reach(&volume, shifts, t.shift_count, reach);
+    assert_near(reach[0].x, 9.5 + 0.5 * (14.5 - 18), 1e-12); /* when the first explode ends */
+    sc_free(shifts);
+    /* Tissues that do the same move as one part. */
+    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues,
+                                  &(sc_verbs){verbs + 1, 1, &(sc_verb_tissue){0, "*", ""}, 1},
+                                  &shifts, &t.shift_count));
+    assert_int_equal(t.shift_count, 3);
+    for (int id = 1; id < 4; id++)
+        assert_int_equal(tissues[id].part, 1);
+    sc_free(shifts);
+}
+
 /* A verb on what nobody sees is a mistake; a fade to an opacity depends on the tissue's own. */
 static void verbs_need_tissues_that_are_shown(void **state)
 {
@@ -878,6 +946,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(verbs_of_one_tissue_combine),
         cmocka_unit_test(tissues_appear_in_their_order),
+        cmocka_unit_test(tissues_move_apart_and_come_together),
         cmocka_unit_test(verbs_need_tissues_that_are_shown),
         cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_repeating_a_frame),
         cmocka_unit_test(framing_keeps_all_corners_in_the_picture),
