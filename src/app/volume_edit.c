@@ -225,8 +225,8 @@ static sc_voxel_box box_between(const sc_volume *v, const sc_vec3 corners[2])
     return box;
 }
 
-/* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown [label_count]
- * of the volume, zeroed. */
+/* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown
+ * [label_count] of the volume, zeroed. */
 static sc_status find_shown(const subject *s, bool *shown)
 {
     const sc_volume *v = volume_of(s);
