@@ -216,7 +216,7 @@ bool sc_setting_path(const sc_key *keys, const char *variable, char *path, size_
  * ownership of @p value, also after an error. @return SC_ERR_MEMORY. */
 sc_status sc_settings_merge(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, sc_yaml *value);
 
-/* ---- job_shots.c ---- */
+/* ---- shots.c ---- */
 
 /* Read the shots of a job, whose own keys have been read, with what they take from the film, and
  * place them one after the other: job->animation.frames becomes the length of the film. @param base

@@ -47,7 +47,7 @@ only() { # only PATTERN FILE_PATTERN: no other file holds a match of PATTERN
 only '#include <mpi.h>' '^src/comm/comm_mpi.c$'
 only '#include <omp.h>|# *pragma omp' '^src/base/parallel.c$'
 only '#include <png.h>' '^src/image/png.c$'
-only '#include <lib(av|sw)' '^src/video/'
+only '#include <lib(av|sw)' '^src/video/|^tests/support/video_probe.c'
 only '#include <teem/' '^src/volume/(read_nrrd|nrrd_header)\.c$'
 only '#include <nifti' '^src/volume/read_nifti.c$'
 only '#include <expat' '^src/volume/(label_xml|tiff_notes)\.c$'
