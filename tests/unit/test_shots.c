@@ -3,6 +3,7 @@
  * refused. */
 #include "check.h"
 
+#include "key.h"
 #include "segcast/job.h"
 
 #include <stdio.h>
@@ -218,6 +219,23 @@ static void no_allocation_that_fails_is_lost(void **state)
     }
 }
 
+/* Each key of the file can be given to a shot, or is marked as one of the whole film; of those of
+ * output, shots have the layout alone. */
+static void every_key_is_of_the_film_or_of_shots(void **state)
+{
+    (void)state;
+    for (const sc_key *key = sc_job_keys; key->name; key++) {
+        const sc_key *mine = sc_key_find(sc_shot_keys, key->name);
+
+        if (key->of_film != !mine || (mine && !mine->of_job))
+            fail_msg("%s", key->name);
+        for (const sc_key *k = strcmp(key->name, "output") ? NULL : key->keys; k && k->name; k++) {
+            if (k->of_film != (strcmp(k->name, "layout") != 0))
+                fail_msg("output.%s", k->name);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -225,6 +243,7 @@ int main(void)
         cmocka_unit_test(wrong_shots_are_refused),
         cmocka_unit_test(a_mistake_of_the_film_is_told_once),
         cmocka_unit_test(no_allocation_that_fails_is_lost),
+        cmocka_unit_test(every_key_is_of_the_film_or_of_shots),
     };
 
     return RUN(tests);
