@@ -16,13 +16,10 @@ static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
 static const sc_choice layouts[] = {
     {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
-static const sc_choice codecs[] = {{"auto", SC_CODEC_AUTO},
-                                   {"h264", SC_CODEC_H264},
-                                   {"h265", SC_CODEC_H265},
-                                   {"av1", SC_CODEC_AV1},
-                                   {"vp9", SC_CODEC_VP9},
-                                   {"prores", SC_CODEC_PRORES},
-                                   {NULL, 0}};
+static const sc_choice codecs[] = {
+    {"auto", SC_CODEC_AUTO}, {"h264", SC_CODEC_H264}, {"h265", SC_CODEC_H265},
+    {"av1", SC_CODEC_AV1},   {"vp9", SC_CODEC_VP9},   {"prores", SC_CODEC_PRORES},
+    {"webp", SC_CODEC_WEBP}, {"gif", SC_CODEC_GIF},   {NULL, 0}};
 /* The presets of x264 and x265. The other codecs have none and ignore the choice. */
 static const char *const presets[] = {"ultrafast", "superfast", "veryfast", "faster",   "fast",
                                       "medium",    "slow",      "slower",   "veryslow", NULL};
