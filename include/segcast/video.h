@@ -223,6 +223,10 @@ double sc_video_segment_share(const char *video);
 /** @return whether the pictures are larger than any level of the codec of the video allows, so that
  *  players may refuse them: 35.7 million pixels for H.264, H.265, AV1 and VP9. */
 bool sc_video_beyond_levels(const char *video, const sc_video_settings *settings);
+/** Write the kinds of videos that this libav can encode into @p text, as ".mp4 (H.264), ...", cut
+ * to
+ *  @p size bytes with its NUL. */
+void sc_video_kinds(char *text, size_t size);
 /** Write the versions of the libav libraries in use into @p text, which is cut to @p size bytes
  *  with its NUL. */
 void sc_video_libraries(char *text, size_t size);

@@ -16,10 +16,12 @@ const char *sc_commit(void)
 
 void sc_print_version(FILE *stream)
 {
-    char mpi[256], video[256];
+    char mpi[256], video[256], kinds[512];
 
     sc_comm_library(mpi, sizeof mpi);
     sc_video_libraries(video, sizeof video);
-    fprintf(stream, "segcast %s\ncommit   %s\ncompiler %s, %s\nMPI      %s\nlibav    %s\n",
-            SC_VERSION, SC_COMMIT, SC_COMPILER, SC_BUILD_TYPE, mpi, video);
+    sc_video_kinds(kinds, sizeof kinds);
+    fprintf(stream,
+            "segcast %s\ncommit   %s\ncompiler %s, %s\nMPI      %s\nlibav    %s\nvideos   %s\n",
+            SC_VERSION, SC_COMMIT, SC_COMPILER, SC_BUILD_TYPE, mpi, video, kinds);
 }

@@ -144,29 +144,33 @@ static bool is_possible(const sc_container *container)
            (container->choice != SC_CODEC_GIF || sc_gif_is_possible());
 }
 
+void sc_video_kinds(char *text, size_t size)
+{
+    size_t used = 0;
+
+    text[0] = '\0';
+    for (size_t i = 0; i < SC_COUNT_OF(containers) && used < size; i++) {
+        if (is_possible(&containers[i]))
+            used += (size_t)snprintf(text + used, size - used, "%s%s (%s)", used ? ", " : "",
+                                     containers[i].extension, containers[i].name);
+    }
+}
+
 sc_status sc_video_check_encoder(const sc_ctx *ctx, const char *path, sc_codec codec)
 {
     const sc_container *container = sc_container_find(path, codec);
-    sc_text others = {0};
-    sc_status status = SC_OK;
+    char kinds[512];
 
     if (!container || is_possible(container))
         return SC_OK;
-    for (size_t i = 0; i < SC_COUNT_OF(containers); i++) {
-        if (is_possible(&containers[i]))
-            SC_TRY(sc_text_add(ctx, &others, "%s%s (%s)", others.length_bytes ? ", " : "",
-                               containers[i].extension, containers[i].name));
-    }
-    status = sc_fail(
-        ctx, SC_ERR_CREATE,
-        "%s: this libavcodec has no encoder %s for %s%s; it has what these need: %s; "
-        "or choose video: none with frames: png",
-        path, container->encoder, container->name,
-        container->choice == SC_CODEC_GIF ? ", or segcast was built without libavfilter" : "",
-        others.length_bytes ? others.data : "none");
-out:
-    sc_text_clear(&others);
-    return status;
+    sc_video_kinds(kinds, sizeof kinds);
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: this libavcodec has no encoder %s for %s%s; it has what these need: %s; or "
+                   "choose video: none with frames: png",
+                   path, container->encoder, container->name,
+                   container->choice == SC_CODEC_GIF ? ", or segcast was built without libavfilter"
+                                                     : "",
+                   kinds[0] ? kinds : "none");
 }
 
 bool sc_video_size_ok(const char *path, int width_px, int height_px)
@@ -216,7 +220,7 @@ double sc_video_time_error_s(const char *path)
 
 double sc_video_bytes_guess(const char *video, const sc_video_settings *settings, int frames)
 {
-    static const double gif_px = 0.1, webp_px = 0.033, lossless_px = 0.15; /* bytes per pixel */
+    static const double gif_px = 0.1, webp_px = 0.025, lossless_px = 0.15; /* bytes per pixel */
     const double pixels = (double)settings->width_px * settings->height_px * frames;
 
     switch (choice_of(video)) {

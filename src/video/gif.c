@@ -11,6 +11,37 @@
 #include <limits.h>
 #include <string.h>
 
+enum { BLOCK_MAX_BYTES = 255, EXTENSION = 0x21, COMMENT = 0xfe, TRAILER = 0x3b };
+
+/* Write a text as a comment, in blocks with their lengths (GIF89a Specification, 24). @return false
+ * with errno set. */
+static bool write_comment(FILE *stream, const char *text)
+{
+    size_t left = strlen(text);
+    bool ok = fputc(EXTENSION, stream) >= 0 && fputc(COMMENT, stream) >= 0;
+
+    for (; ok && left > 0; text += BLOCK_MAX_BYTES) {
+        const size_t bytes = left < BLOCK_MAX_BYTES ? left : BLOCK_MAX_BYTES;
+
+        ok = fputc((int)bytes, stream) >= 0 && fwrite(text, 1, bytes, stream) == bytes;
+        left -= bytes;
+    }
+    return ok && fputc(0, stream) >= 0;
+}
+
+sc_status sc_gif_describe(const sc_ctx *ctx, const char *path, FILE *stream,
+                          const sc_metadata *about)
+{
+    const char *const texts[] = {about->title, about->author, about->comment};
+    bool ok = !fseeko(stream, -1, SEEK_END);
+
+    for (size_t i = 0; ok && i < SC_COUNT_OF(texts); i++)
+        ok = !texts[i][0] || write_comment(stream, texts[i]);
+    return ok && fputc(TRAILER, stream) >= 0 && !fflush(stream)
+               ? SC_OK
+               : sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
+}
+
 #if SC_HAVE_AVFILTER
 #include <libavfilter/avfilter.h>
 #include <libavfilter/buffersink.h>

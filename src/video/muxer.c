@@ -296,6 +296,8 @@ sc_status sc_muxer_finish(const sc_ctx *ctx, sc_muxer *m, const char *path, bool
     if (m->gif)
         SC_TRY(sc_gif_finish(m->gif, m->format));
     SC_TRY(m->is_webp ? sc_webp_end(ctx, &m->webp, m->path, &m->about) : end_format(ctx, m));
+    if (m->gif)
+        SC_TRY(sc_gif_describe(ctx, m->path, m->file.stream, &m->about));
     SC_TRY(sc_outfile_rename(ctx, &m->file, path));
     m->file.replace = replace;
     status = sc_outfile_commit(ctx, &m->file);

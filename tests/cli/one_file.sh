@@ -53,12 +53,12 @@ write() { # write FILE [OPTION]...: let the command that makes such a file write
     still.png) "$SEGCAST" still job.yaml -q -o "$file" "$@" ;;
     storyboard.png) "$SEGCAST" storyboard job.yaml -q -o "$file" "$@" ;;
     views.png) "$SEGCAST" views heart.nrrd --size 64x48 -q -o "$file" "$@" ;;
-    *.mp4 | *.webm | *.mkv | *.mov) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
+    *.mp4 | *.webm | *.mkv | *.mov | *.webp | *.gif) "$SEGCAST" orbit heart.nrrd --frames 2 --size 64x48 -q -o "$file" "$@" ;;
     *.segc) "$SEGCAST" prepare heart.nrrd -q -o "$file" "$@" ;;
     *.nrrd) "$SEGCAST" phantom --size 20x20x20 -q -o "$file" "$@" ;;
     esac
 }
-for file in still.png storyboard.png views.png turn.mp4 turn.mkv turn.webm turn.mov whole.segc p.nrrd; do
+for file in still.png storyboard.png views.png turn.mp4 turn.mkv turn.webm turn.mov turn.webp turn.gif whole.segc p.nrrd; do
     expect 0 '' write "$file"
     [ "$(basename "$(cat stdout.txt)")" = "$file" ] || fail "$file: printed $(cat stdout.txt)"
     mv "$file" made

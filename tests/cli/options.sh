@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Options: every command has help and version; mistakes are named, with exit code 64.
 "$SEGCAST" --version | grep -q '^segcast 0' || fail "no version"
-for word in commit compiler MPI libav; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
+for word in commit compiler MPI libav videos; do "$SEGCAST" --version | grep -q "^$word" || fail "$word"; done
 "$SEGCAST" --help | grep -q 'Exit codes' || fail "no help"
 "$SEGCAST" --help | head -1 | grep -q '^Usage: ' || fail "the help does not begin with Usage"
 for command in $("$SEGCAST" --help | awk '/^  segcast [a-z]+ /{print $2}' | grep -v '^--' | sort -u); do

@@ -61,7 +61,7 @@ true
 
 # Title and author of a film stand in the metadata of each container, and what it was made from, as the manifest
 # has it.
-for video in t.mp4 t.mkv t.webm t.mov; do
+for video in t.mp4 t.mkv t.webm t.mov t.webp t.gif; do
     "$SEGCAST" render job.yaml -o "titled-$video" -q --frames 0-6 --set output.video="$video" \
         --set 'output.title="The heart, opened"' --set output.author='Ada Émile' >/dev/null
     for text in 'The heart, opened' 'Ada Émile' \
