@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The kinds of video files, their names, and the messages of libav. */
+/* The kinds of video files, and their names. */
 #include "internal.h"
-
-#include <errno.h>
 
 #include <libavformat/avformat.h>
 #include <libavutil/imgutils.h>
@@ -255,31 +253,6 @@ void sc_video_libraries(char *text, size_t size)
 
     snprintf(text, size, "libavformat %u.%u.%u, libavcodec %u.%u.%u", format >> 16,
              format >> 8 & 255, format & 255, codec >> 16, codec >> 8 & 255, codec & 255);
-}
-
-sc_status sc_av_fail(const sc_ctx *ctx, sc_status status, const char *path, const char *what,
-                     int error)
-{
-    char reason[128] = "unknown";
-
-    if (error == AVERROR(ENOMEM))
-        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    if (error == AVERROR(EFBIG))
-        snprintf(reason, sizeof reason, "%s", sc_reason(EFBIG));
-    else
-        av_strerror(error, reason, sizeof reason);
-    return sc_fail(ctx, status, "%s: %s: %s", path, what, reason);
-}
-
-int sc_av_result(int error)
-{
-    return errno == ENOMEM ? AVERROR(ENOMEM) : error;
-}
-
-int sc_av_error(int error)
-{
-    return error < 0 && error != AVERROR(EAGAIN) && error != AVERROR_EOF ? sc_av_result(error)
-                                                                         : error;
 }
 
 sc_status sc_video_partial_name(const sc_ctx *ctx, const char *path, sc_text *out)

@@ -23,7 +23,7 @@ gif auto white 8'
 for background in white none; do
     "$SEGCAST" render job.yaml -o "$background" -q --set render.background=$background --set output.video=none --set output.frames=png >/dev/null
 done
-missing=
+missing= encode=segments
 while read -r extension codec background rms; do
     name=$extension-$codec-$background video=v.$extension
     kind=(--set output.video="$video" --set output.codec="$codec" --set render.background="$background")
@@ -34,10 +34,9 @@ while read -r extension codec background rms; do
     fi
     "$SEGCAST" render job.yaml -o "$name" -q "${kind[@]}" >/dev/null
     expect 0 '' "$SEGCAST" verify "$name"
-    for encode in segments gather; do
-        mpi 2 "$SEGCAST" render job.yaml -o "$name-$encode" -q "${kind[@]}" --set farm.encode=$encode </dev/null >/dev/null
-        cmp "$name/$video" "$name-$encode/$video" || fail "$name: the video depends on who encodes"
-    done
+    mpi 2 "$SEGCAST" render job.yaml -o "$name-$encode" -q "${kind[@]}" --set farm.encode=$encode </dev/null >/dev/null
+    cmp "$name/$video" "$name-$encode/$video" || fail "$name: the video depends on who encodes"
+    [ $encode = gather ] && encode=segments || encode=gather
     "$SEGCAST" render job.yaml -o "$name-parts" -q "${kind[@]}" --frames 0-3 >/dev/null
     "$SEGCAST" render job.yaml -o "$name-parts" -q "${kind[@]}" --resume >/dev/null
     cmp "$name/$video" "$name-parts/$video" || fail "$name: a run that was continued makes another video"
