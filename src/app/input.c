@@ -31,7 +31,9 @@ static bool begins_as_volume(const char *path)
         fclose(file);
     return count == sizeof head &&
            (!memcmp(head, "NRRD000", 7) || !memcmp(head, nifti1, 4) || !memcmp(head, nifti2, 4) ||
-            !memcmp(head, "ObjectType", 10) || sc_is_prepared_file(path));
+            !memcmp(head, "ObjectType", 10) || !memcmp(head, "II*\0", 4) ||
+            !memcmp(head, "MM\0*", 4) || !memcmp(head, "II+\0", 4) || !memcmp(head, "MM\0+", 4) ||
+            sc_is_prepared_file(path));
 }
 
 /* @return what @p path names: by the end of the name, else by the first bytes. @param exists
@@ -45,7 +47,8 @@ static kind kind_of(const char *path, bool *exists)
                     {".nhdr", KIND_VOLUME},   {".mgz", KIND_VOLUME},    {".mgh", KIND_VOLUME},
                     {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME}, {".mha", KIND_VOLUME},
                     {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
-                    {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME}};
+                    {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},    {".tif", KIND_VOLUME},
+                    {".tiff", KIND_VOLUME}};
     struct stat info;
 
     *exists = stat(path, &info) == 0;

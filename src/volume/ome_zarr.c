@@ -22,6 +22,7 @@ void sc_zarr_choice_clear(sc_zarr_choice *choice)
 {
     sc_zarr_node_clear(&choice->array);
     sc_label_table_clear(&choice->table);
+    sc_free(choice->coarser);
 }
 
 /* Log what is wrong with OME's key @p key of a group. @return SC_ERR_DATA always. */
@@ -108,8 +109,11 @@ static sc_status read_image(const sc_ctx *ctx, const sc_zarr_node *group, const 
 {
     const json_t *axes = json_object_get(image, "axes");
     const json_t *dataset = json_array_get(json_object_get(image, "datasets"), level);
+    const char *next = dataset_path(image, level + 1);
     sc_status status;
 
+    if (next && !out->coarser)
+        SC_TRY(sc_path_join(ctx, group->path, next, &out->coarser));
     if (!axes) /* 0.1 and 0.2: always t, c, z, y, x, without spacing */
         return SC_OK;
     SC_TRY(read_axes(ctx, group, axes, out));

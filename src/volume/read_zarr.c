@@ -514,6 +514,8 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc
     status = layout(ctx, r, &source);
     if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
         status = sc_volume_memory_check(ctx, path, source.size, 0);
+    if (status == SC_ERR_SYSTEM && choice.coarser)
+        sc_info(ctx, "%s is a coarser level of the same image, and may fit", choice.coarser);
     if (status == SC_OK)
         geometry(ctx, &choice, r, &source);
     choice.array.path = NULL;

@@ -117,6 +117,7 @@ uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes);
 /* Which array of a store is shown, and what its groups say of it. */
 typedef struct sc_zarr_choice {
     sc_zarr_node array;
+    char *coarser;        /* the path of the next level of resolution; NULL: none; owned */
     sc_label_table table; /* of the label image */
     bool named;           /* multiscales give the axes */
     int axes;             /* if so: how many */

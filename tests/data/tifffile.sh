@@ -114,3 +114,10 @@ long_page_cut.tif the header promises .* bytes, more than the file can hold
 circle.tif has 2 pages of pixels, but 4 slices by its ImageJ
 TABLE
 expect 65 'rgba\\x1b\[31m.tif: has 3 values' "$SEGCAST" info rgba*.tif
+"$SEGCAST" init ome_palette.ome.tif -o init.yaml -q >stdout.txt 2>stderr.txt || fail "no job can be written for a stack"
+grep -q 'video: "ome_palette.mp4"' init.yaml || fail "the video has not the name of the stack: $(grep video: init.yaml)"
+cp ome_palette.ome.tif palette # which only its content tells
+for file in ome_palette.ome.tif palette; do
+    "$SEGCAST" tables "$file" -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a stack"; }
+    grep -q '^530,.*,0,255,0' table.csv || fail "the table of a stack is $(grep -n '^530' table.csv)"
+done

@@ -275,3 +275,10 @@ done <<'TABLE'
 65 times.zarr has 2 entries along dimension 0 \(t\), expected one beside x, y and z
 TABLE
 expect 71 'more than the limit' "$SEGCAST" info raw.zarr --max-memory 1K
+# Where a level does not fit, the next is named, which does.
+expect 71 'raw.zarr/labels/cells/1 is a coarser level of the same image, and may fit' "$SEGCAST" info raw.zarr --max-memory 80K
+"$SEGCAST" info raw.zarr/labels/cells/1 --max-memory 80K >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "the coarser level does not fit"; }
+"$SEGCAST" init zstd.zarr/ -o init.yaml -q >stdout.txt 2>stderr.txt || fail "no job can be written for a store"
+grep -q 'video: "zstd.mp4"' init.yaml || fail "the video has not the name of the store: $(grep video: init.yaml)"
+"$SEGCAST" tables zstd.zarr -o - --to csv >table.csv 2>stderr.txt || { cat stderr.txt >&2; fail "no table of a store"; }
+grep -q '^17,nucleus,255,128,0' table.csv || fail "the table of a store is $(cat table.csv)"
