@@ -22,8 +22,9 @@
 /* What the threads fill. */
 typedef struct survey {
     const sc_name_film *film;
-    float *fades;    /* [threads][label_count] */
-    uint8_t *lights; /* [frames][count][SC_ANCHORS_MAX] */
+    float *fades;      /* [threads][label_count] */
+    sc_vec3 *moved_mm; /* [threads][label_count] */
+    uint8_t *lights;   /* [frames][count][SC_ANCHORS_MAX] */
 } survey;
 
 /* @return where an anchor lies, in mm. */
@@ -96,12 +97,15 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
     const sc_annotations *a = film->a;
     const int labels = a->volume->label_count;
     float *fades = s->fades + (size_t)thread * (size_t)labels;
+    sc_vec3 *moved_mm = s->moved_mm + (size_t)thread * (size_t)labels;
 
     for (size_t k = begin; k < end; k++) {
         sc_scene scene = sc_timeline_scene(a->timeline, (int)k);
 
         sc_timeline_fades(a->timeline, (int)k, fades, labels);
         scene.fades = fades;
+        if (sc_timeline_offsets(a->timeline, (int)k, moved_mm, labels))
+            scene.offsets_mm = moved_mm;
         film->columns[k] = columns_of(film, &scene.camera);
         for (int n = 0; n < film->count; n++) {
             const size_t at = k * (size_t)film->count + (size_t)n;
@@ -112,7 +116,8 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
                 const sc_vec3 point_mm = anchor_mm(film, n, i);
                 double dot_px[2];
 
-                if (project(&a->within, &scene.camera, point_mm, dot_px) > 0 &&
+                if (project(&a->within, &scene.camera, sc_vec3_add(point_mm, moved_mm[id]),
+                            dot_px) > 0 &&
                     is_between(film, &film->columns[k], dot_px))
                     s->lights[at * SC_ANCHORS_MAX + (size_t)i] =
                         (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, &scene, id, point_mm) +
@@ -158,10 +163,11 @@ static int choose_anchor(const sc_name_film *film, const uint8_t *lights, int k,
     return out;
 }
 
-/* Find the state of a name in a frame. @param last that of the frame before; NULL: there is none.
- */
+/* Find the state of a name in a frame. @param moved_mm how far its tissue is moved. @param last
+ * that of the frame before; NULL: there is none. */
 static void find_state(const sc_name_film *film, int k, int n, const sc_camera *camera,
-                       const uint8_t *lights, const sc_name_state *last, sc_name_state *out)
+                       sc_vec3 moved_mm, const uint8_t *lights, const sc_name_state *last,
+                       sc_name_state *out)
 {
     const sc_columns *columns = &film->columns[k];
     const double stay_px = STAY * film->a->within.width_px;
@@ -172,7 +178,8 @@ static void find_state(const sc_name_film *film, int k, int n, const sc_camera *
     out->anchor = (int8_t)choose_anchor(film, lights, k, last ? last->anchor : -1);
     if (out->anchor < 0)
         return;
-    (void)project(&film->a->within, camera, anchor_mm(film, n, out->anchor), dot_px);
+    (void)project(&film->a->within, camera, sc_vec3_add(anchor_mm(film, n, out->anchor), moved_mm),
+                  dot_px);
     out->dot_px[0] = (float)dot_px[0];
     out->dot_px[1] = (float)dot_px[1];
     right_px = dot_px[0] - columns->middle_px;
@@ -225,11 +232,13 @@ sc_status sc_find_name_states(const sc_ctx *ctx, int threads, sc_name_film *film
 {
     const size_t states = (size_t)film->frames * (size_t)film->count;
     survey s = {.film = film};
-    void *fades = NULL, *lights = NULL;
+    const int labels = film->a->volume->label_count;
+    void *fades = NULL, *lights = NULL, *moved = NULL;
     sc_status status;
 
-    SC_TRY(sc_alloc(ctx, (size_t)threads * (size_t)film->a->volume->label_count, sizeof *s.fades,
-                    &fades));
+    SC_TRY(sc_alloc(ctx, (size_t)threads * (size_t)labels, sizeof *s.fades, &fades));
+    SC_TRY(sc_alloc(ctx, (size_t)threads * (size_t)labels, sizeof *s.moved_mm, &moved));
+    s.moved_mm = moved;
     SC_TRY(sc_zalloc(ctx, states, SC_ANCHORS_MAX, &lights));
     s.fades = fades;
     s.lights = lights;
@@ -237,17 +246,20 @@ sc_status sc_find_name_states(const sc_ctx *ctx, int threads, sc_name_film *film
     for (int k = 0; k < film->frames; k++) {
         const sc_camera camera = sc_timeline_scene(film->a->timeline, k).camera;
 
+        (void)sc_timeline_offsets(film->a->timeline, k, s.moved_mm, labels);
         for (int n = 0; n < film->count; n++) {
             sc_name_state *state = &film->states[k * film->count + n];
 
-            find_state(film, k, n, &camera, s.lights + (size_t)n * SC_ANCHORS_MAX,
-                       k ? state - film->count : NULL, state);
+            find_state(film, k, n, &camera, s.moved_mm[film->words[n]->number],
+                       s.lights + (size_t)n * SC_ANCHORS_MAX, k ? state - film->count : NULL,
+                       state);
         }
     }
     sc_parallel_for(threads, (size_t)film->frames, 16, find_changes, &s);
 out:
     sc_free(fades);
     sc_free(lights);
+    sc_free(moved);
     return status;
 }
 

@@ -71,9 +71,12 @@ static uint32_t tissue_at(const sc_annotations *a, const ray *r, sc_vec3 at, dou
     return part ? id : 0;
 }
 
-double sc_light_of(const sc_annotations *a, const sc_affine *from_ras_mm, const sc_scene *scene,
-                   int id, sc_vec3 point_mm)
+/* As sc_light_of, with all tissues in their places, but through those of one part alone.
+ * @param part -1: through all. */
+static double light_through(const sc_annotations *a, const sc_affine *from_ras_mm,
+                            const sc_scene *scene, int id, sc_vec3 point_mm, int part)
 {
+    const bool is_own = part < 0 || a->tissues[id].part == part;
     const ray r = ray_to(scene, point_mm);
     const sc_vec3 begin = sc_affine_point(from_ras_mm, r.origin_mm);
     const sc_vec3 step = sc_affine_vector(from_ras_mm, r.direction); /* voxels for a mm */
@@ -83,16 +86,18 @@ double sc_light_of(const sc_annotations *a, const sc_affine *from_ras_mm, const 
     double from_mm = 0, to_mm = r.length_mm, light = 1;
     uint32_t before = 0;
 
-    if (!part_at(&r, a->tissues[id].clip_set, r.length_mm))
+    if (is_own && !part_at(&r, a->tissues[id].clip_set, r.length_mm))
         return 0; /* a plane has taken the point away */
     if (!sc_box3_clip_line(&box, begin, step, &from_mm, &to_mm))
         return 1;
     for (double t_mm = from_mm; t_mm < to_mm && light > DARK; t_mm += step_mm) {
         bool is_cap;
-        const uint32_t now =
-            tissue_at(a, &r, sc_vec3_along(begin, t_mm, step), t_mm, step_mm, &is_cap);
-        const bool is_other = now && now != (uint32_t)id;
+        uint32_t now = tissue_at(a, &r, sc_vec3_along(begin, t_mm, step), t_mm, step_mm, &is_cap);
+        bool is_other;
 
+        if (part >= 0 && a->tissues[now].part != part)
+            now = 0;
+        is_other = now && now != (uint32_t)id;
         if (now == before)
             continue;
         if (before != (uint32_t)id)
@@ -100,6 +105,30 @@ double sc_light_of(const sc_annotations *a, const sc_affine *from_ras_mm, const 
         if (is_other)
             light *= is_cap && passes(a, scene, now) < 1 ? 0 : passes(a, scene, now);
         before = now;
+    }
+    return light;
+}
+
+double sc_light_of(const sc_annotations *a, const sc_affine *from_ras_mm, const sc_scene *scene,
+                   int id, sc_vec3 point_mm)
+{
+    bool done[SC_PARTS_MAX] = {false};
+    double light = 1;
+
+    if (!scene->offsets_mm)
+        return light_through(a, from_ras_mm, scene, id, point_mm, -1);
+    for (int other = 1; other < a->volume->label_count && light > DARK; other++) {
+        const int part = a->tissues[other].part;
+        const sc_vec3 offset_mm = scene->offsets_mm[other];
+        sc_scene seen = *scene;
+
+        if (done[part])
+            continue;
+        done[part] = true;
+        seen.camera.position_mm = sc_vec3_sub(scene->camera.position_mm, offset_mm);
+        light *= light_through(a, from_ras_mm, &seen, id,
+                               sc_vec3_add(point_mm, sc_vec3_sub(scene->offsets_mm[id], offset_mm)),
+                               part);
     }
     return light;
 }
