@@ -43,10 +43,10 @@ typedef struct sc_tissue {
     double opacity; /**< of the boundary, 0 to 1: per crossing (smooth), per voxel length (voxel) */
     bool opacity_auto;       /**< the opacity follows from what was measured: sc_opacity_rule */
     bool is_cover;           /**< ... and it is that of a cover, whatever its thickness */
-    double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     bool interior_given;     /**< a rule has set the opacity of the interior */
-    float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
     bool color_given;        /**< a label table or a rule has set the colour */
+    double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
+    float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
     sc_material material;
     uint8_t clip_set;   /**< which planes cut it: index into sc_scene.clip_sets */
     uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:

@@ -167,21 +167,19 @@ typedef struct sc_verb {
                                         the plane turns (angle_deg); rock: how far the camera
                                         swings to each side, up and down */
     int plane;                       /**< turn: the number of the clip plane, from 1 */
-    bool has_axis;    /**< turn: the job gives the direction of the line; explode: the direction
-                           along which tissues move: */
-    sc_vec3 axis;     /**< unit, RAS */
-    bool has_point;   /**< turn: the job gives a point of the line; explode: the point from which
-                           tissues move: */
-    sc_vec3 point_mm; /**< RAS */
+    /** turn: the job gives the direction of the line; explode: that along which tissues move. And:
+     * a point of the line; the point from which tissues move. */
+    bool has_axis, has_point;
+    bool together;                 /**< explode: the tissues move as one */
+    bool has_tissues, has_through; /**< fly: which of them the job gives */
+    sc_vec3 axis, point_mm;        /**< those, RAS; axis of unit length */
     sc_plane_position by; /**< explode: how far, in mm, or in percent of the distance of a tissue's
                                middle from that point */
-    bool together;        /**< explode: the tissues move as one */
     double soft; /**< hold, 0 to 0.5: share of the time in which the camera comes to rest, and in
                       which it starts again */
     sc_vec3 through[SC_THROUGH_MAX]; /**< fly: [through_count] points, RAS mm: of the curve or, with
                                         tissues, of the centre line of these */
     int through_count;
-    bool has_tissues, has_through; /**< fly: which of them the job gives */
     double ahead;     /**< fly, 0 to 1: how far ahead the camera looks, as a share of its way */
     double fov_deg;   /**< fly: vertical field of view */
     double clearance; /**< fly: sc_centerline_request.clearance */
