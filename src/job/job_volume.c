@@ -276,8 +276,9 @@ static const sc_value_type type_crop = {
 
 const sc_key sc_volume_keys[] = {
     {"path", &sc_type_text, offsetof(sc_job, volume), NULL,
-     .help = "a file (NRRD, NIfTI, MGH, MetaImage, or prepared), a directory of masks, phantom, or "
-             "for example phantom:128x96x128",
+     .help =
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a store of Zarr, a directory of "
+         "masks, phantom, or for example phantom:128x96x128",
      .bytes = SC_PATH_BYTES, .required = true},
     {"merge", &type_merge, 0, NULL,
      .help = "tissues that become one: as if they had been drawn with one label. The name is that "

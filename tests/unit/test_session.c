@@ -83,7 +83,8 @@ static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state
     FILE *file = fopen("session.yaml", "w");
 
     (void)state;
-    fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6}\nanimation:\n  frames: 7\n  clip:\n"
+    fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6}\nanimation:\n  "
+          "frames: 7\n  clip:\n"
           "    - sweep: {normal: posterior, from: 0%, to: 60%}\n"
           "      except: [coronary arteries]\n  verbs: [fade: {tissues: myocardium, to: 0}]\n"
           "overlays: {caption: The heart, names: aorta}\nshots: [{name: One}, {name: Two}]\n",
