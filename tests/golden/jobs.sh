@@ -6,12 +6,17 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
     frames=$("$SEGCAST" check --fast "$job" | sed -n 's/.*: ok: \([0-9]*\) frames .*/\1/p')
     short=5
+    rate=30
     grep -q '^shots:' "$job" && short=$frames # each shot has frames of its own
+    if [ "$short" -gt 200 ]; then             # a long film, with all its times in seconds
+        rate=2
+        short=$((frames * rate / 30))
+    fi
     chosen=0,$((frames / 4)),$((frames / 2)),$((frames * 3 / 4)),$((frames - 1))
     "$SEGCAST" render "$job" -o "$name" -q --frames "$chosen" --set volume=phantom:117x81x122 \
         --set output.size=[160,90] --set output.frames=png >/dev/null
     "$SEGCAST" render "$job" -o "$name-short" -q --set volume=phantom:117x81x122 \
-        --set output.size=[160,90] --set animation.frames=$short >/dev/null
+        --set output.size=[160,90] --set output.fps=$rate --set animation.frames=$short >/dev/null
     "$VIDEO_PROBE" "$name-short/$name.mp4" | grep -q "$short frames of 160 x 90" || fail "$name: the video does not hold $short frames of 160 x 90"
     for picture in "$name"/frames/*.png; do
         keep=$golden/$name-$(basename "$picture")
