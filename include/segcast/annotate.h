@@ -107,6 +107,7 @@ typedef struct sc_annotations {
                                     sc_annotations_plan_names the ids */
     const sc_tissue *tissues;  /**< [label_count] */
     const sc_timeline *timeline;
+    bool font_is_told;  /**< the file of the font was named before, as that of another shot */
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
     int fps;
     int first_frame;       /**< frame of the film that is frame 0 here: by it times are counted */

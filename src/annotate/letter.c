@@ -27,7 +27,8 @@ sc_status sc_annotations_letter(const sc_ctx *ctx, const sc_annotations *annotat
     sc_status status;
 
     SC_TRY(sc_font_open(ctx, o->font, o->font_where, &font));
-    sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
+    if (!annotations->font_is_told)
+        sc_info(ctx, "text is drawn in the font of %s", sc_font_file(font));
     if (o->time || o->scale_bar)
         SC_TRY(add_glyphs(ctx, annotations, &list));
     if (o->color_bar)

@@ -74,6 +74,7 @@ struct sc_app {
     sc_trace *trace;               /* where sc_add_time adds events; borrowed, or NULL */
     sc_display *display;           /* shows the progress; NULL: not on this rank */
     sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
+    char font_told[64];            /* family of the font whose file was named last; or "" */
 };
 
 /* Begin to show the stages of app->ctx on standard error: on a terminal as a bar, elsewhere as a

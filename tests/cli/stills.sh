@@ -50,3 +50,18 @@ expect 0 '12 of 61 frames, 7680 x 16 pixels' "$SEGCAST" storyboard job.yaml --se
 expect 0 '1 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1 --set render.samples=1 -o one.png
 expect 0 '61 of 61 frames' "$SEGCAST" storyboard job.yaml --count 1000 -o many.png
 expect 0 '' "$SEGCAST" storyboard job.yaml --set output.layout=views -o views.png
+
+# A film of shots names the font of their text once, and again where a shot has another.
+cat >shots.yaml <<'EOF'
+volume: phantom:32x24x32
+output: {size: [96, 72]}
+animation: {frames: 2}
+shots:
+  - card: {title: One}
+  - card: {title: Two}
+  - overlays: {caption: Three}
+EOF
+expect 0 '' "$SEGCAST" check shots.yaml
+[ "$(grep -c 'text is drawn in the font' stderr.txt)" = 1 ] || fail "a film of three shots: $(cat stderr.txt)"
+expect 0 '' "$SEGCAST" check shots.yaml --set 'shots.2.overlays.font=DejaVu Sans Mono'
+[ "$(grep -c 'text is drawn in the font' stderr.txt)" = 2 ] || fail "a film of two fonts: $(cat stderr.txt)"
