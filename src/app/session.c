@@ -570,6 +570,19 @@ static sc_status find_framed(const sc_app *app, const sc_session *session, const
     return SC_OK;
 }
 
+/* Warn that all pictures of the session will be empty: of a film those of one shot, which is named,
+ * since the others may show tissues. */
+static void warn_of_nothing(const sc_app *app, const sc_session *session)
+{
+    const char *where = session->shot ? session->shot->where : "";
+
+    if (session->shot)
+        sc_warn(app->ctx, "%s%sno tissue is visible in this shot; its pictures will be empty",
+                where, *where ? ": " : "");
+    else
+        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
+}
+
 sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -579,7 +592,7 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     sc_status status;
 
     if (count == 0 && session->volume.label_count > 1 && first)
-        sc_warn(app->ctx, "no tissue is visible; the pictures will be empty");
+        warn_of_nothing(app, session);
     SC_TRY(sc_comm_agree(app->comm, first ? sc_find_moves(app, session, &moves) : SC_OK));
     animation.moves = moves.moves;
     animation.move_count = moves.count;
