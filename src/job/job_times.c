@@ -6,12 +6,14 @@
 #include "segcast/job.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* What turns times into shares. */
 typedef struct clock_of_job {
-    double frames, fps; /* of the animation; both above 0 */
+    double frames, fps;    /* of the animation; both above 0 */
+    const sc_yaml *length; /* where these frames are given, for messages; NULL: by default */
 } clock_of_job;
 
 /* @return the number at @p path, if it lies in the range from 1 to @p most, else @p fallback: what
@@ -36,6 +38,7 @@ static clock_of_job clock_of(const sc_ctx *ctx, const sc_yaml *root, const sc_jo
     double seconds;
 
     out.frames = number_at(root, "animation.frames", SC_JOB_FRAMES_MAX, job->animation.frames);
+    out.length = duration ? duration : sc_key_node(root, "animation.frames");
     if (duration && key.type->read(&quiet, &key, duration, &seconds) == SC_OK)
         out.frames = fmax(floor(seconds * out.fps + 0.5), 1);
     return out;
@@ -116,22 +119,38 @@ static sc_status put_share(const sc_ctx *ctx, double share, sc_yaml *node)
     return SC_OK;
 }
 
+/* Say where the length of the animation is given, unless it is beside the time @p node: that of a
+ * shot is in the shot, while the time may be the film's. @param out [bytes]; empty: beside it. */
+static void name_length(const sc_yaml *length, const sc_yaml *node, char *out, size_t bytes)
+{
+    out[0] = '\0';
+    if (!length || (length->line == node->line && !strcmp(length->origin, node->origin)))
+        return;
+    if (length->line > 0)
+        snprintf(out, bytes, ", by %s:%d", length->origin, length->line);
+    else
+        snprintf(out, bytes, ", by %s", length->origin);
+}
+
 /* Turn a time into a share, if it is one; a time behind the end of the animation, which is a
  * mistake, becomes the end. @param key the name of the value in messages. */
 static sc_status resolve_time(const sc_ctx *ctx, const clock_of_job *clock, const char *key,
                               sc_yaml *node)
 {
+    char elsewhere[192];
     double frame;
     sc_status status = SC_OK, put;
 
     if (!parse_time(clock, node, &frame))
         return SC_OK;
-    if (frame > clock->frames * (1 + 1e-9))
+    if (frame > clock->frames * (1 + 1e-9)) {
+        name_length(clock->length, node, elsewhere, sizeof elsewhere);
         status = sc_yaml_fail(ctx, node,
                               "%s: %s is behind the end of the animation, which has %.0f frame%s "
-                              "at %g frames per second: %.6g s",
+                              "at %g frames per second: %.6g s%s",
                               key, node->text, clock->frames, clock->frames > 1 ? "s" : "",
-                              clock->fps, clock->frames / clock->fps);
+                              clock->fps, clock->frames / clock->fps, elsewhere);
+    }
     put = put_share(ctx, clock->frames > 1 ? fmin(frame / (clock->frames - 1), 1) : 0, node);
     return put == SC_OK ? status : put;
 }

@@ -102,6 +102,7 @@ static void a_shot_has_the_keys_of_its_film(void **state)
     /* The film's keys have times behind the end of the first shot, which need other ones there. */
     assert_int_equal(load(film, &h, NULL, &job), SC_ERR_DATA);
     assert_non_null(strstr(h.text, "shots.yaml:5: during: 2s is behind the end of the animation"));
+    assert_non_null(strstr(h.text, "1.2 s, by shots.yaml:11")); /* the shot that is too short */
     sc_job_clear(&job);
     {
         char text[sizeof film + 64];
