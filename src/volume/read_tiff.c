@@ -96,9 +96,9 @@ static sc_status open_tiff(const sc_ctx *ctx, const char *path, tiff_file **out)
     file->tiff = TIFFOpenExt(path, "rm", options);
     TIFFOpenOptionsFree(options);
     if (!file->tiff) {
-        status = sc_fail(ctx, SC_ERR_DATA,
-                         "%s: cannot be read as TIFF: %s; save it anew, for example with Fiji",
-                         path, file->why);
+        status = sc_fail(
+            ctx, SC_ERR_DATA, "%s: cannot be read as TIFF: %s; save it anew, for example with Fiji",
+            path, file->why[0] ? file->why : "has no page, as if it was never finished");
         release(file);
         return status;
     }
@@ -242,6 +242,11 @@ static sc_status find_pages(const sc_ctx *ctx, const char *path, tiff_file *file
     if (file->why[0])
         return sc_fail(ctx, SC_ERR_DATA, "%s: the page behind page %zu cannot be read: %s", path,
                        page - 1, file->why);
+    if (!TIFFLastDirectory(file->tiff)) /* libtiff ends at a loop with no more than a warning */
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the page behind page %zu is one before it, so that the pages have no "
+                       "end; the file is damaged: get it anew",
+                       path, page - 1);
     return SC_OK;
 }
 
@@ -347,13 +352,12 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
 static sc_status read_palette(const sc_ctx *ctx, tiff_file *file, const page_form *form,
                               sc_source *source)
 {
-    const size_t count = (size_t)1 << form->bits;
+    const size_t count = form->bits <= 16 ? (size_t)1 << form->bits : 0;
     uint16_t *levels[3];
     bool grey = true;
     sc_status status = SC_OK;
 
-    if (form->photometric != PHOTOMETRIC_PALETTE || form->bits > 16 ||
-        form->format != SAMPLEFORMAT_UINT ||
+    if (form->photometric != PHOTOMETRIC_PALETTE || !count || form->format != SAMPLEFORMAT_UINT ||
         !TIFFGetField(file->tiff, TIFFTAG_COLORMAP, &levels[0], &levels[1], &levels[2]))
         return SC_OK;
     for (size_t i = 0; i < count && grey; i++)

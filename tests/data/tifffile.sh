@@ -54,6 +54,7 @@ n = int.from_bytes(data[next_page:next_page + 2], 'little')
 at = next_page + 2 + 12 * n
 again[at:at + 4] = next_page.to_bytes(4, 'little')
 open('circle.tif', 'wb').write(bytes(again))
+open('no_page.tif', 'wb').write(b'II*\0\0\0\0\0') # as one that is being written
 PYTHON
 "$python" make.py 2>python.txt || { cat python.txt >&2; fail "tifffile cannot write the files"; }
 "$SEGCAST" info one_page.tif >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "one_page.tif cannot be read"; }
@@ -111,7 +112,8 @@ sizes.tif page 1 has 60 x 40 pixels of 16 bits, page 0 60 x 50 of 16; expected t
 cut.tif (page|cannot|the page)
 damaged.tif page 1, strip 0: .
 long_page_cut.tif the header promises .* bytes, more than the file can hold
-circle.tif has 2 pages of pixels, but 4 slices by its ImageJ
+circle.tif the page behind page 1 is one before it, so that the pages have no end
+no_page.tif cannot be read as TIFF: has no page, as if it was never finished
 TABLE
 expect 65 'rgba\\x1b\[31m.tif: has 3 values' "$SEGCAST" info rgba*.tif
 "$SEGCAST" init ome_palette.ome.tif -o init.yaml -q >stdout.txt 2>stderr.txt || fail "no job can be written for a stack"
