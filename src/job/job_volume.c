@@ -231,9 +231,12 @@ static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
         return sc_wrong_type(ctx, node, key->type->expected);
     }
     for (size_t i = 0; i < 2 && read.kind == SC_CROP_BOX; i++) {
-        if (node->items[i]->kind != SC_YAML_LIST)
+        sc_yaml named = *node->items[i];
+
+        if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
-        SC_TRY(sc_read_numbers(ctx, key, node->items[i], 3, corner));
+        named.key = node->key; /* for the message: items of a list have no key of their own */
+        SC_TRY(sc_read_numbers(ctx, key, &named, 3, corner));
         read.corners[i] = (sc_vec3){corner[0], corner[1], corner[2]};
     }
     sc_note_where(node, read.where, sizeof read.where);
@@ -277,7 +280,7 @@ static const sc_value_type type_crop = {
 const sc_key sc_volume_keys[] = {
     {"path", &sc_type_text, offsetof(sc_job, volume), NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a store of Zarr, a directory of "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a Zarr store, a directory of "
          "masks, phantom, or for example phantom:128x96x128",
      .bytes = SC_PATH_BYTES, .required = true},
     {"merge", &type_merge, 0, NULL,
