@@ -249,6 +249,11 @@ out:
     return status;
 }
 
+/* Beyond the border of a volume a tissue goes on, for the filters of its surface: one that only
+ * touches the border of the part has a flat face there with sharp edges. So many voxels around it
+ * stay, whatever the margin, that the filters reach no further. */
+enum { SURROUND_VOXELS = 6 };
+
 /* Find the box of the tissues that the job shows, with its margin, within the volume; *empty is set
  * if there are none. */
 static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty)
@@ -277,7 +282,8 @@ static sc_status box_of_visible(const subject *s, sc_voxel_box *out, bool *empty
     for (int axis = 0; axis < 3; axis++) {
         const sc_vec3 edge = {v->to_ras_mm.m[0][axis], v->to_ras_mm.m[1][axis],
                               v->to_ras_mm.m[2][axis]};
-        const double margin = ceil(s->job->crop.margin_mm / sc_vec3_length(edge) - 1e-6);
+        const double margin =
+            fmax(SURROUND_VOXELS, ceil(s->job->crop.margin_mm / sc_vec3_length(edge) - 1e-6));
 
         box.low[axis] = (int)fmax(0, box.low[axis] - margin);
         box.high[axis] = (int)fmin(v->size[axis] - 1, box.high[axis] + margin);
