@@ -6,7 +6,10 @@
 
 #include <string.h>
 
-enum { BLOCK = 2 /* bricks along each edge */ };
+enum {
+    BLOCK = 2,   /* bricks along each edge */
+    LEVELS = 255 /* of distances that squares can have */
+};
 
 /* Is anything visible in the block whose lowest brick is (x, y, z)? Bricks of the block beyond
  * the volume are passed over. */
@@ -129,6 +132,48 @@ static inline void squares_between(const double ends[2], const double factors[2]
     out[1] = last < count - 1 ? (int)fmax(last, -1) : count - 1;
 }
 
+/* Let the levels of a map be those of distances between the ends of what is visible, unless some of
+ * that may be beside the eye or behind it: then the eye can be within a tissue, of which a clip
+ * plane shows what lies before its marked boundary. Elsewhere a ray meets the boundary of a tissue
+ * before all else of it. @param deep the axis of the direction of view. A point at this position
+ * along it is at least as far from the eye. */
+static void set_levels(sc_cover *cover, const sc_renderer *r, const screen_axis *deep)
+{
+    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(r->box.low, r->box.high), 0.5);
+    const sc_vec3 half = sc_vec3_scale(sc_vec3_sub(r->box.high, r->box.low), 0.5);
+    /* Each block has something of the box in it, and may reach beyond by its own depth; half as
+     * much more for safety. */
+    const double reach =
+        fabs(deep->x) * half.x + fabs(deep->y) * half.y + fabs(deep->z) * half.z + 3 * deep->reach;
+    const double at = deep->x * middle.x + deep->y * middle.y + deep->z * middle.z + deep->offset;
+
+    if (!(at - reach > 0))
+        return;
+    cover->near_mm = at - reach;
+    cover->level_mm = 2 * reach / LEVELS;
+}
+
+/* The level of a block whose nearest corner is at @p near_mm along the direction of view. */
+static inline uint8_t level_of(const sc_cover *cover, double near_mm)
+{
+    const double level = cover->level_mm > 0 ? 1 + (near_mm - cover->near_mm) / cover->level_mm : 1;
+
+    return (uint8_t)fmin(fmax(level, 1), LEVELS);
+}
+
+/* Set squares of a map to a level, unless they have one that is nearer. @param columns, rows first
+ * and last. */
+static inline void set_squares(const sc_cover *cover, uint8_t *squares, const int columns[2],
+                               const int rows[2], uint8_t level)
+{
+    for (int row = rows[0]; row <= rows[1]; row++) {
+        uint8_t *to = squares + row * cover->columns;
+
+        for (int column = columns[0]; column <= columns[1]; column++)
+            to[column] = !to[column] || level < to[column] ? level : to[column];
+    }
+}
+
 /* A map for the viewport with every square set to @p value: as fine as fits @p squares, which
  * has room for SC_COVER_SIDE^2 of them and is borrowed. */
 static sc_cover empty_cover(const sc_viewport *viewport, uint8_t *squares, uint8_t value)
@@ -155,6 +200,8 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
     const double scale = viewport->height_px / (2 * c->half_height);
 
     *cover = empty_cover(viewport, squares, r->covers_all);
+    if (!r->covers_all)
+        set_levels(cover, r, &deep);
     for (size_t i = 0; i < r->block_count && !r->covers_all; i++) {
         const double x = along(&right, &r->blocks[i]), y = along(&down, &r->blocks[i]);
         const double z = along(&deep, &r->blocks[i]);
@@ -178,9 +225,7 @@ void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                         cover->columns, columns);
         squares_between(downward, factors, viewport->height_px / 2.0, 1 << cover->shift,
                         cover->rows, rows);
-        for (int row = rows[0]; row <= rows[1] && columns[0] <= columns[1]; row++)
-            memset(squares + row * cover->columns + columns[0], 1,
-                   (size_t)columns[1] + 1 - (size_t)columns[0]);
+        set_squares(cover, squares, columns, rows, level_of(cover, z - deep.reach));
     }
 }
 

@@ -44,13 +44,16 @@ typedef struct sc_block {
 
 enum {
     SC_COVER_SIDE = 512 /* at most this many squares along a side of the map */,
-    SC_COVER_SHIFT = 3 /* squares have 2^3 pixels, or more if they would be too many */
+    SC_COVER_SHIFT = 2 /* squares have 2^3 pixels, or more if they would be too many */
 };
-/* Which pixels of a view can show anything: a map of squares of pixels, with one more row and
- * column of squares on every side of the view. */
+/* Which pixels of a view can show anything, and not nearer than where: a map of squares of pixels,
+ * with one more row and column of squares on every side of the view. */
 typedef struct sc_cover {
     int columns, rows, shift; /* squares of 2^shift pixels */
-    const uint8_t *squares;   /* [rows][columns], 1 where something may be seen; borrowed */
+    const uint8_t *squares;   /* [rows][columns], 0 where nothing can be seen, else a level: nothing
+                                 is met nearer to the eye than sc_cover_near_mm of it; borrowed */
+    double near_mm, level_mm; /* the distance from the eye of level 1, and from a level to the next;
+                                 both 0 if no distances are known */
 } sc_cover;
 
 /* Owns what its pointers point to, except the volume and the kernel. */
@@ -131,6 +134,7 @@ typedef struct sc_part_room {
     sc_ray rays[SC_RAY_BATCH]; /* those that are marched next, through one part */
     sc_radiance light[SC_RAY_BATCH], white[SC_RAY_BATCH]; /* what they bring back */
     uint32_t target[SC_RAY_BATCH];                        /* the index of each in the batch */
+    int square[SC_RAY_BATCH];                             /* by index: of the maps of all parts */
     double end_mm[SC_RAY_BATCH]; /* by index: where it ends, from the eye */
     int part[SC_RAY_BATCH];      /* by index: the part that it goes through next; -1: it is done */
     sc_part_ray *state;          /* [parts][SC_RAY_BATCH] by index */
@@ -243,17 +247,30 @@ uint64_t sc_fades_bytes(const sc_renderer *r);
 /* Find the blocks of bricks that hold something visible, from r->visible: sets r->blocks and
  * r->block_count. Collective in r->team. @return SC_ERR_MEMORY. */
 sc_status sc_find_blocks(const sc_ctx *ctx, sc_renderer *r);
-/* Make the map of a view from r->blocks; all of it is set where r->covers_all. @param squares
+/* Make the map of a view from r->blocks; all of it is set, to level 1 of no known distance, where
+ * r->covers_all. @param squares
  * room for it: [SC_COVER_SIDE][SC_COVER_SIDE], borrowed by the map. */
 void sc_cover_init(sc_cover *cover, const sc_renderer *r, const sc_scene *scene,
                    const sc_viewport *viewport, uint8_t *squares);
 
-/* Can a pixel show anything? It is one of the viewport, or of a border as wide as a square
- * around it. */
+/* The index in the map of the square of a pixel, which is one of the viewport, or of a border as
+ * wide as a square around it. */
+static inline int sc_cover_square(const sc_cover *cover, int x_px, int y_px)
+{
+    return ((y_px >> cover->shift) + 1) * cover->columns + (x_px >> cover->shift) + 1;
+}
+
+/* Can such a pixel show anything? */
 static inline bool sc_is_covered(const sc_cover *cover, int x_px, int y_px)
 {
-    return cover
-        ->squares[((y_px >> cover->shift) + 1) * cover->columns + (x_px >> cover->shift) + 1];
+    return cover->squares[sc_cover_square(cover, x_px, y_px)];
+}
+
+/* @return the distance from the eye, in mm, before which nothing is met in squares of level @p
+ * level, which is not 0. */
+static inline double sc_cover_near_mm(const sc_cover *cover, int level)
+{
+    return cover->near_mm + (level - 1) * cover->level_mm;
 }
 
 #endif

@@ -46,6 +46,9 @@ typedef struct bundle {
     sc_march_counters *counters;
     size_t count;
     double touch_mm;
+    int met_count;
+    int met[SC_PARTS_MAX];   /* [met_count] parts that rays can meet, by their numbers */
+    int order[SC_PARTS_MAX]; /* [met_count] the same, the nearest first: so rays are followed */
 } bundle;
 
 /* @return the state of ray @p i in part @p p. */
@@ -118,6 +121,14 @@ static void march_queue(const bundle *b, const sc_part *part, size_t queued)
                       b->counters);
 }
 
+/* Can ray @p i meet anything of a part before it ends? */
+static inline bool may_meet(const bundle *b, const sc_part *part, size_t i)
+{
+    const int level = part->cover.squares[b->room->square[i]];
+
+    return level && sc_cover_near_mm(&part->cover, level) <= b->room->end_mm[i];
+}
+
 /* Follow rays through part @p p to their ends, and store what they bring back in their states. All
  * go there in the first round, else those whose room->part it is. A ray needs not go further than
  * an opaque face that it has met in another part. */
@@ -133,7 +144,7 @@ static void follow(const bundle *b, int p, bool all)
         if (!all && room->part[i] != p)
             continue;
         state->light = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
-        if (sc_is_covered(&part->cover, (int)floor(b->at_px[i][0]), (int)floor(b->at_px[i][1])))
+        if (may_meet(b, part, i))
             queued = queue_ray(b, part, state, i, room->end_mm[i], queued);
     }
     march_queue(b, part, queued);
@@ -174,17 +185,16 @@ static inline bool is_lit(const sc_radiance *light)
  * *@p end_mm; -1 if the ray is done. */
 static int take_first(const bundle *b, size_t i, bool last_round, double *end_mm)
 {
-    const sc_parts *parts = b->renderer->parts;
-
     while (b->out[i].transmittance >= SC_OPAQUE) {
         int first = -1, second = -1;
 
         /* By their numbers: in which order they are followed must not matter, not even where two
          * are met at the same depth. */
-        for (int p = 0; p < parts->count; p++) {
+        for (int k = 0; k < b->met_count; k++) {
+            const int p = b->met[k];
             const sc_radiance *light = &state_of(b, p, i)->light;
 
-            if (!parts->list[p].is_shown || !is_lit(light))
+            if (!is_lit(light))
                 continue;
             if (!light->label) { /* a veil, of which it is not known where it is met */
                 blend(light, &b->out[i]);
@@ -239,6 +249,28 @@ static size_t follow_stretch(const bundle *b, int p)
     return left;
 }
 
+/* Find the parts that rays can meet: sets met, order and met_count. */
+static void find_met(bundle *b)
+{
+    const sc_parts *parts = b->renderer->parts;
+    bool meets[SC_PARTS_MAX] = {false};
+    int n = 0;
+
+    for (int k = 0; k < parts->shown_count; k++) {
+        const int p = parts->shown[k];
+        const uint8_t *squares = parts->list[p].cover.squares;
+
+        for (size_t i = 0; i < b->count && !meets[p]; i++)
+            meets[p] = squares[b->room->square[i]];
+        if (meets[p])
+            b->order[n++] = p;
+    }
+    for (int p = 0; p < parts->count; p++) {
+        if (meets[p])
+            b->met[b->met_count++] = p;
+    }
+}
+
 void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count, int thread,
                     sc_radiance *out, sc_march_counters *counters)
 {
@@ -256,11 +288,16 @@ void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count
         out[i] = (sc_radiance){.transmittance = 1, .depth_mm = HUGE_VALF};
         b.room->part[i] = SC_PARTS_MAX;
         b.room->end_mm[i] = HUGE_VAL;
-        for (int k = 0; k < parts->shown_count; k++)
-            state_of(&b, parts->shown[k], i)->begin_mm = 0;
+        b.room->square[i] = sc_cover_square(&parts->list[parts->shown[0]].cover,
+                                            (int)floor(at_px[i][0]), (int)floor(at_px[i][1]));
     }
-    for (int k = 0; k < parts->shown_count; k++)
-        follow(&b, parts->shown[k], true);
+    find_met(&b);
+    for (int k = 0; k < b.met_count; k++) {
+        for (size_t i = 0; i < count; i++)
+            state_of(&b, b.met[k], i)->begin_mm = 0;
+    }
+    for (int k = 0; k < b.met_count; k++)
+        follow(&b, b.order[k], true);
     for (int round = 0; any; round++) {
         bool goes_on[SC_PARTS_MAX] = {false};
 
@@ -273,8 +310,8 @@ void sc_march_apart(const sc_renderer *r, const double (*at_px)[2], size_t count
             goes_on[b.room->part[i]] = true;
             any = true;
         }
-        for (int k = 0; k < parts->shown_count; k++) {
-            const int p = parts->shown[k];
+        for (int k = 0; k < b.met_count; k++) {
+            const int p = b.order[k];
 
             if (goes_on[p] && follow_stretch(&b, p)) {
                 for (size_t i = 0; i < count; i++)
