@@ -9,6 +9,13 @@ LC_ALL=C sed '/^Segment[0-9]*_\(ID\|Name\):=/d' heart.nrrd >nameless.nrrd
     jq -r '.labels[] | "\(.value) \(.name | gsub(" "; "_")) 200 \(.value) 90 255"' >heart.ctbl
 printf '1 Left_Atrium 200 1 1 255\n2 left-atrium 1 200 1 255\n' >twins.ctbl
 printf '<LabelTable>' >broken.xml
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 4 4 160\n'
+    printf 'space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n'
+    for label in $(seq 40); do
+        head -c 64 /dev/zero | tr '\000' "\\$(printf %03o "$label")"
+    done
+} >many.nrrd
 : >there.mp4
 mkdir sub
 
