@@ -149,6 +149,11 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
             return sc_yaml_fail(ctx, item,
                                 "the name of a merged tissue has %zu bytes, expected 1 to %d",
                                 strlen(item->key), SC_NAME_BYTES - 1);
+        if (sc_pattern_of(item->key).is_number)
+            return sc_yaml_fail(ctx, item,
+                                "the name of a merged tissue is the number %s, which means the "
+                                "tissue with that label; expected a name",
+                                item->key);
         if (!sc_goes_on(&status, read_list(ctx, key, item, item->key, value)))
             break;
     }

@@ -149,6 +149,7 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
     refuses("volume: {path: phantom, keep: []}\n", "expected a list of tissues");
     refuses("volume: {path: phantom, merge: [a]}\n", "expected {name: [tissues], ...}");
     refuses("volume: {path: phantom, merge: {\"\": [a]}}\n", "name of a merged tissue has 0 bytes");
+    refuses("volume: {path: phantom, merge: {\"8\": [a]}}\n", "merged tissue is the number 8");
     refuses("volume: {path: phantom, merge: {a: {b: c}}}\n", "expected {name: [tissues], ...}");
     refuses("volume: {path: phantom, crop: visible+5}\n",
             "crop is \"visible+5\", expected visible");
