@@ -120,8 +120,7 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
     static const char *const jobs[] = {
         "volume: {path: phantom}\n", "volume: {path: phantom, keep: aorta}\n",
         "volume: {path: phantom, keep: [aorta, 12, \"left *\"], crop: visible}\n",
-        "volume:\n  keep: [blood]\n  merge: {blood: [aorta, 'l\"eft'], walls: '*wall'}\n"
-        "  path: phantom\n  crop: visible + 2.5 mm\n",
+        "volume: {keep: [b], path: phantom, merge: {b: [aorta, 'l\"eft'], walls: '*wall'}}\n",
         "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     (void)state;
@@ -137,7 +136,7 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
         assert_true(same_edits(&job, &again));
         if (i == 3) { /* those that are kept stand last, whatever came first */
             assert_int_equal(job.volume_tissue_count, 4);
-            assert_string_equal(job.volume_tissues[3].pattern, "blood");
+            assert_string_equal(job.volume_tissues[3].pattern, "b");
             assert_string_equal(job.volume_tissues[3].into, "");
             assert_string_equal(job.volume_tissues[2].into, "walls");
         }
