@@ -2,125 +2,12 @@
 /* segcast render and segcast orbit: a run, from the job to the finished outputs. */
 #include "run.h"
 
-#include <math.h>
 #include <signal.h>
 #include <string.h>
 #include <time.h>
 
 /* The number of events that all ranks together keep for the trace: about 100 MB of JSON. */
 enum { TRACE_EVENTS = 1 << 20 };
-
-/* ---- the identity of a job ---- */
-
-/* Append to @p text what verbs do to each tissue, in the order in which they do it. */
-static sc_status add_fades(const sc_ctx *ctx, const sc_session *s, sc_text *text)
-{
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < s->fade_count && status == SC_OK; i++) {
-        const sc_fade *f = &s->fades[i];
-
-        SC_TRY(sc_text_add(ctx, text, "%d %d %.17g %.17g %d %.17g %d\n", f->id, (int)f->kind,
-                           f->begin, f->end, (int)f->ease.kind, f->to, f->times));
-        for (int j = 0; j < 4 && f->ease.kind == SC_EASE_BEZIER; j++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g\n", f->ease.bezier[j]));
-    }
-out:
-    return status;
-}
-
-/* Append to @p text how verbs move tissues. */
-static sc_status add_shifts(const sc_ctx *ctx, const sc_session *s, sc_text *text)
-{
-    sc_status status = SC_OK;
-
-    for (size_t i = 0; i < s->shift_count && status == SC_OK; i++) {
-        const sc_shift *shift = &s->shifts[i];
-
-        SC_TRY(sc_text_add(ctx, text, "%d %.17g %.17g %d %.17g %.17g %.17g\n", shift->id,
-                           shift->begin, shift->end, (int)shift->ease.kind, shift->by_mm.x,
-                           shift->by_mm.y, shift->by_mm.z));
-        for (int j = 0; j < 4 && shift->ease.kind == SC_EASE_BEZIER; j++)
-            SC_TRY(sc_text_add(ctx, text, "%.17g\n", shift->ease.bezier[j]));
-    }
-out:
-    return status;
-}
-
-/* Append to @p text where verbs bring the camera: to tissues that are chosen by their names. */
-static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *text)
-{
-    sc_status status = SC_OK;
-
-    for (int i = 0; i < t->animation.move_count && status == SC_OK; i++) {
-        const sc_move *m = &t->moves[i];
-
-        status = sc_text_add(ctx, text, "%d %.17g %.17g %.17g %.17g %.17g\n", (int)m->verb.kind,
-                             m->target_mm.x, m->target_mm.y, m->target_mm.z, m->distance_mm,
-                             m->half_height);
-    }
-    return status;
-}
-
-/* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
- * label table, which the keys of the job do not hold. */
-static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
-{
-    sc_status status = SC_OK;
-
-    for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
-        const sc_tissue *t = &s->tissues[id];
-        const uint32_t planes = s->timeline.clip_sets[t->clip_set];
-
-        SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
-                           (long long)s->volume.labels[id].value, t->visible, t->opacity,
-                           t->opacity_auto, t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
-                           t->rgb_linear[2]));
-        status = sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
-                             t->material.specular, t->material.shininess, planes);
-    }
-out:
-    return status;
-}
-
-/* Append to @p text what the pictures of a job without shots, or of one shot, follow from beside
- * its keys. */
-static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
-{
-    const sc_lettering *letters = s->lettering;
-    sc_status status = SC_OK;
-
-    if (s->tissues) /* it is no title card */
-        SC_TRY(add_tissues(ctx, s, text));
-    SC_TRY(add_fades(ctx, s, text));
-    SC_TRY(add_shifts(ctx, s, text));
-    SC_TRY(add_moves(ctx, &s->timeline, text));
-    if (s->scale.is_used) /* which the colour bar shows */
-        SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
-    if (s->logo.rgb)
-        SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
-    if (letters) /* their pixels, which follow from the font */
-        SC_TRY(sc_text_add(ctx, text, "%llx\n",
-                           (unsigned long long)sc_hash_bytes(letters, letters->bytes, 0)));
-out:
-    return status;
-}
-
-/* Hash everything that determines the pictures, except the volume, which has a hash of its own. */
-static sc_status hash_job(sc_run *run, uint64_t *out)
-{
-    const sc_ctx *ctx = run->app->ctx;
-    sc_text text = {0};
-    sc_status status;
-
-    SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
-    for (int i = 0; i < sc_film_shot_count(&run->session); i++)
-        SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
-    *out = sc_hash_bytes(text.data, text.length_bytes, 0);
-out:
-    sc_text_clear(&text);
-    return status;
-}
 
 /* ---- outputs, rank 0 ---- */
 
@@ -199,7 +86,7 @@ static sc_status open_store(sc_run *run)
 
     *job = store_job_of(run);
     job->volume_hash = s->volume.volume_hash;
-    SC_TRY(hash_job(run, &job->job_hash));
+    SC_TRY(sc_run_hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
                          slice_of(run), store_mode(run->app), &run->store));
     sc_store_begun_clear(&run->begun); /* now it is the store's */
@@ -229,7 +116,7 @@ static sc_status open_outputs(sc_run *run)
         return open_store(run);
     settings.version = sc_version();
     settings.volume_hash = run->session.volume.volume_hash;
-    SC_TRY(hash_job(run, &settings.job_hash));
+    SC_TRY(sc_run_hash_job(run, &settings.job_hash));
     status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:
     return status;

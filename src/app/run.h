@@ -69,6 +69,12 @@ typedef struct sc_run {
  * CPU time is counted from here on. Collective. @return as `segcast render`. */
 sc_status sc_run_measured(sc_app *app, const char *job_path, sc_run_observer *observe, void *user);
 
+/* ---- identity.c ---- */
+
+/* Hash everything that determines the pictures of a run whose session is complete, except the
+ * volume, which has a hash of its own. Not collective. @return SC_ERR_MEMORY. */
+sc_status sc_run_hash_job(sc_run *run, uint64_t *out);
+
 /* ---- run_draw.c: callbacks of sc_farm, with an sc_run as user ---- */
 
 sc_status sc_run_draw(void *user, int frame, int row, int rows, sc_image *image,
