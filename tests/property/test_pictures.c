@@ -358,6 +358,24 @@ static sc_scene faded_view(small_scene *s, float *factors)
     return scene;
 }
 
+/* Draw a scene by all skip methods, with variants of the kernels, tiles, threads, and with and
+ * without early ray termination: the picture must be @p first. */
+static void expect_same_by_all_ways(small_scene *s, const sc_scene *scene, const sc_image *first)
+{
+    for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
+        sc_image other;
+
+        s->settings.skip = (sc_skip)(i / 2);
+        s->settings.cpu = i % 2 ? "c" : "auto";
+        s->settings.tile_px = 8 + 11 * i;
+        s->settings.threads = 1 + i % 3;
+        s->settings.to_the_end = i % 5 == 0;
+        other = draw_view(s, scene, NULL);
+        expect_alike(first, &other, 0);
+        sc_image_clear(&other);
+    }
+}
+
 /* Tissues that fade look the same whatever way a frame is drawn. */
 static void faded_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
 {
@@ -375,17 +393,7 @@ static void faded_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
             s.tissues[id].opacity_auto = local;
         s.settings.skip = SC_SKIP_NONE;
         first = draw_view(&s, &scene, NULL);
-        for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
-            sc_image other;
-
-            s.settings.skip = (sc_skip)(i / 2);
-            s.settings.cpu = i % 2 ? "c" : "auto";
-            s.settings.tile_px = 8 + 11 * i;
-            s.settings.threads = 1 + i % 3;
-            other = draw_view(&s, &scene, NULL);
-            expect_alike(&first, &other, 0);
-            sc_image_clear(&other);
-        }
+        expect_same_by_all_ways(&s, &scene, &first);
         sc_image_clear(&first);
         free_scene(&s);
     }
@@ -429,18 +437,7 @@ static void moved_pictures_do_not_depend_on_the_way_they_are_drawn(void **state)
         first = draw_view(&s, &scene, NULL);
         assert_true(sc_image_compare(&still, &first, &d));
         assert_true(d.rms > 5);
-        for (int i = 0; i < 2 * (SC_SKIP_LEAP + 1); i++) {
-            sc_image other;
-
-            s.settings.skip = (sc_skip)(i / 2);
-            s.settings.cpu = i % 2 ? "c" : "auto";
-            s.settings.tile_px = 8 + 11 * i;
-            s.settings.threads = 1 + i % 3;
-            s.settings.to_the_end = i % 5 == 0;
-            other = draw_view(&s, &scene, NULL);
-            expect_alike(&first, &other, 0);
-            sc_image_clear(&other);
-        }
+        expect_same_by_all_ways(&s, &scene, &first);
         sc_image_clear(&still);
         sc_image_clear(&first);
         free_scene(&s);
