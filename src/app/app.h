@@ -209,6 +209,9 @@ void sc_label_source_keep(const sc_app *app, sc_label_source *source);
 /* Give @p volume the names and colours of its table (sc_read_labels_of), and keep the table
  * (sc_label_source_keep). Not collective. */
 sc_status sc_apply_labels(const sc_app *app, const sc_job *job, sc_volume *volume);
+/* Give colours to the tissues of @p volume that no table gives one, or not one that the job wants.
+ * Not collective. @return SC_ERR_MEMORY. */
+sc_status sc_color_tissues(const sc_app *app, const sc_job *job, sc_volume *volume);
 /* @return whether a job changes its volume before anything else is done with it. */
 bool sc_edits_volume(const sc_job *job);
 /* Merge and leave out tissues of a volume, which has its names, and cut parts off, as the job says.
