@@ -61,6 +61,13 @@ typedef struct sc_centerline_request {
  *  ctx->memory_max_bytes; SC_ERR_MEMORY. Any thread. */
 SC_MUST_USE sc_status sc_centerline_find(const sc_ctx *ctx, const sc_centerline_request *request,
                                          sc_centerline *out);
+/** Find the middle of tissues: of the places where they are thickest, with at least 0.9 of the
+ *  greatest distance to their border, the one nearest to their center of mass. Of the request only
+ * the volume, its order and the texts for messages are used.
+ *  @param out RAS mm. @return SC_ERR_DATA, logged: the volume has no voxel of these tissues;
+ *  SC_ERR_SYSTEM and SC_ERR_MEMORY as of sc_centerline_find. Any thread. */
+SC_MUST_USE sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *request,
+                                           sc_vec3 *out);
 /** Free the points and set the line to zero. A zeroed line is allowed. */
 void sc_centerline_clear(sc_centerline *line);
 

@@ -183,6 +183,7 @@ typedef struct sc_verb {
     double ahead;     /**< fly, 0 to 1: how far ahead the camera looks, as a share of its way */
     double fov_deg;   /**< fly: vertical field of view */
     double clearance; /**< fly: sc_centerline_request.clearance */
+    bool middles;     /**< fly: from the middle of a tissue to that of the next */
     char where[160];  /**< "file:line" for messages; may be empty */
 } sc_verb;
 

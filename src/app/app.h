@@ -280,6 +280,8 @@ typedef struct sc_line_wish {
     size_t through_count;
     double clearance;
     const char *where; /* "file:line" for messages; may be empty */
+    bool middles;      /* from the middle of the tissues of a pattern to that of the next, instead
+                        * of through points */
 } sc_line_wish;
 /* @return the first label that a line is to lead through and that a prepared volume has hidden, and
  * so lost; NULL: none. Not collective. */

@@ -75,6 +75,14 @@ static sc_status read_wish(const sc_app *app, wish *w)
     if (o->to && !o->from)
         return sc_fail(app->ctx, SC_ERR_USAGE,
                        "--to needs --from: a line that ends at a point has to begin at one");
+    w->line.middles = o->middles;
+    if (o->middles && o->from)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--middles and --from both say where the line leads; give one of them");
+    if (o->middles && w->line.pattern_count < 2)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--middles needs two tissues or more: --tissue A,B leads from the middle of "
+                       "A to that of B");
     if (o->from)
         SC_TRY(read_point(app->ctx, "--from", o->from, &w->through[w->line.through_count++]));
     if (o->to)

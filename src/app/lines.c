@@ -53,6 +53,34 @@ sc_status sc_check_line_voxels(const sc_ctx *ctx, const char *path, const sc_pre
         wish->where, wish->where[0] ? ": " : "", path, hidden->name, (long long)hidden->value);
 }
 
+/* Find the middle of the tissues of each pattern. @param order as of find_order. @param points
+ * [wish->pattern_count] room for them. */
+static sc_status find_middles(const sc_ctx *ctx, const sc_volume *volume, const sc_line_wish *wish,
+                              const int *order, sc_vec3 *points)
+{
+    sc_text what = {0};
+    void *block = NULL;
+    int *only;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, (size_t)volume->label_count, sizeof *only, &block));
+    only = block;
+    for (size_t i = 0; i < wish->pattern_count; i++) {
+        sc_centerline_request request = {.volume = volume, .order = only, .where = wish->where};
+
+        for (int id = 0; id < volume->label_count; id++)
+            only[id] = order[id] == (int)i + 1;
+        sc_text_clear(&what);
+        SC_TRY(sc_text_add(ctx, &what, "\"%s\"", wish->patterns[i]));
+        request.what = what.data;
+        SC_TRY(sc_centerline_middle(ctx, &request, &points[i]));
+    }
+out:
+    sc_text_clear(&what);
+    sc_free(block);
+    return status;
+}
+
 /* Tell what was found. */
 static void tell_line(const sc_ctx *ctx, const char *what, const sc_line_wish *wish,
                       const sc_centerline *line)
@@ -65,7 +93,7 @@ static void tell_line(const sc_ctx *ctx, const char *what, const sc_line_wish *w
     }
     sc_info(ctx, "%s%sthe centre line of %s is %.4g mm long, with a radius from %.3g to %.3g mm",
             wish->where, wish->where[0] ? ": " : "", what, line->length_mm, least, most);
-    if (line->parts > 1 && !wish->through_count)
+    if (line->parts > 1 && !wish->through_count && !wish->middles)
         sc_info(ctx,
                 "%s%s%s lies in %d pieces that do not touch: the line leads through the largest; "
                 "points choose another",
@@ -81,7 +109,7 @@ sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line
                                      .clearance = wish->clearance,
                                      .where = wish->where};
     sc_text what = {0};
-    void *order = NULL;
+    void *order = NULL, *middles = NULL;
     sc_status status;
 
     SC_TRY(sc_zalloc(app->ctx, (size_t)volume->label_count, sizeof(int), &order));
@@ -91,10 +119,17 @@ sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line
     request.order = order;
     request.what = what.data;
     sc_stage_begin(app->ctx, "finding the centre line", 0, 0);
+    if (wish->middles) {
+        SC_TRY(sc_alloc(app->ctx, wish->pattern_count, sizeof(sc_vec3), &middles));
+        SC_TRY(find_middles(app->ctx, volume, wish, order, middles));
+        request.through = middles;
+        request.through_count = wish->pattern_count;
+    }
     SC_TRY(sc_centerline_find(app->ctx, &request, out));
     tell_line(app->ctx, what.data, wish, out);
 out:
     sc_text_clear(&what);
     sc_free(order);
+    sc_free(middles);
     return status;
 }

@@ -110,9 +110,9 @@ static sc_status find_line(const sc_app *app, const sc_session *session, size_t 
     const sc_job *job = &session->job;
     const sc_verb *fly = &job->verbs[v];
     const size_t pattern_count = find_patterns(job, v, patterns);
-    const sc_line_wish wish = {patterns,       pattern_count,
-                               fly->through,   (size_t)fly->through_count,
-                               fly->clearance, fly->where};
+    const sc_line_wish wish = {
+        patterns,       pattern_count, fly->through, (size_t)fly->through_count,
+        fly->clearance, fly->where,    fly->middles};
     const bool unknown = pattern_count && app->options.fast; /* without voxels: any line will do */
     size_t room = (size_t)fly->through_count * SC_WAY_STEPS + 1;
     sc_centerline line = {0};

@@ -33,6 +33,7 @@ typedef struct sc_options {
     uint64_t max_memory_bytes; /* --max-memory or SEGCAST_MAX_MEMORY; 0: not given */
     bool json, quiet, resume, overwrite;
     bool fast;     /* --fast of segcast check */
+    bool middles;  /* --middles of segcast path */
     bool scan;     /* the command reads all voxels, and tells all mistakes against them */
     bool no_video; /* the command makes no video, whatever the job says */
     bool help, version;

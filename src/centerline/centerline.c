@@ -329,6 +329,35 @@ out:
     return status;
 }
 
+sc_status sc_centerline_middle(const sc_ctx *ctx, const sc_centerline_request *request,
+                               sc_vec3 *out)
+{
+    const float thick = 0.9F; /* of the greatest depth: a slab or a tube has it in many places */
+    sc_vec3 center_mm = {0, 0, 0};
+    double least_mm = HUGE_VAL;
+    float deepest_mm = 0;
+    sc_region region;
+    sc_status status;
+
+    SC_TRY(sc_region_make(ctx, request, &region));
+    for (uint32_t n = 0; n < region.count; n++) {
+        deepest_mm = fmaxf(deepest_mm, region.depth_mm[n]);
+        center_mm = sc_vec3_along(center_mm, 1.0 / region.count, sc_region_point(&region, n));
+    }
+    for (uint32_t n = 0; n < region.count; n++) {
+        const sc_vec3 at_mm = sc_region_point(&region, n);
+        const double off_mm = sc_vec3_length(sc_vec3_sub(at_mm, center_mm));
+
+        if (region.depth_mm[n] < thick * deepest_mm || off_mm >= least_mm)
+            continue;
+        least_mm = off_mm;
+        *out = at_mm;
+    }
+out:
+    sc_region_clear(&region);
+    return status;
+}
+
 void sc_centerline_clear(sc_centerline *line)
 {
     sc_free(line->points);

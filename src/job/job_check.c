@@ -182,8 +182,21 @@ static sc_status check_hold(const sc_ctx *ctx, const sc_job *job, size_t index)
 }
 
 /* A fly needs a way. */
-static sc_status check_fly(const sc_ctx *ctx, const sc_verb *fly)
+static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
+    const sc_verb *fly = &job->verbs[index];
+    int tissues = 0;
+
+    for (size_t i = 0; i < job->verb_tissue_count; i++)
+        tissues += job->verb_tissues[i].verb == (int)index;
+    if (fly->middles && fly->through_count)
+        return fail_verb(ctx, fly,
+                         "fly: middles and through both say where the way leads; expected one of "
+                         "them");
+    if (fly->middles && tissues < 2)
+        return fail_verb(ctx, fly,
+                         "fly: from middle to middle there have to be two tissues or more; "
+                         "expected for example tissues: [left atrium, left ventricle]");
     if (fly->has_tissues || fly->through_count > 1)
         return SC_OK;
     return fail_verb(
@@ -236,7 +249,7 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
         if (verb->kind == SC_VERB_HOLD)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
         if (verb->kind == SC_VERB_FLY)
-            (void)sc_goes_on(&status, check_fly(ctx, verb));
+            (void)sc_goes_on(&status, check_fly(ctx, job, i));
         if (verb->kind == SC_VERB_TURN)
             (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)

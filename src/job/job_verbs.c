@@ -333,6 +333,9 @@ static const sc_key fly_keys[] = {
      .help = "points of the way, in RAS mm: with tissues, in which they lie, those that choose the "
              "branch; without, of a smooth curve",
      .low = -1e6, .high = 1e6, .unit = "mm"},
+    {"middles", &sc_type_bool, VERB(middles), "false",
+     .help = "the way leads from the middle of the first of the tissues to that of the next, in "
+             "their order, to the middle of the last; the middle is where a tissue is thickest"},
     {"ahead", &sc_type_share, VERB(ahead), "10%",
      .help = "how far ahead of itself the camera looks, as a share of the way"},
     {"clearance", &sc_type_share, VERB(clearance), "50%",

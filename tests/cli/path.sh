@@ -24,10 +24,18 @@ expect 73 'arch.csv' "$SEGCAST" path heart.nrrd --tissue aorta -o arch.csv; one_
 "$SEGCAST" path heart.nrrd --tissue 'superior vena cava,right atrium' -q >both.csv
 [ "$(wc -l <both.csv)" -gt "$(wc -l <svc.csv)" ] || fail "the line through two tissues is not longer"
 
+# From middle to middle: the line begins and ends where the tissues are thickest, within 2 mm.
+"$SEGCAST" path heart.nrrd --tissue 'left ventricle,left atrium' --middles -q >middles.csv
+"$SEGCAST" path heart.nrrd --tissue 'left atrium,left ventricle' --middles -q >back.csv
+awk -F, 'FNR == 1 {next} NR == FNR {if (!n++) {x = $1; y = $2; z = $3} next} {X = $1; Y = $2; Z = $3}
+    END {exit (x - X) ^ 2 + (y - Y) ^ 2 + (z - Z) ^ 2 > 4}' middles.csv back.csv || fail "the way back does not end where the way there begins"
+
 # Mistakes.
 expect 64 'no tissue: give one as --tissue NAME' "$SEGCAST" path heart.nrrd; one_error
 expect 64 'expected a point in RAS mm' "$SEGCAST" path heart.nrrd --tissue aorta --from 1,2; one_error
 expect 64 'needs --from' "$SEGCAST" path heart.nrrd --tissue aorta --to 1,2,3; one_error
+expect 64 '.--middles needs two tissues' "$SEGCAST" path heart.nrrd --tissue aorta --middles; one_error
+expect 64 '.--middles and --from both say' "$SEGCAST" path heart.nrrd --tissue aorta,15 --middles --from 1,2,3; one_error
 expect 65 'did you mean "aorta"' "$SEGCAST" path heart.nrrd --tissue aorte; one_error
 expect 65 'lies outside of "aorta"; the nearest place in it is' "$SEGCAST" path heart.nrrd --tissue aorta --from 60,0,0; one_error
 expect 65 'there is no way within "coronary arteries"' "$SEGCAST" path heart.nrrd --tissue 'coronary arteries' --from 37.8,20.5,-8.6 --to=-35.1,33.7,-18; one_error

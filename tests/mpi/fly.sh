@@ -43,6 +43,12 @@ expect 65 'lacking.segc: was prepared while "aorta" \(label 6\) was hidden' "$SE
 "$SEGCAST" render points/job.yaml -o again -q >/dev/null
 [ "$(hashes points)" = "$(hashes again)" ] || fail "the resolved job makes other pictures"
 
+# From middle to middle of tissues that touch: the way goes on when the next tissue is visited.
+middles='animation.verbs=[{fly: {tissues: [left atrium, left ventricle, aorta], middles: true}}]'
+"$SEGCAST" render job.yaml -o middles -q --set "$middles" >/dev/null
+"$SEGCAST" render job.yaml -o middle -q --frames 2 --set "$middles" >/dev/null
+[ "$(hashes middle)" = "$(hashes middles | grep '^2 ')" ] || fail "a frame alone differs from that of the flight from middle to middle"
+
 # Mistakes: one message with file and line.
 mistake() { # mistake TEXT VERB
     printf 'volume: %s\noutput: {video: none}\nanimation:\n  frames: 3\n  verbs:\n    - fly: %s\n' "$volume" "$2" >bad.yaml
@@ -55,3 +61,6 @@ mistake 'fly: it has no way; expected tissues' '{through: [[1, 2, 3]]}'
 mistake 'points 1 and 2 are the same' '{through: [[1, 2, 3], [1, 2, 3]]}'
 mistake 'point 2 .60.0, 0.0, 0.0. lies outside of "aorta"; the nearest place in it is' '{tissues: aorta, through: [[13, 7, 42], [60, 0, 0]]}'
 mistake 'there is no way within "aorta", "inferior vena cava" from point 1' '{tissues: [aorta, inferior vena cava], through: [[13, 7, 42], [35, -17, -42]]}'
+mistake 'there is no way within "left ventricle", "right atrium" from point 1' '{tissues: [left ventricle, right atrium], middles: true}'
+mistake 'fly: from middle to middle there have to be two tissues' '{tissues: aorta, middles: true}'
+mistake 'fly: middles and through both say where the way leads' '{tissues: [aorta, "*ventricle"], middles: true, through: [[1, 2, 3], [4, 5, 6]]}'

@@ -179,6 +179,34 @@ static void what_has_no_way_is_refused_with_where_it_ends(void **state)
     assert_null(line.points);
 }
 
+static void the_middle_is_where_tissues_are_thickest(void **state)
+{
+    const sc_volume v = small_volume();
+    const int slab[] = {0, 0, 1}, tube[] = {0, 1, 0}, none[] = {0, 0, 0};
+    heard h;
+    const sc_ctx ctx = listening(&h);
+    sc_centerline_request request = {
+        .volume = &v, .order = slab, .what = "slab", .where = "job.yaml:7"};
+    sc_vec3 at = {0, 0, 0};
+
+    (void)state;
+    /* The slab has its greatest depth nearly everywhere: its middle is that of its slices. */
+    assert_ok(sc_centerline_middle(&quiet, &request, &at));
+    assert_near(at.x, 19.5, 0.51);
+    assert_near(at.y, 14.5, 0.51);
+    assert_near(at.z, 43, 1.01);
+    /* The bent tube holds its middle on its axis, half way along it, not at its center of mass. */
+    request.order = tube;
+    assert_ok(sc_centerline_middle(&quiet, &request, &at));
+    assert_near(sqrt((at.x - 20) * (at.x - 20) + at.y * at.y), 14, 1.01);
+    assert_near(at.x, 20, 3);
+    assert_near(at.z, 16, 0.01);
+    request.order = none;
+    request.what = "nothing";
+    assert_int_equal(sc_centerline_middle(&ctx, &request, &at), SC_ERR_DATA);
+    assert_non_null(strstr(h.text, "job.yaml:7: the volume has no voxel of nothing"));
+}
+
 static void lines_take_no_more_memory_than_allowed(void **state)
 {
     const sc_volume v = small_volume();
@@ -209,6 +237,7 @@ int main(void)
         cmocka_unit_test(lines_keep_within_a_voxel_of_the_axes_of_vessels),
         cmocka_unit_test(lines_without_points_run_from_end_to_end),
         cmocka_unit_test(what_has_no_way_is_refused_with_where_it_ends),
+        cmocka_unit_test(the_middle_is_where_tissues_are_thickest),
         cmocka_unit_test(lines_take_no_more_memory_than_allowed),
     };
 
