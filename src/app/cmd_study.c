@@ -25,11 +25,40 @@ typedef struct director {
 
 /* ---- progress ---- */
 
+/* @return how many measurements of all cells are done, of *total at most: a cell that is known
+ * exactly enough counts as measured as often as any may be, so that the last one completes it. */
+static int progress_of(const director *d, int *total)
+{
+    const sc_schedule *s = &d->schedule;
+    const int most = d->state->study.most;
+    int done = 0;
+
+    *total = 0;
+    for (int i = 0; i < s->cell_count; i++) {
+        if (!s->cells[i].runs_here)
+            continue;
+        *total += most;
+        done += s->done[i] || s->counts[i] > most ? most : s->counts[i];
+    }
+    return done;
+}
+
+/* @return in how many seconds the study ends at the latest, as far as that can be told. */
+static double remaining_s(const director *d)
+{
+    const sc_study *study = &d->state->study;
+    const double now_s = sc_wall_s();
+    const double budget_s = study->budget_s - (now_s - d->begin_s);
+    const double needed_s = sc_schedule_estimate_s(&d->schedule, study->least);
+    double left_s = sc_schedule_estimate_s(&d->schedule, study->most);
+
+    left_s = fmin(left_s, fmax(needed_s, budget_s));
+    return d->deadline_s > 0 ? fmin(left_s, fmax(0, d->deadline_s - now_s)) : left_s;
+}
+
 /* Write status.json, unless that was done just now. */
 static void tell_state(director *d, const char *state)
 {
-    const sc_schedule *s = &d->schedule;
-    const int least = d->state->study.least;
     const bool runs = !strcmp(state, "running");
     sc_progress_report report = {.state = state,
                                  .phase = runs ? "measuring" : NULL,
@@ -39,14 +68,11 @@ static void tell_state(director *d, const char *state)
     if (runs && sc_wall_s() - d->told_s < 2)
         return;
     d->told_s = sc_wall_s();
-    for (int i = 0; i < s->cell_count; i++) {
-        if (!s->cells[i].runs_here)
-            continue;
-        report.total += least;
-        report.done += s->done[i] || s->counts[i] > least ? least : s->counts[i];
-    }
+    report.done = progress_of(d, &report.total);
     if (runs)
-        report.remaining_s = sc_schedule_estimate_s(s, least);
+        report.remaining_s = remaining_s(d);
+    else if (!strcmp(state, "complete")) /* perhaps because the budget is used up */
+        report.total = report.done;
     /* A status.json that cannot be written does not end the study: its measurements matter. */
     (void)sc_study_write_state(&d->records, &report);
 }
@@ -202,6 +228,7 @@ static step choose(director *d)
 /* Keep what was measured. On rank 0. */
 static sc_status keep(director *d, const step *what, const sc_measurement *m)
 {
+    int total, before;
     sc_status status;
 
     if (what->way.pilot) {
@@ -210,9 +237,10 @@ static sc_status keep(director *d, const step *what, const sc_measurement *m)
         if (!d->state->whole_jobs)
             return SC_OK;
     }
+    before = progress_of(d, &total);
     SC_TRY(sc_study_add(&d->records, m));
     SC_TRY(note(d, m));
-    sc_stage_add(d->state->app->ctx, 1);
+    sc_stage_add(d->state->app->ctx, (uint64_t)(progress_of(d, &total) - before));
     tell_state(d, "running");
     status = check_pixels(d, d->records.results.count - 1);
 out:
@@ -317,8 +345,7 @@ static sc_status begin(director *d)
     const sc_app *app = state->app;
     const sc_measurements *all = &d->records.results;
     char why[160];
-    uint64_t total = 0, done = 0;
-    int last_round = -1;
+    int total, done, last_round = -1;
     sc_status status;
 
     d->records.state = state;
@@ -338,11 +365,8 @@ static sc_status begin(director *d)
     }
     for (size_t i = 0; i < all->count; i++)
         SC_TRY(note(d, &all->items[i]));
-    for (int i = 0; i < state->cell_count; i++) {
-        total += state->cells[i].runs_here ? (uint64_t)state->study.least : 0;
-        done += (uint64_t)d->schedule.counts[i];
-    }
-    sc_stage_begin(app->ctx, "measuring", done < total ? done : total, total);
+    done = progress_of(d, &total);
+    sc_stage_begin(app->ctx, "measuring", (uint64_t)done, (uint64_t)total);
     tell_state(d, "running");
 out:
     return status;

@@ -130,9 +130,9 @@ void sc_schedule_clear(sc_schedule *schedule);
 /* @return the next cell that runs here and is not done, in an order that is random in each round,
  * but for cells that share a prepared volume, which follow each other; -1: none is left. */
 int sc_schedule_next(sc_schedule *schedule);
-/* @return the seconds that @p least measurements of every cell take that runs here, without those
+/* @return the seconds that @p times measurements of every cell take that runs here, without those
  * that were made before. */
-double sc_schedule_estimate_s(const sc_schedule *schedule, int least);
+double sc_schedule_estimate_s(const sc_schedule *schedule, int times);
 
 /* ---- study_measure.c: measuring a cell ---- */
 

@@ -78,12 +78,12 @@ int sc_schedule_next(sc_schedule *schedule)
     return -1;
 }
 
-double sc_schedule_estimate_s(const sc_schedule *schedule, int least)
+double sc_schedule_estimate_s(const sc_schedule *schedule, int times)
 {
     double sum_s = 0;
 
     for (int i = 0; i < schedule->cell_count; i++) {
-        const int left = least - schedule->counts[i];
+        const int left = times - schedule->counts[i];
         double load_s = schedule->costs[i].load_s;
 
         if (!schedule->cells[i].runs_here || left <= 0 || schedule->done[i])
