@@ -174,6 +174,8 @@ typedef struct sc_shot {
                          shots. Has to be the first member */
     char name[256]; /**< empty: none */
     sc_shot_transition transition;
+    bool has_fade_out; /**< it fades to the background at its end */
+    double fade_out_s;
     bool has_card; /**< it shows the card, and no volume */
     sc_card card;
     sc_shot_span span; /**< placed in the film */

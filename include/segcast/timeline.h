@@ -390,6 +390,8 @@ typedef struct sc_shot_span {
     int transition_frames; /**< at least 1, but 0 of a cut; of a cross-fade as many of both shots,
                                 which are shown at the same time; of a fade, half of them belong to
                                 the shot before, if there is one, and the rest to this one */
+    int fade_out_frames;   /**< in which it fades to the background at its end; only if a cut or
+                                the end of the film follows */
     int first;             /**< frame of the film that is the shot's first: of sc_shots_place */
 } sc_shot_span;
 

@@ -265,6 +265,11 @@ const sc_key sc_shot_keys[] = {
      .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
     {"transition", &sc_type_transition, SHOT(transition), "cut",
      .help = "how it follows the shot before: cut, or one of these", .keys = sc_transition_keys},
+    {"fade_out", &sc_type_duration, SHOT(fade_out_s), NULL,
+     .given = SC_GIVEN(sc_shot, has_fade_out), .without = "it does not",
+     .help =
+         "how long it fades to the background at its end; for the last shot, and those before a "
+         "cut"},
     {"card", &sc_type_flow_map, SHOT(card), NULL,
      .help = "the shot is a title card: a text in the middle of the background, and no tissues",
      .keys = sc_card_keys, .given = SC_GIVEN(sc_shot, has_card), .without = "tissues are shown"},

@@ -190,6 +190,29 @@ static double transition_frames(const sc_shot *shot, int fps)
     return t->is_cross_fade || t->is_fade ? floor(t->seconds * fps + 0.5) : 0;
 }
 
+/* Fill in how long shot @p i fades out, if it does so. */
+static sc_status find_fade_out(const sc_ctx *ctx, const sc_job *film, size_t i, sc_shot_span *span)
+{
+    const sc_shot *shot = &film->shots[i];
+    const sc_shot_transition *next = &film->shots[i + 1 < film->shot_count ? i + 1 : i].transition;
+    const double frames = floor(shot->fade_out_s * film->output.fps + 0.5);
+
+    if (!shot->has_fade_out)
+        return SC_OK;
+    if (i + 1 < film->shot_count && (next->is_cross_fade || next->is_fade))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: shot %zu has a fade_out, but shot %zu follows with a %s; leave one of "
+                       "the two out",
+                       shot->where, i + 1, i + 2, next->is_fade ? "fade" : "cross_fade");
+    if (frames < 1 || frames > SC_JOB_FRAMES_MAX)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: the fade_out of shot %zu is %g s, which makes %.0f frames at %d frames "
+                       "per second, expected 1 or more",
+                       shot->where, i + 1, shot->fade_out_s, frames, film->output.fps);
+    span->fade_out_frames = (int)frames;
+    return SC_OK;
+}
+
 /* Fill in the span of shot @p i, but not yet its first frame. @return SC_ERR_DATA, logged, if it
  * cannot begin as it is to. */
 static sc_status find_span(const sc_ctx *ctx, const sc_job *film, size_t i)
@@ -213,7 +236,7 @@ static sc_status find_span(const sc_ctx *ctx, const sc_job *film, size_t i)
                                               : t->is_fade     ? SC_TRANSITION_FADE
                                                                : SC_TRANSITION_CUT,
                                 .transition_frames = (int)frames};
-    return SC_OK;
+    return find_fade_out(ctx, film, i, &shot->span);
 }
 
 /* Refuse shots that are shorter than their transitions. @param spans [shot_count]. @return the

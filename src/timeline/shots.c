@@ -24,17 +24,22 @@ static int frames_in(const sc_shot_span *shot)
                : shot->transition_frames;
 }
 
-/* @return how many frames at the end of the shot before belong to the transition into @p shot. */
-static int frames_out(const sc_shot_span *shot)
+/* @return in how many frames shot @p i fades out at its end. */
+static int fade_out_frames(const sc_shot_span *shots, int count, int i)
 {
-    return shot->transition_frames - (shot->transition == SC_TRANSITION_FADE ? frames_in(shot) : 0);
+    if (i + 1 == count || shots[i + 1].transition == SC_TRANSITION_CUT)
+        return shots[i].fade_out_frames;
+    return shots[i + 1].transition == SC_TRANSITION_FADE
+               ? shots[i + 1].transition_frames - frames_in(&shots[i + 1])
+               : 0;
 }
 
 int sc_shot_transitions(const sc_shot_span *shots, int count, int i)
 {
-    const bool is_followed = i + 1 < count && shots[i + 1].transition != SC_TRANSITION_CUT;
+    const bool is_covered = i + 1 < count && shots[i + 1].transition == SC_TRANSITION_CROSS_FADE;
 
-    return frames_in(&shots[i]) + (is_followed ? frames_out(&shots[i + 1]) : 0);
+    return frames_in(&shots[i]) +
+           (is_covered ? shots[i + 1].transition_frames : fade_out_frames(shots, count, i));
 }
 
 /* @return the share of a transition of @p frames frames that has passed in the middle of its frame
@@ -47,21 +52,21 @@ static float share_of(int k, int frames)
 sc_film_frame sc_film_frame_at(const sc_shot_span *shots, int count, int k)
 {
     sc_film_frame out = {.before = -1, .share = 1};
-    int left;
+    int left, fading;
 
     while (out.shot + 1 < count && shots[out.shot + 1].first <= k)
         out.shot++;
     out.frame = k - shots[out.shot].first;
     left = shots[out.shot].frames - 1 - out.frame;
+    fading = fade_out_frames(shots, count, out.shot);
     if (out.frame < frames_in(&shots[out.shot])) {
         out.share = share_of(out.frame, frames_in(&shots[out.shot]));
         if (shots[out.shot].transition == SC_TRANSITION_CROSS_FADE) {
             out.before = out.shot - 1;
             out.before_frame = k - shots[out.before].first;
         }
-    } else if (out.shot + 1 < count && shots[out.shot + 1].transition == SC_TRANSITION_FADE &&
-               left < frames_out(&shots[out.shot + 1])) {
-        out.share = share_of(left, frames_out(&shots[out.shot + 1]));
+    } else if (left < fading) {
+        out.share = share_of(left, fading);
     }
     return out;
 }

@@ -26,6 +26,7 @@ shots:
   - card: {title: End}
     name: The end
     transition: {cross_fade: 300 ms}
+    fade_out: 100 ms
     render: {background: black}
     animation: {frames: 4}
 YAML

@@ -46,7 +46,7 @@ static const char film[] =
     "    overlays: {caption: second}\n"
     "    animation: {frames: 21, camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0]}}, "
     "clip: []}\n"
-    "  - {name: Three, animation: {duration: 10 s}, output: {layout: views}}\n";
+    "  - {name: Three, animation: {duration: 10 s}, output: {layout: views}, fade_out: 0.5 s}\n";
 
 /* What the text of film means. */
 static void expect_film(const sc_job *job)
@@ -66,6 +66,7 @@ static void expect_film(const sc_job *job)
     assert_string_equal(job->shots[3].name, "Three");
     assert_int_equal(job->shots[1].span.transition_frames, 10);
     assert_int_equal(job->shots[2].span.transition_frames, 5);
+    assert_int_equal(job->shots[3].span.fade_out_frames, 5);
     /* maps are merged key by key */
     assert_int_equal(two->render.samples, 5);
     assert_near(two->render.cap_outline, 0.5, 0);
@@ -163,6 +164,11 @@ static void wrong_shots_are_refused(void **state)
         {"\n- {animation: {frames: 9}}\n- {animation: {frames: 9}, transition: {fade: 1s}}\n"
          "- {transition: {cross_fade: 500ms}}",
          "yaml:5: shot 2 has 9 frames"},
+        {"\n- {fade_out: 1s}\n- {transition: {fade: 1s}}",
+         "yaml:4: shot 1 has a fade_out, but shot 2 follows with a fade"},
+        {"\n- {fade_out: 1ms}", "yaml:4: the fade_out of shot 1 is 0.001 s, which"},
+        {"\n- {animation: {frames: 9}, transition: {fade: 1s}, fade_out: 500ms}",
+         "yaml:4: shot 1 has 9 frames"},
         {"\n- {card: {}}\n- {}", "yaml:4: card: the key \"title\" is missing"},
         {"\n- {card: {title: \"\"}}\n- {}", "yaml:4: title has no value, expected a text"},
         {"\n- {card: {title: \"\\u05e9\"}}\n- {}", "yaml:4: title has, as its character 1, U+05E9"},

@@ -893,12 +893,12 @@ static void verbs_need_tissues_that_are_shown(void **state)
 static void every_frame_of_a_film_shows_its_shot(void **state)
 {
     enum { SHOTS = 5, FRAMES_MAX = 100 };
-    sc_shot_span shots[SHOTS] = {{.frames = 10, SC_TRANSITION_FADE, 3, 0},
-                                 {.frames = 7, SC_TRANSITION_CROSS_FADE, 4, 0},
-                                 {.frames = 5, SC_TRANSITION_CUT, 0, 0},
-                                 {.frames = 1, SC_TRANSITION_CUT, 0, 0},
-                                 {.frames = 9, SC_TRANSITION_FADE, 2, 0}};
-    static const int firsts[SHOTS] = {0, 6, 13, 18, 19}, used[SHOTS] = {6, 4, 0, 1, 1};
+    sc_shot_span shots[SHOTS] = {{.frames = 10, SC_TRANSITION_FADE, 3},
+                                 {.frames = 7, SC_TRANSITION_CROSS_FADE, 4},
+                                 {.frames = 5, SC_TRANSITION_CUT, .fade_out_frames = 2},
+                                 {.frames = 1, SC_TRANSITION_CUT},
+                                 {.frames = 9, SC_TRANSITION_FADE, 2}};
+    static const int firsts[SHOTS] = {0, 6, 13, 18, 19}, used[SHOTS] = {6, 4, 2, 1, 1};
     int seen[FRAMES_MAX] = {0};
 
     (void)state;
@@ -923,9 +923,9 @@ static void every_frame_of_a_film_shows_its_shot(void **state)
 /* Transitions begin and end evenly: their shares run through the middles of equal parts. */
 static void transitions_are_even(void **state)
 {
-    sc_shot_span shots[3] = {{.frames = 10, SC_TRANSITION_CUT, 0, 0},
-                             {.frames = 10, SC_TRANSITION_CROSS_FADE, 4, 0},
-                             {.frames = 10, SC_TRANSITION_FADE, 4, 0}};
+    sc_shot_span shots[3] = {{.frames = 10, SC_TRANSITION_CUT},
+                             {.frames = 10, SC_TRANSITION_CROSS_FADE, 4},
+                             {.frames = 10, SC_TRANSITION_FADE, 4, .fade_out_frames = 4}};
 
     (void)state;
     assert_int_equal(sc_shots_place(shots, 3), 26);
@@ -934,6 +934,7 @@ static void transitions_are_even(void **state)
         const float expected = k >= 6 && k < 10     ? ((float)(k - 6) + 0.5F) / 4
                                : k == 14 || k == 17 ? 0.75F
                                : k == 15 || k == 16 ? 0.25F
+                               : k >= 22            ? ((float)(25 - k) + 0.5F) / 4
                                                     : 1;
 
         assert_true(at.share == expected);
