@@ -49,6 +49,56 @@ uint64_t sc_film_renderer_bytes(const sc_session *session, uint64_t *derived)
     return bytes;
 }
 
+/* ---- messages that name the shot ---- */
+
+/* What a shot does with a message. */
+typedef struct speaker {
+    sc_app app; /* as that of the film, but with the context below */
+    sc_ctx ctx;
+    sc_app *film; /* borrowed */
+    const sc_shot *shot;
+    int number; /* of the shot, from 1 */
+} speaker;
+
+/* Pass a message on, for sc_ctx.write: an error or a warning with the number and the name of the
+ * shot, unless it begins with the file in which the shot stands, so that it tells its place
+ * already. */
+static void write_with_shot(void *user, sc_log_level level, const char *text)
+{
+    const speaker *s = user;
+    const sc_ctx *ctx = s->film->ctx;
+    const char *name = s->shot->name, *colon = strrchr(s->shot->where, ':');
+    const size_t length = colon ? (size_t)(colon - s->shot->where) : 0;
+
+    if (level > SC_LOG_WARN || (length > 0 && !strncmp(text, s->shot->where, length)))
+        ctx->write(ctx->user, level, text);
+    else if (level == SC_LOG_WARN)
+        sc_warn(ctx, "shot %d%s%s%s: %s", s->number, name[0] ? " (" : "", name, name[0] ? ")" : "",
+                text);
+    else
+        (void)sc_fail(ctx, SC_ERR_INTERNAL, "shot %d%s%s%s: %s", s->number, name[0] ? " (" : "",
+                      name, name[0] ? ")" : "", text);
+}
+
+/* Begin to speak for shot @p i of a session. */
+static void begin_to_speak(sc_app *app, const sc_film *film, int i, speaker *out)
+{
+    *out = (speaker){
+        .app = *app, .ctx = *app->ctx, .film = app, .shot = film->shots[i].shot, .number = i + 1};
+    out->app.ctx = &out->ctx;
+    if (!app->ctx->write)
+        return;
+    out->ctx.rank = 0; /* that of the film's context is told */
+    out->ctx.write = write_with_shot;
+    out->ctx.user = out;
+}
+
+/* Keep what the film is to know of what was said. */
+static void end_to_speak(speaker *s)
+{
+    memcpy(s->film->font_told, s->app.font_told, sizeof s->film->font_told);
+}
+
 /* ---- making it ---- */
 
 /* Leave out of a title card what belongs to a volume. */
@@ -122,6 +172,7 @@ static void share_background(sc_film *film, const sc_session *from)
 sc_status sc_film_open(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
+    speaker voice;
     sc_film *film;
     bool chosen = false;
     sc_status status = SC_OK;
@@ -138,7 +189,8 @@ sc_status sc_film_open(sc_app *app, sc_session *session)
 
         if (shot->shot->has_card)
             continue;
-        SC_TRY(sc_session_tissues(app, shot));
+        begin_to_speak(app, film, i, &voice);
+        SC_TRY(sc_session_tissues(&voice.app, shot));
         if (!chosen) /* for title cards, also if the shot has one of its own */
             share_background(film, shot);
         chosen = true;
@@ -195,6 +247,7 @@ static sc_status make_card(sc_app *app, sc_session *shot)
 static sc_status make_shots(sc_app *app, sc_session *session)
 {
     sc_film *film = session->film;
+    speaker voice;
     sc_status status = SC_OK;
 
     for (int i = 0; i < film->count; i++) {
@@ -205,7 +258,11 @@ static sc_status make_shots(sc_app *app, sc_session *session)
             continue;
         }
         SC_TRY(find_renderer(app, film, i));
-        SC_TRY(sc_shot_timeline(app, shot));
+        begin_to_speak(app, film, i, &voice);
+        status = sc_shot_timeline(&voice.app, shot);
+        end_to_speak(&voice);
+        if (status != SC_OK)
+            return status;
         if (!session->renderer) /* for those who ask about drawing at all */
             session->renderer = shot->renderer;
         session->borrows_renderer = true;
