@@ -13,6 +13,7 @@
 # FAULT_FUNCTION  only calls that are made while this function of the program works
 # FAULT_PREPARED  1: the volume is a prepared file, which every rank maps
 # FAULT_OVERLAYS  1: every overlay is written onto the frames
+# FAULT_FILM      1: the job is a film of shots, with verbs, names and colours by values
 # FAULT_RESUME    1: the run with faults continues one that was killed half way
 # FAULT_ENCODE    farm.encode (default: segments), and
 # FAULT_FRAMES    the number of frames, two for each GOP (default: 3)
@@ -75,6 +76,40 @@ overlays:
   names: all
   logo: logo.png
   logo_place: top
+YAML
+fi
+if [ -n "${FAULT_FILM:-}" ]; then # 7 frames: a frame of each shot is mixed with one of another, or faded
+    printf '%s\n' 'name,mm' 'wall,1.5' 'blood,3' >values.csv
+    cat >job.yaml <<YAML
+volume: volume.nrrd
+output: {directory: out, size: [96, 72], fps: 2, frames: png, video: film.mp4}
+tissues: {wall: {opacity: 0.6}}
+shots:
+  - name: Title
+    card: {title: Herz}
+    animation: {frames: 2}
+  - name: Apart
+    transition: {fade: 0.5 s}
+    animation:
+      frames: 3
+      camera: {orbit: {turns: 0.5, elevation: 10}}
+      clip: [{sweep: {normal: posterior, from: 0%, to: 45%}}]
+      verbs:
+        - turn: {plane: 1, angle: 40, axis: superior}
+        - explode: {tissues: "*", by: 60%, during: [0%, 60%]}
+        - fade: {tissues: wall, to: 20%, during: [40%, 100%]}
+    overlays: {caption: Apart, names: all}
+  - name: Values
+    transition: {cross_fade: 1 s}
+    animation:
+      frames: 4
+      camera: {orbit: {turns: 0}}
+      verbs:
+        - rock: {angle: 20}
+        - frame: {tissues: blood, during: [0%, 50%]}
+        - fly: {through: [[-5, -4, 0], [-5, -4, 11]], during: [60%, 100%]}
+    color_by: {table: values.csv, column: mm}
+    overlays: {color_bar: bottom-right, legend: top-left}
 YAML
 fi
 if [ -n "${FAULT_PREPARED:-}" ]; then
