@@ -25,5 +25,11 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
         # Pixels are compared with a tolerance: another compiler may change the last bit of some.
         "$IMAGE_DIFFERENCE" "$picture" "$keep" 255 0.5 || fail "$name: $(basename "$picture") differs from $keep"
     done
+    case $job in
+    */verbs/*)
+        [ -s "$SOURCE/docs/verbs/$name.webp" ] && grep -q "verbs/$name.webp.*jobs/verbs/$name.yaml" "$SOURCE/docs/verbs.md" ||
+            fail "$name: docs/verbs.md does not show its film: add a line, and run tools/verb-films $name"
+        ;;
+    esac
     [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: expected 5 pictures in $golden"
 done
