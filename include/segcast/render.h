@@ -91,6 +91,10 @@ typedef struct sc_viewport {
 typedef struct sc_rows {
     int first, end;
 } sc_rows;
+/** Columns [first, end) of a picture, from the left. */
+typedef struct sc_columns_px {
+    int first, end;
+} sc_columns_px;
 /** Draw a scene into @p viewport, a rectangle that must lie within @p image; the vertical field
  *  of view fills its height. Blocks until it is drawn; cannot fail. @param rows of the image,
  *  outside of which nothing is drawn; NULL: all rows of the viewport. A pixel does not depend on
@@ -98,6 +102,10 @@ typedef struct sc_rows {
  *  as they are. @param stats overwritten; all 0 if no row is left. Threads: as sc_render_frame. */
 void sc_render_view(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
                     const sc_rows *rows, sc_image *image, sc_render_stats *stats);
+/** As sc_render_view, but nothing is drawn outside of @p columns of the image either; NULL: all. */
+void sc_render_columns(sc_renderer *renderer, const sc_scene *scene, const sc_viewport *viewport,
+                       const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                       sc_render_stats *stats);
 /** Draw a frame, or @p rows of it (NULL: all), into @p image, which has the size of the
  *  settings; otherwise as sc_render_view. Threads: a renderer draws one frame at a time, on the
  *  threads of its settings. */

@@ -21,6 +21,7 @@ typedef struct frame {
     sc_cover cover;         /* a copy of renderer->last_cover */
     sc_pixel_state nothing; /* what a pixel without a ray has seen */
     int tiles_x;            /* tiles in a row of tiles */
+    int column0, column1;   /* columns [column0, column1) of the viewport are to be drawn */
     int row0, row1;         /* rows [row0, row1) of the viewport are to be drawn */
 } frame;
 
@@ -434,9 +435,9 @@ static void draw_and_measure(void *user, size_t begin, size_t end, int thread)
     t.counters = (sc_march_counters){0};
     t.rays.count = 0;
     for (size_t i = begin; i < end && !is_given_up(f); i++) {
-        t.x0 = (int)(i % (size_t)f->tiles_x) * s->tile_px;
+        t.x0 = f->column0 + (int)(i % (size_t)f->tiles_x) * s->tile_px;
         t.y0 = f->row0 + (int)(i / (size_t)f->tiles_x) * s->tile_px;
-        t.x1 = least(t.x0 + s->tile_px, f->viewport->width_px);
+        t.x1 = least(t.x0 + s->tile_px, f->column1);
         t.y1 = least(t.y0 + s->tile_px, f->row1);
         draw_tile(&t);
     }
@@ -588,11 +589,15 @@ static void begin_view(frame *f)
     sc_parts_begin(r, f->scene, f->viewport);
 }
 
-void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
-                    const sc_rows *rows, sc_image *image, sc_render_stats *stats)
+void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
+                       const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                       sc_render_stats *stats)
 {
     const double begin_s = sc_wall_s();
     const int px = r->settings.tile_px, height_px = viewport->height_px;
+    const int width_px = viewport->width_px;
+    const int column0 = columns ? within(columns->first - viewport->x_px, width_px) : 0;
+    const int column1 = columns ? within(columns->end - viewport->x_px, width_px) : width_px;
     const int row0 = rows ? within(rows->first - viewport->y_px, height_px) : 0;
     const int row1 = rows ? within(rows->end - viewport->y_px, height_px) : height_px;
     const int tiles_y = (row1 - row0 + px - 1) / px;
@@ -601,12 +606,14 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
                .viewport = viewport,
                .image = image,
                .nothing = {.nothing = true},
-               .tiles_x = (viewport->width_px + px - 1) / px,
+               .tiles_x = (column1 - column0 + px - 1) / px,
+               .column0 = column0,
+               .column1 = column1,
                .row0 = row0,
                .row1 = row1};
 
     *stats = (sc_render_stats){0};
-    if (row0 >= row1)
+    if (row0 >= row1 || column0 >= column1)
         return;
 
     memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
@@ -618,6 +625,12 @@ void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *vi
         stats->cpu_s += r->stats[i].cpu_s;
     }
     stats->wall_s = sc_wall_s() - begin_s;
+}
+
+void sc_render_view(sc_renderer *r, const sc_scene *scene, const sc_viewport *viewport,
+                    const sc_rows *rows, sc_image *image, sc_render_stats *stats)
+{
+    sc_render_columns(r, scene, viewport, NULL, rows, image, stats);
 }
 
 /* ---- counts for each pixel ---- */
