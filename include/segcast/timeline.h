@@ -359,6 +359,8 @@ double sc_progress(double begin, double end, sc_ease ease, double k, int frames)
 /** @return how much of the way is done, 0 to 1. @param u how much of the time has passed, 0 to 1;
  * not clamped. */
 double sc_ease_value(sc_ease ease, double u);
+/** @return the value, in frame @p k of @p frames, of a track, or without key frames of a ramp. */
+double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
 /** @return the value of a track that has key frames. @param at the time, 0 to 1. */
 sc_vec3 sc_track_value(const sc_track *track, double at);
 /** @return the time of frame @p k of @p frames: 0 for the first, 1 for the last. @param k need not

@@ -123,15 +123,12 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     *out = t;
 }
 
-/* @return what the picture is scaled by at frame @p k. */
-static double zoom_at(const sc_animation *a, int k)
+double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames)
 {
-    const sc_ramp *zoom = &a->camera.zoom;
-
-    if (a->camera.zoom_track.count)
-        return sc_track_value(&a->camera.zoom_track, sc_frame_time(k, a->frames)).x;
-    return zoom->from +
-           (zoom->to - zoom->from) * sc_progress(zoom->begin, zoom->end, zoom->ease, k, a->frames);
+    if (track->count)
+        return sc_track_value(track, sc_frame_time(k, frames)).x;
+    return ramp->from +
+           (ramp->to - ramp->from) * sc_progress(ramp->begin, ramp->end, ramp->ease, k, frames);
 }
 
 /* @return half the height of the picture (see sc_camera) at frame @p k, before the zoom. @param
@@ -196,7 +193,8 @@ static void apply_moves(const sc_timeline *t, int k, view *v)
 static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
 {
     const sc_orbit *orbit = &t->animation.camera;
-    view v = {.sight = sc_sight_at(t, k), .zoom = zoom_at(&t->animation, k)};
+    view v = {.sight = sc_sight_at(t, k),
+              .zoom = sc_ramp_value(&orbit->zoom, &orbit->zoom_track, k, t->animation.frames)};
     sc_vec3 base_mm, position_mm;
     double half_height;
     sc_camera camera;
