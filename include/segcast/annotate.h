@@ -109,6 +109,8 @@ typedef struct sc_annotations {
     const sc_timeline *timeline;
     bool font_is_told;  /**< the file of the font was named before, as that of another shot */
     sc_viewport within; /**< where the picture in space lies in the frame: overlays lie in it */
+    sc_viewport
+        space; /**< where it lies if it is not there, for the scale bar; of width 0: there */
     int fps;
     int first_frame;       /**< frame of the film that is frame 0 here: by it times are counted */
     const sc_card *card;   /**< NULL: it is no title card */

@@ -18,8 +18,9 @@ enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000 };
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
 
-/** What a frame shows: one picture, or three slices beside it (views.h). */
-typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS } sc_layout;
+/** What a frame shows: one picture, three slices beside it, or several volumes side by side or on
+ * both sides of a divider (views.h). */
+typedef enum sc_layout { SC_LAYOUT_PICTURE, SC_LAYOUT_VIEWS, SC_LAYOUT_COMPARE } sc_layout;
 
 /* Members that hold an enum are of type int: the table of keys stores numbers there. */
 
@@ -114,6 +115,33 @@ typedef struct sc_crop {
     char where[160];    /**< "file:line" for messages; may be empty */
 } sc_crop;
 
+/** The most subjects of a comparison: the volume of the job and others. */
+enum { SC_SUBJECTS_MAX = 4 };
+/** A volume that is compared with that of the job. */
+typedef struct sc_subject {
+    char volume[SC_PATH_BYTES]; /**< as of sc_job */
+    char labels[SC_PATH_BYTES]; /**< likewise; empty: that of the job */
+    bool has_name;
+    char name[SC_CAPTION_BYTES]; /**< as sc_caption.text, if has_name */
+    char where[160];             /**< "file:line" for messages; may be empty */
+} sc_subject;
+/** Where subjects stand: all with the middle of what is shown of them in one point, or as their
+ * files place them. */
+typedef enum sc_align { SC_ALIGN_CENTER, SC_ALIGN_NONE } sc_align;
+/** A comparison of the volume of the job, its first subject, with others: all are drawn in the same
+ * way, at the same scale, from the same camera. */
+typedef struct sc_comparison {
+    sc_subject others[SC_SUBJECTS_MAX - 1]; /**< [count] of them */
+    int count;
+    bool has_name;
+    char name[SC_CAPTION_BYTES]; /**< of the first subject, if has_name */
+    char where[160];             /**< of the comparison, for messages */
+    int align;                   /**< sc_align */
+    bool has_divider;            /**< both subjects fill the picture, one beside the other */
+    sc_ramp divider; /**< where the first ends, as a share of the width of the picture, 0 to 1 */
+    sc_track divider_track; /**< key frames; if it has any, they replace the ramp */
+} sc_comparison;
+
 /** A job. Plain data but for seven arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
@@ -127,6 +155,7 @@ typedef struct sc_job {
     int labels_format;          /**< sc_table_format */
     int overlap;                /**< sc_overlap */
     int appearance;             /**< sc_appearance */
+    sc_comparison compare;      /**< if has_compare */
     sc_color_by color_by;       /**< if has_color_by */
     sc_output output;
     sc_render_options render;
@@ -150,6 +179,7 @@ typedef struct sc_job {
     bool has_names, has_legend_tissues; /**< likewise */
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_color_by;                  /**< tissues are coloured by values */
+    bool has_compare;                   /**< several volumes are compared */
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
     size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come

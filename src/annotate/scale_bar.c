@@ -7,6 +7,12 @@
 
 #define LONGEST 0.2 /* share of the width of the picture */
 
+/* @return where the picture in space lies. */
+static const sc_viewport *space_of(const sc_annotations *a)
+{
+    return a->space.width_px ? &a->space : &a->within;
+}
+
 /* @return how many millimetres a pixel is wide at the depth of the middle of what is visible; 0 if
  * that lies behind the camera. */
 static double mm_per_px(const sc_annotations *a, const sc_camera *camera)
@@ -17,14 +23,14 @@ static double mm_per_px(const sc_annotations *a, const sc_camera *camera)
     const double half =
         camera->projection == SC_PERSPECTIVE ? camera->half_height * depth : camera->half_height;
 
-    return half > 0 ? 2 * half / a->within.height_px : 0;
+    return half > 0 ? 2 * half / space_of(a)->height_px : 0;
 }
 
 void sc_draw_scale_bar(sc_drawing *d, const sc_scene *scene)
 {
     const sc_annotations *a = d->a;
     const double scale = mm_per_px(a, &scene->camera);
-    const double length_mm = sc_round_length_mm(LONGEST * a->within.width_px * scale);
+    const double length_mm = sc_round_length_mm(LONGEST * space_of(a)->width_px * scale);
     const int capitals = sc_glyphs_capitals(a->lettering);
     const int thick = capitals / 4 > 2 ? capitals / 4 : 2, halo = thick / 3 > 1 ? thick / 3 : 1;
     const int gap = capitals / 2;

@@ -127,7 +127,15 @@ typedef struct sc_watched_file {
     size_t bytes;
 } sc_watched_file;
 
-typedef struct sc_film sc_film; /* see film.c */
+typedef struct sc_film sc_film;       /* see film.c */
+typedef struct sc_compare sc_compare; /* see compare.c */
+
+/* Of a tissue of several subjects that are compared: the first of them that has voxels of it, or
+ * else the first that knows it, and its dense id there. */
+typedef struct sc_tissue_owner {
+    int subject, id;
+    bool has_voxels;
+} sc_tissue_owner;
 
 typedef struct sc_session {
     bool measure; /* set between job and volume: measure all labels, so that none is hidden */
@@ -163,6 +171,19 @@ typedef struct sc_session {
      * from the tissues on is empty but for the renderer, which is that of a shot. NULL: there are
      * no shots. Owned. */
     sc_film *film;
+    /* Of a comparison: each subject is a session, the first of which borrows the volume, and what
+     * is above from the tissues on is empty but for the renderer, which is that of the first. NULL:
+     * there is one volume. Owned. */
+    sc_compare *compare;
+    /* Of the session of a subject: all of them, [subject_count], and its index. Borrowed from the
+     * comparison; else NULL. */
+    const struct sc_session *subjects;
+    int subject_count, subject;
+    const sc_tissue_owner
+        *owners;           /* [label_count] of the session of a subject, borrowed; else NULL */
+    sc_viewport panel;     /* where the picture in space lies in the frame, if that is a part of it
+                              which does not follow from the layout; else of width 0 */
+    sc_viewport within;    /* where overlays lie, if not in the panel; else of width 0 */
     const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
     bool borrows_renderer; /* it is that of another session, which draws in the same way */
 } sc_session;
@@ -338,6 +359,60 @@ void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_c
                     sc_render_stats *stats);
 /* Free what a shot has for itself: all but the volume and the job. On this rank alone. */
 void sc_shot_clear(sc_session *session);
+/* @return the scene of frame @p k of a shot, with its fades and offsets, which stay those of the
+ * session. Not collective. */
+sc_scene sc_shot_scene(const sc_session *session, int k);
+/* Fill @p rows of a picture, NULL: all, with the background of the job. Not collective. */
+void sc_draw_background(const sc_job *job, const sc_rows *rows, sc_image *image);
+/* Free the volume of a session, which owns it. Collective. */
+void sc_session_drop_volume(sc_session *session);
+
+/* ---- subjects.c: what the subjects of a comparison have in common ---- */
+
+/* @return how many subjects are compared by the job: 1 without a comparison. */
+int sc_subject_count(const sc_job *job);
+/* Give the tissues of a subject, which are resolved, the looks that they have in session->owners,
+ * if these are subjects before it. Not collective. */
+void sc_take_looks(sc_session *session);
+/* @return subject @p i of those that are framed and moved together with a session: the session
+ * itself, unless it is a subject; NULL behind the last. */
+const sc_session *sc_framed_with(const sc_session *session, int i);
+
+/* ---- compare.c: several volumes in one picture ---- */
+
+/* Begin the comparison of session->job, if it has one, when its own volume is there: load the
+ * volumes of the other subjects. */
+sc_status sc_compare_load(sc_app *app, sc_session *session);
+/* The same when it was inspected: the others are inspected, too (sc_session_inspect). */
+sc_status sc_compare_inspect(sc_app *app, bool header_only, sc_session *session);
+/* Resolve the tissues of all subjects. */
+sc_status sc_compare_tissues(sc_app *app, sc_session *session);
+/* Fill the timelines of all subjects, framed on @p points, and what is written onto pictures, after
+ * sc_compare_tissues and, unless the volumes were only inspected, the renderers. @return as
+ * sc_session_timeline and sc_session_letter. */
+sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *points,
+                              size_t count);
+/* All that is left after sc_compare_load. */
+sc_status sc_compare_scene(sc_app *app, sc_session *session);
+/* @return the session of subject @p i, and behind them of what is written beside the pictures; NULL
+ * behind the last, and without a comparison. Not collective. */
+sc_session *sc_compare_part(const sc_session *session, int i);
+/* @return what is written below the picture of subject @p i. Not collective. */
+const char *sc_compare_name(const sc_session *session, int i);
+/* As sc_session_draw. */
+sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                          sc_image *image, sc_render_stats *stats);
+/* As sc_session_counts. */
+void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                       sc_render_stats *stats);
+/* @return the hash of the volume of a session, or of those of all subjects in their order. Not
+ * collective. */
+uint64_t sc_session_volume_hash(const sc_session *session);
+/* @return the bytes of the prepared volume of a session, or of those of all subjects. Not
+ * collective. */
+uint64_t sc_session_prepared_bytes(const sc_session *session);
+/* Free session->compare; nothing if there is none. Collective. */
+void sc_compare_free(sc_session *session);
 
 /* ---- film.c: the shots of a film ---- */
 

@@ -5,6 +5,8 @@
 #include "label_report.h"
 #include "run.h"
 
+#include <string.h>
+
 /* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues, or of that
  * of the volume if no voxels were read. Caller owns *out: sc_free. */
 static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
@@ -71,6 +73,68 @@ out:
     return status;
 }
 
+/* The same of a comparison, whose volumes have been inspected. */
+static sc_status check_compare(sc_app *app, sc_session *session)
+{
+    sc_vec3 *corners[SC_SUBJECTS_MAX] = {NULL}, *points;
+    size_t counts[SC_SUBJECTS_MAX], all = 0;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(sc_compare_tissues(app, session));
+    for (int s = 0; s < sc_subject_count(&session->job); s++) {
+        SC_TRY(find_corners(app, sc_compare_part(session, s), &corners[s], &counts[s]));
+        all += counts[s];
+    }
+    SC_TRY(sc_alloc(app->ctx, all, sizeof *points, &block));
+    points = block;
+    all = 0;
+    for (int s = 0; s < sc_subject_count(&session->job); s++) {
+        if (counts[s])
+            memcpy(points + all, corners[s], counts[s] * sizeof *points);
+        all += counts[s];
+    }
+    status = sc_compare_timeline(app, session, points, all);
+out:
+    for (int s = 0; s < SC_SUBJECTS_MAX; s++)
+        sc_free(corners[s]);
+    sc_free(block);
+    return status;
+}
+
+/* Check all of a job that depends on its volumes, which have been inspected. */
+static sc_status check_shots(sc_app *app, sc_session *session)
+{
+    sc_status status;
+
+    if (session->job.has_compare) {
+        SC_TRY(sc_compare_inspect(app, app->options.fast, session));
+        return check_compare(app, session);
+    }
+    SC_TRY(sc_film_open(app, session));
+    if (!session->film)
+        SC_TRY(sc_session_tissues(app, session));
+    for (int i = 0; i < sc_film_shot_count(session); i++)
+        SC_TRY(check_shot(app, sc_film_shot(session, i)));
+out:
+    return status;
+}
+
+/* Print the size of each volume that is compared. */
+static void print_subjects(const sc_session *session)
+{
+    const int count = session->compare ? sc_subject_count(&session->job) : 0;
+
+    for (int s = 0; s < count; s++) {
+        const sc_session *subject = sc_compare_part(session, s);
+
+        printf("  ");
+        sc_print(stdout, sc_compare_name(session, s));
+        printf(": %d x %d x %d voxels\n", subject->volume.size[0], subject->volume.size[1],
+               subject->volume.size[2]);
+    }
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
@@ -86,11 +150,7 @@ sc_status sc_cmd_check(sc_app *app)
     sc_warn_of_outputs(app, job);
     app->label_source = &source;
     SC_TRY(sc_session_inspect(app, app->options.fast, &session));
-    SC_TRY(sc_film_open(app, &session));
-    if (!session.film)
-        SC_TRY(sc_session_tissues(app, &session));
-    for (int i = 0; i < sc_film_shot_count(&session); i++)
-        SC_TRY(check_shot(app, sc_film_shot(&session, i)));
+    SC_TRY(check_shots(app, &session));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
@@ -99,6 +159,7 @@ sc_status sc_cmd_check(sc_app *app)
            session.volume.size[0], session.volume.size[1], session.volume.size[2],
            session.volume.label_count - 1,
            app->options.fast ? " in its tables (the voxels were not read)" : "");
+    print_subjects(&session);
     sc_label_report_print(&report, stdout);
 out:
     app->label_source = NULL;

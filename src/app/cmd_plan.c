@@ -238,6 +238,11 @@ static void print_text(const job_plan *plan)
     printf("volume           %d x %d x %d voxels, %d labels, %s prepared\n",
            session->volume.size[0], session->volume.size[1], session->volume.size[2],
            session->volume.label_count - 1, size_text((double)p->prepared_bytes, prepared));
+    for (int s = 1; session->compare && s < sc_subject_count(job); s++) {
+        const sc_prepared *v = &sc_compare_part(session, s)->volume;
+
+        printf("  compared with  %d x %d x %d voxels\n", v->size[0], v->size[1], v->size[2]);
+    }
     printf("measured         bands of %d frames, %d whole frames\n", p->partly_drawn, p->encoded);
     printf("preparing        %.1f CPU s, %.1f s here\n", p->prepare_cpu_s, p->prepare_wall_s);
     printf("drawing          %.1f CPU s, %.3f per frame\n", plan->draw_cpu_s, p->draw_cpu_s);

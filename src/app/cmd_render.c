@@ -85,7 +85,7 @@ static sc_status open_store(sc_run *run)
     sc_status status;
 
     *job = store_job_of(run);
-    job->volume_hash = s->volume.volume_hash;
+    job->volume_hash = sc_session_volume_hash(s);
     SC_TRY(sc_run_hash_job(run, &job->job_hash));
     SC_TRY(sc_store_open(run->app->ctx, run->directory, job, run->wanted, run->wanted_count,
                          slice_of(run), store_mode(run->app), &run->store));
@@ -115,7 +115,7 @@ static sc_status open_outputs(sc_run *run)
     if (run->keep_records)
         return open_store(run);
     settings.version = sc_version();
-    settings.volume_hash = run->session.volume.volume_hash;
+    settings.volume_hash = sc_session_volume_hash(&run->session);
     SC_TRY(sc_run_hash_job(run, &settings.job_hash));
     status = sc_video_writer_open(ctx, run->video_path, &settings, &run->writer);
 out:

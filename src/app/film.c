@@ -25,6 +25,11 @@ sc_session *sc_film_shot(sc_session *session, int i)
 
 sc_renderer *sc_film_renderer(const sc_session *session, int i)
 {
+    if (session->compare) {
+        const sc_session *part = sc_compare_part(session, i);
+
+        return part ? part->renderer : NULL; /* what is written beside the pictures has none */
+    }
     if (!session->film)
         return i == 0 ? session->renderer : NULL;
     for (int s = 0; s < session->film->count; s++) {
@@ -273,13 +278,19 @@ out:
 
 sc_status sc_session_scene(sc_app *app, sc_session *session)
 {
-    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    double wall_s, cpu_s;
     sc_status status;
 
+    if (session->job.has_compare && !session->compare)
+        SC_TRY(sc_compare_load(app, session));
+    wall_s = sc_wall_s();
+    cpu_s = sc_cpu_s();
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_film_open(app, session));
     if (session->film) {
         SC_TRY(make_shots(app, session));
+    } else if (session->compare) {
+        SC_TRY(sc_compare_scene(app, session));
     } else {
         SC_TRY(sc_session_tissues(app, session));
         SC_TRY(sc_shot_renderer(app, session));
@@ -299,23 +310,6 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
 
 /* ---- drawing ---- */
 
-/* Fill @p rows of a picture, NULL: all, with the background of the job. */
-static void draw_background(const sc_job *job, const sc_rows *rows, sc_image *image)
-{
-    const sc_background *background = &job->render.background;
-    const size_t bytes = sc_pixel_bytes(image->alpha);
-    const int first = rows && rows->first > 0 ? rows->first : 0;
-    const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
-    uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
-
-    for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
-        if (image->alpha)
-            memset(to, 0, bytes);
-        else
-            memcpy(to, background->rgb, bytes);
-    }
-}
-
 /* As sc_shot_draw, of a title card. */
 static sc_status draw_card(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                            sc_image *image, sc_render_stats *stats)
@@ -324,7 +318,7 @@ static sc_status draw_card(const sc_app *app, sc_session *session, int k, const 
     const sc_scene scene = {0};
 
     *stats = (sc_render_stats){0};
-    draw_background(&session->job, rows, image);
+    sc_draw_background(&session->job, rows, image);
     return sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
 }
 
@@ -373,6 +367,8 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     sc_session *shot;
     sc_status status;
 
+    if (session->compare)
+        return sc_compare_draw(app, session, k, rows, image, stats);
     if (!film)
         return sc_shot_draw(app, session, k, rows, image, stats);
     at = sc_film_frame_at(film->spans, film->count, k);
@@ -411,6 +407,10 @@ void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_marc
                                   : (sc_film_frame){.frame = k, .before = -1};
     sc_session *shot = sc_film_shot(session, at.shot);
 
+    if (session->compare) {
+        sc_compare_counts(session, k, size_px, out, stats);
+        return;
+    }
     if (shot->renderer) {
         sc_shot_counts(shot, at.frame, size_px, out, stats);
         return;
@@ -453,15 +453,9 @@ static void free_film(sc_film *film)
 void sc_session_clear(sc_session *session)
 {
     free_film(session->film);
+    sc_compare_free(session);
     sc_shot_clear(session);
-    sc_shared_free(session->shared);
-    sc_free(session->labels);
-    sc_free(session->stats);
-    sc_signals_forget_file(session->watched);
-    sc_file_unmap(session->mapped, session->mapped_bytes);
-    if (session->watched)
-        sc_free(session->watched->name);
-    sc_free(session->watched);
+    sc_session_drop_volume(session);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

@@ -100,12 +100,15 @@ out:
 sc_status sc_run_hash_job(sc_run *run, uint64_t *out)
 {
     const sc_ctx *ctx = run->app->ctx;
+    const sc_session *part;
     sc_text text = {0};
     sc_status status;
 
     SC_TRY(sc_job_write(ctx, &run->session.job, true, &text));
     for (int i = 0; i < sc_film_shot_count(&run->session); i++)
         SC_TRY(add_shot(ctx, sc_film_shot(&run->session, i), &text));
+    for (int i = 0; (part = sc_compare_part(&run->session, i)) != NULL; i++)
+        SC_TRY(add_shot(ctx, part, &text));
     *out = sc_hash_bytes(text.data, text.length_bytes, 0);
 out:
     sc_text_clear(&text);

@@ -213,7 +213,8 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
         SC_TRY(sc_color_tissues(app, job, volume));
     if (volume->label_count == 1)
         sc_warn(app->ctx, "%s: holds background only; there is nothing to see", job->volume);
-    status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);
+    if (!job->has_compare) /* otherwise another subject may have what this one lacks */
+        status = sc_check_tissues(app->ctx, job, volume->labels, volume->label_count);
 out:
     return status;
 }

@@ -139,18 +139,47 @@ out:
     return status;
 }
 
-sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *out)
+/* Append points of the tissues that verb @p v frames in one subject to @p points [*count]. */
+static sc_status add_framed(const sc_app *app, const sc_session *session, size_t v,
+                            sc_vec3 **points, size_t *count)
 {
     const sc_job *job = &session->job;
     const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
     const sc_prepared *volume = &session->volume;
-    void *members = NULL, *patterns = NULL;
+    void *members = NULL, *all = NULL;
+    sc_vec3 *found = NULL;
+    size_t found_count = 0;
+    sc_status status;
+
+    SC_TRY(sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &members));
+    if (!sc_verb_members(volume, session->tissues, &verbs, v, members))
+        goto out;
+    SC_TRY(session->renderer ? find_hull(app, volume, members, &found, &found_count)
+                             : find_boxes(app->ctx, volume, members, &found, &found_count));
+    SC_TRY(sc_alloc(app->ctx, *count + found_count, sizeof *found, &all));
+    if (*count)
+        memcpy(all, *points, *count * sizeof *found);
+    if (found_count)
+        memcpy((sc_vec3 *)all + *count, found, found_count * sizeof *found);
+    sc_free(*points);
+    *points = all;
+    *count += found_count;
+out:
+    sc_free(members);
+    sc_free(found);
+    return status;
+}
+
+sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *out)
+{
+    const sc_job *job = &session->job;
+    const sc_session *one;
+    void *patterns = NULL;
     sc_volume read = {0};
     sc_status status;
 
     *out = (sc_moves){0};
     SC_TRY(sc_alloc(app->ctx, job->verb_tissue_count + 1, sizeof(char *), &patterns));
-    SC_TRY(sc_alloc(app->ctx, (size_t)volume->label_count, sizeof(bool), &members));
     for (size_t v = 0; v < job->verb_count; v++) {
         sc_move *move = &out->moves[out->count];
         sc_vec3 **points = &out->points[out->count];
@@ -161,17 +190,12 @@ sc_status sc_find_moves(const sc_app *app, const sc_session *session, sc_moves *
         out->count++;
         if (move->verb.kind == SC_VERB_FLY)
             SC_TRY(find_line(app, session, v, patterns, &read, points, &move->point_count));
-        move->points = *points;
-        if (move->verb.kind != SC_VERB_FRAME ||
-            !sc_verb_members(volume, session->tissues, &verbs, v, members))
-            continue;
-        SC_TRY(session->renderer
-                   ? find_hull(app, volume, members, points, &move->point_count)
-                   : find_boxes(app->ctx, volume, members, points, &move->point_count));
+        for (int i = 0;
+             move->verb.kind == SC_VERB_FRAME && (one = sc_framed_with(session, i)) != NULL; i++)
+            SC_TRY(add_framed(app, one, v, points, &move->point_count));
         move->points = *points;
     }
 out:
-    sc_free(members);
     sc_free(patterns);
     sc_volume_clear(&read);
     return status;

@@ -6,23 +6,38 @@
 #include <strings.h>
 #include <unistd.h>
 
+/* Refuse the name of a file that a command reads, or that belongs to a volume which it reads.
+ * @param input NULL or empty: there is none. */
+static sc_status check_input(const sc_app *app, const char *path, const char *input, bool is_volume)
+{
+    bool reads = input && sc_same_file(input, path);
+    sc_status status = SC_OK;
+
+    if (input && is_volume && !reads)
+        SC_TRY(sc_volume_reads(app->ctx, input, path, &reads));
+    if (reads)
+        return sc_fail(app->ctx, SC_ERR_CREATE,
+                       "%s: is an input of this command (%s), which would be lost; give another "
+                       "name for the output",
+                       path, input);
+out:
+    return status;
+}
+
 sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
                           bool can_replace)
 {
-    const char *volume = session ? session->job.volume : NULL;
-    const char *inputs[] = {app->options.input, volume, session ? session->job.labels : NULL};
+    const sc_job *job = session ? &session->job : NULL;
     sc_status status;
 
-    for (size_t i = 0; i < SC_COUNT_OF(inputs) && access(path, F_OK) == 0; i++) {
-        bool reads = inputs[i] && sc_same_file(inputs[i], path);
-
-        if (inputs[i] && inputs[i] == volume && !reads)
-            SC_TRY(sc_volume_reads(app->ctx, volume, path, &reads));
-        if (reads)
-            return sc_fail(app->ctx, SC_ERR_CREATE,
-                           "%s: is an input of this command (%s), which would be lost; give "
-                           "another name for the output",
-                           path, inputs[i]);
+    if (access(path, F_OK) == 0) {
+        SC_TRY(check_input(app, path, app->options.input, false));
+        SC_TRY(check_input(app, path, job ? job->volume : NULL, true));
+        SC_TRY(check_input(app, path, job ? job->labels : NULL, false));
+        for (int i = 0; job && i < job->compare.count; i++) {
+            SC_TRY(check_input(app, path, job->compare.others[i].volume, true));
+            SC_TRY(check_input(app, path, job->compare.others[i].labels, false));
+        }
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");

@@ -292,7 +292,7 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
-                           .prepared_bytes = session->shared_bytes};
+                           .prepared_bytes = sc_session_prepared_bytes(session)};
     out->renderer_bytes = sc_film_renderer_bytes(session, &out->derived_bytes);
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;

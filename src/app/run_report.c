@@ -350,7 +350,7 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         .begin_unix_s = run->begin_unix_s,
                         .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
-                        .prepared_bytes = run->session.shared_bytes,
+                        .prepared_bytes = sc_session_prepared_bytes(&run->session),
                         .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,
                         .from_prepared = run->session.mapped && !run->session.shared};
     record->renderer_bytes = sc_film_renderer_bytes(&run->session, &record->derived_bytes);

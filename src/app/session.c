@@ -19,7 +19,7 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
 
-    if (!job->volume[0] ||
+    if (!job->volume[0] || job->has_compare || /* others may have the tissues */
         job->rule_count + job->exception_count + job->verb_tissue_count + job->shot_count == 0 ||
         (sc_is_prepared_file(job->volume) && sc_comm_size(app->comm) > 1))
         return;
@@ -169,6 +169,7 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
     if (!job->render.background.is_none)
         sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
                                 session->tissues);
+    sc_take_looks(session);
     SC_TRY(sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
                              job->exception_count, session->tissues, session->clip_sets,
                              &session->clip_set_count));
@@ -457,8 +458,7 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
-/* @return the scene of frame @p k, with its fades and offsets, which stay those of the session. */
-static sc_scene scene_of(const sc_session *session, int k)
+sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
 
@@ -473,12 +473,28 @@ static sc_scene scene_of(const sc_session *session, int k)
     return scene;
 }
 
+void sc_draw_background(const sc_job *job, const sc_rows *rows, sc_image *image)
+{
+    const sc_background *background = &job->render.background;
+    const size_t bytes = sc_pixel_bytes(image->alpha);
+    const int first = rows && rows->first > 0 ? rows->first : 0;
+    const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
+    uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
+
+    for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
+        if (image->alpha)
+            memset(to, 0, bytes);
+        else
+            memcpy(to, background->rgb, bytes);
+    }
+}
+
 sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                        sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
     const sc_annotations annotations = sc_session_annotations(session);
-    const sc_scene scene = scene_of(session, k);
+    const sc_scene scene = sc_shot_scene(session, k);
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
@@ -504,7 +520,7 @@ double sc_session_aspect(const sc_session *session)
 void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
                     sc_render_stats *stats)
 {
-    const sc_scene scene = scene_of(session, k);
+    const sc_scene scene = sc_shot_scene(session, k);
 
     sc_render_counts(session->renderer, &scene, size_px[0], size_px[1], out, stats);
 }
@@ -553,10 +569,13 @@ out:
 static sc_status find_framed(const sc_app *app, const sc_session *session, const sc_vec3 *points,
                              size_t count, sc_animation *animation, sc_vec3 **out)
 {
-    const size_t reached = count ? 8 * session->shift_count : 0;
+    size_t reached = 0, at = count;
+    const sc_session *one;
     void *block;
     sc_status status;
 
+    for (int i = 0; count && (one = sc_framed_with(session, i)) != NULL; i++)
+        reached += 8 * one->shift_count;
     if (!reached)
         return SC_OK;
     status = sc_alloc(app->ctx, count + reached, sizeof **out, &block);
@@ -564,7 +583,10 @@ static sc_status find_framed(const sc_app *app, const sc_session *session, const
         return status;
     *out = block;
     memcpy(*out, points, count * sizeof **out);
-    sc_shifts_reach(&session->volume, session->shifts, session->shift_count, *out + count);
+    for (int i = 0; (one = sc_framed_with(session, i)) != NULL; i++) {
+        sc_shifts_reach(&one->volume, one->shifts, one->shift_count, *out + at);
+        at += 8 * one->shift_count;
+    }
     animation->framed = *out;
     animation->framed_count = count + reached;
     return SC_OK;
@@ -647,4 +669,16 @@ void sc_shot_clear(sc_session *session)
     sc_free(session->lettering);
     sc_free(session->names);
     sc_image_clear(&session->logo);
+}
+
+void sc_session_drop_volume(sc_session *session)
+{
+    sc_shared_free(session->shared);
+    sc_free(session->labels);
+    sc_free(session->stats);
+    sc_signals_forget_file(session->watched);
+    sc_file_unmap(session->mapped, session->mapped_bytes);
+    if (session->watched)
+        sc_free(session->watched->name);
+    sc_free(session->watched);
 }

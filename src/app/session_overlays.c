@@ -31,6 +31,10 @@ sc_annotations sc_session_annotations(const sc_session *session)
 
     if (job->output.layout == SC_LAYOUT_VIEWS)
         out.within = sc_views_space(size_px[0], size_px[1]);
+    if (session->panel.width_px)
+        out.within = out.space = session->panel;
+    if (session->within.width_px)
+        out.within = session->within;
     memcpy(out.background, job->render.background.rgb, sizeof out.background);
     return out;
 }

@@ -275,7 +275,7 @@ static sc_status report(visit *v, int cell, const sc_study_way *way, int passes,
             .rays = v->rays / (uint64_t)passes,
             .samples = v->samples / (uint64_t)passes,
             .contributions = v->contributions / (uint64_t)passes,
-            .prepared_bytes = v->session->shared_bytes,
+            .prepared_bytes = sc_session_prepared_bytes(v->session),
             .energy_j = sc_energy_j() >= 0 && v->energy_j >= 0 ? v->energy_j / passes : -1,
             .pixels_hash = v->hash};
         add_ranks(all, ranks, passes, out);

@@ -313,6 +313,46 @@ static sc_status check_color_by(const sc_ctx *ctx, const sc_yaml *root, const sc
     return SC_OK;
 }
 
+/* The layout and the comparison have to agree; the layout is set if the job does not name one. */
+static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
+{
+    const sc_yaml *layout = sc_key_node(root, "output.layout");
+    const sc_yaml *node = sc_key_node(root, "compare");
+    sc_status status = SC_OK;
+
+    if (!job->has_compare && !node && job->output.layout == SC_LAYOUT_COMPARE)
+        return sc_yaml_fail(ctx, layout,
+                            "layout is \"compare\", but the job has one volume; expected the "
+                            "others, such as compare: {with: [after.nrrd]}");
+    if (!job->has_compare)
+        return SC_OK;
+    sc_note_where(node, job->compare.where, sizeof job->compare.where);
+    if (!layout)
+        job->output.layout = SC_LAYOUT_COMPARE;
+    if (job->output.layout != SC_LAYOUT_COMPARE)
+        (void)sc_goes_on(&status, sc_yaml_fail(ctx, layout,
+                                               "layout is \"%s\", but the job compares several "
+                                               "volumes; expected layout: compare, or no compare",
+                                               layout->text));
+    if (job->has_shots)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, node,
+                                      "compare: a film of shots shows one volume; expected a job "
+                                      "without shots, or no compare"));
+    if (job->has_color_by)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, node,
+                                      "compare: tissues that are coloured by values (color_by) "
+                                      "cannot be compared; expected no color_by, or no compare"));
+    if (job->compare.has_divider && job->compare.count > 1)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, sc_key_node(root, "compare.divider"),
+                                      "divider: it parts two volumes, but there are %d; expected "
+                                      "one volume under compare.with, or no divider",
+                                      job->compare.count + 1));
+    return status;
+}
+
 /* ---- paths ---- */
 
 /* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
@@ -363,14 +403,13 @@ static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, 
 /* What a path of a job leads to. */
 typedef enum path_use { PATH_INPUT, PATH_OUTPUT } path_use;
 
-/* Resolve the value of @p key in place. It has room for SC_PATH_BYTES, and was read from the tree
- * @p root unless it is a default. In the job file it is relative to that file, in a setting to the
+/* Resolve the value of @p key in place. It has room for SC_PATH_BYTES, and was read from @p node;
+ * NULL: it is a default. In the job file it is relative to that file, in a setting to the
  * working directory. If something exists there the path becomes absolute, so that the resolved job
  * can be read from any directory. */
-static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+static sc_status resolve_node(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                               const char *key, path_use use, char *path)
 {
-    const sc_yaml *node = sc_key_node(root, key);
     const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
     char *directory = NULL, *joined = NULL, *absolute = NULL;
     sc_text text = {0};
@@ -403,6 +442,46 @@ out:
     free(absolute);
     sc_free(joined);
     sc_text_clear(&text);
+    return status;
+}
+
+/* The same for the value of @p key in the tree @p root. */
+static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                              const char *key, path_use use, char *path)
+{
+    return resolve_node(ctx, sources, sc_key_node(root, key), key, use, path);
+}
+
+/* @return the node of the volume of the comparison's subject @p i (of sc_comparison.others), or
+ * that of its label table; NULL if there is none. */
+static const sc_yaml *compare_node(const sc_yaml *root, int i, bool labels)
+{
+    const sc_yaml *list = sc_key_node(root, "compare.with");
+    const sc_yaml *node = list && list->kind == SC_YAML_LIST ? list->items[i] : list;
+
+    if (node && node->kind == SC_YAML_MAP)
+        return sc_yaml_member(node, labels ? "labels" : "volume");
+    return labels ? NULL : node;
+}
+
+/* Resolve the paths of the volumes that are compared, and of their label tables. @return the first
+ * mistake; all are logged. */
+static sc_status resolve_subjects(const sc_ctx *ctx, const sc_job_sources *sources,
+                                  const sc_yaml *root, sc_job *job)
+{
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < job->compare.count; i++) {
+        sc_subject *subject = &job->compare.others[i];
+
+        if (!sc_job_is_phantom(subject->volume) &&
+            !sc_goes_on(&status, resolve_node(ctx, sources, compare_node(root, i, false), "volume",
+                                              PATH_INPUT, subject->volume)))
+            break;
+        if (!sc_goes_on(&status, resolve_node(ctx, sources, compare_node(root, i, true), "labels",
+                                              PATH_INPUT, subject->labels)))
+            break;
+    }
     return status;
 }
 
@@ -454,6 +533,8 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "color_by.table", PATH_INPUT,
                                            job->color_by.table));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
+    (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
+    (void)sc_goes_on(&status, check_compare(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
     (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,

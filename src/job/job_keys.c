@@ -14,8 +14,10 @@
 
 static const sc_choice frame_files[] = {
     {"none", SC_FRAMES_NONE}, {"png", SC_FRAMES_PNG}, {NULL, 0}};
-static const sc_choice layouts[] = {
-    {"picture", SC_LAYOUT_PICTURE}, {"views", SC_LAYOUT_VIEWS}, {NULL, 0}};
+static const sc_choice layouts[] = {{"picture", SC_LAYOUT_PICTURE},
+                                    {"views", SC_LAYOUT_VIEWS},
+                                    {"compare", SC_LAYOUT_COMPARE},
+                                    {NULL, 0}};
 static const sc_choice codecs[] = {
     {"auto", SC_CODEC_AUTO}, {"h264", SC_CODEC_H264}, {"h265", SC_CODEC_H265},
     {"av1", SC_CODEC_AV1},   {"vp9", SC_CODEC_VP9},   {"prores", SC_CODEC_PRORES},
@@ -57,7 +59,9 @@ static const sc_key output_keys[] = {
      .help = "png: every frame also as a file frames/000000.png", .choices = frame_files,
      .outside_identity = true, .of_film = true},
     {"layout", &sc_type_choice, OUTPUT(layout), "picture",
-     .help = "picture, or views: the three regular slices beside it", .choices = layouts},
+     .help = "picture; views: the three regular slices beside it; compare: several volumes, which "
+             "is the default with the key compare",
+     .choices = layouts},
     {"crf", &sc_type_int, OUTPUT(crf), "18",
      .help = "quality of the encoder: constant rate factor, smaller is better and larger; 0 "
              "not for H.264 and H.265; ProRes has always the same; of WebP 0 loses nothing, and 18 "
@@ -332,6 +336,11 @@ const sc_key sc_job_keys[] = {
              "tissues go before",
      .keys = sc_color_by_keys, .given = SC_GIVEN(sc_job, has_color_by),
      .without = "colours as appearance says"},
+    {"compare", &sc_type_map, offsetof(sc_job, compare), NULL,
+     .help =
+         "other volumes that are shown beside this one, in the same way and from the same camera",
+     .keys = sc_compare_keys, .given = SC_GIVEN(sc_job, has_compare), .of_film = true,
+     .without = "one volume"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL, .help = "what is made, and where",
      .keys = output_keys},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL, .help = "how a picture is drawn",

@@ -95,7 +95,8 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
-    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_volume, sc_type_caption_text;
+    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_volume, sc_type_caption_text,
+    sc_type_divider;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition;
 
@@ -103,7 +104,7 @@ extern const sc_value_type sc_type_shots, sc_type_transition;
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
     sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
-    sc_color_by_keys[], sc_shot_keys[], sc_card_keys[], sc_transition_keys[];
+    sc_color_by_keys[], sc_compare_keys[], sc_shot_keys[], sc_card_keys[], sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -186,11 +187,10 @@ json_t *sc_track_schema(const sc_key *value);
 
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, below animation and overlays, turn parts of the animation (during)
- * and times of key frames (at) that are given in frames, seconds or minutes into shares of the
- * animation. @param job holds the
- * defaults. @return the first mistake, all are logged: a time behind the end of the animation; or
- * SC_ERR_MEMORY. */
+/* In the tree @p root of a job, below animation, overlays and compare, turn parts of the animation
+ * (during) and times of key frames (at) that are given in frames, seconds or minutes into shares of
+ * the animation. @param job holds the defaults. @return the first mistake, all are logged: a time
+ * behind the end of the animation; or SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
 
 /* ---- settings.c ---- */

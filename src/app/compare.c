@@ -1,0 +1,626 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Several volumes in one picture. Each subject is a session with a volume of its own; the first
+ * borrows that of the job. They have one camera, framed on all of them, one light and the same clip
+ * planes and verbs. What is written below the pictures, and over the whole of them, has sessions of
+ * its own, too, which draw nothing else. */
+#include "compare.h"
+
+#include <math.h>
+#include <string.h>
+
+struct sc_compare {
+    int count;                         /* of subjects */
+    sc_session *parts;                 /* [part_count(count)], owned: subjects, then what is written
+                                          below each, then what is written over all */
+    sc_joined joined[SC_SUBJECTS_MAX]; /* of the subjects */
+    sc_label_stats *stats;             /* of all tissues, for what is written over all; owned */
+    sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
+    sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
+    size_t tissue_counts[2];
+    sc_image other; /* the second subject, beside a divider; empty until it is needed */
+};
+
+/* @return how many sessions there are for @p count subjects. */
+static int part_count(int count)
+{
+    return 2 * count + 1;
+}
+
+sc_session *sc_compare_part(const sc_session *session, int i)
+{
+    const sc_compare *c = session->compare;
+
+    return c && i < part_count(c->count) ? &c->parts[i] : NULL;
+}
+
+const char *sc_compare_name(const sc_session *session, int i)
+{
+    return session->compare->captions[i].text;
+}
+
+/* @return the session that writes below the picture of subject @p i. */
+static sc_session *plate_of(const sc_compare *c, int i)
+{
+    return &c->parts[c->count + i];
+}
+
+/* @return the session that writes over the whole picture. */
+static sc_session *front_of(const sc_compare *c)
+{
+    return &c->parts[2 * c->count];
+}
+
+/* ---- making it ---- */
+
+/* Note what is written below the picture of each subject. */
+static void name_subjects(const sc_job *job, sc_compare *c)
+{
+    const sc_comparison *compare = &job->compare;
+
+    for (int s = 0; s < c->count; s++) {
+        const sc_subject *other = s ? &compare->others[s - 1] : NULL;
+        const char *name = other && other->has_name      ? other->name
+                           : !other && compare->has_name ? compare->name
+                                                         : NULL;
+        sc_caption *caption = &c->captions[s];
+
+        *caption = (sc_caption){.end = 1, .place = SC_PLACE_BOTTOM};
+        if (compare->has_divider)
+            caption->place = s ? SC_PLACE_BOTTOM_RIGHT : SC_PLACE_BOTTOM_LEFT;
+        if (name)
+            strcpy(caption->text, name);
+        else
+            sc_name_of_file(other ? other->volume : job->volume, caption->text);
+        strcpy(caption->where, other ? other->where : compare->where);
+    }
+}
+
+/* Part the tissues that are chosen for overlays: names stand beside the tissues of each subject,
+ * the legend is that of all. */
+static sc_status part_tissues(const sc_ctx *ctx, const sc_job *job, sc_compare *c)
+{
+    void *block;
+    sc_status status;
+
+    for (int use = 0; use < 2; use++) {
+        SC_TRY(sc_alloc(ctx, job->overlay_tissue_count, sizeof *c->tissues[use], &block));
+        c->tissues[use] = block;
+        for (size_t i = 0; i < job->overlay_tissue_count; i++) {
+            if (job->overlay_tissues[i].use == use)
+                c->tissues[use][c->tissue_counts[use]++] = job->overlay_tissues[i];
+        }
+    }
+    status = SC_OK;
+out:
+    return status;
+}
+
+/* Leave out of a job what is written onto pictures, and the layout, which is that of the whole. */
+static void strip(sc_job *job)
+{
+    sc_overlays *o = &job->overlays;
+
+    o->time = o->scale_bar = o->color_bar = o->orientation = o->legend = SC_PLACE_NONE;
+    o->logo[0] = '\0';
+    job->caption_count = job->overlay_tissue_count = 0;
+    job->output.layout = SC_LAYOUT_PICTURE;
+}
+
+/* Begin the session of a subject, which draws its picture, and the names of its tissues. */
+static void begin_subject(const sc_session *session, const sc_compare *c, int s, sc_viewport panel,
+                          sc_session *out)
+{
+    const sc_subject *other = s ? &session->job.compare.others[s - 1] : NULL;
+
+    *out = (sc_session){.measure = session->measure,
+                        .job = session->job,
+                        .subjects = c->parts,
+                        .subject_count = c->count,
+                        .subject = s,
+                        .panel = panel,
+                        .times = {.threads = session->times.threads}};
+    strip(&out->job);
+    out->job.overlay_tissues = c->tissues[SC_USE_NAMES];
+    out->job.overlay_tissue_count = c->tissue_counts[SC_USE_NAMES];
+    out->job.output.size_px[0] = panel.width_px;
+    out->job.output.size_px[1] = panel.height_px;
+    if (other)
+        strcpy(out->job.volume, other->volume);
+    if (other && other->labels[0])
+        strcpy(out->job.labels, other->labels);
+}
+
+/* Begin the session that writes below the picture of subject @p s. The font keeps its size in
+ * pixels, which would follow the height of the part in which it writes. */
+static void begin_plate(const sc_session *session, sc_compare *c, int s, sc_viewport panel,
+                        int below_px, sc_session *out)
+{
+    const int *size_px = session->job.output.size_px;
+
+    *out = (sc_session){.job = session->job, .panel = panel, .within = panel};
+    strip(&out->job);
+    out->within.height_px += below_px;
+    out->job.overlays.text_percent *= (double)size_px[1] / out->within.height_px;
+    out->job.captions = &c->captions[s];
+    out->job.caption_count = 1;
+}
+
+/* Begin the session that writes over the whole picture, but for the lowest row of names. */
+static void begin_front(const sc_session *session, const sc_compare *c, sc_viewport panel,
+                        int below_px, sc_session *out)
+{
+    const int *size_px = session->job.output.size_px;
+
+    *out = (sc_session){
+        .job = session->job, .panel = panel, .within = {0, 0, size_px[0], size_px[1] - below_px}};
+    out->job.output.layout = SC_LAYOUT_PICTURE;
+    out->job.overlays.text_percent *= (double)size_px[1] / out->within.height_px;
+    out->job.overlays.logo_percent *= (double)size_px[1] / out->within.height_px;
+    out->job.overlay_tissues = c->tissues[SC_USE_LEGEND];
+    out->job.overlay_tissue_count = c->tissue_counts[SC_USE_LEGEND];
+}
+
+/* Make the sessions of a comparison, without volumes. */
+static sc_status new_compare(const sc_ctx *ctx, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    const int count = sc_subject_count(job);
+    sc_viewport panels[SC_SUBJECTS_MAX];
+    sc_compare *c;
+    int below_px;
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *c, &block));
+    session->compare = c = block;
+    SC_TRY(sc_zalloc(ctx, (size_t)part_count(count), sizeof *c->parts, &block));
+    c->parts = block;
+    c->count = count;
+    SC_TRY(part_tissues(ctx, job, c));
+    name_subjects(job, c);
+    below_px = sc_place_subjects(job, job->output.size_px, panels);
+    for (int s = 0; s < count; s++) {
+        begin_subject(session, c, s, panels[s], &c->parts[s]);
+        begin_plate(session, c, s, panels[s], below_px, plate_of(c, s));
+    }
+    begin_front(session, c, panels[0], below_px, front_of(c));
+    c->parts[0].mapped = session->mapped;
+    c->parts[0].mapped_bytes = session->mapped_bytes;
+    c->parts[0].volume = session->volume;
+out:
+    return status;
+}
+
+/* Tell which tissues a subject lacks, or how many if they are many. */
+static sc_status tell_lacking(const sc_ctx *ctx, const sc_compare *c, int s)
+{
+    enum { MOST = 6 };
+    const sc_prepared *v = &c->parts[s].volume;
+    const int added = c->joined[s].added;
+    sc_text text = {0};
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < added && i < MOST; i++) {
+        const sc_label *label = &v->labels[v->label_count - added + i];
+
+        SC_TRY(sc_text_add(ctx, &text, "%s", i ? ", " : ""));
+        if (label->name[0])
+            SC_TRY(sc_text_add(ctx, &text, "\"%s\"", label->name));
+        else
+            SC_TRY(sc_text_add(ctx, &text, "label %lld", (long long)label->value));
+    }
+    if (added > MOST)
+        SC_TRY(sc_text_add(ctx, &text, " and %d more", added - MOST));
+    if (added)
+        sc_info(ctx, "compare: \"%s\" lacks tissues that others have: %s", c->captions[s].text,
+                text.data);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+/* Bring the subjects together when their volumes are there. */
+static sc_status join_subjects(sc_app *app, sc_session *session)
+{
+    sc_compare *c = session->compare;
+    sc_status status;
+
+    SC_TRY(sc_comm_agree(app->comm, sc_join_labels(app->ctx, c->parts, c->count, c->joined)));
+    for (int s = 0; s < c->count && sc_comm_rank(app->comm) == 0 && status == SC_OK; s++)
+        status = tell_lacking(app->ctx, c, s);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    status = sc_align_subjects(app, c->parts, c->count, c->joined);
+out:
+    return status;
+}
+
+/* Add what reading and preparing a subject took to the times of the whole. */
+static void add_times(const sc_rank_record *from, sc_rank_record *to)
+{
+    for (int phase = 0; phase < SC_PHASE_COUNT; phase++) {
+        to->phases[phase].wall_s += from->phases[phase].wall_s;
+        to->phases[phase].cpu_s += from->phases[phase].cpu_s;
+    }
+}
+
+sc_status sc_compare_load(sc_app *app, sc_session *session)
+{
+    sc_status status;
+
+    SC_TRY(sc_comm_agree(app->comm, new_compare(app->ctx, session)));
+    for (int s = 1; s < session->compare->count; s++) {
+        SC_TRY(sc_session_load(app, &session->compare->parts[s]));
+        add_times(&session->compare->parts[s].times, &session->times);
+    }
+    status = join_subjects(app, session);
+out:
+    return status;
+}
+
+sc_status sc_compare_inspect(sc_app *app, bool header_only, sc_session *session)
+{
+    sc_label_source *kept = app->label_source;
+    sc_status status;
+
+    app->label_source = NULL; /* it holds the table of the job's own volume */
+    SC_TRY(new_compare(app->ctx, session));
+    for (int s = 1; s < session->compare->count; s++)
+        SC_TRY(sc_session_inspect(app, header_only, &session->compare->parts[s]));
+    status = join_subjects(app, session);
+out:
+    app->label_source = kept;
+    return status;
+}
+
+/* Give a subject the background that was chosen for the first one. */
+static void share_background(const sc_session *first, sc_session *to)
+{
+    sc_background *background = &to->job.render.background;
+
+    memmove(background->rgb, first->job.render.background.rgb, sizeof background->rgb);
+    background->is_auto = false;
+}
+
+sc_status sc_compare_tissues(sc_app *app, sc_session *session)
+{
+    sc_compare *c = session->compare;
+    sc_status status = SC_OK;
+
+    SC_TRY(sc_session_tissues(app, &c->parts[0]));
+    for (int i = 1; i < part_count(c->count); i++)
+        share_background(&c->parts[0], &c->parts[i]);
+    for (int s = 1; s < c->count; s++)
+        SC_TRY(sc_session_tissues(app, &c->parts[s]));
+out:
+    return status;
+}
+
+/* Find the box, in voxels of the volume @p to, of a tissue that only another one has. */
+static sc_label_stats stats_for(const sc_prepared *from, const sc_label_stats *stats,
+                                const sc_prepared *to)
+{
+    sc_label_stats out = *stats;
+    sc_affine to_voxel;
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    if (!stats->voxels || !sc_affine_invert(&to->to_ras_mm, &to_voxel))
+        return out;
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? stats->high[0] : stats->low[0],
+                            corner & 2 ? stats->high[1] : stats->low[1],
+                            corner & 4 ? stats->high[2] : stats->low[2]};
+        const sc_vec3 there = sc_affine_point(&to_voxel, sc_affine_point(&from->to_ras_mm, at));
+        const double place[3] = {there.x, there.y, there.z};
+
+        for (int i = 0; i < 3; i++) {
+            low[i] = fmin(low[i], place[i]);
+            high[i] = fmax(high[i], place[i]);
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        out.low[i] = (int)floor(fmax(low[i], -1e6));
+        out.high[i] = (int)ceil(fmin(high[i], 1e6));
+    }
+    return out;
+}
+
+/* Let what is written over all know the tissues of all subjects: as the first one does, but with
+ * the extent of those that only others have. */
+static sc_status fill_front(const sc_ctx *ctx, sc_compare *c)
+{
+    const sc_session *first = &c->parts[0];
+    const int labels = first->volume.label_count, own = labels - c->joined[0].added;
+    sc_session *front = front_of(c);
+    void *block;
+    const sc_status status = sc_alloc(ctx, (size_t)labels, sizeof *c->stats, &block);
+
+    if (status != SC_OK)
+        return status;
+    c->stats = block;
+    memcpy(c->stats, first->volume.stats, (size_t)labels * sizeof *c->stats);
+    for (int id = own; id < labels; id++) {
+        const sc_tissue_owner *owner = &first->owners[id];
+        const sc_prepared *v = &c->parts[owner->subject].volume;
+
+        c->stats[id] = stats_for(v, &v->stats[owner->id], &first->volume);
+    }
+    front->volume = first->volume;
+    front->volume.ids = NULL; /* it has no names beside tissues */
+    front->volume.stats = c->stats;
+    front->tissues = first->tissues;
+    return SC_OK;
+}
+
+sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
+{
+    sc_compare *c = session->compare;
+    sc_session *first = &c->parts[0];
+    sc_status status;
+
+    SC_TRY(sc_session_timeline(app, first, points, count));
+    for (int i = 1; i < part_count(c->count); i++) {
+        sc_session *part = &c->parts[i];
+
+        part->timeline = first->timeline;
+        if (i >= c->count)
+            continue;
+        memcpy(part->timeline.clip_sets, part->clip_sets, sizeof part->clip_sets);
+        part->timeline.clip_set_count = part->clip_set_count;
+        part->timeline.fades = part->fades;
+        part->timeline.fade_count = part->fade_count;
+        part->timeline.shifts = part->shifts;
+        part->timeline.shift_count = part->shift_count;
+    }
+    SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
+    for (int i = 0; i < part_count(c->count); i++)
+        SC_TRY(sc_session_letter(app, &c->parts[i]));
+out:
+    return status;
+}
+
+/* List the corners of what all subjects show. Caller owns *out: sc_free. */
+static sc_status gather_hulls(const sc_ctx *ctx, const sc_compare *c, sc_vec3 **out, size_t *count)
+{
+    size_t all = 0, each;
+    void *block;
+    sc_status status;
+
+    for (int s = 0; s < c->count; s++) {
+        (void)sc_renderer_hull(c->parts[s].renderer, &each);
+        all += each;
+    }
+    status = sc_alloc(ctx, all, sizeof **out, &block);
+    if (status != SC_OK)
+        return status;
+    *out = block;
+    *count = 0;
+    for (int s = 0; s < c->count; s++) {
+        const sc_vec3 *hull = sc_renderer_hull(c->parts[s].renderer, &each);
+
+        if (each)
+            memcpy(*out + *count, hull, each * sizeof *hull);
+        *count += each;
+    }
+    return SC_OK;
+}
+
+sc_status sc_compare_scene(sc_app *app, sc_session *session)
+{
+    sc_compare *c = session->compare;
+    sc_vec3 *points = NULL;
+    size_t count = 0;
+    sc_status status;
+
+    SC_TRY(sc_compare_tissues(app, session));
+    for (int s = 0; s < c->count; s++)
+        SC_TRY(sc_shot_renderer(app, &c->parts[s]));
+    session->renderer = c->parts[0].renderer; /* for those who ask about drawing at all */
+    session->borrows_renderer = true;
+    SC_TRY(sc_comm_agree(app->comm, gather_hulls(app->ctx, c, &points, &count)));
+    status = sc_compare_timeline(app, session, points, count);
+out:
+    sc_free(points);
+    return status;
+}
+
+/* ---- drawing ---- */
+
+/* Add what @p more took to @p stats. */
+static void add_stats(sc_render_stats *stats, const sc_render_stats *more)
+{
+    stats->counters.rays += more->counters.rays;
+    stats->counters.cell_visits += more->counters.cell_visits;
+    stats->counters.contributions += more->counters.contributions;
+    stats->wall_s += more->wall_s;
+    stats->cpu_s += more->cpu_s;
+}
+
+/* Draw @p columns, NULL: all, of subject @p s with its names, and add what that took to @p stats.
+ */
+static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, int k,
+                              const sc_columns_px *columns, const sc_rows *rows, sc_image *image,
+                              sc_render_stats *stats)
+{
+    const sc_session *subject = &c->parts[s], *plate = plate_of(c, s);
+    const sc_annotations names = sc_session_annotations(subject);
+    const sc_annotations name = sc_session_annotations(plate);
+    const sc_scene scene = sc_shot_scene(subject, k);
+    sc_render_stats more;
+    sc_status status;
+
+    sc_render_columns(subject->renderer, &scene, &subject->panel, columns, rows, image, &more);
+    add_stats(stats, &more);
+    SC_TRY(sc_annotations_draw(app->ctx, &names, k, &scene, image, rows));
+    status = sc_annotations_draw(app->ctx, &name, k, &scene, image, rows);
+out:
+    return status;
+}
+
+/* Copy the columns from @p first on of @p rows of a picture. */
+static void copy_columns(const sc_image *from, int first, const sc_rows *rows, sc_image *to)
+{
+    const size_t bytes = sc_pixel_bytes(to->alpha), width = (size_t)to->width_px;
+
+    for (int y = rows->first; y < rows->end && first < to->width_px; y++) {
+        const size_t at = ((size_t)y * width + (size_t)first) * bytes;
+
+        memcpy(to->rgb + at, from->rgb + at, (width - (size_t)first) * bytes);
+    }
+}
+
+/* Draw the line of the divider at column @p x, as long as the pictures are high. */
+static void draw_line(const sc_session *front, int x, const sc_rows *rows, sc_image *image)
+{
+    const sc_annotations a = sc_session_annotations(front);
+    const bool is_light = sc_is_light(a.background);
+    const int width = image->height_px / 360 > 1 ? image->height_px / 360 : 1;
+    const int halo = width / 2 > 1 ? width / 2 : 1, height = front->panel.height_px;
+    const uint8_t dark[3] = {24, 24, 24}, light[3] = {255, 255, 255};
+
+    sc_overlay_fill(image, &(sc_viewport){x - width / 2 - halo, 0, width + 2 * halo, height},
+                    is_light ? light : dark, 217, rows);
+    sc_overlay_fill(image, &(sc_viewport){x - width / 2, 0, width, height}, is_light ? dark : light,
+                    255, rows);
+}
+
+/* Draw both subjects beside a divider. */
+static sc_status draw_divided(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                              sc_image *image, sc_render_stats *stats)
+{
+    sc_compare *c = session->compare;
+    const int x = sc_divider_px(&session->job, k, image->width_px);
+    const sc_columns_px left = {0, x}, right = {x, image->width_px};
+    sc_status status = SC_OK;
+
+    if (x > 0)
+        SC_TRY(draw_subject(app, c, 0, k, &left, rows, image, stats));
+    if (x < image->width_px) {
+        if (!c->other.rgb)
+            SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
+                                       &c->other));
+        sc_draw_background(&c->parts[1].job, rows, &c->other);
+        SC_TRY(draw_subject(app, c, 1, k, &right, rows, &c->other, stats));
+        copy_columns(&c->other, x, rows, image);
+    }
+    if (x > 0 && x < image->width_px)
+        draw_line(front_of(c), x, rows, image);
+out:
+    return status;
+}
+
+sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
+                          sc_image *image, sc_render_stats *stats)
+{
+    const sc_compare *c = session->compare;
+    const sc_annotations over = sc_session_annotations(front_of(c));
+    const sc_scene scene = sc_shot_scene(&c->parts[0], k);
+    const int first = rows && rows->first > 0 ? rows->first : 0;
+    const sc_rows part = {first,
+                          rows && rows->end < image->height_px ? rows->end : image->height_px};
+    sc_status status = SC_OK;
+
+    *stats = (sc_render_stats){0};
+    sc_draw_background(&c->parts[0].job, &part, image);
+    if (session->job.compare.has_divider)
+        SC_TRY(draw_divided(app, session, k, &part, image, stats));
+    for (int s = 0; s < c->count && !session->job.compare.has_divider; s++)
+        SC_TRY(draw_subject(app, c, s, k, NULL, &part, image, stats));
+    status = sc_annotations_draw(app->ctx, &over, k, &scene, image, &part);
+out:
+    return status;
+}
+
+/* Count the work of the pixels of one subject between two columns of a picture. @param room for the
+ * pixels of its @p panel. */
+static void count_subject(const sc_session *subject, int k, const sc_viewport *panel,
+                          const sc_columns_px *columns, int width_px, sc_march_counters *room,
+                          sc_march_counters *out, sc_render_stats *stats)
+{
+    const sc_scene scene = sc_shot_scene(subject, k);
+    sc_render_stats more;
+
+    sc_render_counts(subject->renderer, &scene, panel->width_px, panel->height_px, room, &more);
+    add_stats(stats, &more);
+    for (int y = 0; y < panel->height_px; y++) {
+        for (int x = 0; x < panel->width_px; x++) {
+            const int column = panel->x_px + x;
+
+            if (column >= columns->first && column < columns->end)
+                out[(size_t)(panel->y_px + y) * (size_t)width_px + (size_t)column] =
+                    room[(size_t)y * (size_t)panel->width_px + (size_t)x];
+        }
+    }
+}
+
+void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
+                       sc_render_stats *stats)
+{
+    const sc_ctx silent = {.rank = 0};
+    const size_t pixels = (size_t)size_px[0] * (size_t)size_px[1];
+    const int x = sc_divider_px(&session->job, k, size_px[0]);
+    sc_viewport panels[SC_SUBJECTS_MAX];
+    void *room = NULL;
+
+    *stats = (sc_render_stats){0};
+    memset(out, 0, pixels * sizeof *out);
+    (void)sc_place_subjects(&session->job, size_px, panels);
+    if (sc_alloc(&silent, pixels, sizeof *out, &room) != SC_OK)
+        return; /* a picture of the work without any */
+    for (int s = 0; s < session->compare->count; s++) {
+        const bool divided = session->job.compare.has_divider;
+        const sc_columns_px columns = {divided && s ? x : 0, divided && !s ? x : size_px[0]};
+
+        count_subject(&session->compare->parts[s], k, &panels[s], &columns, size_px[0], room, out,
+                      stats);
+    }
+    sc_free(room);
+}
+
+/* ---- what is told of it ---- */
+
+uint64_t sc_session_volume_hash(const sc_session *session)
+{
+    const sc_compare *c = session->compare;
+    uint64_t hashes[SC_SUBJECTS_MAX];
+
+    if (!c)
+        return session->volume.volume_hash;
+    for (int s = 0; s < c->count; s++)
+        hashes[s] = c->parts[s].volume.volume_hash;
+    return sc_hash_bytes(hashes, (size_t)c->count * sizeof *hashes, 0);
+}
+
+uint64_t sc_session_prepared_bytes(const sc_session *session)
+{
+    const sc_compare *c = session->compare;
+    uint64_t bytes = session->shared_bytes;
+
+    for (int s = 1; c && s < c->count; s++)
+        bytes += c->parts[s].shared_bytes;
+    return bytes;
+}
+
+/* ---- the end ---- */
+
+void sc_compare_free(sc_session *session)
+{
+    sc_compare *c = session->compare;
+
+    if (!c)
+        return;
+    if (c->parts && c->count)
+        front_of(c)->tissues = NULL; /* they are the first subject's */
+    for (int i = 0; c->parts && i < part_count(c->count); i++)
+        sc_shot_clear(&c->parts[i]);
+    for (int s = 1; s < c->count; s++)
+        sc_session_drop_volume(&c->parts[s]);
+    for (int s = 0; s < c->count; s++)
+        sc_joined_clear(&c->joined[s]);
+    for (int use = 0; use < 2; use++)
+        sc_free(c->tissues[use]);
+    sc_free(c->parts);
+    sc_free(c->stats);
+    sc_image_clear(&c->other);
+    sc_free(c);
+    session->compare = NULL;
+}

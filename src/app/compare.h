@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Private to app: what is made for a comparison of several volumes. */
+#ifndef SC_APP_COMPARE_H
+#define SC_APP_COMPARE_H
+
+#include "app.h"
+
+/* What the volume of one subject got beside its own. */
+typedef struct sc_joined {
+    void *owned[7]; /* arrays that its view points to; freed by sc_joined_clear */
+    int added;      /* tissues that only others have */
+} sc_joined;
+
+/* ---- compare_labels.c ---- */
+
+/* Give the view of each subject's volume the labels that only others have, without voxels, behind
+ * its own, and fill session->owners. The views stay valid until sc_joined_clear. Not collective;
+ * the same on all ranks. @param out [count], zeroed; to be cleared also after an error. @return
+ * SC_ERR_MEMORY. */
+sc_status sc_join_labels(const sc_ctx *ctx, sc_session *subjects, int count, sc_joined *out);
+void sc_joined_clear(sc_joined *joined);
+
+/* ---- compare_place.c ---- */
+
+/* Move the volumes of the subjects as compare.align says: only their views change. @param joined
+ * [count] as of sc_join_labels. Collective. @return SC_ERR_MEMORY. */
+sc_status sc_align_subjects(sc_app *app, sc_session *subjects, int count, sc_joined *joined);
+/* Fill @p out [sc_subject_count(job)] with where their pictures lie in one of @p size_px. @return
+ * the height that is free below each, for the names. */
+int sc_place_subjects(const sc_job *job, const int size_px[2], sc_viewport *out);
+/* @return the column of a picture of @p width_px at which the first subject ends in frame @p k. */
+int sc_divider_px(const sc_job *job, int k, int width_px);
+/* Find what is written below a subject of which the job gives no name: the name of its file,
+ * without what tells its format. */
+void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES]);
+
+#endif

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Several volumes in one picture: any frame alone, any rank, band of rows and order of runs gives the frame of the film,
+# by hash; other volumes are another job, and none of them is overwritten.
+"$SEGCAST" phantom --size 40x28x41 -o other.nrrd -q >/dev/null
+# A volume with a tissue of its own, at another place in space, and with its own label table
+{
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 20 20 20\n'
+    printf 'space directions: (4,0,0) (0,4,0) (0,0,4)\nspace origin: (500,-300,70)\nencoding: raw\n\n'
+    for z in $(seq 20); do
+        head -c 400 /dev/zero | tr '\000' "\\$(printf %03o $((z > 4 && z < 16 ? 1 + z % 2 : 0)))"
+    done
+} >stripes.nrrd
+printf '1 aorta 10 200 10 255\n2 stripe 200 10 200 255\n' >stripes.ctbl
+cat >side.yaml <<'YAML'
+volume: phantom:59x41x61
+output: {directory: out, size: [160, 90], video: film.mp4, fps: 10}
+tissues: {"*": {opacity: 0.6}, stripe: {opacity: 1}}
+compare:
+  with: [other.nrrd, {volume: stripes.nrrd, labels: stripes.ctbl, name: "Stripes\nof labels"}]
+overlays: {names: [aorta, stripe], legend: top-right, scale_bar: top-left, caption: Three}
+animation:
+  frames: 12
+  camera: {orbit: {elevation: 10}, projection: orthographic}
+  clip: [{sweep: {normal: posterior, from: 0%, to: 40%}, except: [stripe]}]
+  verbs: [{fade: {tissues: [stripe, aorta], to: 0, during: [50%, 90%]}}, {frame: {tissues: stripe, during: [0%, 40%]}}]
+YAML
+cat >divider.yaml <<'YAML'
+volume: phantom:59x41x61
+output: {directory: out, size: [90, 120], video: film.mp4, fps: 10}
+render: {background: none}
+compare: {name: before, with: [{volume: stripes.nrrd, name: after, labels: stripes.ctbl}], divider: {during: [20%, 80%], ease: smooth}}
+overlays: {names: all}
+animation: {frames: 8}
+YAML
+sed -i 's/film.mp4/film.webm/' divider.yaml
+
+for name in side divider; do
+    "$SEGCAST" render $name.yaml -o $name -q --set output.frames=png >/dev/null
+    frames=$(hashes $name | wc -l)
+    [ "$(hashes $name | cut -d' ' -f2 | sort -u | wc -l)" = "$frames" ] || fail "$name: frames repeat"
+    # Frames alone, in any order, and stills
+    for k in 7 0 4; do
+        "$SEGCAST" still $name.yaml --frame $k -o still.png --overwrite -q >/dev/null
+        "$IMAGE_DIFFERENCE" still.png "$name/frames/$(printf %06d "$k").png" || fail "$name: frame $k alone differs from the film's"
+    done
+    "$SEGCAST" render $name.yaml -o $name.some --frames 5-6,2 -q --set output.video=none --set output.frames=png >/dev/null
+    [ "$(hashes $name.some)" = "$(hashes $name | sed -n '3p;6,7p')" ] || fail "$name: some frames alone differ from the film's"
+    # Any number of ranks and threads, in tiles, with other kernels
+    for ranks in 1 2 3; do
+        for partition in frames tiles; do
+            OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render $name.yaml -o "$name.$ranks$partition" -q \
+                --set farm.partition=$partition --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
+            [ "$(hashes $name)" = "$(hashes "$name.$ranks$partition")" ] || fail "$name: the pictures differ with $ranks ranks, $partition"
+            cmp $name/film.* "$name.$ranks$partition"/film.* || fail "$name: the video depends on ranks"
+        done
+    done
+    # The resolved job is the same film, and a run that was interrupted goes on as one
+    cp $name/job.yaml resolved.yaml
+    "$SEGCAST" render resolved.yaml -o $name.again -q >/dev/null
+    [ "$(job_hash $name)" = "$(job_hash $name.again)" ] && [ "$(hashes $name)" = "$(hashes $name.again)" ] ||
+        fail "$name: the resolved job is another film"
+    "$SEGCAST" render $name.yaml -o $name.parts -q --frames 3-5 >/dev/null
+    mpi 2 "$SEGCAST" render $name.yaml -o $name.parts -q --resume >/dev/null
+    [ "$(hashes $name.parts | uniq)" = "$(hashes $name)" ] && cmp $name/film.* $name.parts/film.* ||
+        fail "$name: a film that was continued differs"
+    "$SEGCAST" verify $name.parts >/dev/null || fail "$name: the film is not verified"
+    "$SEGCAST" storyboard $name.yaml -o $name.png -q --count 3 >/dev/null || fail "$name: storyboard"
+    "$SEGCAST" plan $name.yaml --json >$name.json 2>/dev/null || fail "$name: plan"
+done
+
+# From prepared files, the same pictures; the one that is moved to the middle, too
+"$SEGCAST" prepare stripes.nrrd --labels stripes.ctbl -o stripes.segc -q >/dev/null
+sed 's/stripes\.nrrd, name: after, labels: stripes.ctbl/stripes.segc, name: after/' divider.yaml >prepared.yaml
+mpi 2 "$SEGCAST" render prepared.yaml -o prepared -q >/dev/null
+[ "$(hashes divider)" = "$(hashes prepared)" ] || fail "a prepared file gives other pictures"
+
+# Other subjects, or others in their place, are another job; so is where they stand, and the divider
+sed 's/other\.nrrd/phantom:40x28x43/' side.yaml >changed.yaml
+expect 73 'volume' "$SEGCAST" render changed.yaml -o side --resume -q
+expect 73 '' "$SEGCAST" render side.yaml -o side --resume -q --set compare.align=none
+expect 73 '' "$SEGCAST" render divider.yaml -o divider --resume -q --set compare.divider=40%
+expect 73 '' "$SEGCAST" render side.yaml -o side --resume -q --set compare.name=first
+# The memory of all is counted
+grep -v '^compare' divider.yaml >alone.yaml
+one=$("$SEGCAST" plan alone.yaml --json 2>/dev/null | jq .memory.prepared_bytes)
+[ "$(jq .memory.prepared_bytes divider.json)" -gt "$one" ] || fail "plan does not count all volumes"
+# No input is overwritten
+cp other.nrrd other.png
+sed 's/other\.nrrd/other.png/' side.yaml >png.yaml
+expect 73 'is an input of this command' "$SEGCAST" still png.yaml -o other.png --overwrite -q
+cmp other.nrrd other.png || fail "an input was overwritten"
+# What check tells: the size of each, and which tissues one lacks
+"$SEGCAST" check side.yaml >out.txt 2>err.txt || fail "check"
+grep -q '^  other: 40 x 28 x 41 voxels' out.txt && grep -q 'Stripes' out.txt || fail "check does not tell the sizes"
+grep -q '"phantom:59x41x61" lacks tissues that others have: "stripe"' err.txt || fail "check does not tell what is lacking"
+# A tissue that no subject has is the mistake that it always is
+expect 65 'tissue "stripes" matches no label of the volume; did you mean "stripe"' "$SEGCAST" check side.yaml --set 'tissues={stripes: {opacity: 1}}'
+expect 65 'tissue "stripes" matches no label of the volume; did you mean "stripe"' "$SEGCAST" render side.yaml -o never --set 'tissues={stripes: {opacity: 1}}'
