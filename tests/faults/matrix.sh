@@ -201,7 +201,7 @@ xargs -P "${FAULT_JOBS:-$(env -u OMP_NUM_THREADS nproc)}" -L 1 bash "$SOURCE/tes
 work=$!
 while sleep 5 && kill -0 $work 2>/dev/null; do
     [ -z "${FAULT_PROGRESS:-}" ] ||
-        printf '%d of %d faults, %d wrong\n' "$(wc -l <results.txt)" "$total" "$(grep -c ^WRONG results.txt)" >&2
+        printf '%d of %d faults, %d wrong\n' "$(wc -l <results.txt)" "$total" "$(grep -c ^WRONG results.txt || true)" >&2
 done
 wait $work
 [ -z "${FAULT_RESULTS:-}" ] || cp results.txt "$FAULT_RESULTS"
