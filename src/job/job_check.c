@@ -205,25 +205,34 @@ static sc_status check_fly(const sc_ctx *ctx, const sc_job *job, size_t index)
         "points or more");
 }
 
-/* A turn needs a clip plane, and a line about which turning changes something. A plane that has
- * turned before may have any direction. */
-static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
+/* A verb of a clip plane needs it. @param name of the verb. */
+static sc_status check_plane(const sc_ctx *ctx, const sc_job *job, const sc_verb *verb,
+                             const char *name)
 {
-    const sc_verb *turn = &job->verbs[index];
     const int planes = job->animation.sweep_count;
-    bool turned = false;
     char text[200];
 
     snprintf(text, sizeof text,
-             "turn: there is no clip plane %d; expected 1 to %d, the number of a plane of "
+             "%s: there is no clip plane %d; expected 1 to %d, the number of a plane of "
              "animation.clip (a box counts as six)",
-             turn->plane, planes);
+             name, verb->plane, planes);
     if (!planes)
         snprintf(text, sizeof text,
-                 "turn: the job has no clip plane; expected one in "
-                 "animation.clip, which then turns");
-    if (turn->plane > planes)
-        return fail_verb(ctx, turn, text);
+                 "%s: the job has no clip plane; expected one in animation.clip, which then %ss",
+                 name, name);
+    return verb->plane > planes ? fail_verb(ctx, verb, text) : SC_OK;
+}
+
+/* A turn needs a line about which turning changes something. A plane that has turned before may
+ * have any direction. */
+static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
+{
+    const sc_verb *turn = &job->verbs[index];
+    const sc_status status = check_plane(ctx, job, turn, "turn");
+    bool turned = false;
+
+    if (status != SC_OK)
+        return status;
     for (size_t i = 0; i < job->verb_count; i++)
         turned = turned || (i != index && job->verbs[i].kind == SC_VERB_TURN &&
                             job->verbs[i].plane == turn->plane);
@@ -250,6 +259,8 @@ static sc_status check_verbs(const sc_ctx *ctx, const sc_job *job)
             (void)sc_goes_on(&status, check_hold(ctx, job, i));
         if (verb->kind == SC_VERB_FLY)
             (void)sc_goes_on(&status, check_fly(ctx, job, i));
+        if (verb->kind == SC_VERB_SWEEP)
+            (void)sc_goes_on(&status, check_plane(ctx, job, verb, "sweep"));
         if (verb->kind == SC_VERB_TURN)
             (void)sc_goes_on(&status, check_turn(ctx, job, i));
         if (verb->kind == SC_VERB_DOLLY && camera->projection == SC_ORTHOGRAPHIC)

@@ -348,11 +348,26 @@ static const sc_key fly_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
+#define PLANE_ROW                                                                                  \
+    {                                                                                              \
+        "plane", &sc_type_int, VERB(plane), "1",                                                   \
+            .help = "number of the clip plane, counted from 1 in the order of clip; a box counts " \
+                    "as six: left, right, back, front, bottom, top",                               \
+            .low = 1, .high = SC_PLANES_MAX                                                        \
+    }
+
+static const sc_key sweep_verb_keys[] = {
+    PLANE_ROW,
+    {"to", &sc_type_plane_position, VERB(by), NULL,
+     .help = "where the plane ends, from where it stands: a share of the way through what is "
+             "visible, or mm along its normal",
+     .required = true},
+    DURING_ROW("it moves; it stays there afterwards"),
+    EASE_ROW("smooth"),
+    {0}};
+
 static const sc_key turn_keys[] = {
-    {"plane", &sc_type_int, VERB(plane), "1",
-     .help = "number of the clip plane, counted from 1 in the order of clip; a box counts as six: "
-             "left, right, back, front, bottom, top",
-     .low = 1, .high = SC_PLANES_MAX},
+    PLANE_ROW,
     {"angle", &sc_type_real, VERB(angle_deg), NULL,
      .help = "how far the plane turns about the axis, right-handed", .low = -36000, .high = 36000,
      .unit = "degrees", .required = true},
@@ -386,7 +401,9 @@ static const sc_key explode_keys[] = {
     EASE_ROW("smooth"),
     {0}};
 
-#define KINDS "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, turn or explode"
+#define KINDS                                                                                      \
+    "fade, appear, pulse, orbit, rock, zoom, dolly, hold, frame, fly, sweep, turn or "             \
+    "explode"
 #define KIND_ROW(name, rows, what)                                                                 \
     {                                                                                              \
         name, &sc_type_map, 0, NULL, .help = (what), .keys = (rows), .alternative = KINDS,         \
@@ -404,6 +421,7 @@ const sc_key sc_verb_keys[] = {
     KIND_ROW("hold", hold_keys, "the turning of the orbit pauses"),
     KIND_ROW("frame", frame_keys, "tissues come to fill the picture"),
     KIND_ROW("fly", fly_keys, "the camera flies through vessels and chambers, or along points"),
+    KIND_ROW("sweep", sweep_verb_keys, "a clip plane moves along its normal"),
     KIND_ROW("turn", turn_keys, "a clip plane turns about a line"),
     KIND_ROW("explode", explode_keys, "tissues move apart, and show what they hide"),
     {0}};

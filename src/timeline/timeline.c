@@ -119,6 +119,10 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
         t.from_mm[i] = position_mm(&sweep->from, low, high);
         t.to_mm[i] = position_mm(&sweep->to, low, high);
         t.clip_sets[0] |= 1u << i;
+        for (int m = 0; m < animation->move_count; m++) {
+            if (t.moves[m].verb.kind == SC_VERB_SWEEP && t.moves[m].verb.plane == i + 1)
+                t.moves[m].plane_mm = position_mm(&t.moves[m].verb.by, low, high);
+        }
     }
     *out = t;
 }

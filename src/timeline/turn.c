@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a clip plane lies: its sweep moves it along its normal, then the verbs turn turn it about
- * their lines, in the order in which they begin. */
+/* Where a clip plane lies: its own sweep moves it along its normal, and then the verbs sweep, each
+ * from where those before have left it; then the verbs turn turn it about their lines. All go in
+ * the order in which they begin. */
 #include "motion.h"
 
 /* An axis and a normal are parallel if the sine between them is below this. */
@@ -36,12 +37,28 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, int k, sc_plane 
     return plane;
 }
 
+/* @return where a plane lies along its normal in frame @p k, before it is turned, in mm. */
+static double swept_mm(const sc_timeline *t, int plane, int k)
+{
+    const int frames = t->animation.frames;
+    const sc_sweep *sweep = &t->animation.sweeps[plane];
+    double at_mm =
+        t->from_mm[plane] + sc_progress(sweep->begin, sweep->end, sweep->ease, k, frames) *
+                                (t->to_mm[plane] - t->from_mm[plane]);
+
+    for (int i = 0; i < t->animation.move_count; i++) {
+        const sc_verb *verb = &t->moves[i].verb;
+
+        if (verb->kind == SC_VERB_SWEEP && verb->plane == plane + 1)
+            at_mm += sc_progress(verb->begin, verb->end, verb->ease, k, frames) *
+                     (t->moves[i].plane_mm - at_mm);
+    }
+    return at_mm;
+}
+
 sc_plane sc_timeline_plane(const sc_timeline *t, int plane, int k)
 {
-    const sc_sweep *sweep = &t->animation.sweeps[plane];
-    const double u = sc_progress(sweep->begin, sweep->end, sweep->ease, k, t->animation.frames);
-    sc_plane out = {sweep->normal,
-                    -(t->from_mm[plane] + u * (t->to_mm[plane] - t->from_mm[plane]))};
+    sc_plane out = {t->animation.sweeps[plane].normal, -swept_mm(t, plane, k)};
 
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
