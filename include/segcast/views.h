@@ -32,11 +32,10 @@ SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, co
                                     const sc_scene *scene, const sc_rows *rows, sc_image *image,
                                     sc_render_stats *stats);
 
-/** Find where @p count pictures stand side by side in a picture of @p size_px (width, height), in
- *  rows and columns such that they are as large as can be; all have the same size, and those of a
- *  last row that is not full stand in its middle. @param below_px height that stays free below each
- *  of them. @param out [count]: the pictures, in reading order, each at least one pixel wide and
- *  high where there is room. */
-void sc_place_panels(const int size_px[2], int count, int below_px, sc_viewport *out);
+/** Find where @p count pictures of one size stand side by side in a picture of @p size_px (width,
+ *  height), in so many columns and as many rows as it takes; those of a last row that is not full
+ *  stand in its middle. @param below_px height that stays free below each of them. @param out
+ *  [count]: the pictures, in reading order, as large as can be; at least one pixel wide and high. */
+void sc_place_panels(const int size_px[2], int count, int columns, int below_px, sc_viewport *out);
 
 #endif

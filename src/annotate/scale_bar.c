@@ -3,9 +3,11 @@
  * it holds for the whole picture. */
 #include "internal.h"
 
+#include <math.h>
 #include <stdio.h>
 
-#define LONGEST 0.2 /* share of the width of the picture */
+#define LONGEST 0.2  /* share of the width of the picture */
+#define IN_PANEL 0.5 /* ... of that of one of several pictures */
 
 /* @return where the picture in space lies. */
 static const sc_viewport *space_of(const sc_annotations *a)
@@ -26,11 +28,17 @@ static double mm_per_px(const sc_annotations *a, const sc_camera *camera)
     return half > 0 ? 2 * half / space_of(a)->height_px : 0;
 }
 
+/* @return how long the bar may be. */
+static double longest_px(const sc_annotations *a)
+{
+    return fmin(LONGEST * a->within.width_px, IN_PANEL * space_of(a)->width_px);
+}
+
 void sc_draw_scale_bar(sc_drawing *d, const sc_scene *scene)
 {
     const sc_annotations *a = d->a;
     const double scale = mm_per_px(a, &scene->camera);
-    const double length_mm = sc_round_length_mm(LONGEST * space_of(a)->width_px * scale);
+    const double length_mm = sc_round_length_mm(longest_px(a) * scale);
     const int capitals = sc_glyphs_capitals(a->lettering);
     const int thick = capitals / 4 > 2 ? capitals / 4 : 2, halo = thick / 3 > 1 ? thick / 3 : 1;
     const int gap = capitals / 2;

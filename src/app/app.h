@@ -139,6 +139,8 @@ typedef struct sc_tissue_owner {
 
 typedef struct sc_session {
     bool measure; /* set between job and volume: measure all labels, so that none is hidden */
+    bool
+        borrows_renderer; /* the renderer is that of another session, which draws in the same way */
     sc_job job;
     sc_shared *shared;  /* block that holds the prepared volume, or NULL: it is in a mapped file */
     const void *mapped; /* the prepared file that the job names as its volume, or NULL */
@@ -180,12 +182,11 @@ typedef struct sc_session {
     const struct sc_session *subjects;
     int subject_count, subject;
     const sc_tissue_owner
-        *owners;           /* [label_count] of the session of a subject, borrowed; else NULL */
-    sc_viewport panel;     /* where the picture in space lies in the frame, if that is a part of it
-                              which does not follow from the layout; else of width 0 */
-    sc_viewport within;    /* where overlays lie, if not in the panel; else of width 0 */
-    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
-    bool borrows_renderer; /* it is that of another session, which draws in the same way */
+        *owners;         /* [label_count] of the session of a subject, borrowed; else NULL */
+    sc_viewport panel;   /* where the picture in space lies in the frame, if that is a part of it
+                            which does not follow from the layout; else of width 0 */
+    sc_viewport within;  /* where overlays lie, if not in the panel; else of width 0 */
+    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these

@@ -132,15 +132,14 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
 
 /* Begin the session that writes below the picture of subject @p s. The font keeps its size in
  * pixels, which would follow the height of the part in which it writes. */
-static void begin_plate(const sc_session *session, sc_compare *c, int s, sc_viewport panel,
-                        int below_px, sc_session *out)
+static void begin_plate(const sc_session *session, sc_compare *c, int s, const sc_places *places,
+                        sc_session *out)
 {
-    const int *size_px = session->job.output.size_px;
-
-    *out = (sc_session){.job = session->job, .panel = panel, .within = panel};
+    *out =
+        (sc_session){.job = session->job, .panel = places->panels[s], .within = places->panels[s]};
     strip(&out->job);
-    out->within.height_px += below_px;
-    out->job.overlays.text_percent *= (double)size_px[1] / out->within.height_px;
+    out->within.height_px += places->below_px;
+    out->job.overlays.text_percent = 100 * places->text_px / out->within.height_px;
     out->job.captions = &c->captions[s];
     out->job.caption_count = 1;
 }
@@ -165,9 +164,8 @@ static sc_status new_compare(const sc_ctx *ctx, sc_session *session)
 {
     const sc_job *job = &session->job;
     const int count = sc_subject_count(job);
-    sc_viewport panels[SC_SUBJECTS_MAX];
+    sc_places places;
     sc_compare *c;
-    int below_px;
     void *block;
     sc_status status;
 
@@ -178,12 +176,12 @@ static sc_status new_compare(const sc_ctx *ctx, sc_session *session)
     c->count = count;
     SC_TRY(part_tissues(ctx, job, c));
     name_subjects(job, c);
-    below_px = sc_place_subjects(job, job->output.size_px, panels);
+    sc_place_subjects(job, c->captions, job->output.size_px, &places);
     for (int s = 0; s < count; s++) {
-        begin_subject(session, c, s, panels[s], &c->parts[s]);
-        begin_plate(session, c, s, panels[s], below_px, plate_of(c, s));
+        begin_subject(session, c, s, places.panels[s], &c->parts[s]);
+        begin_plate(session, c, s, &places, plate_of(c, s));
     }
-    begin_front(session, c, panels[0], below_px, front_of(c));
+    begin_front(session, c, places.panels[0], places.below_px, front_of(c));
     c->parts[0].mapped = session->mapped;
     c->parts[0].mapped_bytes = session->mapped_bytes;
     c->parts[0].volume = session->volume;
@@ -558,20 +556,20 @@ void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_marc
     const sc_ctx silent = {.rank = 0};
     const size_t pixels = (size_t)size_px[0] * (size_t)size_px[1];
     const int x = sc_divider_px(&session->job, k, size_px[0]);
-    sc_viewport panels[SC_SUBJECTS_MAX];
+    sc_places places;
     void *room = NULL;
 
     *stats = (sc_render_stats){0};
     memset(out, 0, pixels * sizeof *out);
-    (void)sc_place_subjects(&session->job, size_px, panels);
+    sc_place_subjects(&session->job, session->compare->captions, size_px, &places);
     if (sc_alloc(&silent, pixels, sizeof *out, &room) != SC_OK)
         return; /* a picture of the work without any */
     for (int s = 0; s < session->compare->count; s++) {
         const bool divided = session->job.compare.has_divider;
         const sc_columns_px columns = {divided && s ? x : 0, divided && !s ? x : size_px[0]};
 
-        count_subject(&session->compare->parts[s], k, &panels[s], &columns, size_px[0], room, out,
-                      stats);
+        count_subject(&session->compare->parts[s], k, &places.panels[s], &columns, size_px[0], room,
+                      out, stats);
     }
     sc_free(room);
 }

@@ -25,9 +25,17 @@ void sc_joined_clear(sc_joined *joined);
 /* Move the volumes of the subjects as compare.align says: only their views change. @param joined
  * [count] as of sc_join_labels. Collective. @return SC_ERR_MEMORY. */
 sc_status sc_align_subjects(sc_app *app, sc_session *subjects, int count, sc_joined *joined);
-/* Fill @p out [sc_subject_count(job)] with where their pictures lie in one of @p size_px. @return
- * the height that is free below each, for the names. */
-int sc_place_subjects(const sc_job *job, const int size_px[2], sc_viewport *out);
+/* Where the subjects lie in a picture. */
+typedef struct sc_places {
+    sc_viewport panels[SC_SUBJECTS_MAX]; /* of each */
+    int below_px;                        /* height that is free below each, for the names */
+    double text_px; /* size of the font of the names: smaller than that of other text if they are
+                       long */
+} sc_places;
+/* Find where the pictures of the subjects lie in one of @p size_px. @param names [sc_subject_count]
+ * what is written below them. Whatever fonts there are, the result is the same. */
+void sc_place_subjects(const sc_job *job, const sc_caption *names, const int size_px[2],
+                       sc_places *out);
 /* @return the column of a picture of @p width_px at which the first subject ends in frame @p k. */
 int sc_divider_px(const sc_job *job, int k, int width_px);
 /* Find what is written below a subject of which the job gives no name: the name of its file,

@@ -101,7 +101,7 @@ static sc_status extend(const sc_ctx *ctx, const void *from, int count, int more
     *out = NULL;
     if (!from)
         return SC_OK;
-    status = sc_zalloc(ctx, (size_t)(count + more), size, owned);
+    status = sc_zalloc(ctx, (size_t)count + (size_t)more, size, owned);
     if (status != SC_OK)
         return status;
     memcpy(*owned, from, (size_t)count * size);
@@ -133,7 +133,7 @@ static sc_status join(const sc_ctx *ctx, const catalog *c, const int *numbers, s
     SC_TRY(extend(ctx, v->hidden, own, more, sizeof *v->hidden, &out->owned[3], &hidden));
     SC_TRY(extend(ctx, v->stored.opacity, own, more, sizeof *v->stored.opacity, &out->owned[4],
                   &opacity));
-    SC_TRY(sc_zalloc(ctx, (size_t)(own + more), sizeof(sc_tissue_owner), &owners));
+    SC_TRY(sc_zalloc(ctx, (size_t)own + (size_t)more, sizeof(sc_tissue_owner), &owners));
     out->owned[5] = owners;
     for (int id = 1; id < own; id++) {
         const entry *e = &c->entries[numbers[id]];

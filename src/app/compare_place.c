@@ -99,20 +99,96 @@ out:
 
 /* ---- in the picture ---- */
 
-#define BELOW 2.2 /* height for a line of text below a picture, in font sizes */
+/* Sizes in those of the font of the overlays, of which captions are larger. */
+#define CAPTION 1.25
+#define LETTER (0.72 * CAPTION) /* mean width of a letter, in bold */
+#define ONE_LINE 2.2            /* height for one line of text below a picture, with its margins */
+#define NEXT_LINE (1.3 * CAPTION)
+#define WIDTH 0.9        /* share of a panel that a name takes */
+#define CORNER_WIDTH 0.4 /* ... of the picture, in a corner */
+#define SMALLEST 0.55    /* what the font of long names may shrink to */
+enum { LEAST_PX = 9 };   /* the smallest font */
 
-int sc_place_subjects(const sc_job *job, const int size_px[2], sc_viewport *out)
+/* @return how many letters the longest line of a name has. */
+static int longest_line(const char *name)
 {
-    const double text_px = fmax(9, job->overlays.text_percent / 100 * size_px[1]);
-    const int below_px = (int)fmin(ceil(BELOW * text_px), size_px[1] / 4.0);
+    int most = 0, letters = 0;
 
-    if (!job->compare.has_divider) {
-        sc_place_panels(size_px, sc_subject_count(job), below_px, out);
-        return below_px;
+    for (size_t at = 0, bytes; name[at]; at += bytes ? bytes : 1) {
+        bytes = sc_utf8_bytes(name + at);
+        letters = name[at] == '\n' ? 0 : letters + 1;
+        most = letters > most ? letters : most;
     }
-    for (int s = 0; s < sc_subject_count(job); s++)
-        out[s] = (sc_viewport){0, 0, size_px[0], size_px[1] - below_px};
-    return below_px;
+    return most;
+}
+
+/* @return how many lines a name takes, if about so many letters fit into one. */
+static int lines_of(const char *name, double letters)
+{
+    int lines = 0;
+
+    while (*name && lines < SC_CAPTION_LINES_MAX) {
+        char line[SC_CAPTION_BYTES];
+        const size_t bytes = strcspn(name, "\n");
+
+        snprintf(line, sizeof line, "%.*s", (int)bytes, name);
+        lines += (int)fmax(1, ceil(longest_line(line) / fmax(letters, 1)));
+        name += bytes + (name[bytes] == '\n');
+    }
+    return lines < SC_CAPTION_LINES_MAX ? lines : SC_CAPTION_LINES_MAX;
+}
+
+/* Choose the size of the font of the names, and the room for them, in panels that are so wide. */
+static void size_names(const sc_job *job, const sc_caption *names, const int size_px[2],
+                       double width_px, sc_places *out)
+{
+    const double full_px = fmax(LEAST_PX, job->overlays.text_percent / 100 * size_px[1]);
+    int longest = 1, lines = 1;
+
+    for (int s = 0; s < sc_subject_count(job); s++) {
+        const int letters = longest_line(names[s].text);
+
+        longest = letters > longest ? letters : longest;
+    }
+    out->text_px = fmin(full_px, width_px / (LETTER * longest));
+    out->text_px = fmax(out->text_px, fmax(LEAST_PX, SMALLEST * full_px));
+    for (int s = 0; s < sc_subject_count(job); s++) {
+        const int own = lines_of(names[s].text, width_px / (LETTER * out->text_px));
+
+        lines = own > lines ? own : lines;
+    }
+    out->below_px =
+        (int)fmin(ceil((ONE_LINE + (lines - 1) * NEXT_LINE) * out->text_px), size_px[1] / 3.0);
+}
+
+/* @return the shorter side of a panel: what is shown in it turns, so that it is about as wide as it
+ * is high. */
+static int shorter_side(const sc_viewport *panel)
+{
+    return panel->width_px < panel->height_px ? panel->width_px : panel->height_px;
+}
+
+void sc_place_subjects(const sc_job *job, const sc_caption *names, const int size_px[2],
+                       sc_places *out)
+{
+    const int count = sc_subject_count(job);
+    sc_places tried = {.below_px = 0};
+
+    *out = tried;
+    if (job->compare.has_divider) {
+        size_names(job, names, size_px, CORNER_WIDTH * size_px[0], out);
+        for (int s = 0; s < count; s++)
+            out->panels[s] = (sc_viewport){0, 0, size_px[0], size_px[1] - out->below_px};
+        return;
+    }
+    for (int columns = 1; columns <= count; columns++) {
+        const double width_px = (double)size_px[0] / columns;
+
+        size_names(job, names, size_px, WIDTH * width_px, &tried);
+        sc_place_panels(size_px, count, columns, tried.below_px, tried.panels);
+        if (columns == 1 || shorter_side(&tried.panels[0]) > shorter_side(&out->panels[0]))
+            *out = tried;
+    }
 }
 
 int sc_divider_px(const sc_job *job, int k, int width_px)
@@ -158,4 +234,6 @@ void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES])
         used += bytes;
     }
     out[used] = '\0';
+    for (char *c = out; *c; c++)
+        *c = (char)(*c == '_' ? ' ' : *c);
 }

@@ -132,18 +132,25 @@ static void panels_are_as_large_as_can_be(void **state)
 {
     static const struct {
         int size_px[2], count, columns, rows;
-    } cases[] = {{{1920, 1080}, 2, 2, 1}, {{1920, 1080}, 3, 3, 1}, {{1920, 1080}, 4, 2, 2},
-                 {{1080, 1920}, 2, 1, 2}, {{1080, 1920}, 3, 1, 3}, {{1080, 1920}, 4, 2, 2},
-                 {{1080, 1080}, 2, 2, 1}, {{1080, 1080}, 3, 2, 2}, {{3000, 500}, 4, 4, 1},
-                 {{101, 57}, 4, 2, 2},    {{16, 16}, 4, 2, 2}};
+    } cases[] = {{{1920, 1080}, 2, 2, 1}, {{1920, 1080}, 3, 3, 1}, {{1920, 1080}, 4, 4, 1},
+                 {{1600, 1200}, 4, 2, 2}, {{1080, 1920}, 2, 1, 2}, {{720, 2400}, 3, 1, 3},
+                 {{1080, 1920}, 3, 2, 2}, {{1080, 1920}, 4, 2, 2}, {{1080, 1080}, 2, 2, 1},
+                 {{1080, 1080}, 3, 2, 2}, {{3000, 500}, 4, 4, 1},  {{101, 57}, 4, 4, 1},
+                 {{16, 16}, 4, 4, 1}};
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
         const int width = cases[i].size_px[0], height = cases[i].size_px[1];
-        const int below = height / 20, count = cases[i].count;
-        sc_viewport p[4];
+        const int count = cases[i].count;
+        const sc_caption names[4] = {{.text = "a"}, {.text = "b"}, {.text = "c"}, {.text = "d"}};
+        sc_job job = {.has_compare = true, .compare = {.count = count - 1}};
+        sc_places places;
+        const sc_viewport *p = places.panels;
+        int below;
 
-        sc_place_panels(cases[i].size_px, count, below, p);
+        job.overlays.text_percent = 2.8;
+        sc_place_subjects(&job, names, cases[i].size_px, &places);
+        below = places.below_px;
         for (int s = 0; s < count; s++) {
             assert_int_equal(p[s].width_px, width / cases[i].columns);
             assert_int_equal(p[s].height_px, height / cases[i].rows - below);
@@ -159,10 +166,39 @@ static void panels_are_as_large_as_can_be(void **state)
     }
 }
 
+/* Names of any length have room below the pictures, in letters that can be read. */
+static void names_have_room_below_the_pictures(void **state)
+{
+    static const char *const names[] = {"before", "A name of twenty-five letters", "Two\nlines",
+                                        "averyverylongwordthatdoesnotendsoonatall"};
+    static const int size_px[2] = {1280, 720};
+    sc_places places, before = {.text_px = 0};
+    sc_caption captions[2] = {{.text = "a"}};
+    sc_job job = {.has_compare = true, .compare = {.count = 1}};
+
+    (void)state;
+    job.overlays.text_percent = 2.8;
+    for (size_t i = 0; i < SC_COUNT_OF(names); i++) {
+        snprintf(captions[1].text, sizeof captions[1].text, "%s", names[i]);
+        sc_place_subjects(&job, captions, size_px, &places);
+        assert_int_equal(places.panels[0].height_px, 720 - places.below_px);
+        assert_true(places.below_px > 2 * places.text_px && places.below_px <= 720 / 3);
+        assert_true(places.text_px >= 9 && places.text_px <= 0.028 * 720 + 1e-9);
+        if (i == 1) /* it fits into one line of the usual size, in a panel of 640 pixels */
+            assert_int_equal(places.below_px, before.below_px);
+        if (i > 1)
+            assert_true(places.below_px != before.below_px);
+        before = places;
+    }
+    /* Panels of a narrow picture have smaller letters, before they have more lines. */
+    sc_place_subjects(&job, captions, (const int[2]){400, 720}, &places);
+    assert_true(places.text_px < 0.028 * 720);
+}
+
 static void files_have_short_names(void **state)
 {
     static const char *const cases[][2] = {{"/data/a/heart.nii.gz", "heart"},
-                                           {"Heart_2.seg.nrrd", "Heart_2"},
+                                           {"Heart_2.seg.nrrd", "Heart 2"},
                                            {"masks/", "masks"},
                                            {"cells.ome.zarr/", "cells"},
                                            {"/x/v1.2.MHA", "v1.2"},
@@ -252,6 +288,7 @@ int main(void)
         cmocka_unit_test(wrong_comparisons_are_refused),
         cmocka_unit_test(the_divider_moves_as_the_job_says),
         cmocka_unit_test(panels_are_as_large_as_can_be),
+        cmocka_unit_test(names_have_room_below_the_pictures),
         cmocka_unit_test(files_have_short_names),
         cmocka_unit_test(tissues_are_the_same_by_name_or_by_number),
     };
