@@ -1,26 +1,43 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Labels of any width become dense ids: background 0 first, then the other values in rising order.
- * One pass over the voxels numbers the labels in the order of their first voxel; the ids are put
- * into the final order afterwards. Neighbouring voxels mostly agree, so that a label is looked up
- * once per run of equal values along x. */
+ * One pass over the voxels numbers the labels as threads meet them; the ids are put into the final
+ * order afterwards, so that it does not matter in which order that was. Neighbouring voxels mostly
+ * agree, so that a label is looked up once per run of equal values along x. */
 #include "source.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
     SLOT_BITS = 18,
     SLOTS = 1 << SLOT_BITS, /* four times the most labels there can be: searches stay short */
-    NARROW_LABELS = 256     /* so many distinct labels fit into ids of one byte */
+    NARROW_LABELS = 256,    /* so many distinct labels fit into ids of one byte */
+    BLOCK_VOXELS = 4096,    /* whose values a thread looks at at a time: they stay in its cache */
+    RANGE_VOXELS = 1 << 16, /* that a thread claims at a time */
+    WORKER_VOXELS = 1 << 19 /* another thread is not worth its memory for fewer voxels */
 };
 
+/* What a slot of a value_set holds where there is no id. */
+enum { SLOT_FREE = -1, SLOT_TAKEN = -2 /* a thread is writing the value */ };
+
 /* Open-addressing set of label values, each with its first id: the number that it got when it was
- * first met. */
+ * first met. Several threads may look values up and add some. */
 typedef struct value_set {
-    int64_t *values; /* [SLOTS] */
-    int32_t *ids;    /* [SLOTS], first ids; -1: slot free */
-    int count;       /* distinct values so far */
+    int64_t *values;      /* [SLOTS] */
+    _Atomic int32_t *ids; /* [SLOTS], first ids, or SLOT_FREE, SLOT_TAKEN */
+    _Atomic int count;    /* distinct values so far; above SC_LABELS_MAX: there are too many */
 } value_set;
+
+/* What one thread works on. */
+typedef struct label_worker {
+    sc_label_tally *tallies; /* [SC_LABELS_MAX], by first id; no box without voxels; owned */
+    uint64_t *runs;          /* [SC_LABELS_MAX], by first id: runs of equal voxels along x; owned */
+    int64_t *values;         /* [2 * BLOCK_VOXELS]: those of a block, and room; owned */
+    int64_t last;            /* the value that was looked up last */
+    int32_t last_id;         /* its first id */
+    size_t bad;              /* the first voxel met that is no label; SIZE_MAX: none */
+} label_worker;
 
 /* The pass over the voxels. The arrays are owned by sc_read_labels. */
 typedef struct label_pass {
@@ -28,67 +45,54 @@ typedef struct label_pass {
     const char *path;
     const sc_source *source;
     size_t voxels;
+    int threads;
+    label_worker *workers; /* [threads]; the first has the sum of all in the end */
     value_set set;
-    sc_label_tally *tallies; /* [SC_LABELS_MAX], by first id */
-    uint64_t *runs;          /* [SC_LABELS_MAX], by first id: runs of equal voxels along x */
     bool keep_ids;
     int id_bytes; /* 1 or 2 */
     void *ids;    /* [voxels] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
+    /* The batch of voxels that is looked at. */
+    const sc_voxel_stream *stream;
+    const unsigned char *batch; /* as stored */
+    size_t begin;               /* the first voxel */
+    bool recounts;              /* only ids are set, since the batch has been counted */
+    atomic_bool too_wide;       /* there was an id that does not fit into pass->ids */
 } label_pass;
 
-/* The slot that holds @p value, or else the free one where it belongs: Fibonacci hashing
- * (Knuth, volume 3, section 6.4), then linear probing. */
-static size_t slot_of(const value_set *set, int64_t value)
+/* The slot where @p value belongs in an empty set: Fibonacci hashing (Knuth, volume 3, section
+ * 6.4). */
+static size_t first_slot(int64_t value)
 {
-    size_t slot = (size_t)(((uint64_t)value * 0x9e3779b97f4a7c15u) >> (64 - SLOT_BITS));
-
-    while (set->ids[slot] >= 0 && set->values[slot] != value)
-        slot = (slot + 1) & (SLOTS - 1);
-    return slot;
+    return (size_t)(((uint64_t)value * 0x9e3779b97f4a7c15u) >> (64 - SLOT_BITS));
 }
 
-/* Replace pass->ids by ids of two bytes, of which the first @p done are copied, since one byte
- * per id no longer suffices. @return SC_ERR_MEMORY; nothing has changed then. */
-static sc_status widen_ids(label_pass *pass, size_t done)
+/* @return the first id of a value, which is added to the set if it is new; SC_LABELS_MAX if there
+ * is no room for more labels. Threads: any. */
+static int32_t id_of(value_set *set, int64_t value)
 {
-    void *block;
-    sc_status status = sc_zalloc(pass->ctx, pass->voxels, sizeof(uint16_t), &block);
-    uint16_t *wide = block;
+    size_t slot = first_slot(value);
 
-    if (status != SC_OK)
-        return status;
-    for (size_t i = 0; i < done; i++) {
-        if (((const uint8_t *)pass->ids)[i])
-            wide[i] = ((const uint8_t *)pass->ids)[i];
+    for (;;) {
+        int32_t id = atomic_load_explicit(&set->ids[slot], memory_order_acquire);
+
+        if (id == SLOT_FREE && atomic_compare_exchange_strong(&set->ids[slot], &id, SLOT_TAKEN)) {
+            id = atomic_fetch_add(&set->count, 1);
+            if (id >= SC_LABELS_MAX) { /* the slot stays free, so that searches end */
+                atomic_store(&set->count, SC_LABELS_MAX + 1);
+                atomic_store_explicit(&set->ids[slot], SLOT_FREE, memory_order_release);
+                return SC_LABELS_MAX;
+            }
+            set->values[slot] = value;
+            atomic_store_explicit(&set->ids[slot], id, memory_order_release);
+            return id;
+        }
+        while (id == SLOT_TAKEN)
+            id = atomic_load_explicit(&set->ids[slot], memory_order_acquire);
+        if (id >= 0 && set->values[slot] == value)
+            return id;
+        if (id >= 0)
+            slot = (slot + 1) & (SLOTS - 1);
     }
-    sc_free(pass->ids);
-    pass->ids = wide;
-    pass->id_bytes = sizeof(uint16_t);
-    return SC_OK;
-}
-
-/* Write the first id of a value to *id. A new value is added to the set with an empty tally;
- * ids become wider when needed, of which the first @p done are valid. @return SC_ERR_DATA for
- * more than SC_LABELS_MAX labels, SC_ERR_MEMORY. */
-static sc_status id_of(label_pass *pass, int64_t value, size_t done, int32_t *id)
-{
-    value_set *set = &pass->set;
-    const size_t slot = slot_of(set, value);
-
-    *id = set->ids[slot];
-    if (*id >= 0)
-        return SC_OK;
-    if (set->count == SC_LABELS_MAX)
-        return sc_fail(pass->ctx, SC_ERR_DATA,
-                       "%s: more than %d different labels; is this a grey-value image?", pass->path,
-                       SC_LABELS_MAX - 1);
-    set->values[slot] = value;
-    *id = set->ids[slot] = set->count++;
-    for (int i = 0; i < 3; i++) {
-        pass->tallies[*id].low[i] = pass->source->size[i];
-        pass->tallies[*id].high[i] = -1;
-    }
-    return set->count == NARROW_LABELS + 1 && pass->keep_ids ? widen_ids(pass, done) : SC_OK;
 }
 
 static int least(int a, int b)
@@ -104,91 +108,205 @@ static int most(int a, int b)
 /* Add a run of @p length voxels along x, the first of which lies at @p first, to the tally. */
 static void count_run(sc_label_tally *tally, const int first[3], int length)
 {
-    tally->voxels += (uint64_t)length;
-    tally->low[0] = least(tally->low[0], first[0]);
-    tally->high[0] = most(tally->high[0], first[0] + length - 1);
-    for (int i = 1; i < 3; i++) {
-        tally->low[i] = least(tally->low[i], first[i]);
-        tally->high[i] = most(tally->high[i], first[i]);
+    for (int i = 0; i < 3; i++) {
+        const int last = i ? first[i] : first[i] + length - 1;
+
+        tally->low[i] = tally->voxels ? least(tally->low[i], first[i]) : first[i];
+        tally->high[i] = tally->voxels ? most(tally->high[i], last) : last;
     }
+    tally->voxels += (uint64_t)length;
 }
 
-/* Set the ids of @p length voxels from voxel @p begin on to @p id. pass->ids is not NULL. */
-static void fill_ids(label_pass *pass, size_t begin, int length, int32_t id)
+/* Set the ids of @p length voxels from voxel @p begin on to @p id, if they are kept and it fits. */
+static void fill_ids(label_pass *pass, size_t begin, size_t length, int32_t id)
 {
-    if (pass->id_bytes == 1) {
-        memset((uint8_t *)pass->ids + begin, id, (size_t)length);
+    if (!pass->keep_ids || id == 0) /* pages of background alone are never touched */
+        return;
+    if (pass->id_bytes == 1 && id >= NARROW_LABELS) {
+        atomic_store_explicit(&pass->too_wide, true, memory_order_relaxed);
+    } else if (pass->id_bytes == 1) {
+        memset((uint8_t *)pass->ids + begin, id, length);
     } else {
         uint16_t *ids = (uint16_t *)pass->ids + begin;
 
-        for (int i = 0; i < length; i++)
+        for (size_t i = 0; i < length; i++)
             ids[i] = (uint16_t)id;
     }
 }
 
-/* Tally voxels [begin, begin + count), which hold @p values, and set their ids if they are
- * kept. @p at: where the first of them lies, moved on to where the next one will. The value 0
- * has the first id 0 already. @return the errors of id_of. */
-static sc_status visit_block(label_pass *pass, const int64_t *values, size_t begin, int count,
-                             int at[3])
+/* Tally @p count voxels of one row along x, the first of which is voxel @p begin and lies at
+ * @p first, by their values, and set their ids. @return false if there are too many labels. */
+static bool visit_row(label_pass *pass, label_worker *w, const int64_t *values, size_t begin,
+                      const int first[3], int count)
 {
-    const int *size = pass->source->size;
-    int64_t last = 0;
-    int32_t id = 0;
+    int at[3] = {first[0], first[1], first[2]};
 
     for (int i = 0, end; i < count; i = end) {
-        const int row_end = least(count - i, size[0] - at[0]) + i;
-
-        for (end = i + 1; end < row_end && values[end] == values[i]; end++) {
+        for (end = i + 1; end < count && values[end] == values[i]; end++) {
         }
-        if (values[i] != last) {
-            const sc_status status = id_of(pass, values[i], begin + (size_t)i, &id);
+        if (values[i] != w->last) {
+            const int32_t id = id_of(&pass->set, values[i]);
 
-            if (status != SC_OK)
-                return status;
-            last = values[i];
+            if (id == SC_LABELS_MAX)
+                return false;
+            w->last = values[i];
+            w->last_id = id;
         }
-        count_run(&pass->tallies[id], at, end - i);
-        pass->runs[id]++;
-        if (pass->keep_ids && id != 0) /* pages of background alone are never touched */
-            fill_ids(pass, begin + (size_t)i, end - i, id);
-        at[0] += end - i;
-        if (at[0] == size[0]) {
-            at[0] = 0;
-            at[2] += at[1] + 1 == size[1];
-            at[1] = at[1] + 1 == size[1] ? 0 : at[1] + 1;
+        if (!pass->recounts) {
+            at[0] = first[0] + i;
+            count_run(&w->tallies[w->last_id], at, end - i);
+            w->runs[w->last_id]++;
+        }
+        fill_ids(pass, begin + (size_t)i, (size_t)(end - i), w->last_id);
+    }
+    return true;
+}
+
+/* sc_range_fn: tally voxels [begin, end) of the batch, counted from its first, and set their ids;
+ * @p user is a label_pass. */
+static void visit_range(void *user, size_t begin, size_t end, int thread)
+{
+    label_pass *pass = user;
+    label_worker *w = &pass->workers[thread];
+    const size_t each = sc_voxel_type_bytes(pass->source->type);
+    const size_t nx = (size_t)pass->source->size[0], ny = (size_t)pass->source->size[1];
+
+    for (size_t block = begin; block < end; block += BLOCK_VOXELS) {
+        const size_t count = end - block < BLOCK_VOXELS ? end - block : BLOCK_VOXELS;
+        const size_t good = sc_stream_values(pass->stream, pass->batch + block * each, count,
+                                             w->values + BLOCK_VOXELS, w->values);
+
+        for (size_t i = 0, length; i < good; i += length) {
+            const size_t voxel = pass->begin + block + i, x = voxel % nx;
+            const int at[3] = {(int)x, (int)(voxel / nx % ny), (int)(voxel / nx / ny)};
+
+            length = good - i < nx - x ? good - i : nx - x;
+            if (!visit_row(pass, w, w->values + i, voxel, at, (int)length))
+                return;
+        }
+        if (good < count) {
+            const size_t bad = pass->begin + block + good;
+
+            w->bad = bad < w->bad ? bad : w->bad;
+            return;
         }
     }
+}
+
+/* Ids while they become wider. */
+typedef struct widening {
+    const uint8_t *narrow;
+    uint16_t *wide;
+} widening;
+
+/* sc_range_fn: copy ids [begin, end). */
+static void widen_range(void *user, size_t begin, size_t end, int thread)
+{
+    const widening *w = user;
+
+    (void)thread;
+    for (size_t i = begin; i < end; i++) {
+        if (w->narrow[i])
+            w->wide[i] = w->narrow[i];
+    }
+}
+
+/* Replace pass->ids by ids of two bytes, of which the first @p done are copied, since one byte
+ * per id no longer suffices. @return SC_ERR_MEMORY; nothing has changed then. */
+static sc_status widen_ids(label_pass *pass, size_t done)
+{
+    widening w = {.narrow = pass->ids};
+    void *block;
+    sc_status status = sc_zalloc(pass->ctx, pass->voxels, sizeof(uint16_t), &block);
+
+    if (status != SC_OK)
+        return status;
+    w.wide = block;
+    sc_parallel_for(pass->threads, done, RANGE_VOXELS, widen_range, &w);
+    sc_free(pass->ids);
+    pass->ids = block;
+    pass->id_bytes = sizeof(uint16_t);
     return SC_OK;
+}
+
+/* Tally the @p count voxels of the batch and set their ids. @return SC_ERR_DATA for the first voxel
+ * that is no label, or else for more than SC_LABELS_MAX labels; SC_ERR_MEMORY. */
+static sc_status visit_batch(label_pass *pass, size_t count)
+{
+    size_t bad = SIZE_MAX;
+    sc_status status;
+
+    sc_stage_for(pass->ctx, count, pass->threads, count, RANGE_VOXELS, visit_range, pass);
+    for (int i = 0; i < pass->threads; i++)
+        bad = pass->workers[i].bad < bad ? pass->workers[i].bad : bad;
+    if (bad != SIZE_MAX)
+        return sc_stream_refuse(
+            pass->stream,
+            pass->batch + (bad - pass->begin) * sc_voxel_type_bytes(pass->source->type), bad);
+    if (atomic_load(&pass->set.count) > SC_LABELS_MAX)
+        return sc_fail(pass->ctx, SC_ERR_DATA,
+                       "%s: more than %d different labels; is this a grey-value image?", pass->path,
+                       SC_LABELS_MAX - 1);
+    if (!atomic_load(&pass->too_wide))
+        return SC_OK;
+    SC_TRY(widen_ids(pass, pass->begin + count));
+    atomic_store(&pass->too_wide, false);
+    pass->recounts = true;
+    sc_parallel_for(pass->threads, count, RANGE_VOXELS, visit_range, pass);
+    pass->recounts = false;
+out:
+    return status;
+}
+
+/* Add what all threads have tallied to what the first one has; the box of a label without voxels is
+ * low > high. */
+static void add_up(label_pass *pass)
+{
+    label_worker *sum = &pass->workers[0];
+
+    for (int id = 0; id < atomic_load(&pass->set.count); id++) {
+        sc_label_tally *to = &sum->tallies[id];
+
+        for (int i = 0; i < 3 && !to->voxels; i++) {
+            to->low[i] = pass->source->size[i];
+            to->high[i] = -1;
+        }
+        for (int i = 1; i < pass->threads; i++) {
+            const sc_label_tally *from = &pass->workers[i].tallies[id];
+
+            for (int k = 0; k < 3 && from->voxels; k++) {
+                to->low[k] = least(to->low[k], from->low[k]);
+                to->high[k] = most(to->high[k], from->high[k]);
+            }
+            to->voxels += from->voxels;
+            sum->runs[id] += pass->workers[i].runs[id];
+        }
+    }
 }
 
 /* Read all voxels into the set, the tallies, the runs and, if kept, the ids of @p pass.
  * Background gets the first id 0, also if no voxel has it. @return the errors of the stream and
- * of id_of. */
+ * of visit_batch. */
 static sc_status visit_voxels(label_pass *pass)
 {
     sc_voxel_stream *stream = NULL;
-    void *block = NULL;
-    int at[3] = {0, 0, 0};
-    int32_t background;
     sc_status status;
 
-    SC_TRY(id_of(pass, 0, 0, &background));
-    SC_TRY(sc_alloc(pass->ctx, SC_STREAM_BLOCK, sizeof(int64_t), &block));
+    (void)id_of(&pass->set, 0);
     SC_TRY(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
+    pass->stream = stream;
     sc_stage_begin(pass->ctx, "reading", 0, pass->voxels);
-    for (size_t begin = 0; begin < pass->voxels; begin += SC_STREAM_BLOCK) {
-        const size_t left = pass->voxels - begin;
-        const size_t count = left < SC_STREAM_BLOCK ? left : SC_STREAM_BLOCK;
+    for (size_t count; pass->begin < pass->voxels; pass->begin += count) {
+        const void *raw;
 
-        SC_TRY(sc_stream_next(stream, count, block));
-        SC_TRY(visit_block(pass, block, begin, (int)count, at));
-        sc_stage_add(pass->ctx, count);
+        SC_TRY(sc_stream_next_raw(stream, &raw, &count));
+        pass->batch = raw;
+        SC_TRY(visit_batch(pass, count));
     }
     status = sc_stream_finish(stream);
+    add_up(pass);
 out:
     sc_stream_close(stream);
-    sc_free(block);
     return status;
 }
 
@@ -203,61 +321,77 @@ static int by_value(const void *a, const void *b)
 /* Make the labels in their final order: labels and label_count of @p volume, and *tallies,
  * [label_count]. The caller owns and frees them, also after an error. @param final
  * [SC_LABELS_MAX], receives the dense id of each first id. @return SC_ERR_MEMORY. */
-static sc_status order_labels(const label_pass *pass, sc_volume *volume, sc_label_tally **tallies,
+static sc_status order_labels(label_pass *pass, sc_volume *volume, sc_label_tally **tallies,
                               uint16_t *final)
 {
-    const value_set *set = &pass->set;
+    value_set *set = &pass->set;
+    const int count = atomic_load(&set->count);
     sc_label *labels;
     void *block;
-    sc_status status = sc_zalloc(pass->ctx, (size_t)set->count, sizeof *labels, &block);
+    sc_status status = sc_zalloc(pass->ctx, (size_t)count, sizeof *labels, &block);
 
     if (status != SC_OK)
         return status;
     volume->labels = labels = block;
-    volume->label_count = set->count;
-    status = sc_alloc(pass->ctx, (size_t)set->count, sizeof **tallies, &block);
+    volume->label_count = count;
+    status = sc_alloc(pass->ctx, (size_t)count, sizeof **tallies, &block);
     if (status != SC_OK)
         return status;
     *tallies = block;
     for (size_t slot = 0; slot < SLOTS; slot++) {
-        if (set->ids[slot] >= 0)
-            labels[set->ids[slot]] = sc_label_new(set->values[slot]);
+        const int32_t id = atomic_load_explicit(&set->ids[slot], memory_order_relaxed);
+
+        if (id >= 0)
+            labels[id] = sc_label_new(set->values[slot]);
     }
-    qsort(labels + 1, (size_t)set->count - 1, sizeof *labels, by_value);
-    for (int i = 0; i < set->count; i++) {
-        const int32_t first = set->ids[slot_of(set, labels[i].value)];
+    qsort(labels + 1, (size_t)count - 1, sizeof *labels, by_value);
+    for (int i = 0; i < count; i++) {
+        const int32_t first = id_of(set, labels[i].value);
 
         final[first] = (uint16_t)i;
-        (*tallies)[i] = pass->tallies[first];
+        (*tallies)[i] = pass->workers[0].tallies[first];
     }
     return SC_OK;
 }
 
+/* Ids while they are put into the final order. */
+typedef struct renumbering {
+    void *ids;
+    int id_bytes;
+    const uint16_t *final; /* of order_labels */
+} renumbering;
+
+/* sc_range_fn: renumber ids [begin, end). */
+static void renumber_range(void *user, size_t begin, size_t end, int thread)
+{
+    const renumbering *r = user;
+
+    (void)thread;
+    for (size_t i = begin; i < end && r->id_bytes == 1; i++) {
+        uint8_t *id = (uint8_t *)r->ids + i;
+
+        if (*id) /* background keeps its id, and its pages stay untouched */
+            *id = (uint8_t)r->final[*id];
+    }
+    for (size_t i = begin; i < end && r->id_bytes == 2; i++) {
+        uint16_t *id = (uint16_t *)r->ids + i;
+
+        if (*id)
+            *id = r->final[*id];
+    }
+}
+
 /* Turn the first ids in pass->ids, which is not NULL, into dense ids by @p final (of
  * order_labels). */
-static void renumber(label_pass *pass, const uint16_t *final)
+static void renumber(label_pass *pass, int count, const uint16_t *final)
 {
+    renumbering r = {.ids = pass->ids, .id_bytes = pass->id_bytes, .final = final};
     bool in_order = true;
 
-    for (int i = 0; i < pass->set.count; i++)
+    for (int i = 0; i < count; i++)
         in_order = in_order && final[i] == i;
-    if (in_order)
-        return;
-    if (pass->id_bytes == 1) {
-        uint8_t *ids = pass->ids;
-
-        for (size_t i = 0; i < pass->voxels; i++) {
-            if (ids[i]) /* background keeps its id */
-                ids[i] = (uint8_t) final[ids[i]];
-        }
-    } else {
-        uint16_t *ids = pass->ids;
-
-        for (size_t i = 0; i < pass->voxels; i++) {
-            if (ids[i])
-                ids[i] = final[ids[i]];
-        }
-    }
+    if (!in_order)
+        sc_parallel_for(pass->threads, pass->voxels, RANGE_VOXELS, renumber_range, &r);
 }
 
 /* The marks of a grey-value image: more labels than this, and shorter runs, in voxels, than this.
@@ -267,20 +401,21 @@ enum { GREY_LABELS = 32, GREY_RUN_VOXELS = 2 };
 /* Does the volume look like a grey-value image? Equal values seldom lie side by side in noise.
  * Neither background nor the commonest other value counts: a grey-value image is often padded
  * with a value of its own. */
-static bool looks_grey(const label_pass *pass)
+static bool looks_grey(const label_pass *pass, int count)
 {
+    const label_worker *sum = &pass->workers[0];
     uint64_t voxels = 0, runs = 0;
     int commonest = 1;
 
-    if (pass->set.count <= GREY_LABELS)
+    if (count <= GREY_LABELS)
         return false;
-    for (int id = 2; id < pass->set.count; id++) {
-        if (pass->tallies[id].voxels > pass->tallies[commonest].voxels)
+    for (int id = 2; id < count; id++) {
+        if (sum->tallies[id].voxels > sum->tallies[commonest].voxels)
             commonest = id;
     }
-    for (int id = 1; id < pass->set.count; id++) {
-        voxels += id == commonest ? 0 : pass->tallies[id].voxels;
-        runs += id == commonest ? 0 : pass->runs[id];
+    for (int id = 1; id < count; id++) {
+        voxels += id == commonest ? 0 : sum->tallies[id].voxels;
+        runs += id == commonest ? 0 : sum->runs[id];
     }
     return voxels < GREY_RUN_VOXELS * runs;
 }
@@ -292,7 +427,7 @@ static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
     const int64_t lowest = volume->label_count > 1 ? volume->labels[1].value : 0;
     const int64_t highest = volume->labels[volume->label_count - 1].value;
 
-    if (looks_grey(pass))
+    if (looks_grey(pass, volume->label_count))
         sc_warn(pass->ctx,
                 "%s: looks like a grey-value image, not like a segmentation: %d different values "
                 "from %lld to %lld, and equal ones seldom lie side by side; each value is shown as "
@@ -306,6 +441,49 @@ static void warn_of_grey_values(const label_pass *pass, const sc_volume *volume)
                 pass->path, (long long)lowest);
 }
 
+/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated end_workers frees.
+ */
+static sc_status begin_workers(label_pass *pass)
+{
+    void *block;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(pass->ctx, (size_t)pass->threads, sizeof *pass->workers, &block));
+    pass->workers = block;
+    for (int i = 0; i < pass->threads; i++) {
+        label_worker *w = &pass->workers[i];
+
+        w->bad = SIZE_MAX;
+        SC_TRY(sc_zalloc(pass->ctx, SC_LABELS_MAX, sizeof *w->tallies, &block));
+        w->tallies = block;
+        SC_TRY(sc_zalloc(pass->ctx, SC_LABELS_MAX, sizeof *w->runs, &block));
+        w->runs = block;
+        SC_TRY(sc_alloc(pass->ctx, BLOCK_VOXELS, 2 * sizeof *w->values, &block));
+        w->values = block;
+    }
+out:
+    return status;
+}
+
+static void end_workers(label_pass *pass)
+{
+    for (int i = 0; i < pass->threads && pass->workers; i++) {
+        sc_free(pass->workers[i].tallies);
+        sc_free(pass->workers[i].runs);
+        sc_free(pass->workers[i].values);
+    }
+    sc_free(pass->workers);
+}
+
+/* @return how many threads look for labels: as many as may, if there is enough for each. */
+static int threads_for(const sc_ctx *ctx, size_t voxels)
+{
+    const size_t useful = voxels / WORKER_VOXELS + 1;
+    const size_t threads = ctx->threads > 1 ? (size_t)ctx->threads : 1;
+
+    return (int)(threads < useful ? threads : useful);
+}
+
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume, sc_label_tally **tallies)
 {
@@ -313,29 +491,29 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .path = path,
                        .source = source,
                        .voxels = sc_source_voxels(source),
+                       .threads = threads_for(ctx, sc_source_voxels(source)),
                        .keep_ids = keep_ids,
                        .id_bytes = 1};
     sc_volume found = {.size = {source->size[0], source->size[1], source->size[2]}};
     sc_label_tally *final_tallies = NULL;
-    void *values = NULL, *ids = NULL, *first_tallies = NULL, *runs = NULL, *final = NULL;
+    void *values = NULL, *ids = NULL, *final = NULL;
     sc_status status;
 
     SC_TRY(sc_alloc(ctx, SLOTS, sizeof(int64_t), &values));
-    SC_TRY(sc_alloc(ctx, SLOTS, sizeof(int32_t), &ids));
-    SC_TRY(sc_zalloc(ctx, SC_LABELS_MAX, sizeof(sc_label_tally), &first_tallies));
-    SC_TRY(sc_zalloc(ctx, SC_LABELS_MAX, sizeof(uint64_t), &runs));
+    SC_TRY(sc_alloc(ctx, SLOTS, sizeof(_Atomic int32_t), &ids));
     SC_TRY(sc_alloc(ctx, SC_LABELS_MAX, sizeof(uint16_t), &final));
-    memset(ids, 0xff, SLOTS * sizeof(int32_t));
-    pass.set = (value_set){.values = values, .ids = ids};
-    pass.tallies = first_tallies;
-    pass.runs = runs;
+    SC_TRY(begin_workers(&pass));
+    pass.set.values = values;
+    pass.set.ids = ids;
+    for (size_t slot = 0; slot < SLOTS; slot++)
+        atomic_init(&pass.set.ids[slot], SLOT_FREE);
     if (keep_ids)
         SC_TRY(sc_zalloc(ctx, pass.voxels, 1, &pass.ids));
     SC_TRY(visit_voxels(&pass));
     SC_TRY(order_labels(&pass, &found, &final_tallies, final));
     warn_of_grey_values(&pass, &found);
     if (keep_ids)
-        renumber(&pass, final);
+        renumber(&pass, found.label_count, final);
     found.label_bytes = found.label_count <= NARROW_LABELS ? 1 : 2;
     found.ids = pass.ids;
     pass.ids = NULL;
@@ -347,10 +525,9 @@ out:
     sc_volume_clear(&found);
     sc_free(final_tallies);
     sc_free(pass.ids);
+    end_workers(&pass);
     sc_free(values);
     sc_free(ids);
-    sc_free(first_tallies);
-    sc_free(runs);
     sc_free(final);
     return status;
 }

@@ -192,6 +192,18 @@ sc_status sc_stream_open(const sc_ctx *ctx, const char *path, const sc_source *s
  * SC_STREAM_BLOCK and at most what is left. SC_ERR_DATA (logged) where the file ends too early,
  * is damaged, or holds a value that is no whole number; the stream can only be closed then. */
 sc_status sc_stream_next(sc_voxel_stream *stream, size_t count, int64_t *out);
+/* Instead of sc_stream_next, from the first voxel to the last: the next voxels as they are stored,
+ * so that several threads turn them into values side by side. *raw, valid until the next call,
+ * points at the first, *count receives how many there are, at least 1. To be called while voxels
+ * are left. @return the errors of sc_stream_next but for values. */
+sc_status sc_stream_next_raw(sc_voxel_stream *stream, const void **raw, size_t *count);
+/* Write the values of @p count voxels as stored at @p raw to out[count]. @param room 8 bytes for
+ * each voxel, which may be written. @return how many of them, from the first on, are labels: fewer
+ * than @p count if one is no whole number or too large. Threads: any, on memory of their own. */
+size_t sc_stream_values(const sc_voxel_stream *stream, const void *raw, size_t count, void *room,
+                        int64_t *out);
+/* Log that voxel @p index of the volume, stored at @p raw, is no label. @return SC_ERR_DATA. */
+sc_status sc_stream_refuse(const sc_voxel_stream *stream, const void *raw, size_t index);
 /* After the last voxel: verify the check sum of SC_ENCODING_GZIP and SC_ENCODING_ZLIB, and warn of
  * bytes behind the end of the former. SC_ERR_DATA (logged) if it is wrong or missing. Other
  * encodings are not checked. */
@@ -199,12 +211,13 @@ sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);
 
-/* One pass over all voxels: the distinct labels, what they cover, and, if @p keep_ids, the
- * voxels as dense ids. Fills size, label_count, label_bytes, labels (values only) and ids (NULL
- * without keep_ids) of *volume and sets the rest to zero; *tallies is [label_count] by dense
- * id. The caller owns both (sc_volume_clear, sc_free); both are untouched after an error. Warns
- * of what looks like a grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for
- * more than SC_LABELS_MAX labels; SC_ERR_MEMORY. */
+/* One pass over all voxels, by ctx->threads threads; the result does not depend on their number:
+ * the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense ids. Fills size,
+ * label_count, label_bytes, labels (values only) and ids (NULL without keep_ids) of *volume and
+ * sets the rest to zero; *tallies is [label_count] by dense id. The caller owns both
+ * (sc_volume_clear, sc_free); both are untouched after an error. Warns of what looks like a
+ * grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX
+ * labels; SC_ERR_MEMORY. */
 sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *source,
                          bool keep_ids, sc_volume *volume, sc_label_tally **tallies);
 

@@ -16,7 +16,9 @@ enum {
     PACKED_BYTES = 1 << 18,
     REST_BLOCKS =
         128, /* of sc_voxel_stream.raw: so much is unpacked behind the last voxel, 16 MiB */
-    VOXEL_BYTES_MAX = 8
+    VOXEL_BYTES_MAX = 8,
+    BATCH_BYTES = 8 << 20, /* of what sc_stream_next_raw delivers; few enough to stay in a cache */
+    BATCH_VOXELS = 8 << 20 /* the same of voxels that are in memory already */
 };
 
 struct sc_voxel_stream {
@@ -32,8 +34,10 @@ struct sc_voxel_stream {
     bool zlib_memory;      /* there was no memory to unpack */
     unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
     unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
-    size_t slab_begin, slab_voxels;                       /* which voxels these are */
-    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* one block, as stored */
+    size_t slab_begin, slab_voxels; /* which voxels these are */
+    unsigned char *batch; /* [BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
+    unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];     /* one block, as stored */
+    unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* the same in this byte order */
 };
 
 size_t sc_voxel_type_bytes(sc_voxel_type type)
@@ -125,28 +129,38 @@ static sc_status open_slices(sc_voxel_stream *s)
     return status;
 }
 
+/* Read the slices from voxel @p at on, which is the first of one, into s->slab. @return the errors
+ * of sc_slices_fn. */
+static sc_status read_slab(sc_voxel_stream *s, size_t at)
+{
+    const sc_source *source = s->source;
+    const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
+    const int first = (int)(at / slice);
+    const int left = source->size[2] - first;
+    const int slices = left < source->slices ? left : source->slices;
+    const sc_status status = source->read_slices(s->ctx, s->path, source, first, slices, s->slab);
+
+    if (status != SC_OK)
+        return status;
+    s->slab_begin = at;
+    s->slab_voxels = (size_t)slices * slice;
+    return SC_OK;
+}
+
 /* Copy voxels [s->position, + count) to s->raw, from slices that are read when they are needed.
  * @return the errors of sc_slices_fn. */
 static sc_status next_of_slices(sc_voxel_stream *s, size_t count)
 {
-    const sc_source *source = s->source;
-    const size_t each = sc_voxel_type_bytes(source->type);
-    const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
+    const size_t each = sc_voxel_type_bytes(s->source->type);
 
     for (size_t done = 0, part; done < count; done += part) {
         const size_t at = s->position + done;
 
         if (at >= s->slab_begin + s->slab_voxels) {
-            const int first = (int)(at / slice);
-            const int left = source->size[2] - first;
-            const int slices = left < source->slices ? left : source->slices;
-            const sc_status status =
-                source->read_slices(s->ctx, s->path, source, first, slices, s->slab);
+            const sc_status status = read_slab(s, at);
 
             if (status != SC_OK)
                 return status;
-            s->slab_begin = at;
-            s->slab_voxels = (size_t)slices * slice;
         }
         part = s->slab_begin + s->slab_voxels - at;
         part = part < count - done ? part : count - done;
@@ -192,6 +206,7 @@ void sc_stream_close(sc_voxel_stream *s)
         fclose(s->plain);
     sc_free(s->packed);
     sc_free(s->slab);
+    sc_free(s->batch);
     sc_free(s);
 }
 
@@ -206,15 +221,15 @@ sc_status sc_gzip_status(gzFile file)
                                 : SC_OK;
 }
 
-/* Unpack the next @p bytes bytes into s->raw. @return how many there were: fewer at the end of
+/* Unpack the next @p bytes bytes to @p to. @return how many there were: fewer at the end of
  * the stream or where it is damaged; s->zlib.msg tells which, NULL or the reason; s->zlib_memory
  * receives whether memory was out. */
-static size_t next_of_zlib(sc_voxel_stream *s, size_t bytes)
+static size_t next_of_zlib(sc_voxel_stream *s, unsigned char *to, size_t bytes)
 {
     z_stream *z = &s->zlib;
     int result = s->zlib_end ? Z_STREAM_END : Z_OK;
 
-    z->next_out = s->raw;
+    z->next_out = to;
     z->avail_out = (uInt)bytes;
     while (z->avail_out && result == Z_OK) {
         if (z->avail_in == 0) {
@@ -240,10 +255,10 @@ static sc_status stream_status(const sc_voxel_stream *s)
     return ferror(s->plain) ? SC_ERR_WRITE : SC_OK;
 }
 
-/* Read the next @p bytes bytes, unpacked, into s->raw; for all encodings but
- * SC_ENCODING_LOADED. @return SC_ERR_DATA if there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if
+/* Read the next @p bytes bytes, unpacked, to @p to; for all encodings but SC_ENCODING_LOADED and
+ * SC_ENCODING_SLICES. @return SC_ERR_DATA if there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if
  * unpacking or reading them failed. */
-static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
+static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const char *reason = NULL;
@@ -252,16 +267,16 @@ static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
     sc_status status;
 
     if (s->gzip) {
-        const int count = gzread(s->gzip, s->raw, (unsigned)bytes);
+        const int count = gzread(s->gzip, to, (unsigned)bytes);
 
         got = count > 0 ? (size_t)count : 0;
         reason = gzerror(s->gzip, &error);
         reason = error < 0 ? reason : NULL;
     } else if (s->zlib_open) {
-        got = next_of_zlib(s, bytes);
+        got = next_of_zlib(s, to, bytes);
         reason = s->zlib.msg;
     } else {
-        got = fread(s->raw, 1, bytes, s->plain);
+        got = fread(to, 1, bytes, s->plain);
     }
     if (got == bytes)
         return SC_OK;
@@ -281,7 +296,7 @@ static sc_status next_bytes(sc_voxel_stream *s, size_t bytes)
  * is wrong or missing; SC_ERR_MEMORY, SC_ERR_WRITE if that cannot be known. */
 static sc_status finish_zlib(sc_voxel_stream *s)
 {
-    const size_t more = next_of_zlib(s, sizeof s->raw);
+    const size_t more = next_of_zlib(s, s->raw, sizeof s->raw);
 
     if (!s->zlib_end && more < sizeof s->raw)
         return sc_fail(s->ctx, stream_status(s) == SC_OK ? SC_ERR_DATA : stream_status(s),
@@ -322,59 +337,55 @@ sc_status sc_stream_finish(sc_voxel_stream *s)
 
 /* ---- values ---- */
 
-/* Reverse the bytes of each of @p count numbers of @p each bytes, in place. */
-static void swap_bytes(unsigned char *raw, size_t count, size_t each)
+/* Write each of @p count numbers of @p each bytes at @p raw to @p out with its bytes reversed. */
+static void swap_bytes(const unsigned char *raw, size_t count, size_t each, unsigned char *out)
 {
-    for (size_t i = 0; i < count; i++, raw += each) {
-        for (size_t a = 0, b = each - 1; a < b; a++, b--) {
-            const unsigned char swap = raw[a];
-
-            raw[a] = raw[b];
-            raw[b] = swap;
-        }
+    for (size_t i = 0; i < count; i++, raw += each, out += each) {
+        for (size_t k = 0; k < each; k++)
+            out[k] = raw[each - 1 - k];
     }
 }
 
-/* Log that voxel @p i of the block that is being read holds @p value, and by @p what why that
- * is no label. @return SC_ERR_DATA always. */
-static sc_status bad_voxel(const sc_voxel_stream *s, size_t i, double value, const char *what)
+/* @return why @p value is no label; NULL: it is one. */
+static const char *why_no_label(double value)
 {
-    const size_t nx = (size_t)s->source->size[0], ny = (size_t)s->source->size[1];
-    const size_t index = s->position + i;
-
-    return sc_fail(s->ctx, SC_ERR_DATA,
-                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
-                   "segmentation, not a grey-value image or a probability map",
-                   s->path, index % nx, index / nx % ny, index / nx / ny, value, what);
+    if (!isfinite(value))
+        return "not a number";
+    if (value != floor(value))
+        return "a fraction";
+    if (fabs(value) > 9007199254740992.0) /* 2^53: beyond it a double skips whole numbers */
+        return "too large for a label";
+    return NULL;
 }
 
-/* Floats, and integers that the header scales: write slope * value + intercept to out[count].
- * Floats are read from @p raw; integers stand in @p out already. @return SC_ERR_DATA, logged with
- * the position of the voxel, if a result is not a whole number or its magnitude exceeds 2^53. */
-static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
+/* @return what voxel @p i stands for, a float or an integer that the header scales. Floats are read
+ * from @p raw; integers stand in @p out already. */
+static double scaled_value(const sc_source *source, const void *raw, const int64_t *out, size_t i)
 {
-    const sc_source *source = s->source;
+    double value = (double)out[i];
 
+    if (source->type == SC_VOXEL_FLOAT)
+        value = ((const float *)raw)[i];
+    else if (source->type == SC_VOXEL_DOUBLE)
+        value = ((const double *)raw)[i];
+    return source->slope * value + source->intercept;
+}
+
+/* Write slope * value + intercept to out[count]; see scaled_value. @return the index of the first
+ * that is no label, @p count if all are. */
+static size_t load_scaled(const sc_source *source, const void *raw, size_t count, int64_t *out)
+{
     for (size_t i = 0; i < count; i++) {
-        double value = (double)out[i];
+        const double value = scaled_value(source, raw, out, i);
 
-        if (source->type == SC_VOXEL_FLOAT)
-            value = ((const float *)raw)[i];
-        else if (source->type == SC_VOXEL_DOUBLE)
-            value = ((const double *)raw)[i];
-        value = source->slope * value + source->intercept;
-        if (!isfinite(value))
-            return bad_voxel(s, i, value, "not a number");
-        if (value != floor(value))
-            return bad_voxel(s, i, value, "a fraction");
-        if (fabs(value) > 9007199254740992.0) /* 2^53: beyond it a double skips whole numbers */
-            return bad_voxel(s, i, value, "too large for a label");
+        if (why_no_label(value))
+            return i;
         out[i] = (int64_t)value;
     }
-    return SC_OK;
+    return count;
 }
 
-/* Copy raw[count], of this type, to out[count]; for load_values only. */
+/* Copy raw[count], of this type, to out[count]; for widen only. */
 #define WIDEN(type)                                                                                \
     do {                                                                                           \
         const type *in = raw;                                                                      \
@@ -382,12 +393,10 @@ static sc_status load_scaled(const sc_voxel_stream *s, const void *raw, size_t c
             out[i] = (int64_t)in[i];                                                               \
     } while (0)
 
-/* Write the label values of raw[count], stored as the source's type in this machine's byte
- * order, to out[count]. s->position is that of the first. @return SC_ERR_DATA for the first
- * value that is no whole number or too large. */
-static sc_status load_values(const sc_voxel_stream *s, const void *raw, size_t count, int64_t *out)
+/* Copy integers of this type, in this machine's byte order, to out[count]; floats are left out. */
+static void widen(sc_voxel_type type, const void *raw, size_t count, int64_t *out)
 {
-    switch (s->source->type) {
+    switch (type) {
     case SC_VOXEL_INT8:
         WIDEN(int8_t);
         break;
@@ -411,37 +420,131 @@ static sc_status load_values(const sc_voxel_stream *s, const void *raw, size_t c
         break;
     case SC_VOXEL_UINT64:
         WIDEN(uint64_t);
-        for (size_t i = 0; i < count; i++) {
-            if (out[i] < 0)
-                return bad_voxel(s, i, (double)(uint64_t)out[i], "too large for a label");
-        }
         break;
     case SC_VOXEL_FLOAT:
     case SC_VOXEL_DOUBLE:
-        return load_scaled(s, raw, count, out);
+        break;
     }
-    if (s->source->slope != 1 || s->source->intercept != 0)
-        return load_scaled(s, raw, count, out);
-    return SC_OK;
+}
+
+static bool is_float(sc_voxel_type type)
+{
+    return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
+}
+
+size_t sc_stream_values(const sc_voxel_stream *s, const void *raw, size_t count, void *room,
+                        int64_t *out)
+{
+    const sc_source *source = s->source;
+
+    if (source->swapped) {
+        swap_bytes(raw, count, sc_voxel_type_bytes(source->type), room);
+        raw = room;
+    }
+    widen(source->type, raw, count, out);
+    if (is_float(source->type))
+        return load_scaled(source, raw, count, out);
+    for (size_t i = 0; i < count && source->type == SC_VOXEL_UINT64; i++) {
+        if (out[i] < 0)
+            return i;
+    }
+    if (source->slope != 1 || source->intercept != 0)
+        return load_scaled(source, raw, count, out);
+    return count;
+}
+
+sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t index)
+{
+    const sc_source *source = s->source;
+    const size_t nx = (size_t)source->size[0], ny = (size_t)source->size[1];
+    unsigned char room[VOXEL_BYTES_MAX];
+    const char *why;
+    int64_t stored = 0;
+    double value;
+
+    if (source->swapped) {
+        swap_bytes(raw, 1, sc_voxel_type_bytes(source->type), room);
+        raw = room;
+    }
+    widen(source->type, raw, 1, &stored);
+    if (source->type == SC_VOXEL_UINT64 && stored < 0) {
+        value = (double)(uint64_t)stored;
+        why = "too large for a label";
+    } else {
+        value = scaled_value(source, raw, &stored, 0);
+        why = why_no_label(value);
+    }
+    return sc_fail(s->ctx, SC_ERR_DATA,
+                   "%s: voxel (%zu, %zu, %zu) holds %.10g, %s; expected whole label numbers: use a "
+                   "segmentation, not a grey-value image or a probability map",
+                   s->path, index % nx, index / nx % ny, index / nx / ny, value,
+                   why ? why : "no label");
 }
 
 sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
-    const void *raw = s->raw;
+    const unsigned char *raw = s->raw;
+    size_t good;
     sc_status status = SC_OK;
 
     if (s->source->encoding == SC_ENCODING_LOADED)
-        raw = (const char *)s->source->data + s->position * each;
+        raw = (const unsigned char *)s->source->data + s->position * each;
     else if (s->slab)
         status = next_of_slices(s, count);
     else
-        status = next_bytes(s, count * each);
+        status = next_bytes(s, s->raw, count * each);
     if (status != SC_OK)
         return status;
-    if (s->source->swapped)
-        swap_bytes(s->raw, count, each);
-    status = load_values(s, raw, count, out);
+    good = sc_stream_values(s, raw, count, s->swapped, out);
+    if (good < count)
+        return sc_stream_refuse(s, raw + good * each, s->position + good);
     s->position += count;
-    return status;
+    return SC_OK;
+}
+
+/* As sc_stream_next_raw for voxels that are read from a file. */
+static sc_status next_batch(sc_voxel_stream *s, size_t left, const void **raw, size_t *count)
+{
+    const size_t each = sc_voxel_type_bytes(s->source->type);
+    const size_t most = BATCH_BYTES / each, voxels = left < most ? left : most;
+    void *block;
+    sc_status status = SC_OK;
+
+    if (!s->batch) {
+        status = sc_alloc(s->ctx, BATCH_BYTES, 1, &block);
+        if (status != SC_OK)
+            return status;
+        s->batch = block;
+    }
+    status = next_bytes(s, s->batch, voxels * each);
+    if (status != SC_OK)
+        return status;
+    *raw = s->batch;
+    *count = voxels;
+    return SC_OK;
+}
+
+sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count)
+{
+    const size_t each = sc_voxel_type_bytes(s->source->type);
+    const size_t left = sc_source_voxels(s->source) - s->position;
+    sc_status status = SC_OK;
+
+    if (s->source->encoding == SC_ENCODING_LOADED) {
+        *raw = (const unsigned char *)s->source->data + s->position * each;
+        *count = left < BATCH_VOXELS ? left : BATCH_VOXELS;
+    } else if (s->slab) {
+        status = read_slab(s, s->position);
+        if (status != SC_OK)
+            return status;
+        *raw = s->slab;
+        *count = s->slab_voxels;
+    } else {
+        status = next_batch(s, left, raw, count);
+        if (status != SC_OK)
+            return status;
+    }
+    s->position += *count;
+    return SC_OK;
 }

@@ -301,6 +301,84 @@ static sc_status read_labels(int distinct, sc_volume *out)
     return sc_volume_read(&ctx, "t.nrrd", out);
 }
 
+/* Write a volume of noise with long runs to t.nrrd: more than 256 labels, the first of those beyond
+ * in the middle, and at voxel @p bad a fraction. Large enough for several threads. */
+enum { MANY_X = 125, MANY_Y = 131, MANY_Z = 161, MANY = MANY_X * MANY_Y * MANY_Z };
+static void write_many(const char *encoding, size_t bad)
+{
+    float *data = malloc(MANY * sizeof *data);
+    uint64_t random = 7;
+    char head[256];
+
+    assert_non_null(data);
+    for (size_t i = 0, end; i < MANY; i = end) {
+        const uint64_t bits = random_bits(&random);
+        const int most = i < MANY / 2 ? 200 : 3000;
+
+        end = i + 1 + bits % 400 < MANY ? i + 1 + bits % 400 : MANY;
+        for (size_t k = i; k < end; k++)
+            data[k] = bits >> 60 < 6 ? 0 : (float)((int)(bits >> 20) % most - 100);
+    }
+    for (size_t i = bad; i < MANY; i++)
+        data[i] += 0.5F;
+    snprintf(head, sizeof head,
+             "NRRD0004\ntype: float\ndimension: 3\nsizes: %d %d %d\nspacings: 1 1 1\n"
+             "encoding: %s\nendian: little\n\n",
+             MANY_X, MANY_Y, MANY_Z, encoding);
+    write_file("t.nrrd", head, data, MANY * sizeof *data, encoding[0] == 'g');
+    free(data);
+}
+
+static void threads_do_not_change_what_is_read(void **state)
+{
+    (void)state;
+    for (int packed = 0; packed < 2; packed++) {
+        sc_volume first = {0};
+        sc_label_scan tallies = {0};
+
+        write_many(packed ? "gzip" : "raw", MANY);
+        assert_ok(sc_volume_read(&quiet, "t.nrrd", &first));
+        assert_ok(sc_volume_scan_labels(&quiet, "t.nrrd", &tallies));
+        assert_int_equal(first.label_bytes, 2);
+        assert_true(first.label_count > 2000);
+        for (int threads = 2; threads < 6; threads++) {
+            sc_ctx ctx = quiet;
+            sc_volume v;
+            sc_label_scan scan;
+
+            ctx.threads = threads;
+            assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
+            assert_ok(sc_volume_scan_labels(&ctx, "t.nrrd", &scan));
+            assert_int_equal(v.label_count, first.label_count);
+            assert_memory_equal(v.ids, first.ids, 2 * (size_t)MANY);
+            for (int id = 0; id < v.label_count; id++)
+                assert_int_equal(v.labels[id].value, first.labels[id].value);
+            assert_memory_equal(scan.tallies, tallies.tallies,
+                                (size_t)v.label_count * sizeof *scan.tallies);
+            sc_volume_clear(&v);
+            sc_label_scan_clear(&scan);
+        }
+        sc_label_scan_clear(&tallies);
+        sc_volume_clear(&first);
+    }
+    write_many("raw", MANY - 700000);
+    for (int threads = 1; threads < 5; threads++) { /* the first of many fractions is named */
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v;
+        const int at = MANY - 700000;
+        char voxel[64];
+
+        ctx.threads = threads;
+        assert_int_equal(sc_volume_read(&ctx, "t.nrrd", &v), SC_ERR_DATA);
+        snprintf(voxel, sizeof voxel, "voxel (%d, %d, %d) holds", at % MANY_X, at / MANY_X % MANY_Y,
+                 at / MANY_X / MANY_Y);
+        assert_non_null(strstr(said.text, voxel));
+        assert_int_equal(said.errors, 1);
+    }
+    unlink("t.nrrd");
+}
+
 static void there_may_be_65535_labels_of_any_value(void **state)
 {
     sc_volume v = {0};
@@ -882,6 +960,7 @@ int main(void)
         cmocka_unit_test(nifti_geometry_comes_from_sform_then_qform_then_pixdim),
         cmocka_unit_test(nifti_of_the_other_byte_order_is_read),
         cmocka_unit_test(fractions_and_infinities_are_refused_with_their_voxel),
+        cmocka_unit_test(threads_do_not_change_what_is_read),
         cmocka_unit_test(there_may_be_65535_labels_of_any_value),
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
         cmocka_unit_test(tables_of_three_programs_are_read),
