@@ -154,10 +154,10 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
     sc_print(stdout, app->options.input);
-    printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d labels%s\n",
+    printf(": ok: %d frames of %d x %d, volume of %d x %d x %d voxels with %d label%s%s\n",
            job->animation.frames, job->output.size_px[0], job->output.size_px[1],
            session.volume.size[0], session.volume.size[1], session.volume.size[2],
-           session.volume.label_count - 1,
+           session.volume.label_count - 1, session.volume.label_count == 2 ? "" : "s",
            app->options.fast ? " in its tables (the voxels were not read)" : "");
     print_subjects(&session);
     sc_label_report_print(&report, stdout);

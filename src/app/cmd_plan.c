@@ -235,9 +235,10 @@ static void print_text(const job_plan *plan)
            size_px[0], size_px[1], job->render.samples, job->render.samples == 1 ? "" : "s");
     printf("kernel           %s, %s\n", sc_renderer_kernel(session->renderer)->name,
            sc_renderer_kernel(session->renderer)->cpu);
-    printf("volume           %d x %d x %d voxels, %d labels, %s prepared\n",
+    printf("volume           %d x %d x %d voxels, %d label%s, %s prepared\n",
            session->volume.size[0], session->volume.size[1], session->volume.size[2],
-           session->volume.label_count - 1, size_text((double)p->prepared_bytes, prepared));
+           session->volume.label_count - 1, session->volume.label_count == 2 ? "" : "s",
+           size_text((double)p->prepared_bytes, prepared));
     for (int s = 1; session->compare && s < sc_subject_count(job); s++) {
         const sc_prepared *v = &sc_compare_part(session, s)->volume;
 

@@ -218,6 +218,8 @@ static bool read_visible(const char *text, sc_crop *crop)
     if (*text < '0' || *text > '9')
         return false;
     crop->margin_mm = strtod(text, &end);
+    if (strspn(text, "0123456789.eE+-") < (size_t)(end - text)) /* such as 0x10 */
+        return false;
     end += strspn(end, " ");
     return !strcmp(end, "mm") && crop->margin_mm <= 1e6;
 }

@@ -294,15 +294,22 @@ static sc_status load(const sc_ctx *ctx, const char *path, const char *text, siz
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                               sc_label_table *table)
 {
-    json_reading r = {.ctx = ctx, .rows = sc_column_rows_begin(table)};
     json_t *root = NULL;
+    sc_status status = load(ctx, path, text, bytes, &root);
 
-    r.status = load(ctx, path, text, bytes, &root);
-    if (r.status != SC_OK)
-        return r.status;
+    if (status == SC_OK)
+        status = sc_label_json_read(ctx, path, root, table);
+    json_decref(root);
+    return status;
+}
+
+sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, json_t *root,
+                             sc_label_table *table)
+{
+    json_reading r = {.ctx = ctx, .rows = sc_column_rows_begin(table)};
+
     read_document(&r, root);
     sc_column_rows_end(ctx, path, &r.rows);
-    json_decref(root);
     if (r.status == SC_ERR_DATA)
         return sc_fail(
             ctx, r.status,

@@ -82,5 +82,9 @@ sc_status sc_label_delimited_parse(const sc_ctx *ctx, const char *path, char *te
  * @return SC_ERR_DATA, logged under @p path; SC_ERR_MEMORY. */
 sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *text, size_t bytes,
                               sc_label_table *table);
+struct json_t; /* of jansson */
+/* As sc_label_json_parse, of a document that has been read. */
+sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, struct json_t *root,
+                             sc_label_table *table);
 
 #endif

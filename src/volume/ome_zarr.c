@@ -135,19 +135,14 @@ out:
 static sc_status read_labels(const sc_ctx *ctx, const sc_zarr_node *group, sc_label_table *table)
 {
     const json_t *labels = json_object_get(ome_of(group), "image-label");
-    char *text, *path = NULL;
+    char *path = NULL;
     sc_status status;
 
     if (json_array_size(json_object_get(labels, "colors")) == 0 &&
         json_array_size(json_object_get(labels, "properties")) == 0)
         return SC_OK;
     SC_TRY(sc_path_join(ctx, group->path, group->attributes_name, &path));
-    text = json_dumps(group->attributes, JSON_COMPACT);
-    if (!text)
-        status = sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", path);
-    else
-        status = sc_label_json_parse(ctx, path, text, strlen(text), table);
-    free(text);
+    status = sc_label_json_read(ctx, path, group->attributes, table);
 out:
     sc_free(path);
     return status;

@@ -133,30 +133,49 @@ static void store_fill(sc_zarr_array *array, double real, int64_t integer)
         memcpy(array->fill, &integer, sizeof integer);
 }
 
+/* @return what is expected instead of @p value, which cannot be stored as @p type; NULL if it can.
+ * Floats hold any. */
+static const char *why_unfit(sc_voxel_type type, int64_t value)
+{
+    const unsigned bits = 8 * (unsigned)sc_voxel_type_bytes(type);
+    const bool is_signed = type == SC_VOXEL_INT8 || type == SC_VOXEL_INT16 ||
+                           type == SC_VOXEL_INT32 || type == SC_VOXEL_INT64;
+    const int64_t most = bits == 64  ? INT64_MAX
+                         : is_signed ? ((int64_t)1 << (bits - 1)) - 1
+                                     : ((int64_t)1 << bits) - 1;
+
+    if (type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE)
+        return NULL;
+    if (value >= (is_signed ? -most - 1 : 0) && value <= most)
+        return NULL;
+    return "a number within the range of the array's type";
+}
+
 /* Read the value of chunks that are not there; null counts as 0. */
 static sc_status read_fill(const meta_reading *r)
 {
     const json_t *found = json_object_get(r->node->meta, "fill_value");
-    const char *text = json_string_value(found);
+    const char *text = json_string_value(found), *expected;
+    const bool is_float = r->array->type == SC_VOXEL_FLOAT || r->array->type == SC_VOXEL_DOUBLE;
     double real = json_number_value(found);
+    int64_t integer = 0;
 
     if (found && !json_is_null(found) && !json_is_number(found) && !json_is_boolean(found) && !text)
         return refuse(r->ctx, r->node, "fill_value", found, "a number");
     if (text && strcmp(text, "NaN") && strcmp(text, "Infinity") && strcmp(text, "-Infinity"))
         return refuse(r->ctx, r->node, "fill_value", found, "a number");
+    if (!is_float && (text || (json_is_real(found) && (real != floor(real) || fabs(real) > 9e15))))
+        return refuse(r->ctx, r->node, "fill_value", found, "a whole number");
     if (text)
         real = (double)NAN; /* which is refused where a chunk is missing, as in any chunk */
     if (json_is_true(found))
         real = 1;
-    if (json_is_real(found) && (real != floor(real) || fabs(real) > 9e15) &&
-        r->array->type != SC_VOXEL_FLOAT && r->array->type != SC_VOXEL_DOUBLE)
-        return refuse(r->ctx, r->node, "fill_value", found, "a whole number");
-    if (text && r->array->type != SC_VOXEL_FLOAT && r->array->type != SC_VOXEL_DOUBLE)
-        return refuse(r->ctx, r->node, "fill_value", found, "a whole number");
-    store_fill(r->array, real,
-               json_is_integer(found) ? (int64_t)json_integer_value(found)
-               : text                 ? 0
-                                      : (int64_t)real);
+    if (!is_float)
+        integer = json_is_integer(found) ? json_integer_value(found) : (int64_t)real;
+    expected = why_unfit(r->array->type, integer);
+    if (expected)
+        return refuse(r->ctx, r->node, "fill_value", found, expected);
+    store_fill(r->array, real, integer);
     return SC_OK;
 }
 

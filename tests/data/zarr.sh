@@ -233,6 +233,9 @@ change zstd.zarr no_level.zarr "import shutil; shutil.rmtree('$array')"
 change zstd.zarr no_meta.zarr "os.remove('$array/.zarray')"
 change zstd.zarr no_json.zarr "open('$array/.zarray', 'w').write('{\n')"
 change zstd.zarr axes.zarr "m = json.load(open('labels/cells/.zattrs')); m['multiscales'][0]['axes'].pop(); [t[t['type']].pop() for d in m['multiscales'][0]['datasets'] for t in d['coordinateTransformations']]; json.dump(m, open('labels/cells/.zattrs', 'w'))"
+change zstd.zarr fill.zarr "meta('$array/.zarray', fill_value=70000)"
+change zstd.zarr fill_negative.zarr "meta('$array/.zarray', fill_value=-1)"
+change type_littlei4.zarr fill_real.zarr "meta('$array/.zarray', fill_value=3e9)"
 change v3_shards.zarr shard_index.zarr "f='$array/c/0/0/0'; d=bytearray(open(f,'rb').read()); d[-20]^=1; open(f,'wb').write(d)"
 change v3_shards_raw.zarr shard_beyond.zarr "m=json.load(open('$array/zarr.json')); m['codecs'][0]['configuration']['index_codecs'].pop(); json.dump(m, open('$array/zarr.json','w'))
 f='$array/c/0/0/1'; d=open(f,'rb').read()[:-68]; open(f,'wb').write(d + struct.pack('<QQ', 1 << 40, 99) * 4)"
@@ -263,6 +266,9 @@ done <<'TABLE'
 66 no_meta.zarr labels/cells/0: holds neither zarr.json nor .zarray nor .zgroup
 65 no_json.zarr \.zarray:2: is no JSON: 
 65 axes.zarr has 3 dimensions, but its group names 2 axes
+65 fill.zarr \.zarray: "fill_value" is 70000, expected a number within the range of the array's type
+65 fill_negative.zarr \.zarray: "fill_value" is -1, expected a number within
+65 fill_real.zarr \.zarray: "fill_value" is 3000000000.0, expected a number within
 65 shard_index.zarr c/0/0/0: the check sum of the index of the shard is wrong
 65 shard_beyond.zarr c/0/0/1: the index of the shard leads behind the end of the file
 65 shard_cut.zarr c/0/0/0: is shorter than the index of a shard
