@@ -4,9 +4,7 @@
 #include "segcast/job.h"
 #include "segcast/store.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const sc_yaml *sc_key_node(const sc_yaml *root, const char *path)
@@ -364,104 +362,7 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
     return status;
 }
 
-/* ---- paths ---- */
-
-/* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
-static const char *home_of(const char *const *environment)
-{
-    for (; environment && *environment; environment++) {
-        if (!strncmp(*environment, "HOME=", 5))
-            return *environment + 5;
-    }
-    return NULL;
-}
-
-/* Log that the value of a key is a path that cannot be found. @param joined the path that was
- * tried.
- * @param error the errno that tells why. @return as sc_input_status. */
-static sc_status missing(const sc_ctx *ctx, const sc_yaml *node, const char *key,
-                         const char *joined, int error)
-{
-    const sc_status status = sc_input_status(error);
-    const char *why = strerror(error);
-
-    if (node->line > 0)
-        return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, joined,
-                       why);
-    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
-        return sc_fail(ctx, status, "%s: %s", joined, why);
-    return sc_fail(ctx, status, "%s: %s: %s", node->origin, joined, why);
-}
-
-/* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
-static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
-                              const char *key, const char *path)
-{
-    const char *home = home_of(sources->environment);
-
-    if (home && (!path[1] || path[1] == '/'))
-        return sc_yaml_fail(ctx, node,
-                            "%s is \"%s\", but only a shell replaces \"~\", and only outside of "
-                            "quotes; write %s%s",
-                            key, path, home, path + 1);
-    return sc_yaml_fail(
-        ctx, node,
-        "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes; "
-        "write the whole path",
-        key, path);
-}
-
-/* What a path of a job leads to. */
-typedef enum path_use { PATH_INPUT, PATH_OUTPUT } path_use;
-
-/* Resolve the value of @p key in place. It has room for SC_PATH_BYTES, and was read from @p node;
- * NULL: it is a default. In the job file it is relative to that file, in a setting to the
- * working directory. If something exists there the path becomes absolute, so that the resolved job
- * can be read from any directory. */
-static sc_status resolve_node(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
-                              const char *key, path_use use, char *path)
-{
-    const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
-    char *directory = NULL, *joined = NULL, *absolute = NULL;
-    sc_text text = {0};
-    bool no_memory;
-    int error;
-    sc_status status = SC_OK;
-
-    if (!node || !path[0])
-        return SC_OK;
-    if (node->line > 0 && slash) {
-        const int length = slash > sources->path ? (int)(slash - sources->path) : 1;
-
-        SC_TRY(sc_text_add(ctx, &text, "%.*s", length, sources->path));
-        directory = text.data;
-    }
-    SC_TRY(sc_path_join(ctx, directory, path, &joined));
-    absolute = realpath(joined, NULL);
-    error = absolute ? 0 : errno;
-    no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
-    if (!absolute && !no_memory && path[0] == '~' && (use == PATH_OUTPUT || sources->check_inputs))
-        status = refuse_tilde(ctx, sources, node, key, path);
-    else if (no_memory || (!absolute && use == PATH_INPUT && sources->check_inputs))
-        status = missing(ctx, node, key, joined, error);
-    else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
-        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
-                              strlen(absolute ? absolute : joined), SC_PATH_BYTES);
-    else
-        strcpy(path, absolute ? absolute : joined);
-out:
-    free(absolute);
-    sc_free(joined);
-    sc_text_clear(&text);
-    return status;
-}
-
-/* The same for the value of @p key in the tree @p root. */
-static sc_status resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
-                              const char *key, path_use use, char *path)
-{
-    return resolve_node(ctx, sources, sc_key_node(root, key), key, use, path);
-}
+/* ---- the whole job ---- */
 
 /* @return the node of the volume of the comparison's subject @p i (of sc_comparison.others), or
  * that of its label table; NULL if there is none. */
@@ -486,11 +387,11 @@ static sc_status resolve_subjects(const sc_ctx *ctx, const sc_job_sources *sourc
         sc_subject *subject = &job->compare.others[i];
 
         if (!sc_job_is_phantom(subject->volume) &&
-            !sc_goes_on(&status, resolve_node(ctx, sources, compare_node(root, i, false), "volume",
-                                              PATH_INPUT, subject->volume)))
+            !sc_goes_on(&status, sc_resolve_path(ctx, sources, compare_node(root, i, false),
+                                                 "volume", SC_PATH_INPUT, subject->volume)))
             break;
-        if (!sc_goes_on(&status, resolve_node(ctx, sources, compare_node(root, i, true), "labels",
-                                              PATH_INPUT, subject->labels)))
+        if (!sc_goes_on(&status, sc_resolve_path(ctx, sources, compare_node(root, i, true),
+                                                 "labels", SC_PATH_INPUT, subject->labels)))
             break;
     }
     return status;
@@ -517,6 +418,13 @@ static const char *volume_key(const sc_yaml *root)
     return volume && volume->kind == SC_YAML_MAP ? "volume.path" : "volume";
 }
 
+/* As sc_resolve_path, of the value of @p key in the tree @p root. */
+static sc_status resolve_key(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                             const char *key, sc_path_use use, char *path)
+{
+    return sc_resolve_path(ctx, sources, sc_key_node(root, key), key, use, path);
+}
+
 sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
                        sc_job *job)
 {
@@ -533,22 +441,22 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     (void)sc_goes_on(&status, sc_captions_check(ctx, job));
     if (!sc_job_is_phantom(job->volume))
-        inputs = resolve_path(ctx, sources, root, volume_key(root), PATH_INPUT, job->volume);
+        inputs = resolve_key(ctx, sources, root, volume_key(root), SC_PATH_INPUT, job->volume);
     if (sc_goes_on(&status, inputs))
         (void)sc_goes_on(&inputs,
-                         resolve_path(ctx, sources, root, "labels", PATH_INPUT, job->labels));
+                         resolve_key(ctx, sources, root, "labels", SC_PATH_INPUT, job->labels));
     if (!sc_goes_on(&status, inputs))
         return status;
-    (void)sc_goes_on(
-        &status, resolve_path(ctx, sources, root, "overlays.logo", PATH_INPUT, job->overlays.logo));
-    (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "color_by.table", PATH_INPUT,
-                                           job->color_by.table));
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "overlays.logo", SC_PATH_INPUT,
+                                          job->overlays.logo));
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_INPUT,
+                                          job->color_by.table));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));
     if (inputs != SC_OK || is_source_misspelt(root))
         job->volume[0] = '\0'; /* so that nobody looks for its tissues */
-    (void)sc_goes_on(&status, resolve_path(ctx, sources, root, "output.directory", PATH_OUTPUT,
-                                           job->output.directory));
+    (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "output.directory", SC_PATH_OUTPUT,
+                                          job->output.directory));
     return status;
 }

@@ -167,6 +167,18 @@ struct sc_track;
 sc_status sc_job_check(const sc_ctx *ctx, const struct sc_job_sources *sources, const sc_yaml *root,
                        struct sc_job *job);
 
+/* ---- job_paths.c ---- */
+
+/* What a path of a job leads to. */
+typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_OUTPUT } sc_path_use;
+/* Resolve a path in place, which has room for SC_PATH_BYTES. In the job file it is relative to that
+ * file, in a setting to the working directory. If something exists there the path becomes absolute,
+ * so that the resolved job can be read from any directory. @param node where it stands; NULL: it is
+ * a default, and stays. @param key for messages. @return SC_ERR_DATA, SC_ERR_USAGE of a setting,
+ * SC_ERR_MISSING for an input that does not exist, all logged; SC_ERR_MEMORY. */
+sc_status sc_resolve_path(const sc_ctx *ctx, const struct sc_job_sources *sources,
+                          const sc_yaml *node, const char *key, sc_path_use use, char *path);
+
 /* ---- job_overlays.c ---- */
 
 /* Refuse captions that are shown in no frame, or with another one at the same time and place.

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The paths of a job: found from where they are written, and made absolute. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
+static const char *home_of(const char *const *environment)
+{
+    for (; environment && *environment; environment++) {
+        if (!strncmp(*environment, "HOME=", 5))
+            return *environment + 5;
+    }
+    return NULL;
+}
+
+/* Log that the value of a key is a path that cannot be found. @param joined the path that was
+ * tried.
+ * @param error the errno that tells why. @return as sc_input_status. */
+static sc_status missing(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                         const char *joined, int error)
+{
+    const sc_status status = sc_input_status(error);
+    const char *why = strerror(error);
+
+    if (node->line > 0)
+        return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, joined,
+                       why);
+    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
+        return sc_fail(ctx, status, "%s: %s", joined, why);
+    return sc_fail(ctx, status, "%s: %s: %s", node->origin, joined, why);
+}
+
+/* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
+static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                              const char *key, const char *path)
+{
+    const char *home = home_of(sources->environment);
+
+    if (home && (!path[1] || path[1] == '/'))
+        return sc_yaml_fail(ctx, node,
+                            "%s is \"%s\", but only a shell replaces \"~\", and only outside of "
+                            "quotes; write %s%s",
+                            key, path, home, path + 1);
+    return sc_yaml_fail(
+        ctx, node,
+        "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes; "
+        "write the whole path",
+        key, path);
+}
+
+/* Write @p path, as it stands in @p node, to *out: in the job file it is relative to that file, in
+ * a setting to the working directory. Caller owns *out: sc_free. */
+static sc_status locate(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                        const char *path, char **out)
+{
+    const char *slash = sources->path ? strrchr(sources->path, '/') : NULL;
+    sc_text directory = {0};
+    sc_status status;
+
+    if (node->line > 0 && slash)
+        SC_TRY(sc_text_add(ctx, &directory, "%.*s",
+                           slash > sources->path ? (int)(slash - sources->path) : 1,
+                           sources->path));
+    status = sc_path_join(ctx, directory.data, path, out);
+out:
+    sc_text_clear(&directory);
+    return status;
+}
+
+sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                          const char *key, sc_path_use use, char *path)
+{
+    char *joined = NULL, *absolute = NULL;
+    bool no_memory;
+    int error;
+    sc_status status = SC_OK;
+
+    if (!node || !path[0])
+        return SC_OK;
+    SC_TRY(locate(ctx, sources, node, path, &joined));
+    absolute = realpath(joined, NULL);
+    error = absolute ? 0 : errno;
+    no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
+    if (!absolute && !no_memory && path[0] == '~' &&
+        (use == SC_PATH_OUTPUT || sources->check_inputs))
+        status = refuse_tilde(ctx, sources, node, key, path);
+    else if (no_memory || (!absolute && use == SC_PATH_INPUT && sources->check_inputs))
+        status = missing(ctx, node, key, joined, error);
+    else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
+        status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                              strlen(absolute ? absolute : joined), SC_PATH_BYTES);
+    else
+        strcpy(path, absolute ? absolute : joined);
+out:
+    free(absolute);
+    sc_free(joined);
+    return status;
+}
