@@ -12,8 +12,9 @@
 #include "segcast/render.h"
 #include "segcast/timeline.h"
 
-/** Longest path in a job, terminator included, and the most frames of an animation. */
-enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000 };
+/** Longest path in a job, terminator included, the most frames of an animation, and the most phases
+ * of a beat. */
+enum { SC_PATH_BYTES = 4096, SC_JOB_FRAMES_MAX = 1000000, SC_PHASES_MAX = 1000 };
 
 /** Whether frames are also written one by one. */
 typedef enum sc_frames_kind { SC_FRAMES_NONE, SC_FRAMES_PNG } sc_frames_kind;
@@ -142,9 +143,26 @@ typedef struct sc_comparison {
     sc_track divider_track; /**< key frames; if it has any, they replace the ramp */
 } sc_comparison;
 
-/** A job. Plain data but for seven arrays, so that it can be sent to other ranks. */
+/** The volume of one phase of a beat. */
+typedef struct sc_volume_path {
+    char path[SC_PATH_BYTES];
+} sc_volume_path;
+
+/** How a series of volumes is shown. */
+typedef struct sc_cine_options {
+    sc_cine cine;
+    char phases[256]; /**< a list of frames, here phases; empty once a job is loaded */
+    char where[160];  /**< "file:line" of the series, for messages; may be empty */
+} sc_cine_options;
+
+/** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
-    char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH" */
+    char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
+                                     the first phase */
+    sc_volume_path *phases; /**< [phase_count], owned: the volumes of a series, in their order */
+    size_t phase_count;     /**< 0: there is one volume */
+    bool has_cine;
+    sc_cine_options cine; /**< if has_cine; then there are two phases or more */
     sc_crop crop;
     sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
                                            parts of others, then those that are kept */

@@ -417,4 +417,15 @@ typedef struct sc_film_frame {
  */
 sc_film_frame sc_film_frame_at(const sc_shot_span *shots, int count, int k);
 
+/* ---- beats ---- */
+
+/** How the phases of a beating heart, which are volumes of the same grid, follow each other. */
+typedef struct sc_cine {
+    double bpm; /**< beats per minute, above 0; in one, all phases are shown */
+    int beats;  /**< after so many the last phase stays; 0: they go on and on */
+} sc_cine;
+/** @return which phase, from 0, frame @p k of a film shows: a closed function of k. Phase p of n is
+ *  shown from p / n of a beat on. @param phases at least 1. @param fps frames per second. */
+int sc_cine_phase(const sc_cine *cine, int phases, int fps, int k);
+
 #endif

@@ -35,7 +35,8 @@ SC_MUST_USE sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, co
 /** Find where @p count pictures of one size stand side by side in a picture of @p size_px (width,
  *  height), in so many columns and as many rows as it takes; those of a last row that is not full
  *  stand in its middle. @param below_px height that stays free below each of them. @param out
- *  [count]: the pictures, in reading order, as large as can be; at least one pixel wide and high. */
+ *  [count]: the pictures, in reading order, as large as can be; at least one pixel wide and high.
+ */
 void sc_place_panels(const int size_px[2], int count, int columns, int below_px, sc_viewport *out);
 
 #endif

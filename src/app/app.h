@@ -129,6 +129,7 @@ typedef struct sc_watched_file {
 
 typedef struct sc_film sc_film;       /* see film.c */
 typedef struct sc_compare sc_compare; /* see compare.c */
+typedef struct sc_phases sc_phases;   /* see phases.c */
 
 /* Of a tissue of several subjects that are compared: the first of them that has voxels of it, or
  * else the first that knows it, and its dense id there. */
@@ -146,14 +147,21 @@ typedef struct sc_session {
     const void *mapped; /* the prepared file that the job names as its volume, or NULL */
     sc_watched_file *watched; /* that file, for sc_signals_watch_file; NULL: not watched; owned */
     size_t mapped_bytes;
-    size_t shared_bytes;   /* size of the prepared volume, wherever it is */
+    size_t shared_bytes; /* size of the prepared volume, wherever it is; of a series: of all */
+    sc_drawn_grid drawn; /* the grid on which the volume was drawn, if it was measured: drawn_known;
+                            set before it is loaded, it is not measured again */
+    bool drawn_known;
+    bool is_later_phase;   /* it holds the volume of a phase, but not of the first, whose colours
+                              count */
     sc_label *labels;      /* labels of a mapped or inspected volume with the job's names; owned */
     sc_label_stats *stats; /* label statistics of an inspected volume; owned */
     sc_prepared volume;    /* a view of what the members above hold */
     sc_tissue *tissues;
     sc_color_scale scale; /* from values to colours; not used unless the job colours by values */
     sc_renderer *renderer;
-    sc_fade *fades; /* [fade_count], what verbs do to tissues; owned */
+    sc_renderer **phase_renderers; /* of the phases after the first, one for each, then NULL; NULL:
+                                      there are none; owned, unless borrows_renderer */
+    sc_fade *fades;                /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
     float *frame_fades; /* [label_count of the volume], of the frame being drawn; owned */
     sc_shift *shifts;   /* [shift_count], how verbs move tissues; owned */
@@ -173,6 +181,8 @@ typedef struct sc_session {
      * from the tissues on is empty but for the renderer, which is that of a shot. NULL: there are
      * no shots. Owned. */
     sc_film *film;
+    sc_phases *phases; /* the volumes of a series after the first, which is that above; NULL: there
+                          is one volume; owned, but borrowed by the session of a shot */
     /* Of a comparison: each subject is a session, the first of which borrows the volume, and what
      * is above from the tissues on is empty but for the renderer, which is that of the first. NULL:
      * there is one volume. Owned. */
@@ -182,11 +192,11 @@ typedef struct sc_session {
     const struct sc_session *subjects;
     int subject_count, subject;
     const sc_tissue_owner
-        *owners;         /* [label_count] of the session of a subject, borrowed; else NULL */
-    sc_viewport panel;   /* where the picture in space lies in the frame, if that is a part of it
-                            which does not follow from the layout; else of width 0 */
-    sc_viewport within;  /* where overlays lie, if not in the panel; else of width 0 */
-    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
+        *owners;           /* [label_count] of the session of a subject, borrowed; else NULL */
+    sc_viewport panel;     /* where the picture in space lies in the frame, if that is a part of it
+                              which does not follow from the layout; else of width 0 */
+    sc_viewport within;    /* where overlays lie, if not in the panel; else of width 0 */
+    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
@@ -201,7 +211,41 @@ sc_status sc_broadcast_array(sc_app *app, void **array, size_t count, size_t siz
 sc_status sc_session_job(sc_app *app, const char *job_path, sc_session *session);
 /* Prepare the volume of session->job, or map it if it is prepared already: fills session->volume.
  */
+sc_status sc_session_load_one(sc_app *app, sc_session *session);
+/* Free what a session holds its volume by. Collective. */
+void sc_session_clear_volume(sc_session *session);
+
+/* ---- phases.c: the volumes of a series, shown as the phases of a beat ---- */
+
+/* As sc_session_load_one, of all phases of a series, or of the only volume: fills session->phases,
+ * too. @return SC_ERR_DATA, logged, if phases differ in their grids or labels. */
 sc_status sc_session_load(sc_app *app, sc_session *session);
+/* As sc_session_inspect, of all phases, or of the only volume. */
+sc_status sc_session_inspect_all(sc_app *app, bool header_only, sc_session *session);
+/* @return how many phases a session has: 1 if its volume is no series. Not collective. */
+int sc_session_phase_count(const sc_session *session);
+/* @return the volume of phase @p phase, borrowed. Not collective. */
+const sc_prepared *sc_session_phase_volume(const sc_session *session, int phase);
+/* @return the renderer of phase @p phase; NULL before it is made. Not collective. */
+sc_renderer *sc_session_phase_renderer(const sc_session *session, int phase);
+/* @return the phase that frame @p k of the session shows, which may be that of a shot. Not
+ * collective. */
+int sc_session_phase_at(const sc_session *session, int k);
+/* @return the hash of the volume: of a series, of all its phases in their order. Not collective. */
+uint64_t sc_phases_hash(const sc_session *session);
+/* Begin a session @p out for phase @p phase alone, whose job is that of @p session with that volume
+ * and no cine. It borrows from the job of @p session: sc_session_end_phase instead of
+ * sc_session_clear. Not collective. */
+void sc_session_begin_phase(const sc_session *session, int phase, sc_session *out);
+/* Free what a session of a phase owns. Collective. */
+void sc_session_end_phase(sc_session *phase);
+/* Free phases; NULL is allowed. Collective. */
+void sc_phases_free(sc_phases *phases);
+/* Append the number of a phase to the name of a file, before its ending @p ending, with as many
+ * digits as the last of @p count has, so that names sort. @param text empty; the caller clears it,
+ * also after an error. Not collective. */
+sc_status sc_phase_path(const sc_ctx *ctx, const char *path, const char *ending, int phase,
+                        int count, sc_text *text);
 /* @return the folder for files that ranks share where /dev/shm has no room. */
 const char *sc_temporary_folder(void);
 /* Map the prepared file that session->job names on every rank, and make sure that it is the same
@@ -282,6 +326,8 @@ typedef struct sc_volume_input {
     bool *hidden;                 /* [label_count], owned: labels that became background */
     sc_vec3 *tissue_smooth;       /* [label_count], owned */
     bool resample; /* the job wants it on the grid on which it was drawn: sc_session_resample */
+    sc_drawn_grid drawn; /* that grid, once it is measured: drawn_known */
+    bool drawn_known;
 } sc_volume_input;
 /* On this rank alone: read the volume of session->job, and hide what the job does not show of it,
  * none if session->measure. @param measure_all have also measured what this job does not need.
@@ -318,8 +364,8 @@ sc_status sc_find_line(const sc_app *app, const sc_volume *volume, const sc_line
                        sc_centerline *out);
 /* On this rank alone: bring a volume of which input->resample is set to the grid on which it was
  * drawn, and note in its settings what was done; resample becomes false. @param measured what was
- * measured of the volume; NULL: that is done here. @return SC_ERR_MEMORY; then the volume can only
- * be freed. Not collective. */
+ * measured of the volume; NULL: that is done here, unless session->drawn_known. @return
+ * SC_ERR_MEMORY; then the volume can only be freed. Not collective. */
 sc_status sc_session_resample(const sc_app *app, const sc_session *session,
                               const sc_drawn_grid *measured, sc_volume_input *input);
 /* Free what @p input owns. */
@@ -365,8 +411,6 @@ void sc_shot_clear(sc_session *session);
 sc_scene sc_shot_scene(const sc_session *session, int k);
 /* Fill @p rows of a picture, NULL: all, with the background of the job. Not collective. */
 void sc_draw_background(const sc_job *job, const sc_rows *rows, sc_image *image);
-/* Free the volume of a session, which owns it. Collective. */
-void sc_session_drop_volume(sc_session *session);
 
 /* ---- subjects.c: what the subjects of a comparison have in common ---- */
 
@@ -406,8 +450,8 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
 /* As sc_session_counts. */
 void sc_compare_counts(sc_session *session, int k, const int size_px[2], sc_march_counters *out,
                        sc_render_stats *stats);
-/* @return the hash of the volume of a session, or of those of all subjects in their order. Not
- * collective. */
+/* @return the hash of what a session shows: its volume, or all phases or all subjects in their
+ * order. Not collective. */
 uint64_t sc_session_volume_hash(const sc_session *session);
 /* @return the bytes of the prepared volume of a session, or of those of all subjects. Not
  * collective. */

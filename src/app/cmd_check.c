@@ -7,21 +7,14 @@
 
 #include <string.h>
 
-/* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues, or of that
- * of the volume if no voxels were read. Caller owns *out: sc_free. */
-static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
-                              size_t *count)
+/* List the corners, in RAS mm, of the boxes that hold the voxels of the visible tissues of a phase,
+ * or of that of its volume if no voxels were read. @param points room for 8 for each label. @return
+ * how many there are. */
+static size_t list_corners(const sc_session *session, const sc_prepared *v, sc_vec3 *points)
 {
-    const sc_prepared *v = &session->volume;
     const bool scanned = v->stats[0].voxels > 0 || v->stats[v->label_count - 1].voxels > 0;
-    sc_vec3 *points;
     size_t found = 0;
-    void *block;
-    sc_status status = sc_alloc(app->ctx, (size_t)v->label_count * 8, sizeof *points, &block);
 
-    if (status != SC_OK)
-        return status;
-    points = block;
     for (int id = scanned ? 1 : 0; id < (scanned ? v->label_count : 1); id++) {
         const sc_label_stats *s = &v->stats[id];
 
@@ -40,9 +33,27 @@ static sc_status find_corners(const sc_app *app, const sc_session *session, sc_v
             points[found++] = sc_affine_point(&v->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
         }
     }
-    *out = points;
+    return found;
+}
+
+/* The same for all phases of a session. Caller owns *out: sc_free. */
+static sc_status find_corners(const sc_app *app, const sc_session *session, sc_vec3 **out,
+                              size_t *count)
+{
+    const int phases = sc_session_phase_count(session);
+    size_t labels = 0, found = 0;
+    void *block;
+    sc_status status;
+
+    for (int i = 0; i < phases; i++)
+        labels += (size_t)sc_session_phase_volume(session, i)->label_count;
+    SC_TRY(sc_alloc(app->ctx, labels * 8, sizeof **out, &block));
+    *out = block;
+    for (int i = 0; i < phases; i++)
+        found += list_corners(session, sc_session_phase_volume(session, i), *out + found);
     *count = found;
-    return SC_OK;
+out:
+    return status;
 }
 
 /* Refuse a job whose render.cpu names a variant that this processor cannot run. */
@@ -135,6 +146,21 @@ static void print_subjects(const sc_session *session)
     }
 }
 
+/* Print how many phases there are, and how many beats the film shows. */
+static void print_phases(const sc_session *session)
+{
+    const sc_job *job = &session->job;
+    const sc_cine *cine = &job->cine.cine;
+    const double beats = job->animation.frames * cine->bpm / (60.0 * job->output.fps);
+    const bool ends = cine->beats && beats > cine->beats;
+
+    if (!session->phases)
+        return;
+    printf("phases: %d volumes of this size, %g beats a minute: the film shows %.4g beat%s%s\n",
+           sc_session_phase_count(session), cine->bpm, ends ? cine->beats : beats,
+           (ends ? cine->beats : beats) == 1 ? "" : "s", ends ? ", and then the last phase" : "");
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
@@ -149,7 +175,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_run_check_encoder(app->ctx, job));
     sc_warn_of_outputs(app, job);
     app->label_source = &source;
-    SC_TRY(sc_session_inspect(app, app->options.fast, &session));
+    SC_TRY(sc_session_inspect_all(app, app->options.fast, &session));
     SC_TRY(check_shots(app, &session));
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, !app->options.fast, &report));
     sc_display_end_stage(app);
@@ -160,6 +186,7 @@ sc_status sc_cmd_check(sc_app *app)
            session.volume.label_count - 1, session.volume.label_count == 2 ? "" : "s",
            app->options.fast ? " in its tables (the voxels were not read)" : "");
     print_subjects(&session);
+    print_phases(&session);
     sc_label_report_print(&report, stdout);
 out:
     app->label_source = NULL;

@@ -8,20 +8,13 @@
 
 #define ENDING ".nrrd"
 
-/* Write the name of the file of phase @p phase of @p count to @p text, which is empty: a number
- * before the ending of @p path, with as many digits as the last has, so that names sort. With a
- * count of 0 it is @p path itself. The caller clears the text, also after an error. */
+/* Write the name of the file of phase @p phase of @p count to @p text: see sc_phase_path. With a
+ * count of 0 it is @p path itself. */
 static sc_status phase_path(const sc_ctx *ctx, const char *path, int phase, int count,
                             sc_text *text)
 {
-    const int stem = (int)(strlen(path) - strlen(ENDING));
-    int digits = 2;
-
-    for (int last = (count - 1) / 100; last > 0; last /= 10)
-        digits++;
-    return count == 0
-               ? sc_text_add(ctx, text, "%s", path)
-               : sc_text_add(ctx, text, "%.*s-%0*d%s", stem, path, digits, phase, path + stem);
+    return count == 0 ? sc_text_add(ctx, text, "%s", path)
+                      : sc_phase_path(ctx, path, ENDING, phase, count, text);
 }
 
 /* Check that the files of all phases can be written, before any is made. */
@@ -81,6 +74,11 @@ sc_status sc_cmd_phantom(sc_app *app)
         SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
     for (int phase = 0; phase == 0 || phase < count; phase++)
         SC_TRY(write_phase(app, path, size, phase, count));
+    if (count > 1)
+        sc_info(app->ctx,
+                "these are the phases of a beat: a job with volume: %.*s-*" ENDING
+                " and cine: {bpm: 60} films them",
+                (int)(strlen(path) - strlen(ENDING)), path);
 out:
     return status;
 }

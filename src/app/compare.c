@@ -582,7 +582,7 @@ uint64_t sc_session_volume_hash(const sc_session *session)
     uint64_t hashes[SC_SUBJECTS_MAX];
 
     if (!c)
-        return session->volume.volume_hash;
+        return sc_phases_hash(session);
     for (int s = 0; s < c->count; s++)
         hashes[s] = c->parts[s].volume.volume_hash;
     return sc_hash_bytes(hashes, (size_t)c->count * sizeof *hashes, 0);
@@ -611,7 +611,7 @@ void sc_compare_free(sc_session *session)
     for (int i = 0; c->parts && i < part_count(c->count); i++)
         sc_shot_clear(&c->parts[i]);
     for (int s = 1; s < c->count; s++)
-        sc_session_drop_volume(&c->parts[s]);
+        sc_session_clear_volume(&c->parts[s]);
     for (int s = 0; s < c->count; s++)
         sc_joined_clear(&c->joined[s]);
     for (int use = 0; use < 2; use++)

@@ -25,18 +25,23 @@ sc_session *sc_film_shot(sc_session *session, int i)
 
 sc_renderer *sc_film_renderer(const sc_session *session, int i)
 {
+    const int phases = sc_session_phase_count(session);
+
     if (session->compare) {
         const sc_session *part = sc_compare_part(session, i);
 
         return part ? part->renderer : NULL; /* what is written beside the pictures has none */
     }
     if (!session->film)
-        return i == 0 ? session->renderer : NULL;
+        return i < phases ? sc_session_phase_renderer(session, i) : NULL;
     for (int s = 0; s < session->film->count; s++) {
         const sc_session *shot = &session->film->shots[s];
 
-        if (shot->renderer && !shot->borrows_renderer && i-- == 0)
-            return shot->renderer;
+        if (!shot->renderer || shot->borrows_renderer)
+            continue;
+        if (i < phases)
+            return sc_session_phase_renderer(shot, i);
+        i -= phases;
     }
     return NULL;
 }
@@ -127,6 +132,7 @@ static void begin_shot(const sc_session *session, const sc_shot *shot, sc_sessio
                         .labels = session->labels,
                         .stats = session->stats,
                         .volume = session->volume,
+                        .phases = session->phases,
                         .shot = shot};
     /* The command may have changed what holds for the whole film. */
     out->job.output = session->job.output;
@@ -237,6 +243,7 @@ static sc_status find_renderer(sc_app *app, sc_film *film, int i)
     if (same == i)
         return sc_shot_renderer(app, shot);
     shot->renderer = film->shots[same].renderer;
+    shot->phase_renderers = film->shots[same].phase_renderers;
     shot->borrows_renderer = true;
     return SC_OK;
 }
@@ -430,11 +437,13 @@ void sc_session_move_volume(sc_session *from, sc_session *to)
     to->watched = from->watched;
     to->labels = from->labels;
     to->volume = from->volume;
+    to->phases = from->phases;
     from->shared = NULL;
     from->mapped = NULL;
     from->mapped_bytes = 0;
     from->watched = NULL;
     from->labels = NULL;
+    from->phases = NULL;
 }
 
 /* Free a film; NULL is allowed. */
@@ -455,7 +464,8 @@ void sc_session_clear(sc_session *session)
     free_film(session->film);
     sc_compare_free(session);
     sc_shot_clear(session);
-    sc_session_drop_volume(session);
+    sc_phases_free(session->phases);
+    sc_session_clear_volume(session);
     sc_job_clear(&session->job);
     *session = (sc_session){0};
 }

@@ -242,10 +242,14 @@ sc_status sc_session_resample(const sc_app *app, const sc_session *session,
     sc_status status;
 
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
-    if (measured)
+    if (session->drawn_known)
+        grid = session->drawn;
+    else if (measured)
         grid = *measured;
     else
         SC_TRY(sc_find_drawn_grid(app->ctx, volume, app->threads, &grid));
+    input->drawn = grid;
+    input->drawn_known = true;
     SC_TRY(sc_resample_bytes(app->ctx, volume, &grid, app->threads, &bytes));
     sc_resampled_size(volume, &grid, size);
     input->resample = false;
@@ -280,7 +284,7 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
     sc_needs n = {0};
     sc_status status;
 
-    SC_TRY(read_volume(app, session, true, volume));
+    SC_TRY(read_volume(app, session, !session->is_later_phase, volume));
     SC_TRY(sc_needs_find(app, session, volume->labels, volume->label_count, &n));
     out->hidden = n.hidden;
     out->tissue_smooth = n.tissue_smooth;

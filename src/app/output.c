@@ -34,6 +34,8 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
         SC_TRY(check_input(app, path, app->options.input, false));
         SC_TRY(check_input(app, path, job ? job->volume : NULL, true));
         SC_TRY(check_input(app, path, job ? job->labels : NULL, false));
+        for (size_t i = 0; job && i < job->phase_count; i++)
+            SC_TRY(check_input(app, path, job->phases[i].path, true));
         for (int i = 0; job && i < job->compare.count; i++) {
             SC_TRY(check_input(app, path, job->compare.others[i].volume, true));
             SC_TRY(check_input(app, path, job->compare.others[i].labels, false));

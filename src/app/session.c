@@ -32,7 +32,7 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
 }
 
 /* The arrays of a job. */
-enum { ARRAYS = 8 };
+enum { ARRAYS = 9 };
 typedef struct job_array {
     void *data;
     size_t count, size;
@@ -48,7 +48,8 @@ static void get_arrays(const sc_job *job, job_array out[ARRAYS])
         {job->captions, job->caption_count, sizeof *job->captions},
         {job->overlay_tissues, job->overlay_tissue_count, sizeof *job->overlay_tissues},
         {job->volume_tissues, job->volume_tissue_count, sizeof *job->volume_tissues},
-        {job->shots, job->shot_count, sizeof *job->shots}};
+        {job->shots, job->shot_count, sizeof *job->shots},
+        {job->phases, job->phase_count, sizeof *job->phases}};
 
     memcpy(out, arrays, sizeof arrays);
 }
@@ -63,6 +64,7 @@ static void set_arrays(sc_job *job, const job_array arrays[ARRAYS])
     job->overlay_tissues = arrays[5].data;
     job->volume_tissues = arrays[6].data;
     job->shots = arrays[7].data;
+    job->phases = arrays[8].data;
 }
 
 /* Send a job of rank 0, without the jobs of its shots, to the others. Collective. */
@@ -235,10 +237,10 @@ out:
     return status;
 }
 
-/* Make session->renderer from the job, the volume and the tissues. @param comm as of
- * sc_render_settings. */
+/* Make a renderer of a phase of a session from the job, the volume and the tissues. @param comm as
+ * of sc_render_settings. */
 static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *comm,
-                               sc_session *session)
+                               const sc_session *session, int phase, sc_renderer **out)
 {
     const sc_job *job = &session->job;
     sc_render_settings settings = {
@@ -265,12 +267,14 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
 
     memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
     settings.transparent = job->render.background.is_none;
-    return sc_renderer_new(ctx, &settings, &session->volume, session->tissues, &session->renderer);
+    return sc_renderer_new(ctx, &settings, sc_session_phase_volume(session, phase),
+                           session->tissues, out);
 }
 
-/* Tell on rank 0 how many ranks hold for themselves what is derived from the volume. @param alone
- * whether this one does, for want of room. Collective. */
-static void tell_alone(const sc_app *app, const sc_session *session, bool alone)
+/* Tell on rank 0 how many ranks hold for themselves what is derived from the volume, @p bytes in
+ * all.
+ * @param alone whether this one does, for want of room. Collective. */
+static void tell_alone(const sc_app *app, uint64_t bytes, bool alone)
 {
     const int ranks = sc_comm_size(app->comm);
     const sc_ctx silent = {.rank = 0};
@@ -291,29 +295,50 @@ static void tell_alone(const sc_app *app, const sc_session *session, bool alone)
                 "neither /dev/shm nor %s has room for what is derived from the volume (%.0f MB): "
                 "%d of %d ranks hold a copy each; a larger /dev/shm (docker run --shm-size) saves "
                 "that memory",
-                sc_temporary_folder(), (double)sc_renderer_derived_bytes(session->renderer) / 1e6,
-                copies, ranks);
+                sc_temporary_folder(), (double)bytes / 1e6, copies, ranks);
     sc_free(all);
 }
 
-/* Should ranks fail to make the renderer together, each tries to make its own, and says why if it
- * cannot. */
-sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
+/* Make the renderer of a phase together with the other ranks. Should that fail, each tries to make
+ * its own, and says why if it cannot. @param alone set if this rank has one of its own, for want of
+ * room. */
+static sc_status make_together(const sc_app *app, const sc_session *session, int phase, bool *alone,
+                               sc_renderer **out)
 {
-    const bool several = sc_comm_size(app->comm) > 1;
     sc_ctx silent = *app->ctx;
-    bool alone;
+    bool failed;
     sc_status status = SC_ERR_MEMORY;
 
     silent.write = NULL;
-    if (several)
-        status = make_renderer(app, &silent, app->comm, session);
-    alone = status != SC_OK;
-    if (alone)
-        status = make_renderer(app, app->ctx, NULL, session);
-    status = sc_comm_agree(app->comm, status);
-    if (status == SC_OK && several)
-        tell_alone(app, session, alone);
+    if (sc_comm_size(app->comm) > 1)
+        status = make_renderer(app, &silent, app->comm, session, phase, out);
+    failed = status != SC_OK;
+    if (failed)
+        status = make_renderer(app, app->ctx, NULL, session, phase, out);
+    *alone = *alone || failed;
+    return sc_comm_agree(app->comm, status);
+}
+
+sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
+{
+    const int phases = sc_session_phase_count(session);
+    uint64_t bytes = 0;
+    bool alone = false;
+    void *block = NULL;
+    sc_status status;
+
+    SC_TRY(make_together(app, session, 0, &alone, &session->renderer));
+    if (phases > 1)
+        SC_TRY(sc_comm_agree(app->comm,
+                             sc_zalloc(app->ctx, (size_t)phases, sizeof(sc_renderer *), &block)));
+    session->phase_renderers = block;
+    for (int i = 1; i < phases; i++)
+        SC_TRY(make_together(app, session, i, &alone, &session->phase_renderers[i - 1]));
+    for (int i = 0; i < phases; i++)
+        bytes += sc_renderer_derived_bytes(sc_session_phase_renderer(session, i));
+    if (sc_comm_size(app->comm) > 1)
+        tell_alone(app, bytes, alone);
+out:
     return status;
 }
 
@@ -495,6 +520,7 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
     const sc_timeline *timeline = &session->timeline;
     const sc_annotations annotations = sc_session_annotations(session);
     const sc_scene scene = sc_shot_scene(session, k);
+    sc_renderer *renderer = sc_session_phase_renderer(session, sc_session_phase_at(session, k));
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
@@ -504,9 +530,9 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
 
     memcpy(views.background, session->job.render.background.rgb, sizeof views.background);
     if (session->job.output.layout == SC_LAYOUT_PICTURE)
-        sc_render_frame(session->renderer, &scene, rows, image, stats);
+        sc_render_frame(renderer, &scene, rows, image, stats);
     else
-        SC_TRY(sc_views_draw(app->ctx, session->renderer, &views, &scene, rows, image, stats));
+        SC_TRY(sc_views_draw(app->ctx, renderer, &views, &scene, rows, image, stats));
     status = sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
 out:
     return status;
@@ -522,7 +548,8 @@ void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_c
 {
     const sc_scene scene = sc_shot_scene(session, k);
 
-    sc_render_counts(session->renderer, &scene, size_px[0], size_px[1], out, stats);
+    sc_render_counts(sc_session_phase_renderer(session, sc_session_phase_at(session, k)), &scene,
+                     size_px[0], size_px[1], out, stats);
 }
 
 /* Find the ways of the moves of session->timeline that fly, on rank 0, which has their lines, and
@@ -642,24 +669,58 @@ out:
     return status;
 }
 
-sc_status sc_shot_timeline(sc_app *app, sc_session *session)
+/* List the points around what is shown in any phase of a session. Caller owns *out: sc_free. */
+static sc_status find_hull(const sc_ctx *ctx, const sc_session *session, sc_vec3 **out,
+                           size_t *count)
 {
-    const sc_vec3 *hull;
-    size_t hull_count;
+    const int phases = sc_session_phase_count(session);
+    size_t points = 0, used = 0, part;
+    void *block;
     sc_status status;
 
-    hull = sc_renderer_hull(session->renderer, &hull_count);
-    SC_TRY(sc_session_timeline(app, session, hull, hull_count));
+    for (int i = 0; i < phases; i++) {
+        (void)sc_renderer_hull(sc_session_phase_renderer(session, i), &part);
+        points += part;
+    }
+    SC_TRY(sc_alloc(ctx, points + 1, sizeof **out, &block));
+    *out = block;
+    for (int i = 0; i < phases; i++) {
+        const sc_vec3 *hull = sc_renderer_hull(sc_session_phase_renderer(session, i), &part);
+
+        if (part)
+            memcpy(*out + used, hull, part * sizeof **out);
+        used += part;
+    }
+    *count = used;
+out:
+    return status;
+}
+
+sc_status sc_shot_timeline(sc_app *app, sc_session *session)
+{
+    sc_vec3 *hull = NULL;
+    size_t count = 0;
+    sc_status status;
+
+    /* One framing holds for all phases, so that the camera does not move with the beat. */
+    SC_TRY(sc_comm_agree(app->comm, find_hull(app->ctx, session, &hull, &count)));
+    SC_TRY(sc_session_timeline(app, session, hull, count));
     status = sc_session_letter(app, session);
 out:
+    sc_free(hull);
     return status;
 }
 
 void sc_shot_clear(sc_session *session)
 {
-    if (!session->borrows_renderer)
+    if (!session->borrows_renderer) {
+        for (sc_renderer **r = session->phase_renderers; r && *r; r++)
+            sc_renderer_free(*r);
+        sc_free(session->phase_renderers);
         sc_renderer_free(session->renderer);
+    }
     session->renderer = NULL;
+    session->phase_renderers = NULL;
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
@@ -669,16 +730,4 @@ void sc_shot_clear(sc_session *session)
     sc_free(session->lettering);
     sc_free(session->names);
     sc_image_clear(&session->logo);
-}
-
-void sc_session_drop_volume(sc_session *session)
-{
-    sc_shared_free(session->shared);
-    sc_free(session->labels);
-    sc_free(session->stats);
-    sc_signals_forget_file(session->watched);
-    sc_file_unmap(session->mapped, session->mapped_bytes);
-    if (session->watched)
-        sc_free(session->watched->name);
-    sc_free(session->watched);
 }

@@ -120,7 +120,10 @@ static sc_status resample_together(const sc_app *app, const sc_ctx *ctx, const s
     sc_status status;
 
     sc_stage_begin(ctx, "measuring the grid", 0, 0);
-    SC_TRY(sc_find_drawn_grid_together(ctx, p->team, &p->volume, &grid));
+    if (session->drawn_known) /* on all ranks of the team, or on none */
+        grid = session->drawn;
+    else
+        SC_TRY(sc_find_drawn_grid_together(ctx, p->team, &p->volume, &grid));
     if (first)
         *wrong = sc_session_resample(app, session, &grid, input);
     SC_TRY(sc_team_agree(p->team, *wrong));
@@ -262,6 +265,8 @@ static sc_status share_volume(sc_app *app, sc_session *session)
     sc_stage_begin(app->ctx, "sharing", 0, 0);
     pack(app, session, &p);
     clear_preparing(&p);
+    session->drawn = input.drawn;
+    session->drawn_known = input.drawn_known;
     sc_volume_input_clear(&input);
     sc_shared_publish(app->comm, session->shared);
     status = sc_comm_agree(app->comm, sc_prepared_view(app->ctx, sc_shared_data(session->shared),
@@ -273,7 +278,7 @@ out:
     return status;
 }
 
-sc_status sc_session_load(sc_app *app, sc_session *session)
+sc_status sc_session_load_one(sc_app *app, sc_session *session)
 {
     uint8_t is_prepared = 0;
     bool usable = false;
@@ -290,4 +295,22 @@ sc_status sc_session_load(sc_app *app, sc_session *session)
     if (status != SC_OK || usable)
         return status;
     return share_volume(app, session);
+}
+
+void sc_session_clear_volume(sc_session *session)
+{
+    sc_shared_free(session->shared);
+    sc_free(session->labels);
+    sc_free(session->stats);
+    sc_signals_forget_file(session->watched);
+    sc_file_unmap(session->mapped, session->mapped_bytes);
+    if (session->watched)
+        sc_free(session->watched->name);
+    sc_free(session->watched);
+    session->shared = NULL;
+    session->labels = NULL;
+    session->stats = NULL;
+    session->mapped = NULL;
+    session->mapped_bytes = 0;
+    session->watched = NULL;
 }

@@ -118,6 +118,8 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
 
     SC_TRY(hash_job(state->app->ctx, job, true, &hash));
     hash = sc_hash_bytes(job->volume, strlen(job->volume), hash);
+    for (size_t i = 1; i < job->phase_count; i++)
+        hash = sc_hash_bytes(job->phases[i].path, strlen(job->phases[i].path), hash);
     hash = sc_hash_bytes(job->labels, strlen(job->labels), hash);
     hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
     hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);

@@ -260,6 +260,7 @@ out:
 
 void sc_job_clear(sc_job *job)
 {
+    sc_free(job->phases);
     sc_free(job->rules);
     sc_free(job->exceptions);
     sc_free(job->verbs);

@@ -348,6 +348,11 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                          sc_yaml_fail(ctx, node,
                                       "compare: a film of shots shows one volume; expected a job "
                                       "without shots, or no compare"));
+    if (job->phase_count)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, node,
+                                      "compare: a series of volumes (cine) cannot be compared; "
+                                      "expected one volume, or no compare"));
     if (job->has_color_by)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, node,
@@ -441,7 +446,10 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
     (void)sc_goes_on(&status, check_strengths(ctx, root, job));
     (void)sc_goes_on(&status, sc_captions_check(ctx, job));
     if (!sc_job_is_phantom(job->volume))
-        inputs = resolve_key(ctx, sources, root, volume_key(root), SC_PATH_INPUT, job->volume);
+        inputs = sc_resolve_volume(ctx, sources, sc_key_node(root, volume_key(root)),
+                                   volume_key(root), job);
+    if (inputs == SC_OK)
+        (void)sc_goes_on(&status, sc_cine_check(ctx, root, job));
     if (sc_goes_on(&status, inputs))
         (void)sc_goes_on(&inputs,
                          resolve_key(ctx, sources, root, "labels", SC_PATH_INPUT, job->labels));

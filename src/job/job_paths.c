@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
 static const char *home_of(const char *const *environment)
@@ -98,5 +99,50 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
 out:
     free(absolute);
     sc_free(joined);
+    return status;
+}
+
+/* Find the files of a pattern that the job @p job has as its volume. */
+static sc_status find_series(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                             const char *key, sc_job *job)
+{
+    char *joined = NULL;
+    sc_text pattern = {0};
+    size_t directory;
+    sc_status status;
+
+    SC_TRY(locate(ctx, sources, node, job->volume, &joined));
+    if (access(joined, F_OK) == 0) { /* a file may have such a name */
+        status = sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
+        goto out;
+    }
+    /* The directory of the job file is no pattern, whatever its name. */
+    directory = strlen(joined) - strlen(job->volume);
+    for (size_t i = 0; joined[i]; i++)
+        SC_TRY(sc_text_add(ctx, &pattern, "%s%c",
+                           i < directory && strchr("*?[]\\", joined[i]) ? "\\" : "", joined[i]));
+    SC_TRY(sc_series_find(ctx, node, key, pattern.data, job));
+    strcpy(job->volume, job->phases[0].path);
+out:
+    sc_text_clear(&pattern);
+    sc_free(joined);
+    return status;
+}
+
+sc_status sc_resolve_volume(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
+                            const char *key, sc_job *job)
+{
+    sc_status status = SC_OK;
+
+    if (!job->phase_count)
+        return node && sources->check_inputs && strpbrk(job->volume, "*?")
+                   ? find_series(ctx, sources, node, key, job)
+                   : sc_resolve_path(ctx, sources, node, key, SC_PATH_INPUT, job->volume);
+    for (size_t i = 0; i < job->phase_count; i++) {
+        if (!sc_goes_on(&status, sc_resolve_path(ctx, sources, node->items[i], key, SC_PATH_INPUT,
+                                                 job->phases[i].path)))
+            break;
+    }
+    strcpy(job->volume, job->phases[0].path);
     return status;
 }

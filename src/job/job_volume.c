@@ -284,11 +284,70 @@ static const sc_value_type type_crop = {
 
 /* ---- the volume ---- */
 
+/* Read a path, or a list of them, which are the phases of the sc_job @p value. */
+static sc_status read_path(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_MAP)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (node->kind != SC_YAML_LIST)
+        return sc_type_text.read(ctx, key, node, job->volume);
+    SC_TRY(sc_series_alloc(ctx, node, node->count, job));
+    for (size_t i = 0; i < node->count; i++) {
+        sc_yaml named = *node->items[i];
+
+        named.key = node->key; /* for the message: items of a list have no key of their own */
+        if (named.kind != SC_YAML_SCALAR || !named.text[0])
+            (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the path of a volume"));
+        else
+            (void)sc_goes_on(&status, sc_type_text.read(ctx, key, &named, job->phases[i].path));
+    }
+    snprintf(job->volume, sizeof job->volume, "%s", job->phases[0].path);
+out:
+    return status;
+}
+
+static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    const sc_job *job = value;
+    sc_status status;
+
+    if (!job->phase_count)
+        return sc_type_text.write(ctx, key, job->volume, indent, text);
+    SC_TRY(sc_text_add(ctx, text, "["));
+    for (size_t i = 0; i < job->phase_count; i++) {
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, text));
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+static json_t *path_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, {s:s, s:i, s:{s:s}}]}", "anyOf", "type", "string", "type", "array",
+                     "minItems", 1, "items", "type", "string");
+}
+
+static const sc_value_type type_path = {
+    .name = "text or list",
+    .expected = "the path of a volume, or a list of paths",
+    .read = read_path,
+    .write = write_path,
+    .schema = path_schema,
+};
+
 const sc_key sc_volume_keys[] = {
-    {"path", &sc_type_text, offsetof(sc_job, volume), NULL,
+    {"path", &type_path, 0, NULL,
      .help =
          "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a Zarr store, a directory of "
-         "masks, phantom, or for example phantom:128x96x128",
+         "masks, phantom, or for example phantom:128x96x128; for cine a list of them, or a pattern "
+         "such as heart_*.nrrd",
      .bytes = SC_PATH_BYTES, .required = true},
     {"merge", &type_merge, 0, NULL,
      .help = "tissues that become one: as if they had been drawn with one label. The name is that "
@@ -305,14 +364,12 @@ const sc_key sc_volume_keys[] = {
      .low = -1e6, .high = 1e6, .given = SC_GIVEN(sc_job, has_crop), .without = "all of it"},
     {0}};
 
-/* A path, or a map of sc_volume_keys. */
+/* A path, a list of paths, or a map of sc_volume_keys. */
 static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
     if (node->kind == SC_YAML_MAP)
         return sc_keys_read(ctx, key->keys, node, value);
-    if (node->kind == SC_YAML_LIST)
-        return sc_wrong_type(ctx, node, key->type->expected);
-    return sc_type_text.read(ctx, &key->keys[0], node, ((sc_job *)value)->volume);
+    return read_path(ctx, &key->keys[0], node, value);
 }
 
 /* As a path, where nothing is changed of the volume. */
@@ -322,18 +379,18 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE)
-        return sc_type_text.write(ctx, &key->keys[0], job->volume, indent, text);
+        return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
 
 static json_t *volume_schema(const sc_key *key)
 {
-    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "string", sc_keys_schema(key->keys));
+    return json_pack("{s:[o, o]}", "anyOf", path_schema(key), sc_keys_schema(key->keys));
 }
 
 const sc_value_type sc_type_volume = {
-    .name = "text or map",
-    .expected = "the path of a volume, or a map with path, merge, keep and crop",
+    .name = "text, list or map",
+    .expected = "the path of a volume, a list of paths, or a map with path, merge, keep and crop",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

@@ -104,7 +104,8 @@ extern const sc_value_type sc_type_shots, sc_type_transition;
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
     sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
-    sc_color_by_keys[], sc_compare_keys[], sc_shot_keys[], sc_card_keys[], sc_transition_keys[];
+    sc_color_by_keys[], sc_cine_keys[], sc_compare_keys[], sc_shot_keys[], sc_card_keys[],
+    sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 
@@ -178,6 +179,32 @@ typedef enum sc_path_use { SC_PATH_INPUT, SC_PATH_OUTPUT } sc_path_use;
  * SC_ERR_MISSING for an input that does not exist, all logged; SC_ERR_MEMORY. */
 sc_status sc_resolve_path(const sc_ctx *ctx, const struct sc_job_sources *sources,
                           const sc_yaml *node, const char *key, sc_path_use use, char *path);
+
+/* As sc_resolve_path, of the volume of @p job, @p node being its path or the list of its paths: a
+ * list becomes the phases of the job, and, where inputs are to be looked at, a pattern; its volume
+ * is the first of them then. */
+sc_status sc_resolve_volume(const sc_ctx *ctx, const struct sc_job_sources *sources,
+                            const sc_yaml *node, const char *key, struct sc_job *job);
+
+/* ---- series.c ---- */
+
+/* Compare two names such that numbers in them count as such: "p2" comes before "p10". @return as
+ * strcmp. */
+int sc_natural_order(const char *a, const char *b);
+/* Make room for @p count phases of a job, whose paths are empty. @return SC_ERR_DATA or
+ * SC_ERR_USAGE if there are too many, or none. */
+sc_status sc_series_alloc(const sc_ctx *ctx, const sc_yaml *node, size_t count, struct sc_job *job);
+/* Fill the phases of a job with the paths that match @p pattern (glob(3)), in the order of the one
+ * number in which they differ. @param node, key for messages. @return SC_ERR_MISSING if there are
+ * none; SC_ERR_DATA or SC_ERR_USAGE, all logged, if their order is not known or one is missing. */
+sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                         const char *pattern, struct sc_job *job);
+
+/* ---- job_cine.c ---- */
+
+/* Check that a series of volumes has its key cine, and the other way round, and leave those phases
+ * that cine chooses. To be called when paths are resolved. @return the mistake, logged. */
+sc_status sc_cine_check(const sc_ctx *ctx, const sc_yaml *root, struct sc_job *job);
 
 /* ---- job_overlays.c ---- */
 

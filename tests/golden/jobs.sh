@@ -2,9 +2,12 @@
 # Every job of jobs/ and jobs/verbs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
 # To replace these, after looking at the new ones: GOLDEN_UPDATE=1 ctest -L golden
 golden=$SOURCE/tests/golden
+"$SEGCAST" phantom --size 117x81x122 --beating 10 -o beat.nrrd -q >/dev/null
 for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
-    frames=$("$SEGCAST" check --fast "$job" | sed -n 's/.*: ok: \([0-9]*\) frames .*/\1/p')
+    volume=phantom:117x81x122
+    ! grep -q '^cine:' "$job" || volume='beat-*.nrrd'
+    frames=$("$SEGCAST" check --fast "$job" --set volume="$volume" | sed -n 's/.*: ok: \([0-9]*\) frames .*/\1/p')
     short=5
     rate=30
     grep -q '^shots:' "$job" && short=$frames # each shot has frames of its own
@@ -13,9 +16,9 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
         short=$((frames * rate / 30))
     fi
     chosen=0,$((frames / 4)),$((frames / 2)),$((frames * 3 / 4)),$((frames - 1))
-    "$SEGCAST" render "$job" -o "$name" -q --frames "$chosen" --set volume=phantom:117x81x122 \
+    "$SEGCAST" render "$job" -o "$name" -q --frames "$chosen" --set volume="$volume" \
         --set output.size=[160,90] --set output.frames=png >/dev/null
-    "$SEGCAST" render "$job" -o "$name-short" -q --set volume=phantom:117x81x122 \
+    "$SEGCAST" render "$job" -o "$name-short" -q --set volume="$volume" \
         --set output.size=[160,90] --set output.fps=$rate --set animation.frames=$short >/dev/null
     "$VIDEO_PROBE" "$name-short/$name.mp4" | grep -q "$short frames of 160 x 90" || fail "$name: the video does not hold $short frames of 160 x 90"
     for picture in "$name"/frames/*.png; do

@@ -205,7 +205,7 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "more than 16 clip planes");
     refuses("- 1\n- 2\n", "expected a map of keys");
     refuses("volume: phantom\n---\nvolume: x\n", "a second document");
-    refuses("volume: [1, 2]\n", "volume is [1, 2], expected the path of a volume, or a map");
+    refuses("volume: [1, 2]\n", "volume is a series of 2 files; expected cine");
     refuses("volume: phantom\noutput: {size: [100]}\n", "expected [width, height]");
     refuses("volume: phantom\noutput: {size: [100, 8]}\n",
             "size is [100, 8], expected [width, height] or WxH in pixels");

@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The volumes of a series, which are shown as the phases of a beat. The first is the volume of the
+ * session, and decides how tissues look; of the others, each has a session of its own, which holds
+ * nothing but its volume. */
+#include "app.h"
+
+#include <string.h>
+
+struct sc_phases {
+    int count;       /* of sessions: one less than there are phases */
+    sc_session *all; /* [count], owned; all[i] is that of phase i + 1 */
+};
+
+int sc_session_phase_count(const sc_session *session)
+{
+    return session->phases ? session->phases->count + 1 : 1;
+}
+
+const sc_prepared *sc_session_phase_volume(const sc_session *session, int phase)
+{
+    return phase ? &session->phases->all[phase - 1].volume : &session->volume;
+}
+
+sc_renderer *sc_session_phase_renderer(const sc_session *session, int phase)
+{
+    if (phase == 0)
+        return session->renderer;
+    return session->phase_renderers ? session->phase_renderers[phase - 1] : NULL;
+}
+
+int sc_session_phase_at(const sc_session *session, int k)
+{
+    const int first = session->shot ? session->shot->span.first : 0;
+    const sc_job *job = &session->job;
+
+    return session->phases ? sc_cine_phase(&job->cine.cine, sc_session_phase_count(session),
+                                           job->output.fps, first + k)
+                           : 0;
+}
+
+uint64_t sc_phases_hash(const sc_session *session)
+{
+    uint64_t hash = session->volume.volume_hash;
+
+    for (int i = 1; i < sc_session_phase_count(session); i++) {
+        const uint64_t next = sc_session_phase_volume(session, i)->volume_hash;
+
+        hash = sc_hash_bytes(&next, sizeof next, hash);
+    }
+    return hash;
+}
+
+/* ---- loading ---- */
+
+void sc_session_begin_phase(const sc_session *session, int phase, sc_session *out)
+{
+    *out = (sc_session){.measure = session->measure,
+                        .job = session->job,
+                        .drawn = session->drawn,
+                        .drawn_known = session->drawn_known,
+                        .is_later_phase = phase > 0,
+                        .times = {.threads = session->times.threads}};
+    memcpy(out->job.volume, session->job.phases[phase].path, sizeof out->job.volume);
+    out->job.has_cine = false;
+    out->job.phases = NULL;
+    out->job.phase_count = 0;
+}
+
+void sc_session_end_phase(sc_session *phase)
+{
+    sc_session_clear_volume(phase);
+    *phase = (sc_session){0}; /* its job is another session's */
+}
+
+void sc_phases_free(sc_phases *phases)
+{
+    if (!phases)
+        return;
+    for (int i = 0; i < phases->count; i++)
+        sc_session_end_phase(&phases->all[i]);
+    sc_free(phases->all);
+    sc_free(phases);
+}
+
+/* Make room for the phases of a session. */
+static sc_status new_phases(const sc_ctx *ctx, sc_session *session)
+{
+    const size_t count = session->job.phase_count - 1;
+    void *block = NULL, *all = NULL;
+    sc_status status;
+
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *session->phases, &block));
+    SC_TRY(sc_zalloc(ctx, count, sizeof(sc_session), &all));
+    session->phases = block;
+    *session->phases = (sc_phases){(int)count, all};
+    return SC_OK;
+out:
+    sc_free(block);
+    return status;
+}
+
+/* @return the first label, by number, that @p a has and @p b has not; NULL: none. */
+static const sc_label *missing_label(const sc_prepared *a, const sc_prepared *b)
+{
+    int at = 0;
+
+    for (int i = 0; i < a->label_count; i++) {
+        while (at < b->label_count && b->labels[at].value < a->labels[i].value)
+            at++;
+        if (at == b->label_count || b->labels[at].value != a->labels[i].value)
+            return &a->labels[i];
+    }
+    return NULL;
+}
+
+/* Do two grids lie in the same place, to a thousandth of a voxel? */
+static bool is_same_place(const sc_prepared *a, const sc_prepared *b)
+{
+    sc_affine to_voxel;
+
+    if (!sc_affine_invert(&a->to_ras_mm, &to_voxel))
+        return true; /* which is refused as what it is */
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? a->size[0] : 0, corner & 2 ? a->size[1] : 0,
+                            corner & 4 ? a->size[2] : 0};
+        const sc_vec3 there = sc_affine_point(&to_voxel, sc_affine_point(&b->to_ras_mm, at));
+
+        if (sc_vec3_length(sc_vec3_sub(there, at)) > 1e-3)
+            return false;
+    }
+    return true;
+}
+
+/* Refuse a phase whose grid or labels are not those of the first. @param all labels of volumes
+ * whose voxels were read, so that the lack of one is known. @return SC_ERR_DATA. */
+static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, const sc_session *phase,
+                             bool all)
+{
+    const sc_prepared *a = &session->volume, *b = &phase->volume;
+    const char *where = session->job.cine.where, *colon = *where ? ": " : "";
+    const sc_label *lost = all ? missing_label(a, b) : NULL;
+    const sc_label *more = all && !lost ? missing_label(b, a) : NULL, *label = lost ? lost : more;
+    const char *first = session->job.volume, *path = phase->job.volume;
+
+    if (memcmp(a->size, b->size, sizeof a->size) != 0)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s%s%s has %d x %d x %d voxels, but %s, the first phase, %d x %d x %d; "
+                       "expected phases of the same grid",
+                       where, colon, path, b->size[0], b->size[1], b->size[2], first, a->size[0],
+                       a->size[1], a->size[2]);
+    if (!is_same_place(a, b))
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s%s%s lies elsewhere than %s, the first phase, or has voxels of another "
+                       "size; expected phases of the same grid",
+                       where, colon, path, first);
+    if (a->resampled != b->resampled)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s%sof %s and %s, one was prepared on another grid (render.smooth: auto); "
+                       "prepare all phases together: `segcast prepare` with the job",
+                       where, colon, first, path);
+    if (label)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s%s%s has no label %lld%s%s%s, which %s has; expected the same labels in "
+                       "all phases, or keep: or merge: under volume, which leave some out",
+                       where, colon, lost ? path : first, (long long)label->value,
+                       label->name[0] ? " (" : "", label->name, label->name[0] ? ")" : "",
+                       lost ? first : path);
+    return SC_OK;
+}
+
+/* Add what loading @p phase took to the times of @p session. */
+static void add_times(sc_session *session, const sc_session *phase)
+{
+    for (int i = 0; i < SC_PHASE_COUNT; i++) {
+        session->times.phases[i].wall_s += phase->times.phases[i].wall_s;
+        session->times.phases[i].cpu_s += phase->times.phases[i].cpu_s;
+    }
+}
+
+/* How the volume of a session is loaded. */
+typedef sc_status load_fn(sc_app *app, bool header_only, sc_session *session);
+
+static sc_status load_prepared(sc_app *app, bool header_only, sc_session *session)
+{
+    (void)header_only;
+    return sc_session_load_one(app, session);
+}
+
+/* Load the volumes of all phases but the first by @p load. What is to be said of all of them has
+ * been said of the first: only errors are logged. Collective. */
+static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    sc_ctx errors = *app->ctx;
+    sc_app quieter = *app;
+    sc_status status;
+
+    errors.level = SC_LOG_ERROR;
+    quieter.ctx = &errors;
+    quieter.label_source = NULL;
+    SC_TRY(sc_comm_agree(app->comm, new_phases(app->ctx, session)));
+    sc_comm_broadcast(app->comm, &session->drawn, sizeof session->drawn);
+    sc_comm_broadcast(app->comm, &session->drawn_known, sizeof session->drawn_known);
+    for (int i = 0; i < session->phases->count; i++) {
+        sc_session *phase = &session->phases->all[i];
+
+        sc_session_begin_phase(session, i + 1, phase);
+        SC_TRY(load(&quieter, header_only, phase));
+        SC_TRY(sc_comm_agree(app->comm,
+                             first ? check_phase(app->ctx, session, phase, !header_only) : SC_OK));
+        add_times(session, phase);
+        session->shared_bytes += phase->shared_bytes;
+    }
+out:
+    return status;
+}
+
+/* Tell, on rank 0, which volumes are the phases, and in which order. */
+static void tell_phases(const sc_app *app, const sc_session *session)
+{
+    const sc_job *job = &session->job;
+    const int count = (int)job->phase_count;
+    const char *first = strrchr(job->phases[0].path, '/');
+    const char *last = strrchr(job->phases[count - 1].path, '/');
+
+    if (sc_comm_rank(app->comm) == 0)
+        sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count,
+                first ? first + 1 : job->phases[0].path,
+                last ? last + 1 : job->phases[count - 1].path, job->cine.cine.bpm);
+}
+
+/* Load all phases by @p load. */
+static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_session *session)
+{
+    sc_status status;
+
+    if (session->job.phase_count)
+        tell_phases(app, session);
+    SC_TRY(load(app, header_only, session));
+    if (session->job.phase_count)
+        status = load_phases(app, load, header_only, session);
+out:
+    return status;
+}
+
+sc_status sc_session_load(sc_app *app, sc_session *session)
+{
+    return load_all(app, load_prepared, false, session);
+}
+
+sc_status sc_session_inspect_all(sc_app *app, bool header_only, sc_session *session)
+{
+    return load_all(app, sc_session_inspect, header_only, session);
+}
+
+sc_status sc_phase_path(const sc_ctx *ctx, const char *path, const char *ending, int phase,
+                        int count, sc_text *text)
+{
+    const int stem = (int)(strlen(path) - strlen(ending));
+    int digits = 2;
+
+    for (int last = (count - 1) / 100; last > 0; last /= 10)
+        digits++;
+    return sc_text_add(ctx, text, "%.*s-%0*d%s", stem, path, digits, phase, path + stem);
+}

@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The volumes of a series: files whose names differ in a number. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <glob.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* @return how many digits stand at the beginning of @p text. */
+static size_t digits_at(const char *text)
+{
+    return strspn(text, "0123456789");
+}
+
+int sc_natural_order(const char *a, const char *b)
+{
+    const char *const whole_a = a, *const whole_b = b;
+
+    while (*a && *b) {
+        if (digits_at(a) && digits_at(b)) {
+            const char *x = a + strspn(a, "0"), *y = b + strspn(b, "0");
+            const size_t m = digits_at(x), n = digits_at(y);
+            const int order = m != n ? (m < n ? -1 : 1) : strncmp(x, y, n);
+
+            if (order)
+                return order;
+            a = x + m;
+            b = y + n;
+        } else if (*a != *b) {
+            return (unsigned char)*a < (unsigned char)*b ? -1 : 1;
+        } else {
+            a++;
+            b++;
+        }
+    }
+    return *a || *b ? (*a ? 1 : -1) : strcmp(whole_a, whole_b);
+}
+
+static int compare_paths(const void *a, const void *b)
+{
+    return sc_natural_order(*(char *const *)a, *(char *const *)b);
+}
+
+/* @return the name of a file without its directories. */
+static const char *name_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash ? slash + 1 : path;
+}
+
+/* Find where the number stands in which @p path differs from @p other. @return false if they differ
+ * in anything else. */
+static bool find_number(const char *path, const char *other, size_t *out)
+{
+    size_t at = 0;
+
+    while (path[at] && path[at] == other[at])
+        at++;
+    while (at && isdigit((unsigned char)path[at - 1]))
+        at--;
+    if (!digits_at(path + at) || !digits_at(other + at) ||
+        strcmp(path + at + digits_at(path + at), other + at + digits_at(other + at)) != 0)
+        return false;
+    *out = at;
+    return true;
+}
+
+/* @return the step from the number of one name to that of the next. */
+static double step_between(const char *path, const char *next, size_t at)
+{
+    return strtod(next + at, NULL) - strtod(path + at, NULL);
+}
+
+/* Check that names which are in their order have numbers in equal steps, so that no volume of the
+ * series is missing. @return as sc_yaml_fail. */
+static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                               char *const *paths, size_t count)
+{
+    double least = HUGE_VAL;
+    size_t at = 0, place = 0;
+
+    for (size_t i = 0; i + 1 < count; i++) {
+        if (!find_number(paths[i], paths[i + 1], &place) || (i && place != at))
+            return sc_yaml_fail(ctx, node,
+                                "%s: %s and %s differ in more than one number, so that their order "
+                                "is not known; expected a list of the files: [%s, ...]",
+                                key, name_of(paths[i]), name_of(paths[i + 1]), name_of(paths[0]));
+        at = place;
+        least = fmin(least, step_between(paths[i], paths[i + 1], at));
+    }
+    for (size_t i = 0; i + 1 < count; i++) {
+        if (step_between(paths[i], paths[i + 1], at) == 0)
+            return sc_yaml_fail(ctx, node,
+                                "%s: %s and %s have the same number; expected a list of the files",
+                                key, name_of(paths[i]), name_of(paths[i + 1]));
+        if (step_between(paths[i], paths[i + 1], at) > least)
+            return sc_yaml_fail(ctx, node,
+                                "%s: there is no file between %s and %s, while the numbers of "
+                                "others differ by %.0f; expected all files of the series, or a "
+                                "list of those that are to be shown",
+                                key, name_of(paths[i]), name_of(paths[i + 1]), least);
+    }
+    return SC_OK;
+}
+
+sc_status sc_series_alloc(const sc_ctx *ctx, const sc_yaml *node, size_t count, sc_job *job)
+{
+    void *block;
+    sc_status status;
+
+    if (count == 0 || count > SC_PHASES_MAX)
+        return sc_yaml_fail(ctx, node, "volume has %zu files, expected 1 to %d", count,
+                            SC_PHASES_MAX);
+    SC_TRY(sc_zalloc(ctx, count, sizeof *job->phases, &block));
+    sc_free(job->phases);
+    job->phases = block;
+    job->phase_count = count;
+out:
+    return status;
+}
+
+/* Log that no file matches a pattern. @return SC_ERR_MISSING. */
+static sc_status tell_none(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                           const char *pattern)
+{
+    if (node->line > 0)
+        return sc_fail(ctx, SC_ERR_MISSING, "%s:%d: %s: no file matches %s", node->origin,
+                       node->line, key, pattern);
+    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
+        return sc_fail(ctx, SC_ERR_MISSING, "%s: no file matches", pattern);
+    return sc_fail(ctx, SC_ERR_MISSING, "%s: no file matches %s", node->origin, pattern);
+}
+
+sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key,
+                         const char *pattern, sc_job *job)
+{
+    glob_t found = {0};
+    const int result = glob(pattern, GLOB_NOSORT, NULL, &found);
+    sc_status status = SC_OK;
+
+    if (result == GLOB_NOSPACE)
+        status = sc_fail(ctx, SC_ERR_MEMORY, "out of memory while %s was looked for", pattern);
+    else if (result)
+        status = tell_none(ctx, node, key, job->volume);
+    if (status != SC_OK)
+        return status;
+    qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare_paths);
+    SC_TRY(check_numbers(ctx, node, key, found.gl_pathv, found.gl_pathc));
+    SC_TRY(sc_series_alloc(ctx, node, found.gl_pathc, job));
+    for (size_t i = 0; i < found.gl_pathc && status == SC_OK; i++) {
+        char *absolute = realpath(found.gl_pathv[i], NULL);
+
+        if (!absolute)
+            status =
+                sc_fail(ctx, sc_input_status(errno), "%s: %s", found.gl_pathv[i], strerror(errno));
+        else if (strlen(absolute) >= SC_PATH_BYTES)
+            status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
+                                  strlen(absolute), SC_PATH_BYTES);
+        else
+            strcpy(job->phases[i].path, absolute);
+        free(absolute);
+    }
+out:
+    globfree(&found);
+    return status;
+}

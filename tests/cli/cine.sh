@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# A series of volumes as the phases of a beat: what is told of it, and what is refused.
+"$SEGCAST" phantom --size 40x30x42 --beating 4 -o beat.nrrd -q >/dev/null
+cat >job.yaml <<'YAML'
+volume: beat-*.nrrd
+cine: {bpm: 90}
+output: {directory: out, size: [64, 48], video: none, frames: png, fps: 10}
+animation: {frames: 20, camera: {orbit: {turns: 0, elevation: 10}}}
+YAML
+"$SEGCAST" check job.yaml >said.txt 2>stderr.txt
+grep -q 'ok: 20 frames .* 40 x 30 x 42 voxels' said.txt || fail "check does not say what the volume is: $(cat said.txt)"
+grep -qx 'phases: 4 volumes of this size, 90 beats a minute: the film shows 3 beats' said.txt || fail "check: $(cat said.txt)"
+grep -q '4 phases, from beat-00.nrrd to beat-03.nrrd; 90 beats a minute' stderr.txt || fail "the order is not told"
+"$SEGCAST" check job.yaml --fast -q >/dev/null || fail "check --fast"
+"$SEGCAST" check job.yaml -q --set cine.loop=2 >said.txt
+grep -q 'shows 2 beats, and then the last phase' said.txt || fail "check of a film with an end: $(cat said.txt)"
+
+# The camera stands still, so that the beats are the same; the framing is that of all phases
+"$SEGCAST" render job.yaml -q --set output.fps=6 >/dev/null # 4 frames for a beat
+[ "$(hashes out | cut -d' ' -f2 | sort -u | wc -l)" = 4 ] || fail "a beat has not 4 pictures"
+[ "$(hashes out | cut -d' ' -f2 | head -4)" = "$(hashes out | cut -d' ' -f2 | tail -4)" ] || fail "beats differ"
+"$SEGCAST" render job.yaml -q --set output.fps=6 --set cine.loop=false --overwrite >/dev/null
+[ "$(hashes out | cut -d' ' -f2 | tail -17 | sort -u | wc -l)" = 1 ] || fail "the last phase does not stay"
+"$SEGCAST" plan job.yaml --json >plan.json || fail "plan"
+"$SEGCAST" plan job.yaml --json --set cine.phases=0-1 >part.json || fail "plan of two phases"
+jq -es '.[0].memory.prepared_bytes > 1.8 * .[1].memory.prepared_bytes' plan.json part.json >/dev/null || fail "plan counts one phase"
+"$SEGCAST" storyboard job.yaml -o sheet.png -q --count 4 >/dev/null || fail "storyboard"
+
+# Bad phases: one message, with file and line
+"$SEGCAST" phantom --size 40x30x44 -o other.nrrd -q >/dev/null
+sed 's/beat-\*.nrrd/[beat-00.nrrd, other.nrrd, beat-01.nrrd]/' job.yaml >size.yaml
+sed 's/beat-\*.nrrd/{path: [beat-00.nrrd, part.segc]}/' job.yaml >labels.yaml
+printf 'volume: {path: beat-01.nrrd, keep: [aorta, "*ventric*"]}\n' >part.yaml
+"$SEGCAST" prepare part.yaml -o part.segc -q >/dev/null
+head -c 4000 beat-02.nrrd >damaged.nrrd
+sed 's/beat-\*.nrrd/[beat-00.nrrd, damaged.nrrd]/' job.yaml >damaged.yaml
+for command in 'check' 'render -o bad' 'plan' 'still -o bad.png'; do
+    # shellcheck disable=SC2086
+    set -- $command
+    expect 65 'size.yaml:1: .*other.nrrd has 40 x 30 x 44 voxels, but .*beat-00.nrrd, the first phase, 40 x 30 x 42' "$SEGCAST" "$1" size.yaml "${@:2}"
+    one_error
+    expect 65 'labels.yaml:1: .*part.segc has no label [0-9]+ .*, which .*beat-00.nrrd has' "$SEGCAST" "$1" labels.yaml "${@:2}"
+    one_error
+    expect 65 'damaged.nrrd' "$SEGCAST" "$1" damaged.yaml "${@:2}"
+    one_error
+done
+rm -rf bad
+mv beat-02.nrrd away.nrrd
+expect 65 'job.yaml:1: volume: there is no file between beat-01.nrrd and beat-03.nrrd' "$SEGCAST" check job.yaml
+one_error
+mv away.nrrd beat-02.nrrd
+
+# Nothing replaces a phase, and prepared files are all checked before the first is made
+cp beat-03.nrrd kept.nrrd
+cp beat-03.nrrd beat-03.png
+expect 73 'is an input of this command' "$SEGCAST" still job.yaml -o beat-03.png --overwrite --set 'volume=[beat-00.nrrd, beat-03.png]'
+cp beat-01.nrrd taken-01.segc
+expect 73 'taken-01.segc' "$SEGCAST" prepare job.yaml -o taken.segc
+[ ! -e taken-00.segc ] || fail "files were made beside one that is in the way"
+cmp beat-03.png kept.nrrd || fail "a phase was changed"
+# Commands for one volume say so
+expect 64 'series of 4 files' "$SEGCAST" info 'beat-*.nrrd'

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# A beating heart: a series of volumes is filmed, each frame with the phase that its number says, and any frame alone,
+# any rank, band of rows and order of runs gives the frame of the film, by hash; so do prepared files of the phases.
+"$SEGCAST" phantom --size 59x41x61 --beating 5 -o beat.nrrd -q >/dev/null
+cat >job.yaml <<'YAML'
+volume: beat-*.nrrd
+cine: {bpm: 120}
+output: {directory: out, size: [96, 72], video: film.mp4, fps: 10}
+tissues: {"*": {opacity: 0.4}, "epicardial fat": {visible: false}}
+animation:
+  frames: 12
+  camera: {orbit: {elevation: 10, target_mm: [0, 0, 0], distance_mm: 400, turns: 0.5}}
+  clip: [{sweep: {normal: posterior, from: 0 mm, to: 0 mm}}]
+YAML
+"$SEGCAST" render job.yaml -o one -q --set output.frames=png >/dev/null
+[ "$(hashes one | cut -d' ' -f2 | sort -u | wc -l)" = 12 ] || fail "frames repeat"
+
+# Each frame is that of its phase: the picture that the file of the phase gives by itself
+for k in 0 1 2 4 7 10 11; do
+    grep -v '^cine' job.yaml | sed "s/beat-\*/beat-0$((k % 5))/" >single.yaml
+    "$SEGCAST" still single.yaml --frame $k -o still.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" still.png "one/frames/$(printf %06d $k).png" || fail "frame $k does not show phase $((k % 5))"
+    "$SEGCAST" still job.yaml --frame $k -o alone.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" alone.png "one/frames/$(printf %06d $k).png" || fail "frame $k alone differs from the film's"
+done
+
+# Any number of ranks and threads, in tiles, with other kernels
+for ranks in 1 2 3; do
+    for partition in frames tiles; do
+        OMP_NUM_THREADS=$((3 - ranks / 2)) mpi $ranks "$SEGCAST" render job.yaml -o "r$ranks$partition" -q --set farm.partition=$partition \
+            --set farm.tile=$((16 * ranks)) --set render.skip=octree --cpu c >/dev/null
+        [ "$(hashes one)" = "$(hashes "r$ranks$partition")" ] || fail "the pictures differ with $ranks ranks, $partition"
+        cmp one/film.mp4 "r$ranks$partition/film.mp4" || fail "the video depends on ranks"
+    done
+done
+
+# Prepared files of all phases, and the resolved job, are the same film
+"$SEGCAST" prepare job.yaml -o beat.segc -q >said.txt
+printf 'beat-%02d.segc\n' {0..4} | diff - said.txt || fail "the prepared files that are named"
+sed 's/nrrd/segc/' job.yaml >prepared.yaml
+mpi 2 "$SEGCAST" render prepared.yaml -o prepared -q >/dev/null
+[ "$(hashes one)" = "$(hashes prepared)" ] && cmp one/film.mp4 prepared/film.mp4 || fail "prepared phases are another film"
+"$SEGCAST" render one/job.yaml -o again -q >/dev/null
+[ "$(job_hash one)" = "$(job_hash again)" ] && [ "$(hashes one)" = "$(hashes again)" ] || fail "the resolved job is another film"
+
+# A run that was killed goes on as the same film; with other phases, or another order of them, it does not
+(
+    ulimit -c 0
+    mpi 2 "$SEGCAST" render job.yaml -o parts -q --frames 3-6 >/dev/null
+    "$SEGCAST" render job.yaml -o parts -q --resume --set render.samples=8 >/dev/null 2>&1
+) || true
+mpi 3 "$SEGCAST" render job.yaml -o parts -q --resume >/dev/null
+[ "$(hashes parts | uniq)" = "$(hashes one)" ] && cmp one/film.mp4 parts/film.mp4 || fail "a film that was continued differs"
+"$SEGCAST" verify parts >/dev/null || fail "the film is not verified"
+expect 73 'volume' "$SEGCAST" render job.yaml -o one --resume -q --set 'volume=[beat-00.nrrd, beat-02.nrrd, beat-01.nrrd, beat-03.nrrd, beat-04.nrrd]'
+expect 73 'job' "$SEGCAST" render job.yaml -o one --resume -q --set cine.bpm=60
+
+# In a film of shots the beat goes on from shot to shot, also under a cross-fade
+cat >>job.yaml <<'YAML'
+shots:
+  - card: {title: Beat}
+    animation: {frames: 3}
+  - {}
+  - transition: {cross_fade: 400 ms}
+    tissues: {"*": {opacity: 1}}
+YAML
+"$SEGCAST" render job.yaml -o shots -q --set output.frames=png >/dev/null
+[ "$(hashes shots | wc -l)" = 23 ] || fail "the film of shots has not 3 + 12 + 12 - 4 frames"
+for k in 3 7 12 13 22; do
+    "$SEGCAST" still job.yaml --frame $k -o still.png --overwrite -q >/dev/null
+    "$IMAGE_DIFFERENCE" still.png "shots/frames/$(printf %06d $k).png" || fail "frame $k alone differs from the film's"
+done
+mpi 3 "$SEGCAST" render job.yaml -o shots3 -q --set farm.partition=tiles >/dev/null
+[ "$(hashes shots)" = "$(hashes shots3)" ] || fail "the film of shots differs with 3 ranks"
+grep -v '^cine' job.yaml | sed "s/beat-\*/beat-03/" >single.yaml
+"$SEGCAST" still single.yaml --frame 8 -o still.png --overwrite -q >/dev/null
+"$IMAGE_DIFFERENCE" still.png shots/frames/000008.png || fail "the phase of a shot does not follow from the time of the film"

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Series of volumes as phases of a beat: their order, what jobs say of them, and which phase a
+ * frame shows. */
+#include "check.h"
+
+#include "key.h"
+#include "segcast/job.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Frames show the phases in their order, each from its share of the beat on. */
+static void phases_follow_each_other(void **state)
+{
+    const sc_cine cine = {.bpm = 60};
+
+    (void)state;
+    for (int k = 0; k < 90; k++) /* 30 frames for a beat of 10 phases: 3 for each */
+        assert_int_equal(sc_cine_phase(&cine, 10, 30, k), k / 3 % 10);
+    for (int k = 0; k < 50; k++) /* more phases than frames: some are left out */
+        assert_int_equal(sc_cine_phase(&cine, 20, 10, k), 2 * k % 20);
+    assert_int_equal(sc_cine_phase(&cine, 1, 30, 17), 0);
+}
+
+/* Rates that are no binary fractions: a frame on the beginning of a phase shows it. */
+static void rates_are_exact(void **state)
+{
+    (void)state;
+    for (int bpm10 = 1; bpm10 < 2000; bpm10 += 7) {
+        const sc_cine cine = {.bpm = bpm10 / 10.0};
+
+        for (int k = 0; k < 2000; k += 13) {
+            const long long passed = (long long)k * bpm10 * 10 / (10 * 60 * 25);
+
+            assert_int_equal(sc_cine_phase(&cine, 10, 25, k), passed % 10);
+        }
+    }
+}
+
+/* After the last beat the last phase stays. */
+static void beats_end(void **state)
+{
+    const sc_cine cine = {.bpm = 120, .beats = 2};
+
+    (void)state;
+    assert_int_equal(sc_cine_phase(&cine, 5, 20, 9), 4);
+    assert_int_equal(sc_cine_phase(&cine, 5, 20, 10), 0);
+    assert_int_equal(sc_cine_phase(&cine, 5, 20, 19), 4);
+    for (int k = 20; k < 100; k++)
+        assert_int_equal(sc_cine_phase(&cine, 5, 20, k), 4);
+}
+
+static void names_sort_by_numbers(void **state)
+{
+    static const char *const names[] = {"heart-2.nrrd",   "heart-9.nrrd",  "heart-10.nrrd",
+                                        "heart-010.nrrd", "heart-11.nrrd", "heart-100.nrrd",
+                                        "heart-a.nrrd",   "heart-a1",      "heart-a1b"};
+    static const size_t count = SC_COUNT_OF(names);
+
+    (void)state;
+    for (size_t i = 0; i < count; i++) {
+        for (size_t j = 0; j < count; j++) {
+            const int order = sc_natural_order(names[i], names[j]);
+
+            if (i == j)
+                assert_int_equal(order, 0);
+            else if ((i == 2 && j == 3) ||
+                     (i == 3 && j == 2)) /* the same number: any order, but one */
+                assert_true(order == -sc_natural_order(names[j], names[i]) || order != 0);
+            else
+                assert_true((order < 0) == (i < j));
+        }
+    }
+}
+
+/* Load the job @p text in an empty directory that holds the files of @p names, separated by blanks.
+ */
+static sc_status load(const char *names, const char *text, heard *h, sc_job *job)
+{
+    const sc_job_sources sources = {.path = "cine-files/job.yaml", .check_inputs = true};
+    sc_ctx ctx = listening(h);
+    char copy[512], path[600];
+    FILE *file;
+    sc_status status;
+
+    assert_int_equal(system("rm -rf cine-files"), 0);
+    assert_int_equal(mkdir("cine-files", 0777), 0);
+    snprintf(copy, sizeof copy, "%s", names);
+    for (char *name = strtok(copy, " "); name; name = strtok(NULL, " ")) {
+        snprintf(path, sizeof path, "cine-files/%s", name);
+        file = fopen(path, "w");
+        assert_non_null(file);
+        fclose(file);
+    }
+    file = fopen("cine-files/job.yaml", "w");
+    fputs(text, file);
+    fclose(file);
+    *job = (sc_job){0};
+    status = sc_job_load(&ctx, &sources, job);
+    assert_int_equal(system("rm -rf cine-files"), 0);
+    return status;
+}
+
+/* The job is refused with @p message. */
+static void expect_refused(const char *names, const char *text, const char *message)
+{
+    heard h = {0};
+    sc_job job;
+    const sc_status status = load(names, text, &h, &job);
+
+    if (status == SC_OK || !strstr(h.text, message))
+        print_error("expected \"%s\", found \"%s\"\n", message, h.text);
+    assert_int_not_equal(status, SC_OK);
+    assert_non_null(strstr(h.text, message));
+    sc_job_clear(&job);
+}
+
+/* A pattern finds the files in the order of their numbers, and a list keeps its own. */
+static void series_are_found(void **state)
+{
+    heard h = {0};
+    sc_job job;
+
+    (void)state;
+    assert_int_equal(load("p10 p0 p5 p15", "volume: p*\ncine: {bpm: 72.5, loop: 3}\n", &h, &job),
+                     SC_OK);
+    assert_int_equal(job.phase_count, 4);
+    assert_non_null(strstr(job.phases[1].path, "/cine-files/p5"));
+    assert_non_null(strstr(job.phases[3].path, "/cine-files/p15"));
+    assert_string_equal(job.volume, job.phases[0].path);
+    assert_true(job.has_cine && job.cine.cine.bpm == 72.5 && job.cine.cine.beats == 3);
+    sc_job_clear(&job);
+    assert_int_equal(load("a b c", "volume: {path: [c, a, b]}\ncine: {loop: false}\n", &h, &job),
+                     SC_OK);
+    assert_int_equal(job.phase_count, 3);
+    assert_non_null(strstr(job.phases[0].path, "/c"));
+    assert_non_null(strstr(job.phases[2].path, "/b"));
+    assert_int_equal(job.cine.cine.beats, 1);
+    sc_job_clear(&job);
+    assert_int_equal(load("p*", "volume: p*\n", &h, &job), SC_OK); /* a file with such a name */
+    assert_int_equal(job.phase_count, 0);
+    sc_job_clear(&job);
+}
+
+/* Chosen phases stay, and the job as resolved is the same. */
+static void phases_are_chosen(void **state)
+{
+    heard h = {0};
+    sc_ctx ctx = listening(&h);
+    sc_job job, again;
+    sc_text text = {0};
+
+    (void)state;
+    assert_int_equal(
+        load("p1 p2 p3 p4 p5 p6",
+             "volume: p*\ncine: {phases: \"0-4:2,5\"}\nshots: [{name: a}, {name: b}]\n", &h, &job),
+        SC_OK);
+    assert_int_equal(job.phase_count, 4);
+    assert_non_null(strstr(job.phases[1].path, "/p3"));
+    assert_non_null(strstr(job.phases[3].path, "/p6"));
+    assert_int_equal(job.shots[1].job.phase_count, 4);
+    assert_int_equal(sc_job_write(&ctx, &job, false, &text), SC_OK);
+    assert_int_equal(load("p1 p2 p3 p4 p5 p6", text.data, &h, &again), SC_OK);
+    assert_int_equal(again.phase_count, 4);
+    assert_memory_equal(again.phases, job.phases, 4 * sizeof *job.phases);
+    sc_text_clear(&text);
+    sc_job_clear(&again);
+    sc_job_clear(&job);
+}
+
+static void mistakes_are_told(void **state)
+{
+    (void)state;
+    expect_refused("p1 p2", "volume: p*\n",
+                   "job.yaml:1: volume is a series of 2 files; expected cine");
+    expect_refused("p1 p2", "volume: p1\ncine: {bpm: 60}\n",
+                   "job.yaml:2: cine: volume is one file; expected a series");
+    expect_refused("p1", "volume: p*\ncine: {}\n", "job.yaml:2: cine: there is one phase");
+    expect_refused("q1", "volume: p*\ncine: {}\n", "job.yaml:1: volume: no file matches p*");
+    expect_refused("p1 p2 p4", "volume: p*\ncine: {}\n",
+                   "job.yaml:1: volume: there is no file between p2 and p4");
+    expect_refused("p0 p20 p30", "volume: p*\ncine: {}\n", "there is no file between p0 and p20");
+    expect_refused("p1 p01 p2", "volume: p*\ncine: {}\n", "have the same number");
+    expect_refused("p1 p2 q1", "volume: \"?*1\"\ncine: {}\n", "differ in more than one number");
+    expect_refused("p1a1 p1a2 p2a2", "volume: p*\ncine: {}\n", "differ in more than one number");
+    expect_refused("p1 p2", "volume: [p1, p3]\ncine: {}\n", "cine-files/p3: No such file");
+    expect_refused("p1", "volume: []\ncine: {}\n", "volume has 0 files");
+    expect_refused("p1", "volume: [p1, [p2]]\ncine: {}\n", "expected the path of a volume");
+    expect_refused("p1 p2", "volume: p*\ncine: {phases: 0-2}\n",
+                   "phases is \"0-2\", expected numbers from 0 to 1");
+    expect_refused("p1 p2", "volume: p*\ncine: {loop: often}\n", "loop is \"often\"");
+    expect_refused("p1 p2", "volume: p*\ncine: {loop: 0}\n", "loop is \"0\"");
+    expect_refused("p1 p2", "volume: p*\ncine: {bpm: 0}\n", "bpm is \"0\"");
+    expect_refused("p1 p2", "volume: {path: p*, crop: visible}\ncine: {}\n",
+                   "crop: what is visible is another part of each phase");
+    expect_refused("p1 p2", "volume: p*\nshots: [{cine: {}}, {}]\ncine: {}\n",
+                   "cine holds for the whole film");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(phases_follow_each_other),
+        cmocka_unit_test(rates_are_exact),
+        cmocka_unit_test(beats_end),
+        cmocka_unit_test(names_sort_by_numbers),
+        cmocka_unit_test(series_are_found),
+        cmocka_unit_test(phases_are_chosen),
+        cmocka_unit_test(mistakes_are_told),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
