@@ -89,6 +89,8 @@ sc_vec3 sc_affine_vector(const sc_affine *a, sc_vec3 v);
 sc_vec3 sc_affine_column(const sc_affine *a, int axis);
 /** @return the determinant of M. */
 double sc_affine_determinant(const sc_affine *a);
+/** @return the map that applies @p first, and then @p then. */
+sc_affine sc_affine_compose(const sc_affine *then, const sc_affine *first);
 /** Invert a map. @return false, with @p out untouched, if it is not finite or singular: the volume
  * of the parallelepiped of its columns is at most 1e-9 of the product of their lengths. */
 bool sc_affine_invert(const sc_affine *a, sc_affine *out);

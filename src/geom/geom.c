@@ -48,6 +48,22 @@ double sc_affine_determinant(const sc_affine *a)
                        sc_vec3_cross(sc_affine_column(a, 1), sc_affine_column(a, 2)));
 }
 
+sc_affine sc_affine_compose(const sc_affine *then, const sc_affine *first)
+{
+    sc_affine out;
+
+    for (int axis = 0; axis < 4; axis++) {
+        const sc_vec3 column = sc_affine_column(first, axis);
+        const sc_vec3 to =
+            axis < 3 ? sc_affine_vector(then, column) : sc_affine_point(then, column);
+
+        out.m[0][axis] = to.x;
+        out.m[1][axis] = to.y;
+        out.m[2][axis] = to.z;
+    }
+    return out;
+}
+
 bool sc_affine_invert(const sc_affine *a, sc_affine *out)
 {
     const double determinant = sc_affine_determinant(a);

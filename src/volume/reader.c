@@ -100,10 +100,7 @@ static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine
 
 /* ---- reading ---- */
 
-/* Read the header of a file of any format, or of a directory of masks, into *out, check it, and log
- * all warnings about its geometry. @param header_only as of sc_open_nrrd. @return the errors of
- * sc_volume_read. Caller owns: sc_source_clear. */
-static sc_status open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
 {
     sc_source source = {.slope = 1};
     struct stat info;
@@ -147,7 +144,7 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, sc_overlap ove
     sc_status status;
 
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
-    SC_TRY(open_source(ctx, path, false, &source));
+    SC_TRY(sc_open_source(ctx, path, false, &source));
     if (keep_ids)
         SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
     if (source.mask_count)
@@ -172,7 +169,7 @@ sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *pat
     bool reads = sc_same_file(volume, path);
 
     if (!reads)
-        status = open_source(&quiet, volume, true, &source);
+        status = sc_open_source(&quiet, volume, true, &source);
     if (!reads && status == SC_OK)
         reads = source.file && sc_same_file(source.file, path);
     for (size_t i = 0; i < source.mask_count && !reads; i++)
@@ -221,7 +218,7 @@ sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path, sc_label_sc
     void *labels;
     sc_status status;
 
-    SC_TRY(open_source(ctx, path, true, &source));
+    SC_TRY(sc_open_source(ctx, path, true, &source));
     SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
     scan.volume = (sc_volume){.label_count = 1,
                               .labels = labels,

@@ -140,6 +140,11 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
+/* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,
+ * check it, and log all warnings about its geometry. @param header_only as of sc_open_nrrd. @return
+ * the errors of sc_volume_read. Caller owns: sc_source_clear. */
+sc_status sc_open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+
 /* Find the masks in the directory @p path, files of a volume each, and check their headers. *out,
  * to which as above the caller clears, has size, geometry and orientation of the first, the masks
  * in the order of their names, and as table a row for each: the label 1 for the first, and so on,
@@ -204,6 +209,9 @@ size_t sc_stream_values(const sc_voxel_stream *stream, const void *raw, size_t c
                         int64_t *out);
 /* Log that voxel @p index of the volume, stored at @p raw, is no label. @return SC_ERR_DATA. */
 sc_status sc_stream_refuse(const sc_voxel_stream *stream, const void *raw, size_t index);
+/* The same for numbers of any kind, of a grey volume: fractions, and also infinite ones and NaN.
+ * All reads of a stream are of one kind. */
+sc_status sc_stream_next_numbers(sc_voxel_stream *stream, size_t count, double *out);
 /* After the last voxel: verify the check sum of SC_ENCODING_GZIP and SC_ENCODING_ZLIB, and warn of
  * bytes behind the end of the former. SC_ERR_DATA (logged) if it is wrong or missing. Other
  * encodings are not checked. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The voxels of a volume file as whole numbers, block by block: unpacked, brought into the byte
- * order of this machine, scaled, and checked to be whole. */
+/* The voxels of a volume file, block by block: unpacked, brought into the byte order of this
+ * machine, and scaled; as labels, which are checked to be whole numbers, or as numbers of any kind.
+ */
 #include "source.h"
 
 #include <errno.h>
@@ -481,24 +482,32 @@ sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t ind
                    why ? why : "no label");
 }
 
+/* Read the next @p count voxels as they are stored. @param raw where they stand then; borrowed from
+ * the stream. s->position stays that of the first. */
+static sc_status next_raw(sc_voxel_stream *s, size_t count, const void **raw)
+{
+    const size_t each = sc_voxel_type_bytes(s->source->type);
+
+    *raw = s->raw;
+    if (s->source->encoding == SC_ENCODING_LOADED) {
+        *raw = (const unsigned char *)s->source->data + s->position * each;
+        return SC_OK;
+    }
+    return s->slab ? next_of_slices(s, count) : next_bytes(s, s->raw, count * each);
+}
+
 sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
-    const unsigned char *raw = s->raw;
+    const void *raw;
     size_t good;
-    sc_status status = SC_OK;
+    const sc_status status = next_raw(s, count, &raw);
 
-    if (s->source->encoding == SC_ENCODING_LOADED)
-        raw = (const unsigned char *)s->source->data + s->position * each;
-    else if (s->slab)
-        status = next_of_slices(s, count);
-    else
-        status = next_bytes(s, s->raw, count * each);
     if (status != SC_OK)
         return status;
     good = sc_stream_values(s, raw, count, s->swapped, out);
     if (good < count)
-        return sc_stream_refuse(s, raw + good * each, s->position + good);
+        return sc_stream_refuse(s, (const unsigned char *)raw + good * each, s->position + good);
     s->position += count;
     return SC_OK;
 }
@@ -546,5 +555,70 @@ sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count
             return status;
     }
     s->position += *count;
+    return SC_OK;
+}
+
+/* Copy raw[count], of this type, to out[count] as slope * value + intercept; for load_numbers only.
+ */
+#define SCALE(type)                                                                                \
+    do {                                                                                           \
+        const type *in = raw;                                                                      \
+        for (size_t i = 0; i < count; i++)                                                         \
+            out[i] = slope * (double)in[i] + intercept;                                            \
+    } while (0)
+
+/* Write the numbers of raw[count], stored as the source's type in this machine's byte order, to
+ * out[count]. */
+static void load_numbers(const sc_source *source, const void *raw, size_t count, double *out)
+{
+    const double slope = source->slope, intercept = source->intercept;
+
+    switch (source->type) {
+    case SC_VOXEL_INT8:
+        SCALE(int8_t);
+        break;
+    case SC_VOXEL_UINT8:
+        SCALE(uint8_t);
+        break;
+    case SC_VOXEL_INT16:
+        SCALE(int16_t);
+        break;
+    case SC_VOXEL_UINT16:
+        SCALE(uint16_t);
+        break;
+    case SC_VOXEL_INT32:
+        SCALE(int32_t);
+        break;
+    case SC_VOXEL_UINT32:
+        SCALE(uint32_t);
+        break;
+    case SC_VOXEL_INT64:
+        SCALE(int64_t);
+        break;
+    case SC_VOXEL_UINT64:
+        SCALE(uint64_t);
+        break;
+    case SC_VOXEL_FLOAT:
+        SCALE(float);
+        break;
+    case SC_VOXEL_DOUBLE:
+        SCALE(double);
+        break;
+    }
+}
+
+sc_status sc_stream_next_numbers(sc_voxel_stream *s, size_t count, double *out)
+{
+    const void *raw;
+    const sc_status status = next_raw(s, count, &raw);
+
+    if (status != SC_OK)
+        return status;
+    if (s->source->swapped) {
+        swap_bytes(raw, count, sc_voxel_type_bytes(s->source->type), s->swapped);
+        raw = s->swapped;
+    }
+    load_numbers(s->source, raw, count, out);
+    s->position += count;
     return SC_OK;
 }

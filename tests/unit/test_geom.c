@@ -20,6 +20,21 @@ static void the_inverse_of_an_oblique_map_undoes_it(void **state)
     assert_near(sc_affine_determinant(&a) * sc_affine_determinant(&inverse), 1, 1e-12);
 }
 
+static void composed_maps_are_applied_one_after_the_other(void **state)
+{
+    const sc_affine a = {{{1.5, 0.2, 0, 10}, {-0.1, 0.9, 0.3, -20}, {0, 0.4, -2, 5}}};
+    const sc_affine b = {{{0, 2, 0, 1}, {-1, 0, 0.5, 2}, {0.25, 0, 3, -7}}};
+    const sc_affine both = sc_affine_compose(&b, &a);
+    const sc_vec3 p = {3, -4, 5};
+    const sc_vec3 once = sc_affine_point(&both, p);
+    const sc_vec3 twice = sc_affine_point(&b, sc_affine_point(&a, p));
+
+    (void)state;
+    assert_near(once.x, twice.x, 1e-12);
+    assert_near(once.y, twice.y, 1e-12);
+    assert_near(once.z, twice.z, 1e-12);
+}
+
 static void singular_maps_are_refused_at_any_scale(void **state)
 {
     const sc_affine flat = {{{1, 0, 1, 0}, {0, 1, 0, 0}, {1, 0, 1, 0}}};
@@ -139,6 +154,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(distances_are_those_that_trying_all_voxels_gives),
         cmocka_unit_test(the_inverse_of_an_oblique_map_undoes_it),
+        cmocka_unit_test(composed_maps_are_applied_one_after_the_other),
         cmocka_unit_test(singular_maps_are_refused_at_any_scale),
         cmocka_unit_test(rotations_are_right_handed),
         cmocka_unit_test(lines_are_clipped_to_boxes),

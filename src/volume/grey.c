@@ -1,0 +1,372 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Grey volumes: the stream of voxels as numbers, brought to codes of 16 bits. */
+#include "segcast/grey.h"
+#include "source.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    CODES = 65536,
+    ROUNDS_MAX = 16, /* in which the range is narrowed to what most voxels hold */
+    COARSE = 1024    /* codes that most voxels share: if fewer, the range is narrowed */
+};
+/* Share of the voxels that may lie below and above what a range is narrowed to. */
+#define EXTREME_SHARE 0.001
+/* Share of the values of tissues that are black, and that are white, in an automatic window. */
+#define WINDOW_SHARE 0.01
+/* Larger values become this one, so that differences are finite. */
+#define VALUE_MOST 1e300
+/* About so many voxels of tissues are looked at for an automatic window. */
+#define WINDOW_VOXELS ((size_t)1 << 20)
+
+size_t sc_grey_bytes(const sc_grey *grey)
+{
+    return (size_t)grey->size[0] * (size_t)grey->size[1] * (size_t)grey->size[2] * sizeof(uint16_t);
+}
+
+/* Check that the codes fit into the memory that may be used. */
+static sc_status check_memory(const sc_ctx *ctx, const char *path, const sc_grey *grey)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
+    const double bytes = (double)sc_grey_bytes(grey);
+
+    if (ctx->memory_max_bytes == 0 || bytes <= (double)ctx->memory_max_bytes)
+        return SC_OK;
+    return sc_fail(
+        ctx, SC_ERR_SYSTEM,
+        "%s: %d x %d x %d grey values take about %.1f GiB of memory, more than the limit "
+        "of %.1f GiB; crop or resample the image, or raise the limit where there is more "
+        "memory: --max-memory %.0fG",
+        path, grey->size[0], grey->size[1], grey->size[2], bytes / gib,
+        (double)ctx->memory_max_bytes / gib, ceil(bytes / gib));
+}
+
+/* Open a file as a grey volume. @param grey gets size and geometry. Caller owns *source:
+ * sc_source_clear. */
+static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only, sc_source *source,
+                           sc_grey *grey)
+{
+    sc_status status;
+
+    SC_TRY(sc_open_source(ctx, path, header_only, source));
+    if (source->mask_count)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a directory of masks, expected a grey volume, such as a CT or MR "
+                       "image: a NRRD, NIfTI, MGH, MetaImage or TIFF file",
+                       path);
+    if (source->layers > 1)
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: has %d values for each voxel, expected one: a grey volume, such as a CT "
+            "or MR image",
+            path, source->layers);
+    memcpy(grey->size, source->size, sizeof grey->size);
+    grey->to_ras_mm = source->to_ras_mm;
+    status = check_memory(ctx, path, grey);
+out:
+    return status;
+}
+
+sc_status sc_grey_read_header(const sc_ctx *ctx, const char *path, sc_grey *out)
+{
+    sc_source source = {0};
+    sc_grey grey = {0};
+    sc_status status;
+
+    SC_TRY(open_grey(ctx, path, true, &source, &grey));
+    *out = grey;
+out:
+    sc_source_clear(&source);
+    return status;
+}
+
+/* ---- values to codes ---- */
+
+/* What is done with the values of a file, block by block. */
+typedef struct pass {
+    sc_grey *grey;
+    bool measures;          /* find the range of finite values; else set codes and counts */
+    double least, most;     /* the range found */
+    bool whole;             /* all values are whole numbers */
+    uint64_t counts[CODES]; /* how many voxels have each code */
+    uint64_t not_numbers;   /* how many voxels hold none */
+} pass;
+
+/* Note the range of count values. */
+static void measure(pass *p, const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double value = values[i];
+
+        if (!isfinite(value))
+            continue;
+        p->least = value < p->least ? value : p->least;
+        p->most = value > p->most ? value : p->most;
+        p->whole = p->whole && value == floor(value);
+    }
+}
+
+/* Write the codes of count values, the first of which is voxel number @p at. */
+static void encode(pass *p, const double *values, size_t count, size_t at)
+{
+    sc_grey *grey = p->grey;
+    /* What is no number becomes the lowest value, which may have the highest code. */
+    const double lowest = grey->per_code < 0 ? CODES - 1 : 0;
+
+    for (size_t i = 0; i < count; i++) {
+        double code = (values[i] - grey->low) / grey->per_code;
+
+        if (isnan(code)) {
+            p->not_numbers++;
+            code = lowest;
+        }
+        code = code < 0 ? 0 : code > CODES - 1 ? CODES - 1 : code;
+        grey->codes[at + i] = (uint16_t)(code + 0.5);
+        p->counts[grey->codes[at + i]]++;
+    }
+}
+
+/* Read all voxels of a source once. */
+static sc_status read_all(const sc_ctx *ctx, const char *path, const sc_source *source, pass *p)
+{
+    const size_t voxels = sc_source_voxels(source);
+    sc_voxel_stream *stream = NULL;
+    void *block = NULL;
+    double *values;
+    sc_status status;
+
+    SC_TRY(sc_alloc(ctx, SC_STREAM_BLOCK, sizeof *values, &block));
+    values = block;
+    SC_TRY(sc_stream_open(ctx, path, source, &stream));
+    for (size_t at = 0; at < voxels; at += SC_STREAM_BLOCK) {
+        const size_t count = voxels - at < SC_STREAM_BLOCK ? voxels - at : SC_STREAM_BLOCK;
+
+        SC_TRY(sc_stream_next_numbers(stream, count, values));
+        if (p->measures)
+            measure(p, values, count);
+        else
+            encode(p, values, count, at);
+    }
+    status = sc_stream_finish(stream);
+out:
+    sc_stream_close(stream);
+    sc_free(block);
+    return status;
+}
+
+/* @return the code below which a share of the voxels lies. */
+static int code_below(const uint64_t *counts, double share)
+{
+    uint64_t all = 0, below = 0;
+    int code = 0;
+
+    for (int i = 0; i < CODES; i++)
+        all += counts[i];
+    while (code < CODES - 1 && (double)(below + counts[code]) <= share * (double)all)
+        below += counts[code++];
+    return code;
+}
+
+/* Set the range of codes, if the type of the voxels is so narrow that each of its values has a
+ * code.
+ * @return whether it is. */
+static bool set_exact_range(const sc_source *source, sc_grey *grey)
+{
+    static const double least[] = {-128, 0, -32768, 0}; /* by sc_voxel_type */
+
+    if (source->type > SC_VOXEL_UINT16)
+        return false;
+    grey->low = source->slope * least[source->type] + source->intercept;
+    grey->per_code = source->slope;
+    return true;
+}
+
+/* Spread the codes over the values from @p least to @p most, of which all are @p whole numbers or
+ * not. */
+static void set_range(double least, double most, bool whole, sc_grey *grey)
+{
+    const double span = most - least;
+
+    grey->low = least;
+    grey->per_code = whole && span < CODES ? 1 : span > 0 ? span / (CODES - 1) : 1;
+}
+
+/* Narrow the range of codes to what most voxels hold, with as much again on both sides, if they
+ * share few codes. @return whether it was narrowed. */
+static bool narrow(const pass *p, sc_grey *grey)
+{
+    const int low = code_below(p->counts, EXTREME_SHARE),
+              high = code_below(p->counts, 1 - EXTREME_SHARE);
+    const double spread = high - low + 1, low_value = grey->low + (low - spread) * grey->per_code;
+    const double high_value = grey->low + (high + spread) * grey->per_code;
+
+    if (grey->per_code == 1 || high - low >= COARSE)
+        return false;
+    set_range(low_value, high_value, false, grey);
+    return true;
+}
+
+/* Find the range of the values of a wide type, and spread the codes over what of it lies near the
+ * window, if that is known. @return SC_ERR_DATA if no voxel holds a finite number. */
+static sc_status find_range(const sc_ctx *ctx, const char *path, const sc_source *source,
+                            const sc_grey_window *window, pass *p)
+{
+    sc_status status;
+
+    p->measures = true;
+    p->least = HUGE_VAL;
+    p->most = -HUGE_VAL;
+    p->whole = true;
+    SC_TRY(read_all(ctx, path, source, p));
+    if (p->least > p->most)
+        return sc_fail(ctx, SC_ERR_DATA, "%s: no voxel holds a finite number", path);
+    p->measures = false;
+    p->least = fmax(p->least, -VALUE_MOST);
+    p->most = fmin(p->most, VALUE_MOST);
+    if (window && !(p->whole && p->most - p->least < CODES)) {
+        const double least = fmax(p->least, window->level - 1.5 * window->width);
+        const double most = fmin(p->most, window->level + 1.5 * window->width);
+
+        if (least < most) {
+            p->least = least;
+            p->most = most;
+        }
+    }
+    set_range(p->least, p->most, p->whole, p->grey);
+out:
+    return status;
+}
+
+/* Read the voxels of a source into the codes. */
+static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source *source,
+                            const sc_grey_window *window, pass *p)
+{
+    const bool exact = set_exact_range(source, p->grey);
+    sc_status status = SC_OK;
+
+    if (!exact)
+        SC_TRY(find_range(ctx, path, source, window, p));
+    for (int round = 0; round < ROUNDS_MAX; round++) {
+        memset(p->counts, 0, sizeof p->counts);
+        p->not_numbers = 0;
+        SC_TRY(read_all(ctx, path, source, p));
+        if (exact || window || round == ROUNDS_MAX - 1 || !narrow(p, p->grey))
+            break;
+    }
+    if (!isfinite(p->grey->low) || !isfinite(p->grey->low + CODES * p->grey->per_code))
+        return sc_fail(
+            ctx, SC_ERR_DATA,
+            "%s: the scaling in its header (slope %g, intercept %g) leads to values that "
+            "are not finite",
+            path, source->slope, source->intercept);
+    if (p->not_numbers)
+        sc_warn(ctx, "%s: %llu voxels are no number (NaN); they are shown as the lowest value",
+                path, (unsigned long long)p->not_numbers);
+out:
+    return status;
+}
+
+sc_status sc_grey_read(const sc_ctx *ctx, const char *path, const sc_grey_window *window,
+                       sc_grey *grey)
+{
+    sc_ctx errors = *ctx;
+    sc_source source = {0};
+    sc_grey found = {.codes = grey->codes};
+    void *block = NULL;
+    pass *p;
+    sc_status status;
+
+    sc_stage_begin(ctx, "reading the image", 0, 0);
+    errors.level = SC_LOG_ERROR; /* sc_grey_read_header has told the warnings */
+    SC_TRY(open_grey(&errors, path, false, &source, &found));
+    if (memcmp(found.size, grey->size, sizeof found.size) != 0) {
+        status = sc_fail(ctx, SC_ERR_DATA, "%s: has changed while it was read", path);
+        goto out;
+    }
+    SC_TRY(sc_zalloc(ctx, 1, sizeof *p, &block));
+    p = block;
+    p->grey = &found;
+    SC_TRY(fill_codes(ctx, path, &source, window, p));
+    *grey = found;
+out:
+    sc_free(block);
+    sc_source_clear(&source);
+    return status;
+}
+
+/* ---- windows ---- */
+
+/* @return the dense id of voxel number @p i. */
+static int id_of(const sc_volume *v, size_t i)
+{
+    return v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i] : ((const uint16_t *)v->ids)[i];
+}
+
+/* Count the codes nearest to the centres of voxels of tissues, of every @p stride th voxel, in
+ * counts[CODES]. @return how many were counted. */
+static uint64_t count_codes(const sc_grey *grey, const sc_volume *labels, const sc_affine *to_grey,
+                            size_t stride, uint64_t *counts)
+{
+    const size_t voxels = sc_volume_voxels(labels);
+    const size_t nx = (size_t)labels->size[0], ny = (size_t)labels->size[1];
+    uint64_t counted = 0;
+
+    for (size_t i = 0; i < voxels; i += stride) {
+        const sc_vec3 at = {(double)(i % nx), (double)(i / nx % ny), (double)(i / nx / ny)};
+        const sc_vec3 p = sc_affine_point(to_grey, at);
+        const double x = floor(p.x + 0.5), y = floor(p.y + 0.5), z = floor(p.z + 0.5);
+
+        if (!id_of(labels, i) || !(x >= 0 && x < grey->size[0]) || !(y >= 0 && y < grey->size[1]) ||
+            !(z >= 0 && z < grey->size[2]))
+            continue;
+        counts[grey->codes[((size_t)z * (size_t)grey->size[1] + (size_t)y) * (size_t)grey->size[0] +
+                           (size_t)x]]++;
+        counted++;
+    }
+    return counted;
+}
+
+sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey, const sc_volume *labels,
+                              sc_grey_window *out, bool *found)
+{
+    /* An odd stride visits all columns of rows of an even number of voxels, as most have. */
+    const size_t stride = (sc_volume_voxels(labels) / WINDOW_VOXELS) | 1;
+    double ends[2] = {grey->low, grey->low + grey->per_code * (CODES - 1)};
+    sc_affine from_ras, to_grey;
+    void *block = NULL;
+    uint64_t *counts;
+    sc_status status;
+
+    if (!sc_affine_invert(&grey->to_ras_mm, &from_ras))
+        return sc_fail(ctx, SC_ERR_DATA, "the geometry of the image is singular");
+    SC_TRY(sc_zalloc(ctx, CODES, sizeof *counts, &block));
+    counts = block;
+    to_grey = sc_affine_compose(&from_ras, &labels->to_ras_mm);
+    *found = count_codes(grey, labels, &to_grey, stride, counts) ||
+             (stride > 1 && count_codes(grey, labels, &to_grey, 1, counts));
+    if (*found) {
+        ends[0] = grey->low + grey->per_code * code_below(counts, WINDOW_SHARE);
+        ends[1] = grey->low + grey->per_code * code_below(counts, 1 - WINDOW_SHARE);
+    }
+    out->level = (ends[0] + ends[1]) / 2;
+    out->width = fmax(fabs(ends[1] - ends[0]), fabs(grey->per_code) * CODES / 1000);
+out:
+    sc_free(block);
+    return status;
+}
+
+sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm)
+{
+    sc_box3 box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 at = {corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                            corner & 4 ? size[2] - 0.5 : -0.5};
+        const sc_vec3 p = sc_affine_point(to_ras_mm, at);
+
+        box.low = (sc_vec3){fmin(box.low.x, p.x), fmin(box.low.y, p.y), fmin(box.low.z, p.z)};
+        box.high = (sc_vec3){fmax(box.high.x, p.x), fmax(box.high.y, p.y), fmax(box.high.z, p.z)};
+    }
+    return box;
+}
