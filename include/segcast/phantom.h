@@ -6,7 +6,7 @@
 #ifndef SEGCAST_PHANTOM_H
 #define SEGCAST_PHANTOM_H
 
-#include "segcast/volume.h"
+#include "segcast/grey.h"
 
 /** The shapes and labels of the heart. */
 typedef struct sc_phantom sc_phantom;
@@ -57,6 +57,16 @@ bool sc_phantom_tube(const sc_phantom *phantom, int label, int tube, const sc_ve
  *  size, SC_ERR_MEMORY. Caller owns *out: sc_volume_clear. */
 SC_MUST_USE sc_status sc_phantom_volume(const sc_ctx *ctx, const sc_phantom *phantom,
                                         const int size[3], int threads, sc_volume *out);
+
+/** Make a synthetic CT image of the heart: Hounsfield units as with contrast agent in the left
+ *  heart, with noise; the same on every machine. @param grey its size is set, and its codes are
+ *  allocated for it (sc_grey_bytes); gets the geometry of sc_phantom_volume, low and per_code.
+ *  @param threads as of sc_parallel_for. @return SC_ERR_USAGE for a size that sc_phantom_volume
+ *  refuses, SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_phantom_grey(const sc_ctx *ctx, const sc_phantom *phantom, int threads,
+                                      sc_grey *grey);
+/** The map from voxels to RAS mm of a phantom volume of a size. */
+sc_affine sc_phantom_geometry(const int size[3]);
 
 /** The labels of a phantom volume of @p size and where they lie, without making it: from a grid
  *  of at most 64 voxels along each axis, so that the bounding boxes are exact only to a voxel of

@@ -147,27 +147,35 @@ static sc_status make_labels(const sc_ctx *ctx, const sc_phantom *phantom, sc_vo
     return SC_OK;
 }
 
+sc_affine sc_phantom_geometry(const int size[3])
+{
+    static const double grid_mm[3] = {SC_PHANTOM_WIDTH / 3.0, SC_PHANTOM_DEPTH / 3.0,
+                                      SC_PHANTOM_HEIGHT / 3.0};
+    sc_affine out = {0};
+
+    for (int i = 0; i < 3; i++) {
+        const double spacing_mm = grid_mm[i] / size[i];
+
+        out.m[i][i] = spacing_mm;
+        out.m[i][3] = 0.5 * (spacing_mm - grid_mm[i]);
+    }
+    return out;
+}
+
 /* Set size, to_ras_mm and oriented of @p volume, which is zero: the grid covers the same part
  * of space at any size. @return SC_ERR_USAGE for sizes out of range. */
 static sc_status make_grid(const sc_ctx *ctx, const int size[3], sc_volume *volume)
 {
-    static const double grid_mm[3] = {SC_PHANTOM_WIDTH / 3.0, SC_PHANTOM_DEPTH / 3.0,
-                                      SC_PHANTOM_HEIGHT / 3.0};
-
     volume->oriented = true;
     for (int i = 0; i < 3; i++) {
-        double spacing_mm;
-
         if (size[i] < 2 || size[i] > SIZE_MAX_VOXELS)
             return sc_fail(ctx, SC_ERR_USAGE,
                            "a phantom of %d x %d x %d voxels; expected 2 to "
                            "%d along each axis",
                            size[0], size[1], size[2], SIZE_MAX_VOXELS);
-        spacing_mm = grid_mm[i] / size[i];
         volume->size[i] = size[i];
-        volume->to_ras_mm.m[i][i] = spacing_mm;
-        volume->to_ras_mm.m[i][3] = 0.5 * (spacing_mm - grid_mm[i]);
     }
+    volume->to_ras_mm = sc_phantom_geometry(size);
     return SC_OK;
 }
 
