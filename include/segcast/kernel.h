@@ -74,6 +74,18 @@ typedef struct sc_march_light {
     float cue_rgb[3]; /**< the background, linear */
 } sc_march_light;
 
+enum { SC_GREY_STEPS = 256 /**< of the table from a place in a window to a tone */ };
+
+/** A grey volume (CT, MR) that colours cut faces, sampled trilinearly between the centres of its
+ *  voxels. The caller owns the codes. */
+typedef struct sc_march_grey {
+    const uint16_t *codes;   /**< as of sc_grey */
+    int size[3];             /**< voxels along x (fastest), y, z */
+    float from_grid[3][4];   /**< grid coordinates of the labels -> voxel of the grey volume */
+    float black, white_less; /**< place in the window: (code - black) * white_less, 0 black to 1 */
+    float tones[SC_GREY_STEPS + 1]; /**< square roots of linear light, of black to white */
+} sc_march_grey;
+
 /** A ray is opaque when its transmittance is below this: what is still behind would change a pixel
  * by less than a quarter of a level of 8 bits, and is not blended. */
 #define SC_OPAQUE (1.0f / 1024)
@@ -108,8 +120,11 @@ typedef struct sc_march {
     bool caps;          /**< cut faces are drawn, in the colour of their tissue: cap_alpha */
     bool only_caps;     /**< nothing but cut faces is drawn: a slice */
     bool fading;        /**< the cap_alpha of some tissue may be below 1 */
-    float cap_outline;  /**< half the width of the lines between tissues on cut faces,
-                             in voxels; 0: no lines; smooth only */
+    const sc_march_grey
+        *grey;         /**< what cut faces show beside their tissue's colour; NULL: nothing */
+    float grey_share;  /**< 0 to 1: of it in their colour */
+    float cap_outline; /**< half the width of the lines between tissues on cut faces,
+                            in voxels; 0: no lines; smooth only */
     float rim_mm, rim_per_mm; /**< how wide the picture asks the dark rims of cut faces to be: so
                                    much, and so much for each mm from the eye; both 0: as the
                                    blur of the occlusion gives them; smooth only */
@@ -212,6 +227,12 @@ const sc_kernel *sc_kernel_find(sc_surface surface, sc_skip skip, const sc_prepa
  *  of equal votes the lowest id. @param point in grid coordinates. @return dense id; 0
  *  (background) outside of the grid. Threads: any number at once. */
 uint32_t sc_kernel_owner(const sc_prepared *volume, const float point[3]);
+/** The colour that march->grey, which must not be NULL, has at a point of a slice, beside all
+ * tissues: as that of a cut face there, with the depth cue. @param point in grid coordinates.
+ * @param depth_mm from the eye. @param tone [3] square roots of linear light; written only if there
+ * is one.
+ *  @return whether the point lies within the grey volume. Threads: any number at once. */
+bool sc_kernel_grey(const sc_march *march, const float point[3], float depth_mm, float tone[3]);
 /** All kernels of this build, also those that this processor cannot run. @return a constant
  *  table of *@p count entries. */
 const sc_kernel *sc_kernel_all(size_t *count);

@@ -8,10 +8,19 @@
 
 #include <stdatomic.h>
 
+#include "segcast/grey.h"
 #include "segcast/image.h"
 #include "segcast/kernel.h"
 
 enum { SC_SAMPLES_MAX = 8 };
+
+/** How a grey volume is shown. */
+typedef struct sc_grey_look {
+    sc_grey_window window;
+    double caps;   /**< 0 to 1: its share in the colour of cut faces; 0: it is not shown there */
+    double slices; /**< 0 to 1: its share in the colour of tissues on slices, beside which it is all
+                        there is; 0: slices do not show it */
+} sc_grey_look;
 
 /** What all frames of a renderer share. Only sc_renderer_new reads the text @p cpu points to. */
 typedef struct sc_render_settings {
@@ -25,10 +34,12 @@ typedef struct sc_render_settings {
     bool everywhere; /**< true: every pixel gets that many rays; false: only pixels that differ from
                           a neighbour do, all others one */
     bool to_the_end; /**< rays go on behind what is opaque: the same picture, more work */
-    double step_voxels; /**< distance between samples, in voxel lengths (the smallest spacing);
-                             voxel surface only */
-    bool caps;          /**< cut faces are drawn solid */
-    double cap_outline; /**< width of lines between tissues on cut faces, in voxels; 0: none */
+    double step_voxels;     /**< distance between samples, in voxel lengths (the smallest spacing);
+                                 voxel surface only */
+    bool caps;              /**< cut faces are drawn solid */
+    double cap_outline;     /**< width of lines between tissues on cut faces, in voxels; 0: none */
+    const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
+    sc_grey_look grey_look; /**< not read without */
     sc_lighting light;
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */

@@ -449,12 +449,76 @@ static inline float sc_face_rim(const sc_march *m, int axis, const float point[3
                       (1 / SC_FACE_RIM_RANGE));
 }
 
+/* The tone of a grey volume at a point in grid coordinates of the labels, to @p tone. The value is
+ * interpolated first, and then brought into the window, so that borders stay where they are however
+ * narrow it is. @return false outside of the outermost faces of its voxels. */
+static inline bool sc_grey_tone(const sc_march_grey *g, const float point[3], float *tone)
+{
+    const size_t steps[3] = {1, (size_t)g->size[0], (size_t)g->size[0] * (size_t)g->size[1]};
+    float share[3], sum = 0, place;
+    size_t at = 0;
+    int step;
+
+    for (int i = 0; i < 3; i++) {
+        const float *row = g->from_grid[i], last = (float)(g->size[i] - 1);
+        float x = row[0] * point[0] + row[1] * point[1] + row[2] * point[2] + row[3];
+        int low;
+
+        if (!(x >= -0.5f && x <= last + 0.5f))
+            return false;
+        x = x < 0 ? 0 : x > last ? last : x; /* half a voxel beyond the outermost centres */
+        low = (int)x;
+        low = low > 0 && low == g->size[i] - 1 ? low - 1 : low;
+        share[i] = x - (float)low;
+        at += (size_t)low * steps[i];
+    }
+    for (int k = 0; k < 8; k++) {
+        size_t corner = at;
+        float weight = 1;
+
+        for (int i = 0; i < 3; i++) {
+            weight *= k >> i & 1 ? share[i] : 1 - share[i];
+            corner += k >> i & 1 && g->size[i] > 1 ? steps[i] : 0;
+        }
+        sum += weight * (float)g->codes[corner];
+    }
+    place = sc_clamp01((sum - g->black) * g->white_less) * SC_GREY_STEPS;
+    step = place < SC_GREY_STEPS ? (int)place : SC_GREY_STEPS - 1;
+    *tone = g->tones[step] + (place - (float)step) * (g->tones[step + 1] - g->tones[step]);
+    return true;
+}
+
+/* Write to @p own what a tissue is on a cut face that shows a grey volume: its colour is mixed with
+ * the tone there, as contributions are, and it shines less, because a highlight is no value.
+ * @return false, with @p own untouched, where there is no grey volume. */
+static inline bool sc_grey_tissue(const sc_march *m, const sc_march_tissue *tissue,
+                                  const float point[3], sc_march_tissue *own)
+{
+    float tone;
+
+    if (!sc_grey_tone(m->grey, point, &tone))
+        return false;
+    *own = *tissue;
+    for (int i = 0; i < 3; i++) {
+        const float mixed = (1 - m->grey_share) * sqrtf(tissue->rgb[i]) + m->grey_share * tone;
+
+        own->rgb[i] = mixed * mixed;
+    }
+    own->specular = (1 - m->grey_share) * tissue->specular;
+    return true;
+}
+
 /* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
  * of the clip plane, towards the eye, as that of the spot, and darker along its rim, which the
- * spot tells. Slices have the plain colour. */
+ * spot tells. Slices have the plain colour. Where there is a grey volume, it has its share of the
+ * colour. */
 static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
                                 const sc_spot *spot, float out[3])
 {
+    sc_march_tissue own;
+
+    if (m->grey && sc_grey_tissue(m, tissue, spot->point, &own))
+        tissue = &own;
     if (m->only_caps || m->light.flat) {
         for (int i = 0; i < 3; i++)
             out[i] = tissue->rgb[i];

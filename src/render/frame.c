@@ -79,6 +79,34 @@ static bool has_middle_ray(int samples)
     return at[0] == 0.5 && at[1] == 0.5;
 }
 
+/* Is it a slice that shows a grey volume, also beside all tissues? */
+static inline bool shows_grey(const frame *f)
+{
+    return f->scene->slice && f->renderer->march.grey;
+}
+
+/* Put the grey volume of a slice behind what the rays that were marched bring back. */
+static void put_grey_behind(tile *t)
+{
+    const sc_renderer *r = t->f->renderer;
+
+    for (size_t i = 0; i < t->rays.count; i++) {
+        sc_radiance *light = &t->rays.light[i];
+        float point[3], tone[3], on_white[3], depth_mm, left = 0;
+
+        if (!(light->transmittance > 0))
+            continue;
+        depth_mm = sc_slice_point(&t->f->lens, t->rays.at_px[i][0], t->rays.at_px[i][1], point);
+        if (!sc_kernel_grey(&r->march, point, depth_mm, tone))
+            continue;
+        if (sc_fades_away(r) && sc_kernel_grey(&r->on_white, point, depth_mm, on_white))
+            left = on_white[0] - tone[0]; /* as in sc_march_rays; all channels are alike */
+        for (int c = 0; c < 3; c++)
+            light->rgb[c] += light->transmittance * tone[c];
+        light->transmittance *= left;
+    }
+}
+
 /* March the rays waiting into t->rays.light and add to the tile's counters. The caller empties
  * the batch. */
 static void march_batch(tile *t)
@@ -89,6 +117,8 @@ static void march_batch(tile *t)
         sc_march_apart(r, t->rays.at_px, t->rays.count, t->thread, t->rays.light, &t->counters);
     else
         sc_march_rays(r, t->rays.rays, t->rays.count, t->rays.light, t->rays.white, &t->counters);
+    if (shows_grey(t->f))
+        put_grey_behind(t);
 }
 
 /* Can a pixel of the viewport, or of a border around it, show anything? */
@@ -97,6 +127,8 @@ static bool may_show(const frame *f, int x_px, int y_px)
     const sc_parts *parts = f->renderer->parts;
     bool any = false;
 
+    if (shows_grey(f))
+        return true;
     if (!sc_parts_apart(f->renderer))
         return sc_is_covered(&f->cover, x_px, y_px);
     for (int k = 0; k < parts->shown_count && !any; k++)
@@ -104,8 +136,11 @@ static bool may_show(const frame *f, int x_px, int y_px)
     return any;
 }
 
+/* A ray that meets no tissue: nothing of it is kept. */
+static const sc_ray empty_ray = {.direction = {1, 0, 0}};
+
 /* Add the ray through a point of the viewport to those waiting, for which there is room, unless it
- * meets nothing. @param target index of its pixel in t->pixels. */
+ * meets nothing, nor has a grey volume behind it. @param target index of its pixel in t->pixels. */
 static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
 {
     batch *rays = &t->rays;
@@ -114,8 +149,12 @@ static void add_ray(tile *t, double x_px, double y_px, uint32_t target)
     rays->at_px[rays->count][1] = y_px;
     rays->target[rays->count] = target;
     if (sc_parts_apart(t->f->renderer) ||
-        sc_make_ray(&t->f->lens, x_px, y_px, &rays->rays[rays->count]))
+        sc_make_ray(&t->f->lens, x_px, y_px, &rays->rays[rays->count])) {
         rays->count++;
+    } else if (shows_grey(t->f)) {
+        rays->rays[rays->count] = empty_ray;
+        rays->count++;
+    }
 }
 
 /* @return the share of what is behind the picture that a ray hides; 0 where there is a background.
@@ -359,6 +398,8 @@ static bool is_empty(const tile *t)
     const sc_parts *parts = t->f->renderer->parts;
     bool empty = true;
 
+    if (shows_grey(t->f))
+        return false;
     if (!sc_parts_apart(t->f->renderer))
         return is_empty_in(t, &t->f->cover);
     for (int k = 0; k < parts->shown_count && empty; k++)
@@ -532,6 +573,11 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
     r->march.only_caps = scene->slice;
     r->march.caps = scene->slice || r->settings.caps;
+    if (r->settings.grey) {
+        r->march.grey_share =
+            (float)(scene->slice ? r->settings.grey_look.slices : r->settings.grey_look.caps);
+        r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
+    }
     for (int i = 0; i < scene->plane_count; i++) {
         const sc_plane *plane = &scene->planes[i];
 

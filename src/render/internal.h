@@ -63,7 +63,8 @@ struct sc_renderer {
     const sc_kernel *kernel;   /* of the constant table */
     sc_march march; /* points to the members below; light directions, depth cue and clip planes are
                        set for each view */
-    sc_march on_white; /* without a background, and if the far end fades: march, fading to white */
+    sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
+    sc_march_grey grey; /* of settings.grey */
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
     sc_fades fades;
@@ -120,6 +121,10 @@ void sc_lens_init(sc_lens *lens, const sc_renderer *r, const sc_scene *scene,
  * direction and the parts that each clip set keeps. @return false if no part of it is kept
  * within the sphere around the volume; *@p ray must then not be marched. */
 bool sc_make_ray(const sc_lens *lens, double x_px, double y_px, sc_ray *ray);
+
+/* Where a slice is seen at a point of the viewport, as of sc_make_ray: its first clip plane, in an
+ * orthographic view. @param point in grid coordinates. @return the distance from the eye in mm. */
+float sc_slice_point(const sc_lens *lens, double x_px, double y_px, float point[3]);
 
 enum { SC_RAY_BATCH = 256 /* rays that are marched together */ };
 

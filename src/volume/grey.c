@@ -313,7 +313,9 @@ static uint64_t count_codes(const sc_grey *grey, const sc_volume *labels, const 
     uint64_t counted = 0;
 
     for (size_t i = 0; i < voxels; i += stride) {
-        const sc_vec3 at = {(double)(i % nx), (double)(i / nx % ny), (double)(i / nx / ny)};
+        const size_t row = i / nx;
+        const size_t layer = row / ny;
+        const sc_vec3 at = {(double)(i % nx), (double)(row % ny), (double)layer};
         const sc_vec3 p = sc_affine_point(to_grey, at);
         const double x = floor(p.x + 0.5), y = floor(p.y + 0.5), z = floor(p.z + 0.5);
 
