@@ -155,6 +155,14 @@ typedef struct sc_cine_options {
     char where[160];  /**< "file:line" of the series, for messages; may be empty */
 } sc_cine_options;
 
+/** The grey volume of a job. */
+typedef struct sc_grey_options {
+    char path[SC_PATH_BYTES];
+    bool window_auto;
+    sc_grey_window window; /**< unless window_auto */
+    double caps, slices;   /**< as of sc_grey_look */
+} sc_grey_options;
+
 /** A job. Plain data but for its arrays, so that it can be sent to other ranks. */
 typedef struct sc_job {
     char volume[SC_PATH_BYTES]; /**< a path, or "phantom", or "phantom:WxDxH"; of a series that of
@@ -175,6 +183,7 @@ typedef struct sc_job {
     int appearance;             /**< sc_appearance */
     sc_comparison compare;      /**< if has_compare */
     sc_color_by color_by;       /**< if has_color_by */
+    sc_grey_options image;      /**< if has_image */
     sc_output output;
     sc_render_options render;
     sc_lighting light;
@@ -198,6 +207,7 @@ typedef struct sc_job {
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
+    bool has_image;                     /**< there is a grey volume */
     bool has_duration; /**< false once a job is loaded: animation.frames follows from duration_s */
     double duration_s;
     size_t film_rules; /**< of a shot's job: how many of the rules are the film's; they come

@@ -173,9 +173,13 @@ typedef struct sc_session {
     sc_timeline timeline;
     sc_way_point *ways; /* of the timeline, the same on all ranks; owned */
     sc_lettering
-        *lettering;      /* text on pictures, the same on all ranks; NULL: there is none; owned */
-    sc_name_plan *names; /* the same on all ranks; NULL: there are none; owned */
-    sc_image logo;       /* the same on all ranks; empty: there is none; owned */
+        *lettering;        /* text on pictures, the same on all ranks; NULL: there is none; owned */
+    sc_name_plan *names;   /* the same on all ranks; NULL: there are none; owned */
+    sc_image logo;         /* the same on all ranks; empty: there is none; owned */
+    sc_grey grey;          /* the grey volume of the job; codes NULL: there is none, or not yet */
+    sc_shared *grey_codes; /* block that holds its codes, or NULL; not of the session of a shot */
+    sc_grey_window grey_window; /* that of the job, or found; the same on all ranks */
+    uint64_t grey_hash;         /* of its codes and geometry; the same on all ranks */
     sc_rank_record times;
     /* Of a film of shots: each of them is a session, which borrows the volume, and what is above
      * from the tissues on is empty but for the renderer, which is that of a shot. NULL: there are
@@ -192,11 +196,11 @@ typedef struct sc_session {
     const struct sc_session *subjects;
     int subject_count, subject;
     const sc_tissue_owner
-        *owners;           /* [label_count] of the session of a subject, borrowed; else NULL */
-    sc_viewport panel;     /* where the picture in space lies in the frame, if that is a part of it
-                              which does not follow from the layout; else of width 0 */
-    sc_viewport within;    /* where overlays lie, if not in the panel; else of width 0 */
-    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
+        *owners;         /* [label_count] of the session of a subject, borrowed; else NULL */
+    sc_viewport panel;   /* where the picture in space lies in the frame, if that is a part of it
+                            which does not follow from the layout; else of width 0 */
+    sc_viewport within;  /* where overlays lie, if not in the panel; else of width 0 */
+    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these
@@ -252,9 +256,9 @@ const char *sc_temporary_folder(void);
  * file on all: fills session->volume. @param usable whether the job can use it as it is; if not, a
  * warning says why, and it has to be prepared again. */
 sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable);
-/* Read the size in voxels from "phantom" or "phantom:WxDxH". @return SC_ERR_USAGE for another text.
- * Not collective. */
-sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3]);
+/* Read the size in voxels from "phantom" or "phantom:WxDxH", the value of @p key. @return
+ * SC_ERR_USAGE for another text. Not collective. */
+sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3]);
 /* Log all tissues that the job names and that are not among the @p labels of its volume, and all
  * names that could stand for several. @return SC_ERR_DATA if there are any. Not collective. */
 sc_status sc_check_tissues(const sc_ctx *ctx, const sc_job *job, const sc_label *labels,
@@ -293,6 +297,13 @@ sc_status sc_edit_scan(const sc_app *app, const sc_job *job, sc_label_scan *scan
  * there is none: then the labels are those of the label tables and those that the job names by
  * number, and the boxes are empty. For a process that is the only rank. */
 sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session);
+/* Read the grey volume of session->job, if it has one, once on every node, and choose its window:
+ * fills session->grey and what goes with it, after sc_session_load. @return SC_ERR_DATA also for
+ * one that lies nowhere in the box of the volume. */
+sc_status sc_session_grey(sc_app *app, sc_session *session);
+/* Check the header of the grey volume of session->job, if it has one, and where it lies. Not
+ * collective. @return as sc_session_grey. */
+sc_status sc_session_check_grey(const sc_app *app, const sc_session *session);
 /* Resolve the tissues and clip sets of session->volume by the rules of the job: fills
  * session->tissues and session->clip_sets. */
 sc_status sc_session_tissues(sc_app *app, sc_session *session);

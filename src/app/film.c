@@ -133,6 +133,9 @@ static void begin_shot(const sc_session *session, const sc_shot *shot, sc_sessio
                         .stats = session->stats,
                         .volume = session->volume,
                         .phases = session->phases,
+                        .grey = session->grey,
+                        .grey_window = session->grey_window,
+                        .grey_hash = session->grey_hash,
                         .shot = shot};
     /* The command may have changed what holds for the whole film. */
     out->job.output = session->job.output;
@@ -225,6 +228,8 @@ static bool draws_alike(const sc_session *a, const sc_session *b)
     return !a->shot->has_card &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
+           are_same_bytes(&a->job.image.caps, &b->job.image.caps, sizeof(double)) &&
+           are_same_bytes(&a->job.image.slices, &b->job.image.slices, sizeof(double)) &&
            are_same_bytes(a->tissues, b->tissues,
                           (size_t)a->volume.label_count * sizeof *a->tissues);
 }
@@ -292,6 +297,7 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
         SC_TRY(sc_compare_load(app, session));
     wall_s = sc_wall_s();
     cpu_s = sc_cpu_s();
+    SC_TRY(sc_session_grey(app, session));
     sc_stage_begin(app->ctx, "preparing the light", 0, 0);
     SC_TRY(sc_film_open(app, session));
     if (session->film) {
@@ -465,6 +471,7 @@ void sc_session_clear(sc_session *session)
     sc_compare_free(session);
     sc_shot_clear(session);
     sc_phases_free(session->phases);
+    sc_shared_free(session->grey_codes);
     sc_session_clear_volume(session);
     sc_job_clear(&session->job);
     *session = (sc_session){0};

@@ -88,6 +88,9 @@ static sc_status add_shot(const sc_ctx *ctx, const sc_session *s, sc_text *text)
     SC_TRY(add_moves(ctx, &s->timeline, text));
     if (s->scale.is_used) /* which the colour bar shows */
         SC_TRY(sc_text_add(ctx, text, "%.17g %.17g\n", s->scale.low, s->scale.high));
+    if (s->grey.codes)
+        SC_TRY(sc_text_add(ctx, text, "%llx %.17g %.17g\n", (unsigned long long)s->grey_hash,
+                           s->grey_window.level, s->grey_window.width));
     if (s->logo.rgb)
         SC_TRY(sc_text_add(ctx, text, "%llx\n", (unsigned long long)sc_image_hash(&s->logo)));
     if (letters) /* their pixels, which follow from the font */

@@ -14,7 +14,7 @@ static sc_status scan_phantom(const sc_app *app, const char *volume, sc_label_sc
     int size[3];
     sc_status status;
 
-    SC_TRY(sc_phantom_size(app->ctx, volume, size));
+    SC_TRY(sc_phantom_size(app->ctx, "volume", volume, size));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     status = sc_phantom_scan_labels(app->ctx, phantom, size, app->threads, out);
 out:

@@ -23,7 +23,7 @@ void sc_add_time(const sc_app *app, sc_rank_record *times, sc_phase phase, doubl
     times->phases[phase].cpu_s += sc_cpu_s() - cpu_s;
 }
 
-sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3])
+sc_status sc_phantom_size(const sc_ctx *ctx, const char *key, const char *volume, int size[3])
 {
     int used = 0;
 
@@ -34,7 +34,7 @@ sc_status sc_phantom_size(const sc_ctx *ctx, const char *volume, int size[3])
         (sscanf(volume, "phantom:%dx%dx%d%n", &size[0], &size[1], &size[2], &used) != 3 ||
          volume[used]))
         return sc_fail(ctx, SC_ERR_USAGE,
-                       "volume is \"%s\", expected phantom or for example phantom:128x96x128",
+                       "%s is \"%s\", expected phantom or for example phantom:128x96x128", key,
                        volume);
     return SC_OK;
 }
@@ -46,7 +46,7 @@ static sc_status make_phantom(const sc_app *app, const char *text, sc_volume *ou
     int size[3];
     sc_status status;
 
-    SC_TRY(sc_phantom_size(app->ctx, text, size));
+    SC_TRY(sc_phantom_size(app->ctx, "volume", text, size));
     SC_TRY(sc_volume_memory_check(app->ctx, text, size, 0));
     SC_TRY(sc_phantom_new(app->ctx, &phantom));
     status = sc_phantom_volume(app->ctx, phantom, size, app->threads, out);

@@ -34,6 +34,7 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
         SC_TRY(check_input(app, path, app->options.input, false));
         SC_TRY(check_input(app, path, job ? job->volume : NULL, true));
         SC_TRY(check_input(app, path, job ? job->labels : NULL, false));
+        SC_TRY(check_input(app, path, job && job->has_image ? job->image.path : NULL, true));
         for (size_t i = 0; job && i < job->phase_count; i++)
             SC_TRY(check_input(app, path, job->phases[i].path, true));
         for (int i = 0; job && i < job->compare.count; i++) {

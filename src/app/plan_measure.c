@@ -293,6 +293,8 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
                            .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
                            .prepared_bytes = sc_session_prepared_bytes(session)};
+    if (session->grey.codes) /* which nodes hold once, too */
+        out->prepared_bytes += sc_grey_bytes(&session->grey);
     out->renderer_bytes = sc_film_renderer_bytes(session, &out->derived_bytes);
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;

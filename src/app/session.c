@@ -255,6 +255,8 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .step_voxels = job->render.step_voxels,
         .caps = job->render.caps != 0,
         .cap_outline = job->render.cap_outline,
+        .grey = session->grey.codes ? &session->grey : NULL,
+        .grey_look = {session->grey_window, job->image.caps, job->image.slices},
         .light = job->light,
         .local_thickness = job->render.thickness != 0,
         .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,

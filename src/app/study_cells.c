@@ -122,6 +122,7 @@ static sc_status hash_picture(const sc_study_state *state, const sc_job *job, ui
         hash = sc_hash_bytes(job->phases[i].path, strlen(job->phases[i].path), hash);
     hash = sc_hash_bytes(job->labels, strlen(job->labels), hash);
     hash = sc_hash_bytes(job->color_by.table, strlen(job->color_by.table), hash);
+    hash = sc_hash_bytes(job->image.path, strlen(job->image.path), hash);
     hash = sc_hash_bytes(job->color_by.column, strlen(job->color_by.column), hash);
     SC_TRY(sc_study_frames(state, job, &frames, &count));
     *out = sc_hash_bytes(frames, (size_t)count * sizeof *frames, hash);

@@ -353,6 +353,11 @@ static sc_status check_compare(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                          sc_yaml_fail(ctx, node,
                                       "compare: a series of volumes (cine) cannot be compared; "
                                       "expected one volume, or no compare"));
+    if (job->has_image)
+        (void)sc_goes_on(&status,
+                         sc_yaml_fail(ctx, node,
+                                      "compare: a grey volume (image) belongs to one volume alone; "
+                                      "expected no image, or no compare"));
     if (job->has_color_by)
         (void)sc_goes_on(&status,
                          sc_yaml_fail(ctx, node,
@@ -459,6 +464,9 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
                                           job->overlays.logo));
     (void)sc_goes_on(&status, resolve_key(ctx, sources, root, "color_by.table", SC_PATH_INPUT,
                                           job->color_by.table));
+    if (!sc_job_is_phantom(job->image.path))
+        (void)sc_goes_on(
+            &status, resolve_key(ctx, sources, root, "image.path", SC_PATH_INPUT, job->image.path));
     (void)sc_goes_on(&status, check_color_by(ctx, root, job));
     (void)sc_goes_on(&status, resolve_subjects(ctx, sources, root, job));
     (void)sc_goes_on(&status, check_compare(ctx, root, job));

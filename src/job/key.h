@@ -104,8 +104,8 @@ extern const sc_value_type sc_type_shots, sc_type_transition;
  * maps in it. */
 extern const sc_key sc_job_keys[], sc_volume_keys[], sc_camera_keys[], sc_slices_keys[],
     sc_clip_keys[], sc_verb_keys[], sc_tissue_keys[], sc_overlays_keys[], sc_caption_keys[],
-    sc_color_by_keys[], sc_cine_keys[], sc_compare_keys[], sc_shot_keys[], sc_card_keys[],
-    sc_transition_keys[];
+    sc_color_by_keys[], sc_cine_keys[], sc_compare_keys[], sc_image_keys[], sc_shot_keys[],
+    sc_card_keys[], sc_transition_keys[];
 /* The keys of a study file, read into sc_study. */
 extern const sc_key sc_study_keys[];
 

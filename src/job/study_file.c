@@ -92,8 +92,8 @@ static void clear_settings(sc_study_settings *settings)
 static sc_status fill_setting(const sc_ctx *ctx, const char *path, const sc_yaml *node,
                               sc_setting *out)
 {
-    const bool is_path =
-        !strcmp(path, "volume") || !strcmp(path, "labels") || !strcmp(path, "color_by.table");
+    const bool is_path = !strcmp(path, "volume") || !strcmp(path, "labels") ||
+                         !strcmp(path, "color_by.table") || !strcmp(path, "image.path");
     sc_text origin = {0}, copy = {0};
     char *value = NULL;
     sc_status status;

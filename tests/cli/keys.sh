@@ -26,7 +26,7 @@ small_job plain.yaml
 "$SEGCAST" still plain.yaml -o plain.png -q >/dev/null
 keys=0
 while read -r key value; do
-    case $key in *.N.* | *.NAME.* | color_by.* | compare.* | cine.* | volume | volume.*) continue ;; esac # they are in no default job
+    case $key in *.N.* | *.NAME.* | color_by.* | compare.* | cine.* | image.* | volume | volume.*) continue ;; esac # they are in no default job
     settings+=(--set "$key=$value")
     keys=$((keys + 1))
 done < <("$SEGCAST" keys --json | jq -r '.[] | select(.default) | "\(.key) \(.default)"' |

@@ -49,5 +49,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     (void)fuzz_write(third ? "store/0/c/0/0/0" : "store/0/0.0.0", parts[2] ? parts[2] : data,
                      sizes[2]);
     fuzz_read_volume(fuzz_path("store"));
+    fuzz_read_grey(fuzz_path("store"));
     return 0;
 }

@@ -5,7 +5,7 @@
 #define SC_FUZZ_VOLUME_H
 
 #include "fuzz.h"
-#include "segcast/volume.h"
+#include "segcast/grey.h"
 
 /* Labels are as volume.h promises: background, then rising values; names are UTF-8. */
 static inline void fuzz_check_labels(const sc_volume *v)
@@ -57,10 +57,31 @@ static inline void fuzz_read_volume(const char *path)
     sc_volume_clear(&volume);
 }
 
+/* Read the volume as a grey one: whatever holds labels without layers or masks holds numbers. */
+static inline void fuzz_read_grey(const char *path)
+{
+    sc_grey grey;
+    void *codes = NULL;
+    sc_status read;
+
+    if (sc_grey_read_header(&fuzz_ctx, path, &grey) != SC_OK ||
+        sc_alloc(&fuzz_ctx, sc_grey_bytes(&grey), 1, &codes) != SC_OK)
+        return;
+    grey.codes = codes;
+    read = sc_grey_read(&fuzz_ctx, path, NULL, &grey);
+    FUZZ_CHECK(read != SC_ERR_INTERNAL && read != SC_ERR_MEMORY);
+    FUZZ_CHECK(read != SC_OK || (isfinite(grey.low) && isfinite(grey.per_code)));
+    FUZZ_CHECK(read != SC_OK || grey.per_code != 0);
+    sc_free(codes);
+}
+
 /* The same of an input that is a file. */
 static inline void fuzz_volume(const char *name, const uint8_t *data, size_t size)
 {
-    fuzz_read_volume(fuzz_write(name, data, size));
+    const char *path = fuzz_write(name, data, size);
+
+    fuzz_read_volume(path);
+    fuzz_read_grey(path);
 }
 
 /* Define a target whose inputs are files named @p input; beside them lie files of the names that

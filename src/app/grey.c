@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grey volume of a job (CT, MR): read by rank 0, into memory that the ranks of a node share. */
+#include "app.h"
+
+#include "segcast/phantom.h"
+
+/* Refuse a grey volume of which no part lies in the box of the label volume. */
+static sc_status check_place(const sc_ctx *ctx, const char *path, const sc_grey *grey,
+                             const sc_prepared *labels)
+{
+    const sc_box3 a = sc_grid_box_mm(grey->size, &grey->to_ras_mm);
+    const sc_box3 b = sc_grid_box_mm(labels->size, &labels->to_ras_mm);
+
+    if (a.low.x < b.high.x && b.low.x < a.high.x && a.low.y < b.high.y && b.low.y < a.high.y &&
+        a.low.z < b.high.z && b.low.z < a.high.z)
+        return SC_OK;
+    return sc_fail(
+        ctx, SC_ERR_DATA,
+        "%s: the image lies nowhere in the volume: it reaches from (%.1f, %.1f, %.1f) to "
+        "(%.1f, %.1f, %.1f) mm, the volume from (%.1f, %.1f, %.1f) to (%.1f, %.1f, %.1f) "
+        "mm (RAS); expected the image from which the volume was segmented, or one that is "
+        "registered to it",
+        path, a.low.x, a.low.y, a.low.z, a.high.x, a.high.y, a.high.z, b.low.x, b.low.y, b.low.z,
+        b.high.x, b.high.y, b.high.z);
+}
+
+/* Read the header of the image, or make that of the phantom. */
+static sc_status read_header(const sc_app *app, const char *path, sc_grey *out)
+{
+    sc_status status;
+
+    if (!sc_job_is_phantom(path))
+        return sc_grey_read_header(app->ctx, path, out);
+    *out = (sc_grey){0};
+    SC_TRY(sc_phantom_size(app->ctx, "image.path", path, out->size));
+    for (int i = 0; i < 3; i++) {
+        if (out->size[i] < 2 || out->size[i] > 4096)
+            return sc_fail(app->ctx, SC_ERR_USAGE,
+                           "image.path is \"%s\", expected 2 to 4096 voxels along each axis", path);
+    }
+    SC_TRY(sc_volume_memory_check(app->ctx, path, out->size, 0));
+    out->to_ras_mm = sc_phantom_geometry(out->size);
+out:
+    return status;
+}
+
+/* Read the voxels of the image, or make those of the phantom. */
+static sc_status read_voxels(const sc_app *app, const sc_grey_options *image, sc_grey *grey)
+{
+    sc_phantom *phantom = NULL;
+    sc_status status;
+
+    if (!sc_job_is_phantom(image->path))
+        return sc_grey_read(app->ctx, image->path, image->window_auto ? NULL : &image->window,
+                            grey);
+    SC_TRY(sc_phantom_new(app->ctx, &phantom));
+    status = sc_phantom_grey(app->ctx, phantom, app->threads, grey);
+out:
+    sc_phantom_free(phantom);
+    return status;
+}
+
+sc_status sc_session_check_grey(const sc_app *app, const sc_session *session)
+{
+    const char *path = session->job.image.path;
+    sc_grey grey;
+    sc_status status;
+
+    if (!session->job.has_image)
+        return SC_OK;
+    SC_TRY(read_header(app, path, &grey));
+    status = check_place(app->ctx, path, &grey, &session->volume);
+out:
+    return status;
+}
+
+/* The part of sc_session_grey that rank 0 does with the voxels: read them into session->grey.codes,
+ * and choose the window. */
+static sc_status read_codes(const sc_app *app, sc_session *session)
+{
+    const sc_grey_options *image = &session->job.image;
+    const sc_volume labels = sc_volume_of_prepared(&session->volume);
+    sc_grey *grey = &session->grey;
+    sc_grey_window found_window;
+    bool found;
+    sc_status status;
+
+    SC_TRY(read_voxels(app, image, grey));
+    SC_TRY(sc_grey_auto_window(app->ctx, grey, &labels, &found_window, &found));
+    session->grey_window = image->window_auto ? found_window : image->window;
+    session->grey_hash = sc_hash_bytes(grey->codes, sc_grey_bytes(grey), 0);
+    session->grey_hash =
+        sc_hash_bytes(&grey->to_ras_mm, sizeof grey->to_ras_mm, session->grey_hash);
+    session->grey_hash = sc_hash_bytes(&grey->low, sizeof grey->low, session->grey_hash);
+    session->grey_hash = sc_hash_bytes(&grey->per_code, sizeof grey->per_code, session->grey_hash);
+    if (!found)
+        sc_warn(app->ctx, "%s: no tissue that is shown lies within the image", image->path);
+    sc_info(
+        app->ctx, "%s: %d x %d x %d grey values (%.0f MB), shown from %.6g (black) to %.6g (white)",
+        image->path, grey->size[0], grey->size[1], grey->size[2], (double)sc_grey_bytes(grey) / 1e6,
+        session->grey_window.level - session->grey_window.width / 2,
+        session->grey_window.level + session->grey_window.width / 2);
+out:
+    return status;
+}
+
+sc_status sc_session_grey(sc_app *app, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
+    sc_grey *grey = &session->grey;
+    uint16_t *codes;
+    sc_status status = SC_OK;
+
+    if (!session->job.has_image)
+        return SC_OK;
+    if (first)
+        status = read_header(app, session->job.image.path, grey);
+    if (first && status == SC_OK)
+        status = check_place(app->ctx, session->job.image.path, grey, &session->volume);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_broadcast(app->comm, grey, sizeof *grey);
+    SC_TRY(sc_shared_alloc(app->ctx, app->comm, sc_grey_bytes(grey), sc_temporary_folder(),
+                           &session->grey_codes));
+    codes = sc_shared_data(session->grey_codes);
+    grey->codes = codes;
+    SC_TRY(sc_comm_agree(app->comm, first ? read_codes(app, session) : SC_OK));
+    sc_shared_publish(app->comm, session->grey_codes);
+    sc_comm_broadcast(app->comm, grey, sizeof *grey);
+    grey->codes = codes; /* rank 0's address means nothing here */
+    sc_comm_broadcast(app->comm, &session->grey_window, sizeof session->grey_window);
+    sc_comm_broadcast(app->comm, &session->grey_hash, sizeof session->grey_hash);
+    sc_add_time(app, &session->times, first ? SC_PHASE_READ : SC_PHASE_IDLE, wall_s, cpu_s);
+out:
+    return status;
+}

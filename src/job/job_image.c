@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grey volume (CT, MR) of a job: which file, and how much of it is shown where. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <string.h>
+
+/* "auto", or level and width. @p value is the whole sc_grey_options. */
+static sc_status read_window(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_grey_options *image = value;
+    double numbers[2];
+
+    image->window_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
+    if (image->window_auto)
+        return SC_OK;
+    if (node->kind != SC_YAML_LIST || node->count != 2 ||
+        !sc_parse_number(node->items[0], &numbers[0]) ||
+        !sc_parse_number(node->items[1], &numbers[1]))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    if (!(numbers[1] > 0) || numbers[1] > 1e30 || numbers[0] > 1e30 || numbers[0] < -1e30)
+        return sc_yaml_fail(ctx, node,
+                            "window is [%.12g, %.12g], expected [level, width] with a width above "
+                            "0, such as [40, 400]",
+                            numbers[0], numbers[1]);
+    image->window = (sc_grey_window){numbers[0], numbers[1]};
+    return SC_OK;
+}
+
+static sc_status write_window(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_grey_options *image = value;
+
+    (void)key;
+    (void)indent;
+    return image->window_auto
+               ? sc_text_add(ctx, text, "auto")
+               : sc_text_add(ctx, text, "[%.17g, %.17g]", image->window.level, image->window.width);
+}
+
+static json_t *window_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:[s]}, {s:s, s:{s:s}, s:i, s:i}]}", "anyOf", "enum", "auto", "type",
+                     "array", "items", "type", "number", "minItems", 2, "maxItems", 2);
+}
+
+static const sc_value_type type_window = {
+    .name = "auto or [level, width]",
+    .expected = "auto, or level and width of the values from black to white, such as [40, 400]",
+    .read = read_window,
+    .write = write_window,
+    .schema = window_schema,
+};
+
+#define IMAGE(member) offsetof(sc_grey_options, member)
+
+const sc_key sc_image_keys[] = {
+    {"path", &sc_type_text, IMAGE(path), NULL,
+     .help = "a grey volume in a format of label volumes, placed by its own geometry; phantom: a "
+             "synthetic CT image of the phantom; phantom:WxDxH: with so many voxels",
+     .bytes = SC_PATH_BYTES, .required = true, .outside_identity = true, .of_film = true,
+     .without = "none", .option = &(const sc_key_option){"image", "FILE", "orbit views"}},
+    {"window", &type_window, 0, "auto",
+     .help = "values from black to white, as viewers count them: the middle, and the difference of "
+             "the ends; auto: from the 1st to the 99th percentile of what the tissues hold",
+     .of_film = true},
+    {"caps", &sc_type_real, IMAGE(caps), "0.7",
+     .help = "share of the image in the colour of faces that clip planes cut into tissues; 0: it "
+             "is not shown there",
+     .low = 0, .high = 1},
+    {"slices", &sc_type_real, IMAGE(slices), "0.7",
+     .help = "share of the image in the colour of tissues on slices (output.layout: views), which "
+             "show nothing else beside them; 0: slices do not show it",
+     .low = 0, .high = 1},
+    {0}};
