@@ -52,6 +52,10 @@ SC_MUST_USE sc_status sc_grey_read(const sc_ctx *ctx, const char *path,
 SC_MUST_USE sc_status sc_grey_auto_window(const sc_ctx *ctx, const sc_grey *grey,
                                           const sc_volume *labels, sc_grey_window *out,
                                           bool *found);
+/** Write a grey volume as NRRD, gzip-compressed, with its values as whole numbers of 16 bits.
+ *  @param replace as of sc_outfile_open. @return as sc_volume_save_nrrd. */
+SC_MUST_USE sc_status sc_grey_save_nrrd(const sc_ctx *ctx, const sc_grey *grey, const char *path,
+                                        bool replace);
 /** @return the box in RAS mm around the voxels of a grid, to their outer faces. */
 sc_box3 sc_grid_box_mm(const int size[3], const sc_affine *to_ras_mm);
 

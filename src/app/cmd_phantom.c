@@ -35,23 +35,51 @@ out:
     return status;
 }
 
+/* Write the synthetic CT image of a heart. */
+static sc_status write_image(const sc_app *app, const sc_phantom *phantom, const int size[3],
+                             const char *path)
+{
+    sc_grey grey = {.size = {size[0], size[1], size[2]}};
+    void *codes = NULL;
+    sc_status status;
+
+    SC_TRY(sc_alloc(app->ctx, sc_grey_bytes(&grey), 1, &codes));
+    grey.codes = codes;
+    SC_TRY(sc_phantom_grey(app->ctx, phantom, app->threads, &grey));
+    status = sc_grey_save_nrrd(app->ctx, &grey, path, app->options.overwrite);
+out:
+    sc_free(codes);
+    return status;
+}
+
+/* Write the labels of a heart. */
+static sc_status write_labels(const sc_app *app, const sc_phantom *phantom, const int size[3],
+                              const char *path)
+{
+    sc_volume volume = {0};
+    sc_status status;
+
+    SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
+    status = sc_volume_save_nrrd(app->ctx, &volume, path, app->options.overwrite);
+out:
+    sc_volume_clear(&volume);
+    return status;
+}
+
 /* Make the heart at phase @p phase of @p count, of @p size voxels, and write it. */
 static sc_status write_phase(sc_app *app, const char *path, const int size[3], int phase, int count)
 {
     sc_phantom *phantom = NULL;
-    sc_volume volume = {0};
     sc_text name = {0};
     sc_status status;
 
     SC_TRY(phase_path(app->ctx, path, phase, count, &name));
     SC_TRY(sc_phantom_new_beating(app->ctx, count ? (double)phase / count : 0, &phantom));
-    SC_TRY(sc_phantom_volume(app->ctx, phantom, size, app->threads, &volume));
-    SC_TRY(sc_volume_save_nrrd(app->ctx, &volume, name.data, app->options.overwrite));
+    SC_TRY((app->options.ct ? write_image : write_labels)(app, phantom, size, name.data));
     sc_display_end_stage(app);
     sc_print_made(name.data);
 out:
     sc_text_clear(&name);
-    sc_volume_clear(&volume);
     sc_phantom_free(phantom);
     return status;
 }
@@ -70,6 +98,10 @@ sc_status sc_cmd_phantom(sc_app *app)
                        app->options.size);
     SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a volume in the format NRRD"));
     SC_TRY(check_outputs(app, path, count));
+    for (int i = 0; i < 3 && app->options.ct; i++) {
+        if (size[i] < 2 || size[i] > 4096)
+            return sc_fail(app->ctx, SC_ERR_USAGE, "--size: expected 2 to 4096 along each axis");
+    }
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
         SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
     for (int phase = 0; phase == 0 || phase < count; phase++)

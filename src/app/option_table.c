@@ -48,6 +48,8 @@ static const sc_option option_rows[] = {
      "write N phases of its beat: files with -00, -01 ... before their ending, from the end of "
      "diastole on",
      "phantom", sc_store_count, AT(beating), ""},
+    {"ct", 0, NULL, "write its synthetic CT image instead of the labels", "phantom", sc_store_flag,
+     AT(ct), ""},
     {"to", 0, "NAME",
      "format to be written: slicer, freesurfer, itksnap, xml, csv, bids, json, neuroglancer or "
      "ome-zarr (default: by the ending of the file)",

@@ -23,6 +23,7 @@ typedef struct sc_options {
     const char *from;          /* --from of segcast path */
     const char *tissue;        /* --tissue of segcast path */
     const char *size;          /* --size of the phantom, as given */
+    bool ct;                   /* --ct of the phantom: its synthetic CT image */
     int beating;               /* --beating of the phantom: phases of its beat; 0: not given */
     long frame;                /* --frame; -1: not given */
     sc_moment moment;          /* --time */

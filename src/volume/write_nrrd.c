@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* NRRD with the Segment keys of 3D Slicer. Written without Teem, which cannot write through a file
  * that is open already; that is what makes the file appear whole or not at all. */
-#include "segcast/volume.h"
+#include "segcast/grey.h"
 
 #include <errno.h>
 #include <string.h>
@@ -45,27 +45,37 @@ static sc_status add_name(const sc_ctx *ctx, int segment, const char *field, con
     return status == SC_OK ? sc_text_add(ctx, text, "\n") : status;
 }
 
-/* Append the header to @p text, with the blank line that ends it: type of type_for, this
- * machine's byte order, encoding gzip, and a segment for each label but background. The caller
- * clears the text, also after an error. @return SC_ERR_MEMORY. */
-static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text *text)
+/* Append the header to @p text, without the blank line that ends it: voxels of @p type in this
+ * machine's byte order, encoding gzip. The caller clears the text, also after an error. @return
+ * SC_ERR_MEMORY. */
+static sc_status grid_text(const sc_ctx *ctx, const char *type, const int size[3],
+                           const sc_affine *m, sc_text *text)
 {
-    const sc_affine *m = &volume->to_ras_mm;
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, text,
                        "NRRD0005\ntype: %s\ndimension: 3\nspace: right-anterior-superior\n"
                        "sizes: %d %d %d\n",
-                       types[type_for(volume)].name, volume->size[0], volume->size[1],
-                       volume->size[2]));
+                       type, size[0], size[1], size[2]));
     SC_TRY(sc_text_add(ctx, text, "space directions:"));
     for (int i = 0; i < 3; i++)
         SC_TRY(sc_text_add(ctx, text, " (%.17g,%.17g,%.17g)", m->m[0][i], m->m[1][i], m->m[2][i]));
-    SC_TRY(sc_text_add(ctx, text,
-                       "\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain\n"
-                       "endian: %s\nencoding: gzip\n",
-                       m->m[0][3], m->m[1][3], m->m[2][3],
-                       __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little"));
+    status = sc_text_add(ctx, text,
+                         "\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain\n"
+                         "endian: %s\nencoding: gzip\n",
+                         m->m[0][3], m->m[1][3], m->m[2][3],
+                         __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little");
+out:
+    return status;
+}
+
+/* Append the whole header of a label volume to @p text: type of type_for, and a segment for each
+ * label but background. The caller clears the text, also after an error. @return SC_ERR_MEMORY. */
+static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text *text)
+{
+    sc_status status;
+
+    SC_TRY(grid_text(ctx, types[type_for(volume)].name, volume->size, &volume->to_ras_mm, text));
     for (int i = 1; i < volume->label_count; i++) {
         const sc_label *label = &volume->labels[i];
 
@@ -106,12 +116,30 @@ static void values_of(const sc_volume *volume, size_t begin, size_t count, size_
     }
 }
 
-/* Append the voxels as label values, gzip-compressed, to the file open as @p fd, which stands
- * behind the header, and close it. @return SC_ERR_WRITE. */
-static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const char *path, int fd)
+/* The voxels of a file: those of a label volume or of a grey one. */
+typedef struct content {
+    const sc_volume *labels; /* NULL: grey */
+    const sc_grey *grey;
+    size_t voxels, type; /* index into types; of grey values not read */
+} content;
+
+/* Write the grey values of @p count voxels from voxel @p begin on to out[count]. */
+static void grey_values_of(const sc_grey *grey, size_t begin, size_t count, int16_t *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double value = floor(grey->low + grey->per_code * grey->codes[begin + i] + 0.5);
+
+        out[i] = (int16_t)(value < INT16_MIN ? INT16_MIN : value > INT16_MAX ? INT16_MAX : value);
+    }
+}
+
+/* Append the voxels, gzip-compressed, to the file open as @p fd, which stands behind the header,
+ * and close it. @return SC_ERR_WRITE. */
+static sc_status write_voxels(const sc_ctx *ctx, const content *from, const char *path, int fd)
 {
     enum { BLOCK = 1 << 14 };
-    const size_t voxels = sc_volume_voxels(volume), type = type_for(volume);
+    const size_t voxels = from->voxels;
+    const unsigned each = from->labels ? types[from->type].bytes : sizeof(int16_t);
     gzFile file = gzdopen(fd, "wb4");
     int64_t block[BLOCK]; /* room for the widest type */
     bool failed = !file;
@@ -121,9 +149,12 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
         close(fd);
     for (size_t begin = 0; begin < voxels && !failed; begin += BLOCK) {
         const size_t count = voxels - begin < BLOCK ? voxels - begin : BLOCK;
-        const unsigned bytes = (unsigned)count * types[type].bytes;
+        const unsigned bytes = (unsigned)count * each;
 
-        values_of(volume, begin, count, type, block);
+        if (from->labels)
+            values_of(from->labels, begin, count, from->type, block);
+        else
+            grey_values_of(from->grey, begin, count, (int16_t *)(void *)block);
         failed = gzwrite(file, block, bytes) != (int)bytes;
         sc_stage_add(ctx, count);
     }
@@ -133,24 +164,51 @@ static sc_status write_voxels(const sc_ctx *ctx, const sc_volume *volume, const 
                   : SC_OK;
 }
 
-sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const char *path,
-                              bool replace)
+/* Write a file of a header and voxels, which gets its name when it is complete. */
+static sc_status save(const sc_ctx *ctx, const sc_text *header, const content *from,
+                      const char *path, bool replace)
 {
     sc_outfile file = {0};
-    sc_text text = {0};
     sc_status status;
 
-    SC_TRY(header_text(ctx, volume, &text));
     SC_TRY(sc_outfile_open(ctx, path, replace, &file));
-    fwrite(text.data, 1, text.length_bytes, file.stream);
+    fwrite(header->data, 1, header->length_bytes, file.stream);
     if (fflush(file.stream)) {
         status = sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno));
         goto out;
     }
-    SC_TRY(write_voxels(ctx, volume, path, dup(fileno(file.stream))));
+    SC_TRY(write_voxels(ctx, from, path, dup(fileno(file.stream))));
     status = sc_outfile_commit(ctx, &file);
 out:
     sc_outfile_discard(&file);
+    return status;
+}
+
+sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const char *path,
+                              bool replace)
+{
+    const content from = {
+        .labels = volume, .voxels = sc_volume_voxels(volume), .type = type_for(volume)};
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(header_text(ctx, volume, &text));
+    status = save(ctx, &text, &from, path, replace);
+out:
+    sc_text_clear(&text);
+    return status;
+}
+
+sc_status sc_grey_save_nrrd(const sc_ctx *ctx, const sc_grey *grey, const char *path, bool replace)
+{
+    const content from = {.grey = grey, .voxels = sc_grey_bytes(grey) / sizeof *grey->codes};
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(grid_text(ctx, "int16", grey->size, &grey->to_ras_mm, &text));
+    SC_TRY(sc_text_add(ctx, &text, "\n"));
+    status = save(ctx, &text, &from, path, replace);
+out:
     sc_text_clear(&text);
     return status;
 }

@@ -257,6 +257,25 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
     unlink("t.nrrd");
 }
 
+static void what_is_written_is_read_again(void **state)
+{
+    uint16_t codes[VOXELS], again[VOXELS];
+    sc_grey grey = {.size = {NX, NY, NZ}, .to_ras_mm = identity, .low = -1024, .per_code = 1};
+    sc_grey other;
+
+    (void)state;
+    grey.to_ras_mm.m[0][1] = 0.25;
+    grey.codes = codes;
+    for (int i = 0; i < VOXELS; i++)
+        codes[i] = (uint16_t)(i * 37);
+    assert_ok(sc_grey_save_nrrd(&quiet, &grey, "t.nrrd", true));
+    assert_ok(read_nrrd(&quiet, NULL, again, &other));
+    assert_near(other.to_ras_mm.m[0][1], 0.25, 0);
+    for (int i = 0; i < VOXELS; i++)
+        assert_near(value_at(&other, i), value_at(&grey, i), 0);
+    unlink("t.nrrd");
+}
+
 /* Labels on a part of the image: the values elsewhere do not matter. */
 static void the_window_follows_the_values_of_tissues(void **state)
 {
@@ -304,6 +323,7 @@ int main(void)
         cmocka_unit_test(colours_and_series_and_too_much_memory_are_refused),
         cmocka_unit_test(a_file_that_changes_its_size_meanwhile_is_refused),
         cmocka_unit_test(an_allocation_that_fails_is_reported_and_frees_all),
+        cmocka_unit_test(what_is_written_is_read_again),
         cmocka_unit_test(the_window_follows_the_values_of_tissues),
     };
 

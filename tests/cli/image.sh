@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# A CT image is seen on cut faces and slices, the same by any ranks, tiles, skip methods and kernels; what it holds and
+# the window belong to the identity of the job, its path does not.
+small_job job.yaml
+"$SEGCAST" phantom --ct --size 50x36x52 -o ct.nrrd -q >/dev/null
+with=(--set image.path=ct.nrrd --set output.frames=png)
+
+# A file and the built-in image are the same; so are pictures by any way to draw them.
+expect 0 '50 x 36 x 52 grey values' "$SEGCAST" render job.yaml "${with[@]}" -o one
+expect 0 '' "$SEGCAST" render job.yaml -o plain -q
+expect 0 '' "$SEGCAST" render job.yaml --set image.path=phantom:50x36x52 -o built-in -q
+[ "$(hashes one)" = "$(hashes built-in)" ] || fail "the written image shows other pictures than the built-in one"
+[ "$(hashes one | tail -1)" != "$(hashes plain | tail -1)" ] || fail "the image is not seen"
+for surface in smooth voxel; do
+    for layout in picture views; do
+        set=("${with[@]}" --set render.surface=$surface --set output.layout=$layout --frames 2-6:2)
+        "$SEGCAST" render job.yaml "${set[@]}" -o a-$surface-$layout -q --cpu c >/dev/null
+        mpi 3 "$SEGCAST" render job.yaml "${set[@]}" -o b-$surface-$layout -q --set farm.partition=tiles --set farm.tile=13 \
+            --set render.skip=none >/dev/null
+        OMP_NUM_THREADS=2 mpi 2 "$SEGCAST" render job.yaml "${set[@]}" -o c-$surface-$layout -q --set farm.share=false \
+            --set render.skip=octree >/dev/null
+        for other in b c; do
+            [ "$(hashes a-$surface-$layout)" = "$(hashes $other-$surface-$layout)" ] || fail "pictures differ: $surface, $layout, $other"
+        done
+    done
+done
+
+# A prepared volume, and a film whose shots show it or not.
+"$SEGCAST" prepare job.yaml -o heart.segc -q >/dev/null
+expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set volume=heart.segc -o prepared -q
+[ "$(hashes prepared)" = "$(hashes one)" ] || fail "the pictures of a prepared file differ"
+expect 0 '' "$SEGCAST" render job.yaml "${with[@]}" --set 'shots=[{}, {image: {caps: 0}}]' -o film -q
+[ "$(hashes film | sed -n 7p | cut -d' ' -f2)" = "$(hashes one | sed -n 7p | cut -d' ' -f2)" ] || fail "the first shot differs"
+[ "$(hashes film | sed -n 14p | cut -d' ' -f2)" = "$(hashes plain | sed -n 7p | cut -d' ' -f2)" ] || fail "the second shot shows the image"
+
+# The identity: under another path it is the same job, with another window or other values it is not.
+mkdir elsewhere && cp ct.nrrd elsewhere/image.nrrd
+expect 0 'nothing to do' "$SEGCAST" render job.yaml "${with[@]}" --set image.path=elsewhere/image.nrrd -o one --resume
+expect 0 'nothing to do' "$SEGCAST" render one/job.yaml -o one --resume
+expect 73 'other job|another job' "$SEGCAST" render job.yaml "${with[@]}" --set 'image.window=[100, 600]' -o one --resume -q
+"$SEGCAST" phantom --ct --size 50x36x53 -o ct.nrrd --overwrite -q >/dev/null
+expect 73 'other job|another job' "$SEGCAST" render job.yaml "${with[@]}" -o one --resume -q
+
+# Options, and what must not be lost.
+"$SEGCAST" phantom --size 59x41x61 -o heart.nrrd -q >/dev/null
+expect 0 '' "$SEGCAST" views heart.nrrd --image ct.nrrd -o views.png -q --size 200x150
+cp ct.nrrd ct.png # formats are told by content
+expect 73 'ct.png: is an input of this command' "$SEGCAST" views heart.nrrd --image ct.png -o ct.png --overwrite -q
+
+# Mistakes: each is one message.
+cat >far.nhdr <<'NRRD'
+NRRD0005
+type: int16
+dimension: 3
+space: RAS
+sizes: 4 4 4
+space directions: (1,0,0) (0,1,0) (0,0,1)
+space origin: (5000,0,0)
+endian: little
+encoding: raw
+data file: far.raw
+NRRD
+head -c 128 /dev/zero >far.raw
+for command in check render; do
+    expect 65 'far.nhdr: the image lies nowhere in the volume: it reaches from \(4999.5, -0.5, -0.5\) to' "$SEGCAST" $command job.yaml --set image.path=far.nhdr
+    one_error
+done
+sed 's/5000/0/; s/dimension: 3/dimension: 4/; s/sizes:/sizes: 3/; s/space directions:/space directions: none/; /^sizes/a kinds: RGB-color domain domain domain' far.nhdr >color.nhdr
+expect 65 'color.nhdr: axis 0 .RGB-color. has 3 samples.*expected three spatial axes' "$SEGCAST" check job.yaml --set image.path=color.nhdr
+one_error
+sed 's/5000/0/; s/far.raw/short.raw/' far.nhdr >short.nhdr
+head -c 100 /dev/zero >short.raw
+expect 65 'short.nhdr: the header promises 128 bytes' "$SEGCAST" render job.yaml --set image.path=short.nhdr -o short -q
+one_error
+expect 64 'image.path is "phantom:1x9x9"' "$SEGCAST" check job.yaml --set image.path=phantom:1x9x9
+one_error
