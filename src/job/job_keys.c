@@ -305,8 +305,8 @@ const sc_key sc_shot_keys[] = {
 const sc_key sc_job_keys[] = {
     {"volume", &sc_type_volume, 0, NULL,
      .help = "the labels: a path, or a map with the path and what is changed of the volume",
-     .keys = sc_volume_keys, .shorthand = "path", .outside_identity = true, .required = true,
-     .of_film = true},
+     .keys = sc_volume_keys, .shorthand = "path", .shorthand_keeps = true, .outside_identity = true,
+     .required = true, .of_film = true},
     {"labels", &sc_type_text, offsetof(sc_job, labels), NULL,
      .help = "label table with the names and colours of the tissues", .bytes = SC_PATH_BYTES,
      .outside_identity = true, .without = "names and colours of the volume's file",

@@ -74,11 +74,13 @@ struct sc_key {
     const char *without; /* for listings: what happens without the key, where there is no default */
     const sc_key_option *option; /* NULL: none */
     const char *shorthand;       /* of a map: a single value stands for a map with this key alone */
-    bool required;               /* the key, or another one of its alternative, must be given */
-    bool outside_identity;       /* pictures do not depend on it: it is not part of the identity */
-    bool of_film; /* it holds for the whole film: shots cannot have it for themselves */
-    bool of_job;  /* of a shot: a key of the job, merged over that of the film; listings name only
-                     the key, not again what is below it */
+    bool shorthand_keeps;  /* a setting of a single value changes that key of a map, and keeps the
+                              others; else it replaces the map */
+    bool required;         /* the key, or another one of its alternative, must be given */
+    bool outside_identity; /* pictures do not depend on it: it is not part of the identity */
+    bool of_film;          /* it holds for the whole film: shots cannot have it for themselves */
+    bool of_job; /* of a shot: a key of the job, merged over that of the film; listings name only
+                    the key, not again what is below it */
 };
 
 /* @return the JSON schema of a number within the range of the key, or the word auto; NULL when out

@@ -15,6 +15,7 @@ typedef struct position {
     const sc_key *keys;     /* the table of the map that the node is, or of the maps in it */
     sc_container container; /* what kind of container the node is */
     const char *shorthand;  /* see sc_key.shorthand */
+    bool shorthand_keeps;   /* see sc_key.shorthand_keeps */
     bool added;             /* the node was missing in the tree; a single value has no text yet */
 } position;
 
@@ -189,8 +190,10 @@ static sc_status find_member(const sc_ctx *ctx, const position *at, const char *
     if (!key)
         return SC_ERR_USAGE;
     remove_alternatives(at->node, at->keys, key);
-    *member = (position){
-        .keys = key->keys, .container = key->type->container, .shorthand = key->shorthand};
+    *member = (position){.keys = key->keys,
+                         .container = key->type->container,
+                         .shorthand = key->shorthand,
+                         .shorthand_keeps = key->shorthand_keeps};
     return SC_OK;
 }
 
@@ -229,6 +232,22 @@ out:
     return status;
 }
 
+/* Set the member @p name of @p map to @p value, a single value. Takes ownership of @p value, also
+ * after an error. */
+static sc_status set_member(const sc_ctx *ctx, sc_yaml *map, const char *name, const char *origin,
+                            sc_yaml *value)
+{
+    const size_t index = sc_yaml_index(map, name);
+    sc_status status = SC_OK;
+
+    if (index == map->count)
+        status = sc_yaml_add(ctx, map, SC_YAML_SCALAR, name, origin);
+    if (status == SC_OK)
+        return merge(ctx, NULL, SC_CONTAINER_NONE, map, index, value);
+    sc_yaml_free(value);
+    return status;
+}
+
 /* Put @p value at @p path of the tree; takes ownership of it, also after an error, and leaves no
  * nodes in the tree then that were added on the way: further mistakes are looked for in it. */
 static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const char *origin,
@@ -256,6 +275,9 @@ static sc_status put(const sc_ctx *ctx, const sc_key *keys, sc_yaml *root, const
             break;
         if (at.added && !grown)
             grown = parent;
+        if (!*path && at.shorthand_keeps && at.node->kind == SC_YAML_MAP && !at.added &&
+            value->kind == SC_YAML_SCALAR)
+            return set_member(ctx, at.node, at.shorthand, origin, value);
         if (!*path)
             return merge(ctx, at.keys, at.container, parent, index, value);
     }
