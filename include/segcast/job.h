@@ -175,6 +175,11 @@ typedef struct sc_job {
     sc_volume_tissue *volume_tissues; /**< [volume_tissue_count], owned: first those that become
                                            parts of others, then those that are kept */
     size_t volume_tissue_count;
+    bool volume_replaced;       /**< the file has a map, and a setting has replaced its path */
+    int volume_level;           /**< of resolution, 0 the finest */
+    int volume_box[3][2];       /**< if has_box: as sc_read_choice.voxels */
+    sc_vec3 volume_box_mm[2];   /**< if has_box_mm: as sc_read_choice.corners */
+    char volume_box_where[160]; /**< "file:line" of level or box, for messages; may be empty */
     bool has_volume_size;       /**< the volume is resampled by nearest label */
     int volume_size[3];         /**< to this many voxels along x, y, z */
     char labels[SC_PATH_BYTES]; /**< label table; empty: from the volume */
@@ -205,6 +210,8 @@ typedef struct sc_job {
     bool has_verbs, has_captions;       /**< these lists are given, even if they are empty */
     bool has_names, has_legend_tissues; /**< likewise */
     bool has_merge, has_keep, has_crop; /**< likewise */
+    bool has_box, has_box_mm;           /**< likewise */
+    bool has_level;                     /**< likewise */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
     bool has_image;                     /**< there is a grey volume */

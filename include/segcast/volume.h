@@ -98,9 +98,30 @@ typedef enum sc_overlap {
     SC_OVERLAP_SMALLER, /**< that of the tissue with fewer voxels; of equal ones, the later */
     SC_OVERLAP_ORDER    /**< that of the later, by name of the file or number of the segment */
 } sc_overlap;
-/** As sc_volume_read, which takes SC_OVERLAP_SMALLER, with another rule for overlaps. */
-SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, sc_overlap overlap,
-                                        sc_volume *out);
+/** In what the box of a sc_read_choice is given. */
+typedef enum sc_read_box {
+    SC_READ_ALL,    /**< there is no box */
+    SC_READ_VOXELS, /**< voxels of the level that is read */
+    SC_READ_MM      /**< patient space, RAS mm: the voxels whose centres lie in the box */
+} sc_read_box;
+/** What of a volume file is read. Zeroed: all of it, in its finest resolution. */
+typedef struct sc_read_choice {
+    sc_overlap overlap; /**< of masks and segments */
+    int level;          /**< of resolution of an OME-Zarr image, 0 the finest */
+    sc_read_box box;
+    int voxels[3][2];   /**< SC_READ_VOXELS: along x, y, z the first voxel, and the one behind the
+                             last */
+    sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
+    const char *where;  /**< "file:line" for messages; NULL: none */
+} sc_read_choice;
+/** As sc_volume_read, of a part or another resolution. The volume is as if its file held nothing
+ *  else: labels that occur elsewhere are not among its labels, and voxels stay where they were in
+ *  patient space. Of a Zarr store only those chunks are read in which the box has voxels; files of
+ *  other formats are read as a whole, but only the box is kept. @return also SC_ERR_DATA for a
+ *  level that the file has not, and for a box that lies outside of the volume, or in voxels reaches
+ *  beyond it. */
+SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path,
+                                        const sc_read_choice *choice, sc_volume *out);
 
 /** Set *out to whether the volume file @p volume, or the file that its header names for the voxels,
  *  is @p path, by whatever symbolic or hard links: false for several data files, and, without a
@@ -142,14 +163,17 @@ void sc_label_scan_clear(sc_label_scan *scan);
  *  *out: sc_label_scan_clear. */
 SC_MUST_USE sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
-/** As sc_volume_scan_labels, which takes SC_OVERLAP_SMALLER, with another rule for overlaps. */
-SC_MUST_USE sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, sc_overlap overlap,
-                                        sc_label_scan *out);
+/** As sc_volume_scan_labels, of what sc_volume_read_by would read. */
+SC_MUST_USE sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path,
+                                        const sc_read_choice *choice, sc_label_scan *out);
 /** Read the header of a volume file only: tallies stays NULL. The labels are background and
  *  those that the file's own label table names, which need not occur in the voxels; damage
  *  behind the header is not noticed. Else as sc_volume_scan_labels. */
 SC_MUST_USE sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path,
                                             sc_label_scan *out);
+/** As sc_volume_read_header, of what sc_volume_read_by would read. */
+SC_MUST_USE sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
+                                               const sc_read_choice *choice, sc_label_scan *out);
 
 /** How a label table is written: one label a line, XML, columns with headings, or JSON. */
 typedef enum sc_table_format {
@@ -228,6 +252,14 @@ SC_MUST_USE sc_status sc_label_scan_relabel(const sc_ctx *ctx, sc_label_scan *sc
 typedef struct sc_voxel_box {
     int low[3], high[3];
 } sc_voxel_box;
+/** @return the box of all voxels whose centres lie in the box between two corners in RAS mm; low >
+ *  high along an axis if there are none. @param size, to_ras_mm those of the volume; the map has an
+ *  inverse. */
+sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
+                               const sc_vec3 corners[2]);
+/** Write the corners of the box along the axes of RAS, in mm, that holds a volume to @p low and
+ *  @p high. */
+void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high);
 /** @return the smallest box with all voxels of some labels. @param which [label_count] by dense id;
  * that of background is not read. One thread reads all ids. */
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which);

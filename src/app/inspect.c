@@ -111,17 +111,19 @@ sc_status sc_session_inspect(sc_app *app, bool header_only, sc_session *session)
 {
     const sc_job *job = &session->job;
     sc_label_scan scan = {0};
+    sc_read_choice choice;
     bool usable;
     sc_status status;
 
     if (sc_is_prepared_file(job->volume))
         return sc_session_map(app, session, &usable);
+    SC_TRY(sc_read_choice_of(app, job, &choice));
     if (sc_job_is_phantom(job->volume))
         SC_TRY(scan_phantom(app, job->volume, &scan));
     else if (header_only)
-        SC_TRY(sc_volume_read_header(app->ctx, job->volume, &scan));
+        SC_TRY(sc_volume_read_header_by(app->ctx, job->volume, &choice, &scan));
     else
-        SC_TRY(sc_volume_scan_by(app->ctx, job->volume, (sc_overlap)job->overlap, &scan));
+        SC_TRY(sc_volume_scan_by(app->ctx, job->volume, &choice, &scan));
     if (scan.tallies)
         SC_TRY(sc_apply_labels(app, job, &scan.volume));
     else

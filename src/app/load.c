@@ -197,14 +197,16 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
                              sc_volume *volume)
 {
     const sc_job *job = &session->job;
+    sc_read_choice choice;
     sc_status status;
 
+    SC_TRY(sc_read_choice_of(app, job, &choice));
     if (session->mapped)
         SC_TRY(unpack_volume(app, session, volume));
     else if (sc_job_is_phantom(job->volume))
         SC_TRY(make_phantom(app, job->volume, volume));
     else
-        SC_TRY(sc_volume_read_by(app->ctx, job->volume, (sc_overlap)job->overlap, volume));
+        SC_TRY(sc_volume_read_by(app->ctx, job->volume, &choice, volume));
     if (job->has_volume_size)
         SC_TRY(resize_volume(app, job, volume));
     SC_TRY(sc_apply_labels(app, job, volume));

@@ -248,11 +248,18 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     sc_needs n = {0};
     sc_status status;
 
+    if (sc_edits_volume(&session->job) && session->job.volume_replaced) {
+        sc_info(ctx,
+                "%s: is prepared; what the job reads, merges, keeps and crops of its own volume is "
+                "not done with it",
+                path);
+        sc_forget_volume_edits(&session->job);
+    }
     if (sc_edits_volume(&session->job))
         return sc_fail(
             ctx, SC_ERR_DATA,
-            "%s: is prepared, and merge, keep and crop change a volume before that: give "
-            "them to `segcast prepare JOB.yaml`, or the volume that it was made from",
+            "%s: is prepared, and level, box, merge, keep and crop change a volume before that: "
+            "give them to `segcast prepare JOB.yaml`, or the volume that it was made from",
             path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);
     status = sc_file_map_identified(ctx, path, &session->mapped, &session->mapped_bytes, &identity);

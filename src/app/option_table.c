@@ -41,7 +41,7 @@ static const sc_option option_rows[] = {
     {"count", 0, "N", "how many frames to show, from the first to the last (12)", "storyboard",
      sc_store_pictures, 0, ""},
     {"set", 0, "KEY.PATH=VALUE", "set a key of the job; may be repeated",
-     JOB_COMMANDS " prepare study", sc_store_set, 0, ""},
+     JOB_COMMANDS " prepare study info", sc_store_set, 0, ""},
     {"size", 0, "WxDxH", "voxels along each axis (469x325x487)", "phantom", sc_store_text, AT(size),
      ""},
     {"beating", 0, "N",

@@ -197,34 +197,6 @@ out:
 
 /* ---- crop ---- */
 
-/* @return the box of all voxels whose centres lie in the box between the corners of the job; empty
- * along an axis if there are none. */
-static sc_voxel_box box_between(const sc_volume *v, const sc_vec3 corners[2])
-{
-    const int *size = v->size;
-    sc_voxel_box box;
-    sc_affine to_voxel;
-    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-
-    (void)sc_affine_invert(&v->to_ras_mm, &to_voxel); /* readers refuse what has no inverse */
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 p =
-            sc_affine_point(&to_voxel, (sc_vec3){corners[corner & 1].x, corners[corner >> 1 & 1].y,
-                                                 corners[corner >> 2 & 1].z});
-        const double at[3] = {p.x, p.y, p.z};
-
-        for (int axis = 0; axis < 3; axis++) {
-            low[axis] = fmin(low[axis], at[axis]);
-            high[axis] = fmax(high[axis], at[axis]);
-        }
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        box.low[axis] = (int)fmax(0, fmin(ceil(low[axis] - 1e-6), size[axis]));
-        box.high[axis] = (int)fmin(size[axis] - 1, fmax(floor(high[axis] + 1e-6), -1));
-    }
-    return box;
-}
-
 /* Set shown[id] for all tissues that the job, or one of its shots, shows. @param shown
  * [label_count] of the volume, zeroed. */
 static sc_status find_shown(const subject *s, bool *shown)
@@ -298,17 +270,9 @@ out:
 static sc_status fail_outside(const subject *s)
 {
     const sc_volume *v = volume_of(s);
-    sc_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    sc_vec3 low, high;
 
-    for (int corner = 0; corner < 8; corner++) {
-        const sc_vec3 p =
-            sc_affine_point(&v->to_ras_mm, (sc_vec3){corner & 1 ? v->size[0] - 0.5 : -0.5,
-                                                     corner & 2 ? v->size[1] - 0.5 : -0.5,
-                                                     corner & 4 ? v->size[2] - 0.5 : -0.5});
-
-        low = (sc_vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)};
-        high = (sc_vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)};
-    }
+    sc_volume_extent(v->size, &v->to_ras_mm, &low, &high);
     return sc_fail(s->app->ctx, SC_ERR_DATA,
                    "%s: crop: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
                    "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
@@ -325,7 +289,7 @@ static sc_status crop_volume(const subject *s, bool tell)
     sc_status status = SC_OK;
 
     if (s->job->crop.kind == SC_CROP_BOX)
-        box = box_between(v, s->job->crop.corners);
+        box = sc_voxels_between(v->size, &v->to_ras_mm, s->job->crop.corners);
     else
         SC_TRY(box_of_visible(s, &box, &empty));
     if (empty)
@@ -349,7 +313,39 @@ out:
 
 bool sc_edits_volume(const sc_job *job)
 {
-    return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE;
+    return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
+           job->has_box || job->has_box_mm;
+}
+
+void sc_forget_volume_edits(sc_job *job)
+{
+    sc_free(job->volume_tissues);
+    job->volume_tissues = NULL;
+    job->volume_tissue_count = 0;
+    job->crop.kind = SC_CROP_NONE;
+    job->volume_level = 0;
+    job->has_merge = job->has_keep = job->has_crop = false;
+    job->has_level = job->has_box = job->has_box_mm = false;
+}
+
+sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice *out)
+{
+    sc_read_choice choice = {.overlap = (sc_overlap)job->overlap,
+                             .level = job->volume_level,
+                             .box = job->has_box      ? SC_READ_VOXELS
+                                    : job->has_box_mm ? SC_READ_MM
+                                                      : SC_READ_ALL,
+                             .where = job->volume_box_where};
+
+    if (sc_job_is_phantom(job->volume) && (choice.level || choice.box != SC_READ_ALL))
+        return sc_fail(app->ctx, SC_ERR_DATA,
+                       "%s: %s is for files, and %s is computed; expected crop for a part of it, "
+                       "and phantom:128x96x128 for another resolution",
+                       job->volume_box_where, choice.level ? "level" : "a box", job->volume);
+    memcpy(choice.voxels, job->volume_box, sizeof choice.voxels);
+    memcpy(choice.corners, job->volume_box_mm, sizeof choice.corners);
+    *out = choice;
+    return SC_OK;
 }
 
 static sc_status edit(const subject *s, bool tell)

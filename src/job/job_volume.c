@@ -224,27 +224,55 @@ static bool read_visible(const char *text, sc_crop *crop)
     return !strcmp(end, "mm") && crop->margin_mm <= 1e6;
 }
 
-/* A word as of read_visible, or two corners. */
-static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read "[[x, y, z], [x, y, z]]", in mm. */
+static sc_status read_corners(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              sc_vec3 corners[2])
 {
-    sc_crop *crop = &((sc_job *)value)->crop, read = {.kind = SC_CROP_BOX};
+    sc_vec3 read[2];
     double corner[3];
     sc_status status = SC_OK;
 
-    if (node->kind == SC_YAML_SCALAR) {
-        if (!read_visible(node->text, &read))
-            return sc_wrong_type(ctx, node, key->type->expected);
-    } else if (node->kind != SC_YAML_LIST || node->count != 2) {
+    if (node->kind != SC_YAML_LIST || node->count != 2)
         return sc_wrong_type(ctx, node, key->type->expected);
-    }
-    for (size_t i = 0; i < 2 && read.kind == SC_CROP_BOX; i++) {
+    for (size_t i = 0; i < 2; i++) {
         sc_yaml named = *node->items[i];
 
         if (named.kind != SC_YAML_LIST)
             return sc_wrong_type(ctx, node, key->type->expected);
         named.key = node->key; /* for the message: items of a list have no key of their own */
         SC_TRY(sc_read_numbers(ctx, key, &named, 3, corner));
-        read.corners[i] = (sc_vec3){corner[0], corner[1], corner[2]};
+        read[i] = (sc_vec3){corner[0], corner[1], corner[2]};
+    }
+    memcpy(corners, read, sizeof read);
+out:
+    return status;
+}
+
+static sc_status write_corners(const sc_ctx *ctx, const sc_vec3 corners[2], sc_text *text)
+{
+    const sc_vec3 *a = &corners[0], *b = &corners[1];
+
+    return sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]]", a->x, a->y,
+                       a->z, b->x, b->y, b->z);
+}
+
+static json_t *corners_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 2, "maxItems", 2, "items",
+                     sc_list_schema("number", key->low, key->high, 3));
+}
+
+/* A word as of read_visible, or two corners. */
+static sc_status read_crop(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_crop *crop = &((sc_job *)value)->crop, read = {.kind = SC_CROP_BOX};
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_SCALAR) {
+        if (!read_visible(node->text, &read))
+            return sc_wrong_type(ctx, node, key->type->expected);
+    } else {
+        SC_TRY(read_corners(ctx, key, node, read.corners));
     }
     sc_note_where(node, read.where, sizeof read.where);
     *crop = read;
@@ -256,21 +284,18 @@ static sc_status write_crop(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_crop *crop = &((const sc_job *)value)->crop;
-    const sc_vec3 *a = &crop->corners[0], *b = &crop->corners[1];
 
     (void)key;
     (void)indent;
     if (crop->kind == SC_CROP_VISIBLE)
         return sc_text_add(ctx, text, "visible + %.17g mm", crop->margin_mm);
-    return sc_text_add(ctx, text, "[[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]]", a->x, a->y,
-                       a->z, b->x, b->y, b->z);
+    return write_corners(ctx, crop->corners, text);
 }
 
 static json_t *crop_schema(const sc_key *key)
 {
-    return json_pack("{s:[{s:s, s:s}, {s:s, s:i, s:i, s:o}]}", "anyOf", "type", "string", "pattern",
-                     "^visible *([+] *[0-9][0-9.e+-]* *mm)?$", "type", "array", "minItems", 2,
-                     "maxItems", 2, "items", sc_list_schema("number", key->low, key->high, 3));
+    return json_pack("{s:[{s:s, s:s}, o]}", "anyOf", "type", "string", "pattern",
+                     "^visible *([+] *[0-9][0-9.e+-]* *mm)?$", corners_schema(key));
 }
 
 static const sc_value_type type_crop = {
@@ -280,6 +305,130 @@ static const sc_value_type type_crop = {
     .read = read_crop,
     .write = write_crop,
     .schema = crop_schema,
+};
+
+/* ---- level and box ---- */
+
+static sc_status read_level(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    double level;
+    sc_status status;
+
+    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &level));
+    if (level != floor(level))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    job->volume_level = (int)level;
+    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+out:
+    return status;
+}
+
+static sc_status write_level(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_level);
+}
+
+static json_t *level_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:f, s:f}", "type", "integer", "minimum", key->low, "maximum",
+                     key->high);
+}
+
+static const sc_value_type type_level = {
+    .name = "whole number",
+    .expected = "a whole number, 0 for the finest resolution",
+    .read = read_level,
+    .write = write_level,
+    .schema = level_schema,
+};
+
+/* Read two voxels along each axis. */
+static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    int box[3][2];
+    double pair[2];
+    sc_status status = SC_OK;
+
+    if (node->kind != SC_YAML_LIST || node->count != 3)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < 3; i++) {
+        sc_yaml named = *node->items[i];
+
+        if (named.kind != SC_YAML_LIST)
+            return sc_wrong_type(ctx, node, key->type->expected);
+        named.key = node->key; /* for the message: items of a list have no key of their own */
+        SC_TRY(sc_read_numbers(ctx, key, &named, 2, pair));
+        if (pair[0] != floor(pair[0]) || pair[1] != floor(pair[1]) || pair[0] >= pair[1])
+            return sc_wrong_type(ctx, node, key->type->expected);
+        box[i][0] = (int)pair[0];
+        box[i][1] = (int)pair[1];
+    }
+    memcpy(job->volume_box, box, sizeof box);
+    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+out:
+    return status;
+}
+
+static sc_status write_box(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                           sc_text *text)
+{
+    const int(*box)[2] = ((const sc_job *)value)->volume_box;
+
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "[[%d, %d], [%d, %d], [%d, %d]]", box[0][0], box[0][1], box[1][0],
+                       box[1][1], box[2][0], box[2][1]);
+}
+
+static json_t *box_schema(const sc_key *key)
+{
+    return json_pack("{s:s, s:i, s:i, s:o}", "type", "array", "minItems", 3, "maxItems", 3, "items",
+                     sc_list_schema("integer", key->low, key->high, 2));
+}
+
+static const sc_value_type type_box = {
+    .name = "two voxels along each axis",
+    .expected = "[[x0, x1], [y0, y1], [z0, z1]]: along each axis the first voxel, and the one "
+                "behind the last",
+    .read = read_box,
+    .write = write_box,
+    .schema = box_schema,
+};
+
+static sc_status read_box_mm(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    const sc_status status = read_corners(ctx, key, node, job->volume_box_mm);
+
+    if (status == SC_OK)
+        sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+    return status;
+}
+
+static sc_status write_box_mm(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return write_corners(ctx, ((const sc_job *)value)->volume_box_mm, text);
+}
+
+static json_t *box_mm_schema(const sc_key *key)
+{
+    return corners_schema(key);
+}
+
+static const sc_value_type type_box_mm = {
+    .name = "two corners",
+    .expected = "two corners of a box in RAS mm: [[x, y, z], [x, y, z]]",
+    .read = read_box_mm,
+    .write = write_box_mm,
+    .schema = box_mm_schema,
 };
 
 /* ---- the volume ---- */
@@ -349,6 +498,19 @@ const sc_key sc_volume_keys[] = {
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, or a pattern "
          "such as heart_*.nrrd",
      .bytes = SC_PATH_BYTES, .required = true},
+    {"level", &type_level, 0, NULL,
+     .help = "of an image of OME-Zarr: which of its resolutions is read, 0 the finest", .low = 0,
+     .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
+    {"box", &type_box, 0, NULL,
+     .help =
+         "the part of the file that is read, in voxels of the level: the first along each axis, "
+         "and the one behind the last. Of a Zarr store only the chunks in it are read",
+     .low = 0, .high = 2147483647, .unit = "voxels", .given = SC_GIVEN(sc_job, has_box),
+     .alternative = "box", .without = "all of it"},
+    {"box_mm", &type_box_mm, 0, NULL,
+     .help = "the same by two corners of a box in RAS mm: the voxels whose centres lie in it",
+     .low = -1e6, .high = 1e6, .unit = "mm", .given = SC_GIVEN(sc_job, has_box_mm),
+     .alternative = "box", .without = "all of it"},
     {"merge", &type_merge, 0, NULL,
      .help = "tissues that become one: as if they had been drawn with one label. The name is that "
              "of the map, the number the least of theirs, the colour that of the first that has "
@@ -367,8 +529,12 @@ const sc_key sc_volume_keys[] = {
 /* A path, a list of paths, or a map of sc_volume_keys. */
 static sc_status read_volume(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    if (node->kind == SC_YAML_MAP)
+    if (node->kind == SC_YAML_MAP) {
+        const sc_yaml *path = sc_yaml_member(node, "path");
+
+        ((sc_job *)value)->volume_replaced = node->line && path && !path->line;
         return sc_keys_read(ctx, key->keys, node, value);
+    }
     return read_path(ctx, &key->keys[0], node, value);
 }
 
@@ -378,7 +544,8 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
 {
     const sc_job *job = value;
 
-    if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE)
+    if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
+        !job->has_box && !job->has_box_mm)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -390,7 +557,8 @@ static json_t *volume_schema(const sc_key *key)
 
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
-    .expected = "the path of a volume, a list of paths, or a map with path, merge, keep and crop",
+    .expected = "the path of a volume, a list of paths, or a map with path, level, box, merge, "
+                "keep and crop",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

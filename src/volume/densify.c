@@ -44,13 +44,14 @@ typedef struct label_pass {
     const sc_ctx *ctx;
     const char *path;
     const sc_source *source;
-    size_t voxels;
+    size_t voxels; /* of the file */
+    size_t wanted; /* of the part that is wanted */
     int threads;
     label_worker *workers; /* [threads]; the first has the sum of all in the end */
     value_set set;
     bool keep_ids;
     int id_bytes; /* 1 or 2 */
-    void *ids;    /* [voxels] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
+    void *ids;    /* [wanted] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
     /* The batch of voxels that is looked at. */
     const sc_voxel_stream *stream;
     const unsigned char *batch; /* as stored */
@@ -134,8 +135,9 @@ static void fill_ids(label_pass *pass, size_t begin, size_t length, int32_t id)
     }
 }
 
-/* Tally @p count voxels of one row along x, the first of which is voxel @p begin and lies at
- * @p first, by their values, and set their ids. @return false if there are too many labels. */
+/* Tally @p count voxels of one row along x, the first of which is voxel @p begin of the part and
+ * lies at @p first in it, by their values, and set their ids. @return false if there are too many
+ * labels. */
 static bool visit_row(label_pass *pass, label_worker *w, const int64_t *values, size_t begin,
                       const int first[3], int count)
 {
@@ -162,6 +164,23 @@ static bool visit_row(label_pass *pass, label_worker *w, const int64_t *values, 
     return true;
 }
 
+/* Visit the voxels [@p x, + @p count) of the row @p y, @p z of the file, as far as they are wanted.
+ * @return as visit_row. */
+static bool visit_part(label_pass *pass, label_worker *w, const int64_t *values, const int at[3],
+                       int count)
+{
+    const int *low = pass->source->low, *part = pass->source->part;
+    const int begin = most(at[0], low[0]), end = least(at[0] + count, low[0] + part[0]);
+    const int first[3] = {begin - low[0], at[1] - low[1], at[2] - low[2]};
+    size_t voxel;
+
+    if (begin >= end || first[1] < 0 || first[1] >= part[1] || first[2] < 0 || first[2] >= part[2])
+        return true;
+    voxel = ((size_t)first[2] * (size_t)part[1] + (size_t)first[1]) * (size_t)part[0] +
+            (size_t)first[0];
+    return visit_row(pass, w, values + (begin - at[0]), voxel, first, end - begin);
+}
+
 /* sc_range_fn: tally voxels [begin, end) of the batch, counted from its first, and set their ids;
  * @p user is a label_pass. */
 static void visit_range(void *user, size_t begin, size_t end, int thread)
@@ -181,7 +200,7 @@ static void visit_range(void *user, size_t begin, size_t end, int thread)
             const int at[3] = {(int)x, (int)(voxel / nx % ny), (int)(voxel / nx / ny)};
 
             length = good - i < nx - x ? good - i : nx - x;
-            if (!visit_row(pass, w, w->values + i, voxel, at, (int)length))
+            if (!visit_part(pass, w, w->values + i, at, (int)length))
                 return;
         }
         if (good < count) {
@@ -211,18 +230,18 @@ static void widen_range(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Replace pass->ids by ids of two bytes, of which the first @p done are copied, since one byte
- * per id no longer suffices. @return SC_ERR_MEMORY; nothing has changed then. */
-static sc_status widen_ids(label_pass *pass, size_t done)
+/* Replace pass->ids by ids of two bytes, since one byte per id no longer suffices. @return
+ * SC_ERR_MEMORY; nothing has changed then. */
+static sc_status widen_ids(label_pass *pass)
 {
     widening w = {.narrow = pass->ids};
     void *block;
-    sc_status status = sc_zalloc(pass->ctx, pass->voxels, sizeof(uint16_t), &block);
+    sc_status status = sc_zalloc(pass->ctx, pass->wanted, sizeof(uint16_t), &block);
 
     if (status != SC_OK)
         return status;
     w.wide = block;
-    sc_parallel_for(pass->threads, done, RANGE_VOXELS, widen_range, &w);
+    sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, widen_range, &w);
     sc_free(pass->ids);
     pass->ids = block;
     pass->id_bytes = sizeof(uint16_t);
@@ -249,7 +268,7 @@ static sc_status visit_batch(label_pass *pass, size_t count)
                        SC_LABELS_MAX - 1);
     if (!atomic_load(&pass->too_wide))
         return SC_OK;
-    SC_TRY(widen_ids(pass, pass->begin + count));
+    SC_TRY(widen_ids(pass));
     atomic_store(&pass->too_wide, false);
     pass->recounts = true;
     sc_parallel_for(pass->threads, count, RANGE_VOXELS, visit_range, pass);
@@ -268,7 +287,7 @@ static void add_up(label_pass *pass)
         sc_label_tally *to = &sum->tallies[id];
 
         for (int i = 0; i < 3 && !to->voxels; i++) {
-            to->low[i] = pass->source->size[i];
+            to->low[i] = pass->source->part[i];
             to->high[i] = -1;
         }
         for (int i = 1; i < pass->threads; i++) {
@@ -391,7 +410,7 @@ static void renumber(label_pass *pass, int count, const uint16_t *final)
     for (int i = 0; i < count; i++)
         in_order = in_order && final[i] == i;
     if (!in_order)
-        sc_parallel_for(pass->threads, pass->voxels, RANGE_VOXELS, renumber_range, &r);
+        sc_parallel_for(pass->threads, pass->wanted, RANGE_VOXELS, renumber_range, &r);
 }
 
 /* The marks of a grey-value image: more labels than this, and shorter runs, in voxels, than this.
@@ -491,10 +510,12 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                        .path = path,
                        .source = source,
                        .voxels = sc_source_voxels(source),
+                       .wanted = (size_t)source->part[0] * (size_t)source->part[1] *
+                                 (size_t)source->part[2],
                        .threads = threads_for(ctx, sc_source_voxels(source)),
                        .keep_ids = keep_ids,
                        .id_bytes = 1};
-    sc_volume found = {.size = {source->size[0], source->size[1], source->size[2]}};
+    sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
     sc_label_tally *final_tallies = NULL;
     void *values = NULL, *ids = NULL, *final = NULL;
     sc_status status;
@@ -508,7 +529,7 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
     for (size_t slot = 0; slot < SLOTS; slot++)
         atomic_init(&pass.set.ids[slot], SLOT_FREE);
     if (keep_ids)
-        SC_TRY(sc_zalloc(ctx, pass.voxels, 1, &pass.ids));
+        SC_TRY(sc_zalloc(ctx, pass.wanted, 1, &pass.ids));
     SC_TRY(visit_voxels(&pass));
     SC_TRY(order_labels(&pass, &found, &final_tallies, final));
     warn_of_grey_values(&pass, &found);

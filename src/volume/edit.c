@@ -136,6 +136,46 @@ static uint32_t id_at(const sc_volume *volume, size_t voxel)
                                     : ((const uint16_t *)volume->ids)[voxel];
 }
 
+sc_voxel_box sc_voxels_between(const int size[3], const sc_affine *to_ras_mm,
+                               const sc_vec3 corners[2])
+{
+    sc_voxel_box box;
+    sc_affine to_voxel;
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    (void)sc_affine_invert(to_ras_mm, &to_voxel); /* readers refuse what has no inverse */
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 p =
+            sc_affine_point(&to_voxel, (sc_vec3){corners[corner & 1].x, corners[corner >> 1 & 1].y,
+                                                 corners[corner >> 2 & 1].z});
+        const double at[3] = {p.x, p.y, p.z};
+
+        for (int axis = 0; axis < 3; axis++) {
+            low[axis] = fmin(low[axis], at[axis]);
+            high[axis] = fmax(high[axis], at[axis]);
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        box.low[axis] = (int)fmax(0, fmin(ceil(low[axis] - 1e-6), size[axis]));
+        box.high[axis] = (int)fmin(size[axis] - 1, fmax(floor(high[axis] + 1e-6), -1));
+    }
+    return box;
+}
+
+void sc_volume_extent(const int size[3], const sc_affine *to_ras_mm, sc_vec3 *low, sc_vec3 *high)
+{
+    *low = (sc_vec3){HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    *high = (sc_vec3){-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (int corner = 0; corner < 8; corner++) {
+        const sc_vec3 p = sc_affine_point(to_ras_mm, (sc_vec3){corner & 1 ? size[0] - 0.5 : -0.5,
+                                                               corner & 2 ? size[1] - 0.5 : -0.5,
+                                                               corner & 4 ? size[2] - 0.5 : -0.5});
+
+        *low = (sc_vec3){fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z)};
+        *high = (sc_vec3){fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z)};
+    }
+}
+
 sc_voxel_box sc_volume_box(const sc_volume *volume, const bool *which)
 {
     const int *size = volume->size;

@@ -47,9 +47,10 @@ static sc_status check_memory(const sc_ctx *ctx, const char *path, const sc_grey
 static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only, sc_source *source,
                            sc_grey *grey)
 {
+    const sc_read_choice whole = {0};
     sc_status status;
 
-    SC_TRY(sc_open_source(ctx, path, header_only, source));
+    SC_TRY(sc_open_source(ctx, path, &whole, header_only, source));
     if (source->mask_count)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: is a directory of masks, expected a grey volume, such as a CT or MR "

@@ -292,33 +292,79 @@ out:
     return status;
 }
 
-sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, sc_zarr_choice *out)
+/* Log that @p image has no dataset @p level, with those that it has. @return SC_ERR_DATA;
+ * SC_ERR_MEMORY. */
+static sc_status refuse_level(const sc_ctx *ctx, const sc_zarr_node *group, const json_t *image,
+                              int level)
+{
+    sc_text levels = {0};
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < NAMES_SHOWN && dataset_path(image, i); i++) {
+        const sc_ctx quiet = sc_quiet(ctx);
+        sc_zarr_node node = {.fd = -1};
+        char *shape = NULL;
+
+        if (sc_zarr_node_open_below(&quiet, group, dataset_path(image, i), &node) == SC_OK)
+            shape = json_dumps(json_object_get(node.meta, "shape"), 0);
+        status = sc_text_add(ctx, &levels, "%s%zu (\"%s\"%s%.60s)", i ? ", " : "", i,
+                             dataset_path(image, i), shape ? " of " : "", shape ? shape : "");
+        free(shape);
+        sc_zarr_node_clear(&node);
+        SC_TRY(status);
+    }
+    status = sc_fail(ctx, SC_ERR_DATA,
+                     "%s: has no resolution level %d, expected one of %zu: %s; 0 is the finest",
+                     group->path, level, json_array_size(json_object_get(image, "datasets")),
+                     levels.data);
+out:
+    sc_text_clear(&levels);
+    return status;
+}
+
+/* Open the dataset @p level of the image that the group @p node holds. */
+static sc_status choose_level(const sc_ctx *ctx, const sc_zarr_node *node, int level,
+                              sc_zarr_choice *choice)
+{
+    const json_t *image = json_array_get(json_object_get(ome_of(node), "multiscales"), 0);
+    const char *path = dataset_path(image, (size_t)level);
+    sc_status status;
+
+    if (!dataset_path(image, 0))
+        return refuse(ctx, node, "multiscales", "datasets, each with a path");
+    if (!path)
+        return refuse_level(ctx, node, image, level);
+    SC_TRY(read_image(ctx, node, image, (size_t)level, choice));
+    SC_TRY(read_labels(ctx, node, &choice->table));
+    SC_TRY(sc_zarr_node_open_below(ctx, node, path, &choice->array));
+    if (!choice->array.is_array)
+        status = refuse(ctx, node, "multiscales", "datasets whose paths lead to arrays");
+out:
+    return status;
+}
+
+sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out)
 {
     sc_zarr_choice choice = {.array.fd = -1};
     sc_zarr_node node = {.fd = -1};
-    const json_t *image;
     sc_status status;
 
     SC_TRY(sc_zarr_node_open(ctx, path, &node));
     if (!node.is_array)
         SC_TRY(find_image(ctx, &node));
+    if (node.is_array && level) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: is an array, and thus one resolution; expected level 0, or the path "
+                         "of the image that it belongs to",
+                         node.path);
+        goto out;
+    }
     if (node.is_array) {
         SC_TRY(look_above(ctx, node.path, &choice));
         choice.array = node;
         node = (sc_zarr_node){.fd = -1};
     } else {
-        image = json_array_get(json_object_get(ome_of(&node), "multiscales"), 0);
-        if (!dataset_path(image, 0)) {
-            status = refuse(ctx, &node, "multiscales", "datasets, each with a path");
-            goto out;
-        }
-        SC_TRY(read_image(ctx, &node, image, 0, &choice));
-        SC_TRY(read_labels(ctx, &node, &choice.table));
-        SC_TRY(sc_zarr_node_open_below(ctx, &node, dataset_path(image, 0), &choice.array));
-        if (!choice.array.is_array) {
-            status = refuse(ctx, &node, "multiscales", "datasets whose paths lead to arrays");
-            goto out;
-        }
+        SC_TRY(choose_level(ctx, &node, level, &choice));
     }
     *out = choice;
     choice = (sc_zarr_choice){.array.fd = -1};

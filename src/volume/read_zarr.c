@@ -32,20 +32,20 @@ typedef struct zarr_reading {
     sc_zarr_node node;
     sc_zarr_array array;
     int axis[3]; /* the dimensions that are x, y, z; -1: z of a picture */
+    int low[3];  /* the first voxel of the array that is read, along x, y, z */
     size_t packed_bytes, chunk_bytes;
     size_t shard_chunks; /* chunks of a file; 1 without shards */
     int threads;
     zarr_worker *workers; /* [threads], owned; NULL until the first slices are read */
 } zarr_reading;
 
-/* The slices that are being read. */
+/* The slices that are being read: a box of voxels of the array. */
 typedef struct zarr_slices {
     zarr_reading *r;
-    int first, count;   /* along z */
-    size_t grid[3];     /* chunks along x, y, z that hold them */
-    size_t first_layer; /* the number along z of the first of them */
-    const int *size;    /* of the volume */
-    unsigned char *out; /* [count][size y][size x] */
+    size_t low[3], high[3]; /* the first voxel along x, y, z, and the one behind the last */
+    size_t grid[3];         /* chunks along x, y, z that hold them */
+    size_t first_chunk[3];  /* the number of the first of them */
+    unsigned char *out;     /* [high - low] along z, y, x */
 } zarr_slices;
 
 static void release(void *data)
@@ -279,12 +279,12 @@ static void copy_chunk(const zarr_slices *s, const unsigned char *chunk, const s
     strides_of(r, strides);
     for (size_t z = low[2]; z < high[2]; z++) {
         for (size_t y = low[1]; y < high[1]; y++) {
+            const size_t nx = s->high[0] - s->low[0], ny = s->high[1] - s->low[1];
             unsigned char *to =
-                s->out +
-                (((z - (size_t)s->first) * (size_t)s->size[1] + y) * (size_t)s->size[0] + low[0]) *
-                    each;
+                s->out + (((z - s->low[2]) * ny + y - s->low[1]) * nx + low[0] - s->low[0]) * each;
             const unsigned char *from = chunk ? chunk + (z % chunk_size(r, 2) * strides[2] +
-                                                         y % chunk_size(r, 1) * strides[1]) *
+                                                         y % chunk_size(r, 1) * strides[1] +
+                                                         low[0] % chunk_size(r, 0) * strides[0]) *
                                                             each
                                               : r->array.fill;
 
@@ -301,20 +301,20 @@ static void read_chunks(void *user, size_t begin, size_t end, int thread)
     zarr_worker *w = &r->workers[thread];
 
     for (size_t item = begin; item < end; item++) {
-        const size_t number[3] = {item % s->grid[0], item / s->grid[0] % s->grid[1],
-                                  item / s->grid[0] / s->grid[1] + s->first_layer};
-        const size_t bounds[3] = {(size_t)s->size[0], (size_t)s->size[1],
-                                  (size_t)(s->first + s->count)};
+        const size_t number[3] = {item % s->grid[0] + s->first_chunk[0],
+                                  item / s->grid[0] % s->grid[1] + s->first_chunk[1],
+                                  item / s->grid[0] / s->grid[1] + s->first_chunk[2]};
         size_t at[SC_ZARR_RANK_MAX] = {0}, low[3], high[3];
         const unsigned char *chunk;
 
         for (int i = 0; i < 3; i++) {
-            low[i] = number[i] * chunk_size(r, i);
-            high[i] = low[i] + chunk_size(r, i) < bounds[i] ? low[i] + chunk_size(r, i) : bounds[i];
+            const size_t first = number[i] * chunk_size(r, i), behind = first + chunk_size(r, i);
+
+            low[i] = first > s->low[i] ? first : s->low[i];
+            high[i] = behind < s->high[i] ? behind : s->high[i];
             if (r->axis[i] >= 0)
                 at[r->axis[i]] = number[i];
         }
-        low[2] = low[2] < (size_t)s->first ? (size_t)s->first : low[2];
         if (load_chunk(r, w, item, at, &chunk))
             copy_chunk(s, chunk, low, high);
     }
@@ -349,22 +349,19 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
                              int first, int count, void *out)
 {
     zarr_reading *r = source->data;
-    const size_t layer = chunk_size(r, 2);
-    zarr_slices s = {.r = r,
-                     .first = first,
-                     .count = count,
-                     .first_layer = (size_t)first / layer,
-                     .size = source->size,
-                     .out = out};
+    zarr_slices s = {.r = r, .out = out};
     const zarr_worker *worst = NULL;
     sc_status status = begin_workers(ctx, r);
 
     (void)path;
     if (status != SC_OK)
         return status;
-    for (int i = 0; i < 2; i++)
-        s.grid[i] = ((size_t)source->size[i] + chunk_size(r, i) - 1) / chunk_size(r, i);
-    s.grid[2] = (size_t)(first + count - 1) / layer - s.first_layer + 1;
+    for (int i = 0; i < 3; i++) {
+        s.low[i] = (size_t)r->low[i] + (i == 2 ? (size_t)first : 0);
+        s.high[i] = s.low[i] + (size_t)(i == 2 ? count : source->size[i]);
+        s.first_chunk[i] = s.low[i] / chunk_size(r, i);
+        s.grid[i] = (s.high[i] - 1) / chunk_size(r, i) - s.first_chunk[i] + 1;
+    }
     for (int i = 0; i < r->threads; i++)
         r->workers[i].failed = SIZE_MAX;
     sc_parallel_for(r->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
@@ -449,32 +446,68 @@ static void geometry(const sc_ctx *ctx, const sc_zarr_choice *choice, const zarr
                 path);
 }
 
-/* Set size, type and slices of @p source, and what is needed to unpack chunks. */
-static sc_status layout(const sc_ctx *ctx, zarr_reading *r, sc_source *source)
+/* Set the size of @p source, that of the whole array. */
+static sc_status array_size(const sc_ctx *ctx, const zarr_reading *r, sc_source *source)
 {
-    const sc_zarr_array *a = &r->array;
-    const char *path = r->node.path;
-    const size_t each = sc_voxel_type_bytes(a->type);
-    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
-    int64_t size[3], slices;
+    int64_t size[3];
     size_t voxels;
-    double needed, slice_bytes;
 
     for (int i = 0; i < 3; i++)
-        size[i] = r->axis[i] < 0 ? 1 : a->shape[r->axis[i]];
-    if (sc_grid_voxels(ctx, path, size, each, &voxels) != SC_OK)
+        size[i] = r->axis[i] < 0 ? 1 : r->array.shape[r->axis[i]];
+    if (sc_grid_voxels(ctx, r->node.path, size, sc_voxel_type_bytes(r->array.type), &voxels) !=
+        SC_OK)
         return SC_ERR_DATA;
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)size[i];
-    r->chunk_bytes = sc_zarr_values(a, a->chunk) * each;
+    return SC_OK;
+}
+
+/* Make @p source, of the whole array, one of the part that is wanted. */
+static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                     zarr_reading *r, sc_source *source)
+{
+    sc_status status;
+
+    SC_TRY(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
+    SC_TRY(sc_source_cut(ctx, path, choice, source));
+    source->to_ras_mm = sc_source_part_to_ras(source);
+    for (int i = 0; i < 3; i++) {
+        r->low[i] = source->low[i];
+        source->size[i] = source->part[i];
+        source->low[i] = 0;
+    }
+out:
+    return status;
+}
+
+/* Set how many slices of @p source are read at a time: those of whole layers of chunks, so that
+ * each chunk is unpacked once. */
+static void choose_slices(const zarr_reading *r, sc_source *source)
+{
+    const double slice_bytes =
+        (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(r->array.type);
+    const int64_t layer =
+        (int64_t)chunk_size(r, 2) < source->size[2] ? (int64_t)chunk_size(r, 2) : source->size[2];
+    const int64_t slices = layer * ((int64_t)(SLICES_BYTES / (slice_bytes * (double)layer)) + 1);
+
+    source->slices = (int)(slices < source->size[2] ? slices : source->size[2]);
+    if (slices < source->size[2])
+        source->first_slices = (int)(slices - r->low[2] % (int64_t)chunk_size(r, 2));
+}
+
+/* Set what is needed to unpack chunks. */
+static sc_status layout(const sc_ctx *ctx, zarr_reading *r)
+{
+    const sc_zarr_array *a = &r->array;
+    const char *path = r->node.path;
+    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
+    double needed;
+
+    r->chunk_bytes = sc_zarr_values(a, a->chunk) * sc_voxel_type_bytes(a->type);
     r->packed_bytes = (size_t)sc_zarr_packed_most(r->chunk_bytes);
     r->shard_chunks = 1;
     for (int i = 0; i < a->rank; i++)
         r->shard_chunks *= (size_t)(a->file_shape[i] / a->chunk[i]);
-    slice_bytes = (double)size[0] * (double)size[1] * (double)each;
-    slices = chunk_size(r, 2) < (size_t)size[2] ? (int64_t)chunk_size(r, 2) : size[2];
-    slices *= (int64_t)(SLICES_BYTES / (slice_bytes * (double)slices)) + 1;
-    source->slices = (int)(slices < size[2] ? slices : size[2]);
     if (r->chunk_bytes > CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has chunks of %zu bytes, %zu of them in a file, expected at most %d "
@@ -493,7 +526,8 @@ static sc_status layout(const sc_ctx *ctx, zarr_reading *r, sc_source *source)
     return SC_OK;
 }
 
-sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                       bool header_only, sc_source *out)
 {
     sc_source source = {
         .slope = 1, .encoding = SC_ENCODING_SLICES, .read_slices = read_slices, .release = release};
@@ -505,19 +539,25 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc
     SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
     source.data = r = block;
     r->node.fd = -1;
-    SC_TRY(sc_zarr_choose(ctx, path, &choice));
+    SC_TRY(sc_zarr_choose(ctx, path, read->level, &choice));
     SC_TRY(sc_zarr_array_read(ctx, &choice.array, &r->array));
     SC_TRY(find_axes(ctx, &choice, r));
     source.type = r->array.type;
     r->node = choice.array;
     choice.array = (sc_zarr_node){.fd = -1, .path = r->node.path}; /* lent for messages */
-    status = layout(ctx, r, &source);
+    status = array_size(ctx, r, &source);
+    if (status == SC_OK)
+        status = layout(ctx, r);
+    if (status == SC_OK)
+        geometry(ctx, &choice, r, &source);
+    if (status == SC_OK)
+        status = cut(ctx, path, read, r, &source);
+    if (status == SC_OK)
+        choose_slices(r, &source);
     if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
         status = sc_volume_memory_check(ctx, path, source.size, 0);
     if (status == SC_ERR_SYSTEM && choice.coarser)
         sc_info(ctx, "%s is a coarser level of the same image, and may fit", choice.coarser);
-    if (status == SC_OK)
-        geometry(ctx, &choice, r, &source);
     choice.array.path = NULL;
     SC_TRY(status);
     SC_TRY(sc_path_join(ctx, r->node.path, r->node.meta_name, &source.file));

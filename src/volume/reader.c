@@ -98,16 +98,82 @@ static void warn_of_spacing(const sc_ctx *ctx, const char *path, const sc_affine
                 path, least, most);
 }
 
+/* ---- parts ---- */
+
+/* @return where the box of a choice is from, for messages. */
+static const char *where_of(const sc_read_choice *choice, const char *path)
+{
+    return choice->where && choice->where[0] ? choice->where : path;
+}
+
+/* Log that the volume has no voxel in the box in mm of @p choice. @return SC_ERR_DATA always. */
+static sc_status refuse_box_mm(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                               const sc_source *source)
+{
+    sc_vec3 low, high;
+
+    sc_volume_extent(source->size, &source->to_ras_mm, &low, &high);
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: box_mm: the volume has no voxel in the box; it reaches from [%.4g, %.4g, "
+                   "%.4g] to [%.4g, %.4g, %.4g] in RAS mm",
+                   where_of(choice, path), low.x, low.y, low.z, high.x, high.y, high.z);
+}
+
+sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                        sc_source *source)
+{
+    const int *size = source->size;
+    sc_voxel_box box = {{0, 0, 0}, {size[0] - 1, size[1] - 1, size[2] - 1}};
+
+    if (choice->box == SC_READ_MM)
+        box = sc_voxels_between(size, &source->to_ras_mm, choice->corners);
+    for (int i = 0; i < 3; i++) {
+        if (choice->box == SC_READ_VOXELS) {
+            if (choice->voxels[i][1] > size[i])
+                return sc_fail(ctx, SC_ERR_DATA,
+                               "%s: box: [%d, %d] along %c reaches beyond the volume of %d x %d x "
+                               "%d voxels, expected at most [0, %d]",
+                               where_of(choice, path), choice->voxels[i][0], choice->voxels[i][1],
+                               "xyz"[i], size[0], size[1], size[2], size[i]);
+            box.low[i] = choice->voxels[i][0];
+            box.high[i] = choice->voxels[i][1] - 1;
+        }
+        if (box.low[i] > box.high[i])
+            return refuse_box_mm(ctx, path, choice, source);
+        source->low[i] = box.low[i];
+        source->part[i] = box.high[i] - box.low[i] + 1;
+    }
+    return SC_OK;
+}
+
+sc_affine sc_source_part_to_ras(const sc_source *source)
+{
+    sc_affine map = source->to_ras_mm;
+
+    for (int row = 0; row < 3; row++) {
+        for (int i = 0; i < 3; i++)
+            map.m[row][3] += map.m[row][i] * source->low[i];
+    }
+    return map;
+}
+
 /* ---- reading ---- */
 
-sc_status sc_open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)
+sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                         bool header_only, sc_source *out)
 {
     sc_source source = {.slope = 1};
     struct stat info;
     sc_status status;
 
     if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
-        SC_TRY(sc_open_zarr(ctx, path, header_only, &source));
+        SC_TRY(sc_open_zarr(ctx, path, choice, header_only, &source));
+    } else if (choice->level) {
+        status = sc_fail(ctx, SC_ERR_DATA,
+                         "%s: level: %s has one resolution, expected level 0, or an image of "
+                         "OME-Zarr, which may have several",
+                         where_of(choice, path), path);
+        goto out;
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
         SC_TRY(sc_open_masks(ctx, path, &source));
         if (source.mask_count == 0) {
@@ -118,6 +184,8 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, bool header_only, 
         SC_TRY(sc_open_file(ctx, path, header_only, &source));
     }
     SC_TRY(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
+    if (!source.part[0])
+        SC_TRY(sc_source_cut(ctx, path, choice, &source));
     warn_of_shear(ctx, path, &source.to_ras_mm);
     warn_of_spacing(ctx, path, &source.to_ras_mm);
     if (!source.oriented)
@@ -136,23 +204,23 @@ out:
  * [label_count]. The caller owns both (sc_volume_clear, sc_free); both are untouched after an
  * error.
  */
-static sc_status read_voxels(const sc_ctx *ctx, const char *path, sc_overlap overlap, bool keep_ids,
-                             sc_volume *out, sc_label_tally **tallies)
+static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                             bool keep_ids, sc_volume *out, sc_label_tally **tallies)
 {
     sc_source source = {0};
     sc_volume volume = {0};
     sc_status status;
 
     sc_stage_begin(ctx, "reading", 0, 0); /* some formats are unpacked as a whole before */
-    SC_TRY(sc_open_source(ctx, path, false, &source));
+    SC_TRY(sc_open_source(ctx, path, choice, false, &source));
     if (keep_ids)
-        SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
+        SC_TRY(sc_volume_memory_check(ctx, path, source.part, 0));
     if (source.mask_count)
-        SC_TRY(sc_load_masks(ctx, path, overlap, &source));
+        SC_TRY(sc_load_masks(ctx, path, choice->overlap, &source));
     else if (source.layers > 1)
-        SC_TRY(sc_load_layers(ctx, path, overlap, &source));
+        SC_TRY(sc_load_layers(ctx, path, choice->overlap, &source));
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));
-    volume.to_ras_mm = source.to_ras_mm;
+    volume.to_ras_mm = sc_source_part_to_ras(&source);
     volume.oriented = source.oriented;
     sc_volume_apply_table(&volume, &source.table);
     *out = volume;
@@ -164,12 +232,13 @@ out:
 sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
     const sc_ctx quiet = sc_quiet(ctx);
+    const sc_read_choice whole = {0};
     sc_source source = {0};
     sc_status status = SC_OK;
     bool reads = sc_same_file(volume, path);
 
     if (!reads)
-        status = sc_open_source(&quiet, volume, true, &source);
+        status = sc_open_source(&quiet, volume, &whole, true, &source);
     if (!reads && status == SC_OK)
         reads = source.file && sc_same_file(source.file, path);
     for (size_t i = 0; i < source.mask_count && !reads; i++)
@@ -183,13 +252,14 @@ sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *pat
 
 sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out)
 {
-    return sc_volume_read_by(ctx, path, SC_OVERLAP_SMALLER, out);
+    return sc_volume_read_by(ctx, path, &(sc_read_choice){0}, out);
 }
 
-sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, sc_overlap overlap, sc_volume *out)
+sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                            sc_volume *out)
 {
     sc_label_tally *tallies = NULL;
-    const sc_status status = read_voxels(ctx, path, overlap, true, out, &tallies);
+    const sc_status status = read_voxels(ctx, path, choice, true, out, &tallies);
 
     sc_free(tallies);
     return status;
@@ -197,14 +267,14 @@ sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path, sc_overlap over
 
 sc_status sc_volume_scan_labels(const sc_ctx *ctx, const char *path, sc_label_scan *out)
 {
-    return sc_volume_scan_by(ctx, path, SC_OVERLAP_SMALLER, out);
+    return sc_volume_scan_by(ctx, path, &(sc_read_choice){0}, out);
 }
 
-sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                             sc_label_scan *out)
 {
     sc_label_scan scan = {0};
-    const sc_status status = read_voxels(ctx, path, overlap, false, &scan.volume, &scan.tallies);
+    const sc_status status = read_voxels(ctx, path, choice, false, &scan.volume, &scan.tallies);
 
     if (status == SC_OK)
         *out = scan;
@@ -213,19 +283,25 @@ sc_status sc_volume_scan_by(const sc_ctx *ctx, const char *path, sc_overlap over
 
 sc_status sc_volume_read_header(const sc_ctx *ctx, const char *path, sc_label_scan *out)
 {
+    return sc_volume_read_header_by(ctx, path, &(sc_read_choice){0}, out);
+}
+
+sc_status sc_volume_read_header_by(const sc_ctx *ctx, const char *path,
+                                   const sc_read_choice *choice, sc_label_scan *out)
+{
     sc_source source = {0};
     sc_label_scan scan = {0};
     void *labels;
     sc_status status;
 
-    SC_TRY(sc_open_source(ctx, path, true, &source));
+    SC_TRY(sc_open_source(ctx, path, choice, true, &source));
     SC_TRY(sc_zalloc(ctx, 1, sizeof(sc_label), &labels));
     scan.volume = (sc_volume){.label_count = 1,
                               .labels = labels,
-                              .to_ras_mm = source.to_ras_mm,
+                              .to_ras_mm = sc_source_part_to_ras(&source),
                               .oriented = source.oriented};
     scan.volume.labels[0].opacity = -1;
-    memcpy(scan.volume.size, source.size, sizeof source.size);
+    memcpy(scan.volume.size, source.part, sizeof source.part);
     SC_TRY(sc_volume_add_labels(ctx, &scan.volume, &source.table));
     *out = scan;
     scan = (sc_label_scan){0};

@@ -38,7 +38,9 @@ typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct
 
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
 typedef struct sc_source {
-    int size[3]; /* voxels along x (fastest), y, z */
+    int size[3];         /* voxels along x (fastest), y, z */
+    int low[3], part[3]; /* the first voxel that is wanted, and how many along x, y, z;
+                            sc_source_cut sets them */
     sc_voxel_type type;
     double slope, intercept; /* label = slope * stored + intercept; 1 and 0 change nothing */
     sc_affine to_ras_mm;     /* as in sc_volume */
@@ -55,6 +57,7 @@ typedef struct sc_source {
     void (*release)(void *data); /* frees data; NULL: nothing to free */
     sc_slices_fn *read_slices;   /* SC_ENCODING_SLICES: data is what it works on */
     int slices;                  /* SC_ENCODING_SLICES: how many are read at a time, at least 1 */
+    int first_slices;            /* how many instead the first time; 0: as many */
     int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
@@ -77,6 +80,12 @@ typedef struct sc_mask {
 /* Free the voxels, the file name and the table, and zero the source. A zeroed source is
  * allowed. */
 void sc_source_clear(sc_source *source);
+/* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
+ * for a box that lies outside, or in voxels reaches beyond them. */
+sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                        sc_source *source);
+/* @return the geometry of the voxels that are wanted. */
+sc_affine sc_source_part_to_ras(const sc_source *source);
 /* Number of voxels; size must be set. */
 size_t sc_source_voxels(const sc_source *source);
 /* Bytes of one voxel as stored. */
@@ -136,14 +145,18 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-/* As the others, of a directory of Zarr: sc_zarr_is_node. */
-sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+/* As the others, of a directory of Zarr: sc_zarr_is_node. The source is the part that @p read
+ * wants, of the level that it wants: SC_ERR_DATA also if there is no such level or part. */
+sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                       bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,
- * check it, and log all warnings about its geometry. @param header_only as of sc_open_nrrd. @return
- * the errors of sc_volume_read. Caller owns: sc_source_clear. */
-sc_status sc_open_source(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+ * check it, log all warnings about its geometry, and find which part of it is wanted. @param
+ * header_only as of sc_open_nrrd. @return the errors of sc_volume_read_by. Caller owns:
+ * sc_source_clear. */
+sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                         bool header_only, sc_source *out);
 
 /* Find the masks in the directory @p path, files of a volume each, and check their headers. *out,
  * to which as above the caller clears, has size, geometry and orientation of the first, the masks
@@ -219,10 +232,10 @@ sc_status sc_stream_finish(sc_voxel_stream *stream);
 /* Close the file and free the stream; NULL is allowed. */
 void sc_stream_close(sc_voxel_stream *stream);
 
-/* One pass over all voxels, by ctx->threads threads; the result does not depend on their number:
- * the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense ids. Fills size,
- * label_count, label_bytes, labels (values only) and ids (NULL without keep_ids) of *volume and
- * sets the rest to zero; *tallies is [label_count] by dense id. The caller owns both
+/* One pass over the voxels of the wanted part, by ctx->threads threads; the result does not depend
+ * on their number: the distinct labels, what they cover, and, if @p keep_ids, the voxels as dense
+ * ids. Fills size, label_count, label_bytes, labels (values only) and ids (NULL without keep_ids)
+ * of *volume and sets the rest to zero; *tallies is [label_count] by dense id. The caller owns both
  * (sc_volume_clear, sc_free); both are untouched after an error. Warns of what looks like a
  * grey-value image. @return the errors of sc_stream_next; SC_ERR_DATA for more than SC_LABELS_MAX
  * labels; SC_ERR_MEMORY. */

@@ -138,7 +138,8 @@ static sc_status read_slab(sc_voxel_stream *s, size_t at)
     const size_t slice = (size_t)source->size[0] * (size_t)source->size[1];
     const int first = (int)(at / slice);
     const int left = source->size[2] - first;
-    const int slices = left < source->slices ? left : source->slices;
+    const int most = first == 0 && source->first_slices ? source->first_slices : source->slices;
+    const int slices = left < most ? left : most;
     const sc_status status = source->read_slices(s->ctx, s->path, source, first, slices, s->slab);
 
     if (status != SC_OK)

@@ -127,9 +127,10 @@ typedef struct sc_zarr_choice {
     double scale[SC_ZARR_RANK_MAX], shift[SC_ZARR_RANK_MAX]; /* of the axes, in their units */
 } sc_zarr_choice;
 /* Find the array to be shown by the path that the user has given: an array, a label image, a group
- * "labels", or an image with labels. @return SC_ERR_DATA, logged with the names to choose from if
- * there are several; the errors of sc_zarr_node_open. Caller owns *out: sc_zarr_choice_clear. */
-sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, sc_zarr_choice *out);
+ * "labels", or an image with labels, the latter in the resolution @p level, 0 the finest. @return
+ * SC_ERR_DATA, logged with the names to choose from if there are several, and with the levels if
+ * there is no such one; the errors of sc_zarr_node_open. Caller owns *out: sc_zarr_choice_clear. */
+sc_status sc_zarr_choose(const sc_ctx *ctx, const char *path, int level, sc_zarr_choice *out);
 void sc_zarr_choice_clear(sc_zarr_choice *choice);
 
 #endif

@@ -86,4 +86,16 @@ rm -rf again
 "$SEGCAST" prepare job.yaml -o part.segc -q >/dev/null
 [ "$(hash_of part.segc)" != "" ] || fail "the prepared file cannot be drawn"
 sed 's/^volume.*/volume: {path: part.segc, keep: aorta}/; s/, "blood".*/}/' job.yaml >prepared.yaml
-expect 65 'is prepared, and merge, keep and crop' "$SEGCAST" check prepared.yaml
+expect 65 'is prepared, and level, box, merge, keep and crop' "$SEGCAST" check prepared.yaml
+# A setting of the path keeps what the job does with the volume; with the prepared file it has been done.
+hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >kept.txt
+"$SEGCAST" phantom --size 40x30x42 -o small.nrrd -q >/dev/null
+"$SEGCAST" check job.yaml --set volume=small.nrrd 2>said.txt >/dev/null
+grep -q '2 of 17 tissues are kept' said.txt || fail "what the job keeps is lost with another path: $(cat said.txt)"
+"$SEGCAST" prepare job.yaml -o kept.segc -q >/dev/null
+"$SEGCAST" render job.yaml --set volume=kept.segc -o mapped 2>said.txt >/dev/null
+grep -q 'kept.segc: is prepared; what the job reads, merges, keeps and crops' said.txt || fail "$(cat said.txt)"
+[ "$(hashes mapped)" = "$(cat kept.txt)" ] || fail "the prepared file with the job that made it: another picture"
+# A box is what reading a smaller file is.
+"$python" change.py heart.nrrd part.nrrd 10,4,12 40,30,44 $(for i in {1..20}; do echo "$i=$i"; done)
+[ "$(hash_of '{path: heart.nrrd, box: [[10, 41], [4, 31], [12, 45]]}')" = "$(hash_of part.nrrd)" ] || fail "box: another picture"

@@ -205,6 +205,62 @@ for volume in same.nrrd zstd.zarr v3_shards_first.zarr; do
     done
 done
 
+# A level by its number, and a part of a volume, are what zarr-python cuts out; of chunks outside of the part not even
+# the files are looked at, and what holds the box only in part is read in part. Every box is also that of NRRD.
+cat >part.py <<'PYTHON'
+import sys, numpy, zarr
+path, level, *box = sys.argv[1:]
+labels = zarr.open('zstd.zarr/labels/cells/' + level, mode='r')[:]
+x0, x1, y0, y1, z0, z1 = map(int, box) if box else (0, labels.shape[2], 0, labels.shape[1], 0, labels.shape[0])
+step = .0005 * 2 ** int(level)
+header = ('NRRD0004\ntype: uint16\ndimension: 3\nsizes: %d %d %d\nspace: right-anterior-superior\nspace directions: (%r,0,0) (0,%r,0) (0,0,0.00125)\n'
+          'space origin: (%r,%r,%r)\nendian: little\nencoding: raw\n\n' % (x1 - x0, y1 - y0, z1 - z0, step, step, step * x0, step * y0, .00125 * z0)).encode()
+open(path, 'wb').write(header + numpy.ascontiguousarray(labels[z0:z1, y0:y1, x0:x1]).astype('<u2').tobytes())
+PYTHON
+# found VOLUME [OPTION ...]: size, geometry and labels that `segcast info` finds, the geometry rounded
+found() {
+    "$SEGCAST" info "$1" "${@:2}" --json 2>stderr.txt >info.json || { cat stderr.txt >&2; fail "$* cannot be read"; }
+    jq -c '[.size, [.to_ras_mm[][] | . * 1e9 | round], [.labels[1:][] | [.value, .voxels]]]' info.json
+}
+threads=1
+while read -r level box; do
+    threads=$((4 - threads))
+    IFS=', ' read -ra corners <<<"${box//[\[\]]/}"
+    "$python" part.py part.nrrd "$level" "${corners[@]}" || fail "no part of the store can be written"
+    wanted=$(found part.nrrd)
+    for store in zstd.zarr v3_shards_first.zarr fortran.zarr same.nrrd one_chunk.zarr; do
+        { [ "$level" != 0 ] && [[ $store == v3* || $store == same* ]]; } && continue
+        [ "$(found "$store" --set "volume={level: $level${box:+, box: $box}}" --threads $threads)" = "$wanted" ] ||
+            fail "level $level, box $box of $store: $(jq -c . info.json), expected $wanted"
+    done
+done <<'TABLE'
+1
+0 [[10, 31], [0, 50], [0, 7]]
+0 [[13, 14], [17, 33], [2, 3]]
+0 [[0, 60], [9, 41], [1, 6]]
+0 [[25, 50], [16, 32], [3, 6]]
+1 [[3, 30], [4, 25], [1, 7]]
+TABLE
+cp -r zstd.zarr few.zarr
+for file in few.zarr/labels/cells/0/*/*/*; do # only chunk (z 1, y 1, x 1) stays; the others would be refused
+    [[ $file == */1/1/1 ]] || echo damaged >"$file"
+done
+expect 65 'few.zarr/labels/cells/0/0/0/0: zstd' "$SEGCAST" info few.zarr
+"$SEGCAST" info few.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}' --json >info.json 2>stderr.txt ||
+    { cat stderr.txt >&2; fail "chunks outside of the box are read"; }
+jq -e '.labels[1:] | map(.voxels) == [160, 608]' info.json >/dev/null || fail "the labels of one chunk: $(jq -c .labels info.json)"
+# The same by two corners in mm: voxels 25 to 49, 16 to 31, 3 to 5.
+mm='[[0.0245, 0.00799, 0.0064], [0.01249, 0.0155, 0.00370]]'
+[ "$(found zstd.zarr --set "volume={box_mm: $mm}")" = "$(found zstd.zarr --set 'volume={box: [[25, 50], [16, 32], [3, 6]]}')" ] ||
+    fail "a box in mm: $(jq -c . info.json)"
+expect 65 'has no resolution level 2, expected one of 2: 0 ."0" of .7, 50, 60.., 1 ."1" of .7, 25, 30..; 0 is the finest' \
+    "$SEGCAST" info zstd.zarr --set volume.level=2
+expect 65 'is an array, and thus one resolution; expected level 0' "$SEGCAST" info zstd.zarr/labels/cells/0 --set volume.level=1
+expect 65 'level: .*same.nrrd has one resolution' "$SEGCAST" info same.nrrd --set volume.level=1
+expect 65 'box: \[0, 31\] along x reaches beyond the volume of 30 x 25 x 7' "$SEGCAST" info zstd.zarr --set 'volume={level: 1, box: [[0, 31], [0, 2], [0, 2]]}'
+expect 65 'box_mm: the volume has no voxel in the box; it reaches from .-0.00025, -0.00025, -0.000625. to' \
+    "$SEGCAST" info zstd.zarr --set 'volume={box_mm: [[1, 1, 1], [2, 2, 2]]}'
+
 # What cannot be read is refused, with one message that names file or key and what was found.
 change() { # change STORE NEW SCRIPT: copy a store, and change it by a script for Python in its directory
     cp -r "$1" "$2"

@@ -514,7 +514,8 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
         sc_ctx ctx = listening(&said);
         sc_volume v = {0};
 
-        assert_ok(sc_volume_read_by(&ctx, "m.dir", cases[i].overlap, &v));
+        assert_ok(
+            sc_volume_read_by(&ctx, "m.dir", &(sc_read_choice){.overlap = cases[i].overlap}, &v));
         assert_int_equal(said.warnings, 1);
         assert_string_equal(said.text, cases[i].message);
         expect_voxels(&v, cases[i].labels);
@@ -622,7 +623,8 @@ static void segments_in_layers_become_labels(void **state)
         sc_volume v = {0};
 
         write_layers("f.seg.nrrd", cases[i].segments, "111102", "003300");
-        assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd", cases[i].overlap, &v));
+        assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd",
+                                    &(sc_read_choice){.overlap = cases[i].overlap}, &v));
         assert_string_equal(said.text, cases[i].message);
         assert_int_equal(said.warnings, i < 2 ? 1 : 2);
         assert_int_equal(v.size[0], MASK_VOXELS);

@@ -104,7 +104,11 @@ static bool same_edits(const sc_job *a, const sc_job *b)
     if (a->volume_tissue_count != b->volume_tissue_count || a->has_keep != b->has_keep ||
         a->has_merge != b->has_merge || a->has_crop != b->has_crop ||
         a->crop.kind != b->crop.kind || a->crop.margin_mm != b->crop.margin_mm ||
-        memcmp(a->crop.corners, b->crop.corners, sizeof a->crop.corners) != 0)
+        memcmp(a->crop.corners, b->crop.corners, sizeof a->crop.corners) != 0 ||
+        a->has_box != b->has_box || a->has_box_mm != b->has_box_mm ||
+        a->volume_level != b->volume_level ||
+        memcmp(a->volume_box, b->volume_box, sizeof a->volume_box) != 0 ||
+        memcmp(a->volume_box_mm, b->volume_box_mm, sizeof a->volume_box_mm) != 0)
         return false;
     for (size_t i = 0; i < a->volume_tissue_count; i++) {
         if (strcmp(a->volume_tissues[i].pattern, b->volume_tissues[i].pattern) != 0 ||
@@ -118,10 +122,13 @@ static bool same_edits(const sc_job *a, const sc_job *b)
 static void what_is_changed_of_a_volume_is_read_and_written(void **state)
 {
     static const char *const jobs[] = {
-        "volume: {path: phantom}\n", "volume: {path: phantom, keep: aorta}\n",
+        "volume: {path: phantom}\n",
+        "volume: {path: phantom, keep: aorta}\n",
         "volume: {path: phantom, keep: [aorta, 12, \"left *\"], crop: visible}\n",
         "volume: {keep: [b], path: phantom, merge: {b: [aorta, 'l\"eft'], walls: '*wall'}}\n",
-        "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
+        "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n",
+        "volume: {path: phantom, level: 2, box: [[0, 7], [3, 4], [128, 2147483647]]}\n",
+        "volume: {path: phantom, box_mm: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(jobs); i++) {
@@ -154,6 +161,7 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
             "crop is \"visible+5\", expected visible");
     refuses("volume: {path: phantom, crop: visible+-5mm}\n", "expected visible");
     refuses("volume: {path: phantom, crop: visible+1e99 mm}\n", "expected visible");
+    refuses("volume: {path: phantom, crop: visible + 0x10 mm}\n", "expected visible");
     refuses("volume: {path: phantom, crop: [1, 2]}\n", "expected visible");
     refuses("volume: {path: phantom, crop: [[1, 2, 3], [4, .nan, 5]]}\n", "expected");
 }
@@ -896,6 +904,11 @@ static void settings_merge_maps_and_replace_alternatives(void **state)
     (void)state;
     expect_change("volume: phantom\noutput: {fps: 25, crf: 20}\n", "output={crf: 30}",
                   "volume: phantom\noutput: {fps: 25, crf: 30}\n");
+    expect_change("volume: {path: phantom, keep: [a], crop: visible}\n", "volume=phantom:20x20x20",
+                  "volume: {path: phantom:20x20x20, keep: [a], crop: visible}\n");
+    expect_change("volume: phantom\n", "volume=phantom:20x20x20", "volume: phantom:20x20x20\n");
+    expect_change("animation: {camera: {zoom: {from: 1, to: 3}}}\nvolume: phantom\n",
+                  "animation.camera.zoom=2", "volume: phantom\nanimation: {camera: {zoom: 2}}\n");
     expect_change("volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1}}\n",
                   "tissues={b: {visible: false}, c: {opacity: 0}}",
                   "volume: phantom\ntissues: {a: {opacity: 1}, b: {opacity: 1, visible: false}, c: "
