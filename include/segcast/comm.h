@@ -87,6 +87,10 @@ typedef enum sc_shared_place {
  *  sc_shared_free. */
 SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes,
                                       const char *folder, sc_shared **out);
+/** Choose where blocks are made from now on for which a folder is given: @p prefers says in a file
+ *  there, if it has room, of which the system holds in memory what is used; otherwise, as at first,
+ *  in memory if that has room. All ranks choose the same. Not collective. */
+void sc_comm_prefer_files(sc_comm *comm, bool prefers);
 /** @return where this rank's node holds the block. */
 sc_shared_place sc_shared_place_of(const sc_shared *shared);
 /** @return the block at its address in this process. */

@@ -215,6 +215,24 @@ out:
     return status;
 }
 
+/* @return whether the phases, of which the first is loaded, take so much that they are to be held
+ * in files: with what pictures are drawn from, which takes about half as much again, more than half
+ * of the memory. The same on all ranks. */
+static bool are_for_files(const sc_app *app, const sc_session *session)
+{
+    const double bytes = 1.5 * (double)session->shared_bytes * (double)session->job.phase_count;
+    const uint64_t limit = app->ctx->memory_max_bytes, machine = sc_machine_memory();
+    uint8_t prefers = bytes > 0.5 * (double)(limit && limit < machine ? limit : machine);
+
+    sc_comm_broadcast(app->comm, &prefers, sizeof prefers);
+    if (prefers && sc_comm_rank(app->comm) == 0)
+        sc_info(app->ctx,
+                "the phases take %.3g GB in all, which is too much to be held in memory: they are "
+                "files in %s, of which the system keeps in memory what is drawn",
+                bytes * 1e-9, sc_temporary_folder());
+    return prefers;
+}
+
 /* Tell, on rank 0, which volumes are the phases, and in which order. */
 static void tell_phases(const sc_app *app, const sc_session *session)
 {
@@ -234,11 +252,14 @@ static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_sessi
 {
     sc_status status;
 
+    sc_comm_prefer_files(app->comm, false);
     if (session->job.phase_count)
         tell_phases(app, session);
     SC_TRY(load(app, header_only, session));
-    if (session->job.phase_count)
-        status = load_phases(app, load, header_only, session);
+    if (!session->job.phase_count)
+        return SC_OK;
+    sc_comm_prefer_files(app->comm, are_for_files(app, session));
+    status = load_phases(app, load, header_only, session);
 out:
     return status;
 }

@@ -76,6 +76,11 @@ sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const 
     return comm->ops->share(ctx, comm, bytes, folder, out);
 }
 
+void sc_comm_prefer_files(sc_comm *comm, bool prefers)
+{
+    comm->prefers_files = prefers;
+}
+
 sc_shared_place sc_shared_place_of(const sc_shared *shared)
 {
     return shared->place;

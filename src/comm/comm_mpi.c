@@ -186,18 +186,23 @@ static size_t spare_bytes_of(const sc_comm *comm)
     return SPARE_BYTES + (size_t)comm->node_size * (size_t)SPARE_BYTES_PER_RANK;
 }
 
-/* Find room for shared->bytes that the ranks of this node really share, first in memory, then as a
- * file in @p folder if it is not NULL. Sets data and place. Collective in comm->node, where all get
- * the same result. @return SC_ERR_MEMORY, not logged. */
+/* Find room for shared->bytes that the ranks of this node really share, in memory or as a file in
+ * @p folder if it is not NULL, first in that which is preferred. Sets data and place. Collective in
+ * comm->node, where all get the same result. @return SC_ERR_MEMORY, not logged. */
 static sc_status find_common_place(mpi_comm *comm, const char *folder, sc_shared *shared)
 {
     const size_t spare_bytes = spare_bytes_of(&comm->base);
 
+    shared->place = SC_SHARED_IN_FILE;
+    if (folder && comm->base.prefers_files &&
+        map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+        return SC_OK;
     shared->place = SC_SHARED_IN_MEMORY;
     if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data) == SC_OK)
         return SC_OK;
     shared->place = SC_SHARED_IN_FILE;
-    if (folder && map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+    if (folder && !comm->base.prefers_files &&
+        map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
         return SC_OK;
     return SC_ERR_MEMORY;
 }

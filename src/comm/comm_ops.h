@@ -38,11 +38,12 @@ typedef struct sc_comm_ops {
 /* What all implementations have in common, as the first member of their own structs. */
 struct sc_comm {
     const sc_comm_ops *ops;
-    int rank, size; /* number of this rank, and number of ranks */
-    int node_rank;  /* number of this rank among those of its node, from 0 */
-    int node_size;  /* number of ranks of this node */
-    int node_count; /* number of nodes */
-    bool near_root; /* on the node of rank 0 */
+    int rank, size;     /* number of this rank, and number of ranks */
+    int node_rank;      /* number of this rank among those of its node, from 0 */
+    int node_size;      /* number of ranks of this node */
+    int node_count;     /* number of nodes */
+    bool near_root;     /* on the node of rank 0 */
+    bool prefers_files; /* of sc_comm_prefer_files */
 };
 
 /* A shared block, as one rank sees it. */

@@ -3,8 +3,11 @@
  * The functions self_* are those of sc_comm_ops; where there is no other rank to deal with they do
  * nothing. */
 #include "comm_ops.h"
+#include "shared_file.h"
 
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 static void self_close(sc_comm *comm)
 {
@@ -52,7 +55,32 @@ static void self_unshare(sc_shared *shared)
     sc_free(shared);
 }
 
-/* Allocate the block from the heap, zeroed; self_unshare frees it. */
+static void self_unmap(sc_shared *shared)
+{
+    munmap(shared->data, shared->bytes);
+    sc_free(shared);
+}
+
+/* Map a file without a name in @p folder. @return SC_ERR_MEMORY, SC_ERR_CREATE, not logged. Caller
+ * owns *out: munmap. */
+static sc_status map_file(const char *folder, size_t bytes, void **out)
+{
+    sc_shared_name name;
+    int file;
+    sc_status status = sc_shared_file_make(folder, bytes, 0, &name, &file);
+
+    if (status != SC_OK)
+        return status;
+    sc_shared_file_remove(&name);
+    status = sc_shared_file_reserve(file, bytes);
+    if (status == SC_OK)
+        status = sc_shared_file_map(file, bytes, out);
+    close(file);
+    return status;
+}
+
+/* Allocate the block from the heap, zeroed; self_unshare frees it. Or from a file, if that is
+ * preferred; then self_unmap does. */
 static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, const char *folder,
                             sc_shared **out)
 {
@@ -60,10 +88,13 @@ static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, cons
     sc_status status = sc_zalloc(ctx, 1, sizeof(sc_shared), &block);
     sc_shared *shared = block;
 
-    (void)comm;
-    (void)folder;
     if (status != SC_OK)
         return status;
+    if (comm->prefers_files && folder && bytes && map_file(folder, bytes, &data) == SC_OK) {
+        *shared = (sc_shared){data, bytes, SC_SHARED_IN_FILE, self_unmap};
+        *out = shared;
+        return SC_OK;
+    }
     status = sc_zalloc(ctx, bytes, 1, &data);
     if (status != SC_OK) {
         sc_free(shared);

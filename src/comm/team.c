@@ -150,7 +150,8 @@ sc_status sc_team_collect(const sc_ctx *ctx, sc_team *team, const void *mine, si
 sc_status sc_team_open(const sc_ctx *ctx, sc_comm *comm, int threads, const char *folder,
                        sc_team **out)
 {
-    sc_comm *several = comm && comm->node_size > 1 ? comm : NULL;
+    /* A rank that is alone needs no communicator, unless for files. */
+    sc_comm *several = comm && (comm->node_size > 1 || comm->prefers_files) ? comm : NULL;
     sc_team *team = NULL;
     void *block = NULL;
     sc_status status = sc_zalloc(ctx, 1, sizeof *team, &block);

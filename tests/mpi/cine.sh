@@ -34,6 +34,15 @@ for ranks in 1 2 3; do
     done
 done
 
+# Phases that take too much memory are files in the temporary directory, of which nothing is left
+mkdir temporary
+for ranks in 1 3; do
+    TMPDIR=$PWD/temporary mpi $ranks "$SEGCAST" render job.yaml -o "files$ranks" --max-memory 3M 2>stderr.txt >/dev/null
+    grep -q "too much to be held in memory: they are files in $PWD/temporary" stderr.txt || { cat stderr.txt; fail "phases are held in memory"; }
+    [ "$(hashes one)" = "$(hashes "files$ranks")" ] || fail "the pictures differ where phases are files, with $ranks ranks"
+done
+[ -z "$(ls -A temporary)" ] || fail "files are left behind: $(ls -A temporary)"
+
 # Prepared files of all phases, and the resolved job, are the same film
 "$SEGCAST" prepare job.yaml -o beat.segc -q >said.txt
 printf 'beat-%02d.segc\n' {0..4} | diff - said.txt || fail "the prepared files that are named"

@@ -3,6 +3,8 @@
  */
 #include "check.h"
 
+#include "comm_ops.h"
+#include "segcast/team.h"
 #include "shared_file.h"
 
 #include <dirent.h>
@@ -75,10 +77,50 @@ static void what_a_killed_process_left_is_cleared_by_the_next(void **state)
     assert_int_equal(rmdir(folder), 0);
 }
 
+/* A single process holds blocks in files where that is preferred, and in memory where they have no
+ * room. */
+static void blocks_are_files_where_that_is_preferred(void **state)
+{
+    const sc_ctx silent = {.rank = 0};
+    sc_comm *comm;
+    sc_shared *shared;
+    sc_team *team;
+    void *array;
+
+    (void)state;
+    assert_int_equal(mkdir(folder, 0777), 0);
+    assert_int_equal(sc_comm_self_open(&silent, &comm), SC_OK);
+    for (int prefers = 0; prefers < 2; prefers++) {
+        sc_comm_prefer_files(comm, prefers);
+        assert_int_equal(sc_shared_alloc(&silent, comm, 5000, folder, &shared), SC_OK);
+        assert_int_equal(sc_shared_place_of(shared),
+                         prefers ? SC_SHARED_IN_FILE : SC_SHARED_IN_MEMORY);
+        for (int i = 0; i < 5000; i++)
+            assert_int_equal(((char *)sc_shared_data(shared))[i], 0);
+        memset(sc_shared_data(shared), 1, 5000);
+        sc_shared_free(shared);
+        assert_int_equal(sc_team_open(&silent, comm, 2, folder, &team), SC_OK);
+        assert_int_equal(sc_team_ranks(team), 1);
+        assert_int_equal(sc_team_alloc(&silent, team, 1000, 4, &array), SC_OK);
+        memset(array, 1, 4000);
+        sc_team_close(team);
+        assert_int_equal(count_files(), 0); /* they have no names */
+    }
+    assert_int_equal(sc_shared_alloc(&silent, comm, 5000, "no-such-folder", &shared), SC_OK);
+    assert_int_equal(sc_shared_place_of(shared), SC_SHARED_IN_MEMORY);
+    sc_shared_free(shared);
+    assert_int_equal(sc_shared_alloc(&silent, comm, 5000, NULL, &shared), SC_OK);
+    assert_int_equal(sc_shared_place_of(shared), SC_SHARED_IN_MEMORY);
+    sc_shared_free(shared);
+    sc_comm_close(comm);
+    assert_int_equal(rmdir(folder), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_a_killed_process_left_is_cleared_by_the_next),
+        cmocka_unit_test(blocks_are_files_where_that_is_preferred),
     };
 
     if (!mkdtemp(folder))
