@@ -348,7 +348,8 @@ static void describe_run(const sc_run *run, record_texts *texts, sc_run_record *
                         .nodes = sc_comm_node_count(run->app->comm),
                         .job = {run->store_job.job_hash, run->store_job.volume_hash},
                         .begin_unix_s = run->begin_unix_s,
-                        .volume_bytes = (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
+                        .volume_bytes = (uint64_t)sc_session_phase_count(&run->session) *
+                                        (uint64_t)volume->size[0] * (uint64_t)volume->size[1] *
                                         (uint64_t)volume->size[2] * (uint64_t)volume->label_bytes,
                         .prepared_bytes = sc_session_prepared_bytes(&run->session),
                         .wrote_png = run->session.job.output.frames == SC_FRAMES_PNG,

@@ -21,6 +21,12 @@ grep -q 'shows 2 beats, and then the last phase' said.txt || fail "check of a fi
 [ "$(hashes out | cut -d' ' -f2 | head -4)" = "$(hashes out | cut -d' ' -f2 | tail -4)" ] || fail "beats differ"
 "$SEGCAST" render job.yaml -q --set output.fps=6 --set cine.loop=false --overwrite >/dev/null
 [ "$(hashes out | cut -d' ' -f2 | tail -17 | sort -u | wc -l)" = 1 ] || fail "the last phase does not stay"
+opaque=(--set 'tissues={"*": {opacity: 1}}' -q --overwrite)
+"$SEGCAST" still job.yaml -o first.png --frame 0 --set 'volume=[beat-00.nrrd, beat-02.nrrd]' "${opaque[@]}" >/dev/null
+"$SEGCAST" still job.yaml -o second.png --frame 4 --set 'volume=[beat-02.nrrd, beat-00.nrrd]' "${opaque[@]}" >/dev/null
+"$IMAGE_DIFFERENCE" first.png second.png || fail "the camera depends on which phase is the first"
+"$SEGCAST" still job.yaml -o other.png --frame 0 --set 'volume=[beat-02.nrrd, beat-00.nrrd]' "${opaque[@]}" >/dev/null
+! "$IMAGE_DIFFERENCE" first.png other.png || fail "two phases look the same"
 "$SEGCAST" plan job.yaml --json >plan.json || fail "plan"
 "$SEGCAST" plan job.yaml --json --set cine.phases=0-1 >part.json || fail "plan of two phases"
 jq -es '.[0].memory.prepared_bytes > 1.8 * .[1].memory.prepared_bytes' plan.json part.json >/dev/null || fail "plan counts one phase"
