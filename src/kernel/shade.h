@@ -511,22 +511,24 @@ static inline bool sc_grey_tissue(const sc_march *m, const sc_march_tissue *tiss
 /* The linear colour of a cut face of a tissue, to @p out: lit like a surface, with the unit normal
  * of the clip plane, towards the eye, as that of the spot, and darker along its rim, which the
  * spot tells. Slices have the plain colour. Where there is a grey volume, it has its share of the
- * colour. */
-static inline void sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
+ * colour. @return whether there is one. */
+static inline bool sc_light_cut(const sc_march *m, const sc_march_tissue *tissue,
                                 const sc_spot *spot, float out[3])
 {
     sc_march_tissue own;
+    const bool shows_grey = m->grey && sc_grey_tissue(m, tissue, spot->point, &own);
 
-    if (m->grey && sc_grey_tissue(m, tissue, spot->point, &own))
+    if (shows_grey)
         tissue = &own;
     if (m->only_caps || m->light.flat) {
         for (int i = 0; i < 3; i++)
             out[i] = tissue->rgb[i];
         if (m->light.cue > 0)
             sc_depth_cue(&m->light, spot->depth_mm, out);
-        return;
+        return shows_grey;
     }
     sc_light(m, tissue, spot, out);
+    return shows_grey;
 }
 
 /* Opacity of a surface seen at an angle, between @p alpha and 1: the flatter a ray meets a thin

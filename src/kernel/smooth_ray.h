@@ -128,6 +128,21 @@ static inline float outline_at(const cursor *c, uint32_t owner, const float a[3]
     return sc_clamp01(1.5f - nearest / c->m->cap_outline);
 }
 
+/* Draw the line between tissues, whose strength is @p line, on a cut face of the linear colour @p
+ * rgb: dark; but over a grey volume, by its share, in the colour of the tissue, which tells whose
+ * border it is. */
+static inline void draw_outline(const sc_march *m, const sc_march_tissue *tissue, bool shows_grey,
+                                float line, float rgb[3])
+{
+    const float own = shows_grey ? m->grey_share * line : 0;
+
+    for (int i = 0; i < 3; i++) {
+        rgb[i] *= 1 - OUTLINE_DARK * line;
+        if (shows_grey)
+            rgb[i] += own * (tissue->rgb[i] - rgb[i]);
+    }
+}
+
 /* Unit normal of clip plane number @p plane in grid coordinates, to @p out. */
 static inline void plane_in_grid(const sc_march *m, int plane, float out[3])
 {
@@ -147,7 +162,7 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     sc_spot spot = {.eye = c->ray->toward_eye, .depth_mm = c->ray->base_mm + t};
     float a[3], in_grid[3], rgb[3], line = 0;
     uint32_t owner;
-    bool mixed;
+    bool mixed, shows_grey;
 
     locate_cell(c, t, -1);
     local_at(c, t, -1, false, a);
@@ -169,9 +184,8 @@ static inline void add_cap(cursor *c, int clip_set, int plane, float t)
     point_at(c, t, spot.point);
     if (sc_has_rims(m) && !m->only_caps)
         sc_set_cut_rim(m, &c->cell, mixed, owner, a, &spot);
-    sc_light_cut(m, &m->tissues[owner], &spot, rgb);
-    for (int i = 0; i < 3; i++)
-        rgb[i] *= 1 - OUTLINE_DARK * line;
+    shows_grey = sc_light_cut(m, &m->tissues[owner], &spot, rgb);
+    draw_outline(m, &m->tissues[owner], shows_grey, line, rgb);
     sc_remember_surface(&c->light, owner, m->tissues[owner].cap_alpha, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, m->tissues[owner].cap_alpha);
     c->contributions++;

@@ -87,7 +87,7 @@ static inline void add_cap(cursor *c, int clip_set, int part)
     }
     if (sc_has_rims(m) && !m->only_caps)
         spot.rim = sc_rim(m, &m->tissues[label], &spot);
-    sc_light_cut(m, &m->tissues[label], &spot, rgb);
+    (void)sc_light_cut(m, &m->tissues[label], &spot, rgb);
     c->contributions++;
     sc_remember_surface(&c->light, label, m->tissues[label].cap_alpha, spot.depth_mm, spot.normal);
     sc_blend(&c->light, rgb, m->tissues[label].cap_alpha);

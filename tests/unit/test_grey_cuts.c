@@ -215,6 +215,58 @@ static void the_share_mixes_colours_and_ends_at_the_image(void **state)
     free_scene(&s);
 }
 
+/* Red, and green, each half of the volume. */
+static int halves(double x, double y, double z)
+{
+    (void)y;
+    (void)z;
+    return x < 20 ? 1 : 2;
+}
+
+/* A line between tissues is dark on their colours, and has these on the image. */
+static void lines_on_the_image_have_the_colours_of_tissues(void **state)
+{
+    static uint16_t codes[VOXELS];
+    static const uint8_t colors[3][3] = {{0}, {200, 0, 0}, {0, 200, 0}};
+    const int size[3] = {41, 41, 41};
+    const double spacing[3] = {1, 1, 1};
+    const sc_affine same = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    const sc_grey grey = ramp_grey(&same, codes);
+    sc_volume volume = shape_volume(size, spacing, 1, 3, halves);
+    sc_scene scene = {.plane_count = 1, .clip_set_count = 1, .clip_sets = {1}, .slice = true};
+    small_scene s;
+
+    (void)state;
+    for (int id = 1; id < 3; id++)
+        memcpy(volume.labels[id].rgb, colors[id], 3);
+    s = make_scene(volume, 1);
+    s.settings.width_px = s.settings.height_px = 200;
+    s.settings.cap_outline = 1;
+    scene.camera = sc_camera_look((sc_vec3){19.5, 100, 20}, (sc_vec3){19.5, 20, 20},
+                                  (sc_vec3){0, 0, 1}, SC_ORTHOGRAPHIC, 10);
+    scene.planes[0] = (sc_plane){{0, -1, 0}, 20.25};
+    for (int share = 0; share < 2; share++) {
+        sc_image image;
+        const int toward_x = scene.camera.right.x > 0 ? 1 : -1;
+
+        s.settings.grey = share ? &grey : NULL;
+        s.settings.grey_look = (sc_grey_look){{300, 600}, 0, 1};
+        image = draw_view(&s, &scene, NULL);
+        for (int id = 1; id < 3; id++) { /* 0.15 mm from the border, which lies at 19.5 mm */
+            const int x = 100 + (id == 1 ? -2 : 1) * toward_x - (toward_x < 0);
+            const uint8_t *rgb = image.rgb + (100 * 200 + x) * 3;
+
+            if (share)
+                assert_near(rgb[id - 1], 200, 25);
+            else
+                assert_true(rgb[id - 1] < 130 && rgb[id - 1] > 60);
+            assert_true(rgb[2 - id] < 40 && rgb[2] < 40);
+        }
+        sc_image_clear(&image);
+    }
+    free_scene(&s);
+}
+
 /* Cut faces of translucent tissues in two clip sets, and slices; with a background and without. */
 static void all_ways_to_draw_give_the_same_bits(void **state)
 {
@@ -235,6 +287,7 @@ static void all_ways_to_draw_give_the_same_bits(void **state)
         s.settings.transparent = n & 1;
         s.settings.everywhere = n & 1;
         s.settings.samples = 3;
+        s.settings.cap_outline = n & 4 ? 0.8 : 0;
         s.settings.light.depth_cue = n & 1 ? 0.4 : 0;
         s.settings.grey = &grey;
         s.settings.grey_look = (sc_grey_look){{120, 700}, 0.7, 0.5};
@@ -278,6 +331,7 @@ int main(void)
         cmocka_unit_test(a_grey_volume_may_be_one_voxel_thick),
         cmocka_unit_test(pictures_show_values_at_their_places),
         cmocka_unit_test(the_share_mixes_colours_and_ends_at_the_image),
+        cmocka_unit_test(lines_on_the_image_have_the_colours_of_tissues),
         cmocka_unit_test(all_ways_to_draw_give_the_same_bits),
     };
 
