@@ -226,6 +226,9 @@ void sc_session_clear_volume(sc_session *session);
 sc_status sc_session_load(sc_app *app, sc_session *session);
 /* As sc_session_inspect, of all phases, or of the only volume. */
 sc_status sc_session_inspect_all(sc_app *app, bool header_only, sc_session *session);
+/* If the argument of a command that has no job file is a pattern, such as heart_*.nrrd, and no
+ * file, let the series of files be phases of a beat, as the default. Not collective. */
+sc_status sc_expect_series(sc_app *app);
 /* @return how many phases a session has: 1 if its volume is no series. Not collective. */
 int sc_session_phase_count(const sc_session *session);
 /* @return the volume of phase @p phase, borrowed. Not collective. */

@@ -32,6 +32,22 @@ static size_t stem_length(const char *name)
     return length;
 }
 
+/* Remove from the name of a series, which may be a pattern, what stands for the number, and what is
+ * before it: "heart-*" becomes "heart". A name without anything else becomes "volume". */
+static void strip_pattern(char *name)
+{
+    char *wild = strpbrk(name, "*?");
+
+    if (!wild)
+        return;
+    while (wild > name && strchr("*?-_. ", wild[-1]))
+        wild--;
+    if (wild > name)
+        *wild = '\0';
+    else
+        snprintf(name, strlen(name) + 1, "%s", strlen(name) >= strlen("volume") ? "volume" : "v");
+}
+
 /* Make the name of the volume's file without folder and endings; "phantom" for the phantom. Caller
  * owns *out: sc_free. */
 static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
@@ -50,6 +66,8 @@ static sc_status make_stem(const sc_ctx *ctx, const char *volume, char **out)
         status = sc_text_add(ctx, &text, "phantom");
     else
         status = sc_text_add(ctx, &text, "%.*s", (int)stem_length(name.data), name.data);
+    if (status == SC_OK)
+        strip_pattern(text.data);
     if (status == SC_OK)
         *out = text.data;
 out:
@@ -211,8 +229,31 @@ out:
     return status;
 }
 
+/* Append the lines of a series of volumes: as the pattern @p pattern, if the job is written to the
+ * working directory; else as a list of files. */
+static sc_status add_series(const sc_ctx *ctx, const sc_job *job, const char *pattern, bool is_here,
+                            sc_text *out)
+{
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, out, "volume: %s", is_here ? "" : "["));
+    if (is_here)
+        SC_TRY(sc_write_quoted(ctx, pattern, out));
+    for (size_t i = 0; i < job->phase_count && !is_here; i++) {
+        SC_TRY(sc_text_add(ctx, out, "%s", i ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, job->phases[i].path, out));
+    }
+    status = sc_text_add(ctx, out,
+                         "%s\ncine: {bpm: %g}  # beats per minute: the %zu volumes are the "
+                         "phases of one\n",
+                         is_here ? "" : "]", job->cine.cine.bpm, job->phase_count);
+out:
+    return status;
+}
+
 /* Append everything before the tissues. @param path where the job is written. */
-static sc_status add_head(const sc_app *app, const char *path, const char *stem, sc_text *out)
+static sc_status add_head(const sc_app *app, const sc_job *job, const char *path, const char *stem,
+                          sc_text *out)
 {
     const sc_ctx *ctx = app->ctx;
     const bool is_here = !strchr(path, '/');
@@ -221,7 +262,10 @@ static sc_status add_head(const sc_app *app, const char *path, const char *stem,
     sc_status status;
 
     SC_TRY(add_comments(ctx, path, out));
-    SC_TRY(add_path(ctx, "volume", app->options.input, is_here, out));
+    if (job->phase_count)
+        SC_TRY(add_series(ctx, job, app->options.input, is_here, out));
+    else
+        SC_TRY(add_path(ctx, "volume", app->options.input, is_here, out));
     if (labels)
         SC_TRY(add_path(ctx, "labels", labels, is_here, out));
     if (format)
@@ -270,7 +314,7 @@ static sc_status describe(const sc_app *app, const sc_session *session, const ch
         ((bool *)hidden)[id] = v->labels[id].hidden;
     SC_TRY(sc_name_covers(app->ctx, v, hidden, layers));
     SC_TRY(sc_places_find(app->ctx, v, layers, &places, &count));
-    SC_TRY(add_head(app, path, stem, out));
+    SC_TRY(add_head(app, &session->job, path, stem, out));
     SC_TRY(add_tissues(app->ctx, v, places, count, out));
     status = add_animation(app->ctx, out);
 out:
@@ -313,11 +357,12 @@ sc_status sc_cmd_init(sc_app *app)
     else
         SC_TRY(sc_text_add(app->ctx, &path, "%s.yaml", stem));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_expect_series(app));
     SC_TRY(sc_session_job(app, NULL, &session));
     if (strcmp(path.data, "-"))
         SC_TRY(sc_check_output(app, &session, path.data, false));
     session.measure = true;
-    SC_TRY(sc_session_load(app, &session));
+    SC_TRY(sc_session_load_one(app, &session)); /* of a series, the first phase tells enough */
     SC_TRY(describe(app, &session, path.data, stem, &text));
     status = write_job(app, path.data, &text);
 out:

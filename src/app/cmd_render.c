@@ -578,6 +578,7 @@ sc_status sc_cmd_orbit(sc_app *app)
                                        : 1,
                        slash ? output : "."));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(sc_expect_series(app));
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "output.directory", directory.data));
     SC_TRY(
         sc_options_set_text(app->ctx, &app->options, "output.video", slash ? slash + 1 : output));

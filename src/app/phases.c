@@ -5,11 +5,21 @@
 #include "app.h"
 
 #include <string.h>
+#include <unistd.h>
 
 struct sc_phases {
     int count;       /* of sessions: one less than there are phases */
     sc_session *all; /* [count], owned; all[i] is that of phase i + 1 */
 };
+
+sc_status sc_expect_series(sc_app *app)
+{
+    const char *input = app->options.input;
+
+    return strpbrk(input, "*?") && access(input, F_OK) != 0
+               ? sc_options_default(app->ctx, &app->options, "cine.bpm", "60")
+               : SC_OK;
+}
 
 int sc_session_phase_count(const sc_session *session)
 {

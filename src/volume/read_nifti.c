@@ -151,7 +151,8 @@ static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: dim[%d] is %lld: a series, expected one volume; extract one, for "
                            "example with FSL's `fslroi IN OUT 0 1` or nibabel's "
-                           "nibabel.four_to_three(image)[0]",
+                           "nibabel.four_to_three(image)[0], or all of them for cine, with FSL's "
+                           "`fslsplit IN phase-`, as volume: phase-*.nii.gz",
                            path, i, (long long)f->dim[i]);
     }
     for (int i = 0; i < 3; i++) {

@@ -64,5 +64,12 @@ cp beat-01.nrrd taken-01.segc
 expect 73 'taken-01.segc' "$SEGCAST" prepare job.yaml -o taken.segc
 [ ! -e taken-00.segc ] || fail "files were made beside one that is in the way"
 cmp beat-03.png kept.nrrd || fail "a phase was changed"
-# Commands for one volume say so
+# Without a job file, a pattern is a beat; a job to begin with has it; other commands for one volume say so
+mkdir there
+"$SEGCAST" init 'beat-*.nrrd' -q >/dev/null
+sed -i 's/1080p/64x48/' beat.yaml
+grep -qx 'volume: "beat-\*.nrrd"' beat.yaml && "$SEGCAST" check beat.yaml -q | grep -q 'phases: 4 volumes' || fail "init of a series: $(head -20 beat.yaml)"
+"$SEGCAST" init 'beat-*.nrrd' -q -o there/job.yaml >/dev/null
+"$SEGCAST" check there/job.yaml -q | grep -q 'phases: 4 volumes' || fail "init of a series in another directory"
+"$SEGCAST" orbit 'beat-*.nrrd' -o turn.mp4 -q --size 64x48 --frames 12 --fps 4 >/dev/null && "$VIDEO_PROBE" turn.mp4 | grep -q '^12 frames' || fail "orbit of a series"
 expect 64 'series of 4 files' "$SEGCAST" info 'beat-*.nrrd'
