@@ -74,6 +74,24 @@ sed 's/stripes\.nrrd, name: after, labels: stripes.ctbl/stripes.segc, name: afte
 mpi 2 "$SEGCAST" render prepared.yaml -o prepared -q >/dev/null
 [ "$(hashes divider)" = "$(hashes prepared)" ] || fail "a prepared file gives other pictures"
 
+# A volume that lies elsewhere is brought to the first one, and stays there with align: none. A tissue looks as in the
+# first volume that has it, whatever other label tables say; one that only one volume has, as its own says.
+sed 's/(500,-300,70)/(-35,12,90)/' stripes.nrrd >moved.nrrd
+sed 's/10 200 10 255/200 200 10 255/' stripes.ctbl >yellow.ctbl
+still() { # still FILE COMPARISON: a picture of volumes side by side
+    printf 'volume: phantom:59x41x61\noutput: {size: [120, 80]}\ntissues: {"*": {opacity: 1}}\ncompare: {name: a, %s}\n' "$2" >still.yaml
+    "$SEGCAST" still still.yaml -o "$1" -q >/dev/null
+}
+still there.png 'with: [{volume: stripes.nrrd, name: b, labels: stripes.ctbl}]'
+still moved.png 'with: [{volume: moved.nrrd, name: b, labels: stripes.ctbl}]'
+still apart.png 'with: [{volume: moved.nrrd, name: b, labels: stripes.ctbl}], align: none'
+still yellow.png 'with: [{volume: stripes.nrrd, name: b, labels: yellow.ctbl}]'
+still own.png 'with: [{volume: stripes.nrrd, name: b}]'
+"$IMAGE_DIFFERENCE" there.png moved.png 255 0.5 || fail "a volume that lies elsewhere gives another picture"
+! "$IMAGE_DIFFERENCE" there.png apart.png 255 0.5 || fail "align: none moves volumes"
+"$IMAGE_DIFFERENCE" there.png yellow.png || fail "a tissue looks differently in two volumes"
+! "$IMAGE_DIFFERENCE" there.png own.png 255 0.5 || fail "the names of a label table are not used"
+
 # Other subjects, or others in their place, are another job; so is where they stand, and the divider
 sed 's/other\.nrrd/phantom:40x28x43/' side.yaml >changed.yaml
 expect 73 'volume' "$SEGCAST" render changed.yaml -o side --resume -q

@@ -196,6 +196,55 @@ static void threads_and_tiles_do_not_change_the_picture(void **state)
     }
 }
 
+static const uint8_t *pixel(const sc_image *image, int x, int y)
+{
+    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
+}
+
+/* Columns of a picture that are drawn alone, in a part of an image, are those of the whole, and
+ * nothing else is written. */
+static void columns_alone_are_those_of_the_whole(void **state)
+{
+    small_scene s = make_scene(small_phantom(), 0.5);
+    const sc_scene scene = front_view(&s);
+    const int width = s.settings.width_px, height = s.settings.height_px, border = 5;
+    const int ends[] = {0, 37, 38, width / 2 + 3, width};
+    const sc_image first = draw_view(&s, &scene, NULL);
+    const sc_viewport view = {border, border, width, height};
+    sc_render_stats stats;
+    uint64_t rays = 0, all;
+    sc_renderer *r;
+    sc_image image;
+
+    (void)state;
+    assert_ok(sc_renderer_new(&quiet, &s.settings, &s.prepared.view, s.tissues, &r));
+    assert_ok(sc_image_init(&quiet, width + 2 * border, height + 2 * border, &image));
+    sc_render_view(r, &scene, &view, NULL, &image, &stats);
+    all = stats.counters.rays;
+    memset(image.rgb, 7, sc_image_bytes(&image));
+    for (size_t i = 0; i + 1 < SC_COUNT_OF(ends); i++) {
+        const sc_columns_px columns = {border + ends[i], border + ends[i + 1]};
+
+        sc_render_columns(r, &scene, &view, &columns, NULL, &image, &stats);
+        assert_true(stats.counters.rays < all);
+        rays += stats.counters.rays;
+        for (int y = 0; y < height; y++) {
+            const uint8_t *row = pixel(&image, border, border + y);
+
+            assert_memory_equal(row, pixel(&first, 0, y), 3 * (size_t)ends[i + 1]);
+            for (int x = 3 * ends[i + 1]; x < 3 * (width + border); x++)
+                assert_int_equal(row[x], 7);
+        }
+    }
+    assert_true(rays >= all);
+    sc_render_columns(r, &scene, &view, &(sc_columns_px){0, border}, NULL, &image, &stats);
+    assert_int_equal(stats.counters.rays, 0);
+    sc_renderer_free(r);
+    sc_image_clear(&image);
+    sc_image_clear(&(sc_image){.rgb = first.rgb});
+    free_scene(&s);
+}
+
 /* The counters depend on the scene alone: if they change, the method has changed. */
 static void the_counted_work_of_known_frames_does_not_change(void **state)
 {
@@ -262,11 +311,6 @@ static void the_counted_work_of_known_frames_does_not_change(void **state)
 static int ball(double x, double y, double z)
 {
     return (x - 20) * (x - 20) + (y - 20) * (y - 20) + (z - 20) * (z - 20) < 225;
-}
-
-static const uint8_t *pixel(const sc_image *image, int x, int y)
-{
-    return image->rgb + ((size_t)y * (size_t)image->width_px + (size_t)x) * 3;
 }
 
 /* A ball that is cut in half shows a flat disc of one colour, but for its rim, with caps, and the
@@ -569,6 +613,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_skip_methods_and_variants_give_the_same_bits),
         cmocka_unit_test(threads_and_tiles_do_not_change_the_picture),
+        cmocka_unit_test(columns_alone_are_those_of_the_whole),
         cmocka_unit_test(the_counted_work_of_known_frames_does_not_change),
         cmocka_unit_test(no_crossing_is_missed),
         cmocka_unit_test(every_voxel_keeps_its_label_at_any_strength_of_smoothing),
