@@ -33,6 +33,7 @@ typedef struct sc_caption {
                                       are separated by \\n, and longer ones are broken */
     double begin, end;           /**< as of sc_ramp; not shown at the end, unless that is 1 */
     int place;                   /**< sc_overlay_place, not SC_PLACE_NONE */
+    bool may_be_cut;             /**< where it has no room, its last lines are left out */
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_caption;
 /** @return whether the caption is shown in frame @p k of @p frames. */

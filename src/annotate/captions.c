@@ -94,6 +94,26 @@ static sc_status add_lines(const sc_ctx *ctx, int index, sc_text_line *lines, in
     return status;
 }
 
+/* @return how high the lines of a caption may be in all. */
+static double highest_px(const sc_annotations *a, double size_px)
+{
+    return fmax(HEIGHT * a->within.height_px, 1.3 * size_px);
+}
+
+/* Append as many lines of a caption as fit, at least one. */
+static sc_status add_beginning(const sc_ctx *ctx, const sc_annotations *a, int index, sc_font *font,
+                               double size_px, sc_line_list *list)
+{
+    const sc_caption *caption = &a->captions[index];
+    const int fit = (int)(highest_px(a, size_px) / ceil(1.3 * size_px));
+    const int room = fit < 1 ? 1 : fit < SC_CAPTION_LINES_MAX ? fit : SC_CAPTION_LINES_MAX;
+    sc_text_line lines[SC_CAPTION_LINES_MAX];
+    const int count =
+        sc_break_lines(caption->text, font, size_px, width_at(a, caption->place), room, lines);
+
+    return add_lines(ctx, index, lines, count < room ? count : room, list);
+}
+
 /* Append the lines of a caption, in the largest font size in which it fits. */
 static sc_status add_caption(const sc_ctx *ctx, const sc_annotations *a, int index, sc_font *font,
                              sc_line_list *list)
@@ -107,12 +127,13 @@ static sc_status add_caption(const sc_ctx *ctx, const sc_annotations *a, int ind
     do {
         const int count =
             sc_break_lines(caption->text, font, size_px, width, SC_CAPTION_LINES_MAX, lines);
-        const double highest = fmax(HEIGHT * a->within.height_px, 1.3 * size_px);
 
-        if (count <= SC_CAPTION_LINES_MAX && count * ceil(1.3 * size_px) <= highest)
+        if (count <= SC_CAPTION_LINES_MAX && count * ceil(1.3 * size_px) <= highest_px(a, size_px))
             return add_lines(ctx, index, lines, count, list);
         size_px *= 0.93;
     } while (size_px >= least_px);
+    if (caption->may_be_cut)
+        return add_beginning(ctx, a, index, font, least_px, list);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s%sa caption of %zu bytes does not fit into a picture of %d x %d pixels: "
                    "expected at most %d lines that fill %g%% of its height; shorten it, or make "

@@ -92,6 +92,10 @@ still own.png 'with: [{volume: stripes.nrrd, name: b}]'
 "$IMAGE_DIFFERENCE" there.png yellow.png || fail "a tissue looks differently in two volumes"
 ! "$IMAGE_DIFFERENCE" there.png own.png 255 0.5 || fail "the names of a label table are not used"
 
+# In a picture that is too small for a name its last lines are left out
+"$SEGCAST" still side.yaml -o tiny.png -q --set output.size=[72,48] --set overlays={} --set compare.name="A name of many words for so few pixels" >/dev/null ||
+    fail "a name that does not fit"
+
 # Other subjects, or others in their place, are another job; so is where they stand, and the divider
 sed 's/other\.nrrd/phantom:40x28x43/' side.yaml >changed.yaml
 expect 73 'volume' "$SEGCAST" render changed.yaml -o side --resume -q
