@@ -75,4 +75,17 @@ SC_MUST_USE sc_status sc_resample(const sc_ctx *ctx, sc_volume *volume, const sc
 SC_MUST_USE sc_status sc_resample_nearest(const sc_ctx *ctx, sc_volume *volume, const int size[3],
                                           int threads);
 
+/** Write size and geometry of @p volume on voxels of @p spacing_mm along x, y, z to *size and
+ *  *to_ras_mm: the spacing is kept exactly and the middle of the volume stays, so that it may end
+ * up to half a voxel earlier or later. Only size and geometry of the volume are read. */
+void sc_resample_votes_grid(const sc_volume *volume, const double spacing_mm[3], int size[3],
+                            sc_affine *to_ras_mm);
+/** Bring a volume to voxels of @p spacing_mm along x, y, z (sc_resample_votes_grid), in place: each
+ *  new voxel gets the label with the largest vote (votes.c), so that no label is invented and
+ * borders stay smooth. What is thin against the old voxels keeps its voxels where these become
+ * finer; what is thin against the new ones may vanish. @param threads as of sc_parallel_for; the
+ * result does not depend on it. @return SC_ERR_MEMORY, the volume unchanged. */
+SC_MUST_USE sc_status sc_resample_votes(const sc_ctx *ctx, sc_volume *volume,
+                                        const double spacing_mm[3], int threads);
+
 #endif

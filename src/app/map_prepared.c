@@ -258,7 +258,8 @@ sc_status sc_session_map(const sc_app *app, sc_session *session, bool *usable)
     if (sc_edits_volume(&session->job))
         return sc_fail(
             ctx, SC_ERR_DATA,
-            "%s: is prepared, and level, box, merge, keep and crop change a volume before that: "
+            "%s: is prepared, and level, box, merge, keep, crop and resample change a volume "
+            "before that: "
             "give them to `segcast prepare JOB.yaml`, or the volume that it was made from",
             path);
     sc_stage_begin(ctx, "checking the prepared volume", 0, 0);

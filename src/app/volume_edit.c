@@ -3,7 +3,11 @@
  * out, and parts cut off. The same is done to what a scan of the voxels has found. */
 #include "app.h"
 
+#include "segcast/resample.h"
+
 #include <string.h>
+
+enum { NAMES_SHOWN = 8 };
 
 /* A volume with its voxels, or the scan of one; the other is NULL. */
 typedef struct subject {
@@ -309,12 +313,122 @@ out:
     return status;
 }
 
+/* ---- resample ---- */
+
+/* Find which labels have voxels: *out is bool[label_count]. Caller owns it: sc_free. */
+static sc_status find_present(const subject *s, void **out)
+{
+    const sc_volume *v = s->volume;
+    const size_t voxels = sc_volume_voxels(v);
+    bool *present;
+    const sc_status status = sc_zalloc(s->app->ctx, (size_t)v->label_count, sizeof *present, out);
+
+    if (status != SC_OK)
+        return status;
+    present = *out;
+    for (size_t i = 0; i < voxels; i++)
+        present[v->label_bytes == 1 ? ((const uint8_t *)v->ids)[i]
+                                    : ((const uint16_t *)v->ids)[i]] = true;
+    return SC_OK;
+}
+
+/* Warn of the tissues that had voxels and have none any more. @param before of find_present. */
+static sc_status tell_lost(const subject *s, const bool *before)
+{
+    const sc_volume *v = volume_of(s);
+    sc_text names = {0};
+    int lost = 0;
+    void *after = NULL;
+    sc_status status;
+
+    SC_TRY(find_present(s, &after));
+    for (int id = 1; id < v->label_count; id++) {
+        if (!before[id] || ((const bool *)after)[id])
+            continue;
+        if (lost++ < NAMES_SHOWN)
+            SC_TRY(sc_text_add(s->app->ctx, &names, "%s\"%s\" (label %lld)", lost > 1 ? ", " : "",
+                               v->labels[id].name, (long long)v->labels[id].value));
+    }
+    if (lost)
+        sc_warn(
+            s->app->ctx,
+            "volume.resample: %d tissue%s so small that no voxel is left of %s: %s%s; a smaller "
+            "spacing keeps more",
+            lost, lost == 1 ? " is" : "s are", lost == 1 ? "it" : "them", names.data,
+            lost > NAMES_SHOWN ? ", ..." : "");
+out:
+    sc_text_clear(&names);
+    sc_free(after);
+    return status;
+}
+
+/* Bring what a scan has found to another grid, about: how many voxels labels have there is only
+ * known from the voxels. */
+static void scale_scan(sc_label_scan *scan, const int size[3], const sc_affine *to_ras_mm)
+{
+    sc_volume *v = &scan->volume;
+    double ratio = 1;
+
+    for (int i = 0; i < 3; i++)
+        ratio *= (double)size[i] / v->size[i];
+    for (int id = 0; id < v->label_count && scan->tallies; id++) {
+        sc_label_tally *tally = &scan->tallies[id];
+
+        for (int i = 0; i < 3 && tally->voxels; i++) {
+            const double scale = (double)size[i] / v->size[i];
+
+            tally->low[i] = (int)fmin(tally->low[i] * scale, size[i] - 1);
+            tally->high[i] = (int)fmin(ceil((tally->high[i] + 1) * scale), size[i]) - 1;
+        }
+        tally->voxels = (uint64_t)ceil((double)tally->voxels * ratio);
+    }
+    memcpy(v->size, size, sizeof v->size);
+    v->to_ras_mm = *to_ras_mm;
+}
+
+/* Do what volume.resample says. */
+static sc_status resample_volume(const subject *s, bool tell)
+{
+    const double *mm = s->job->volume_resample_mm;
+    sc_volume *v = volume_of(s);
+    const sc_volume before = *v;
+    const double old_bytes = (double)sc_volume_voxels(v) * v->label_bytes;
+    void *present = NULL;
+    sc_affine to_ras_mm;
+    double old_mm[3];
+    int size[3];
+    sc_status status;
+
+    for (int i = 0; i < 3; i++)
+        old_mm[i] = sc_vec3_length(sc_affine_column(&v->to_ras_mm, i));
+    sc_resample_votes_grid(v, mm, size, &to_ras_mm);
+    SC_TRY(sc_volume_memory_check(s->app->ctx, s->job->volume, size, old_bytes));
+    SC_TRY(sc_geometry_check(s->app->ctx, s->job->volume, size, &to_ras_mm));
+    if (tell)
+        sc_info(s->app->ctx,
+                "volume.resample: from %d x %d x %d voxels of %.4g x %.4g x %.4g mm to %d x %d x "
+                "%d of %.4g x %.4g x %.4g mm",
+                before.size[0], before.size[1], before.size[2], old_mm[0], old_mm[1], old_mm[2],
+                size[0], size[1], size[2], mm[0], mm[1], mm[2]);
+    if (s->scan) {
+        scale_scan(s->scan, size, &to_ras_mm);
+        return SC_OK;
+    }
+    SC_TRY(find_present(s, &present));
+    SC_TRY(sc_resample_votes(s->app->ctx, v, mm, s->app->threads));
+    if (tell)
+        SC_TRY(tell_lost(s, present));
+out:
+    sc_free(present);
+    return status;
+}
+
 /* ---- all of it ---- */
 
 bool sc_edits_volume(const sc_job *job)
 {
     return job->volume_tissue_count || job->crop.kind != SC_CROP_NONE || job->has_level ||
-           job->has_box || job->has_box_mm;
+           job->has_box || job->has_box_mm || job->has_resample;
 }
 
 void sc_forget_volume_edits(sc_job *job)
@@ -325,7 +439,7 @@ void sc_forget_volume_edits(sc_job *job)
     job->crop.kind = SC_CROP_NONE;
     job->volume_level = 0;
     job->has_merge = job->has_keep = job->has_crop = false;
-    job->has_level = job->has_box = job->has_box_mm = false;
+    job->has_resample = job->has_level = job->has_box = job->has_box_mm = false;
 }
 
 sc_status sc_read_choice_of(const sc_app *app, const sc_job *job, sc_read_choice *out)
@@ -359,7 +473,9 @@ static sc_status edit(const subject *s, bool tell)
     if (job->has_keep)
         SC_TRY(keep_tissues(s, tell));
     if (job->crop.kind == SC_CROP_BOX || (job->crop.kind == SC_CROP_VISIBLE && knows_voxels))
-        status = crop_volume(s, tell);
+        SC_TRY(crop_volume(s, tell));
+    if (job->has_resample)
+        status = resample_volume(s, tell);
 out:
     return status;
 }

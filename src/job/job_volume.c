@@ -431,6 +431,68 @@ static const sc_value_type type_box_mm = {
     .schema = box_mm_schema,
 };
 
+/* ---- resample ---- */
+
+/* Read a number with or without "mm". @return whether it is one within the range of the key. */
+static bool read_mm(const sc_key *key, const char *text, double *out)
+{
+    char *end;
+
+    *out = strtod(text, &end);
+    if (end == text || strspn(text, "0123456789.eE+-") < (size_t)(end - text))
+        return false;
+    end += strspn(end, " ");
+    return (!*end || !strcmp(end, "mm")) && *out >= key->low && *out <= key->high;
+}
+
+/* One spacing for all axes, or three. */
+static sc_status read_resample(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    double spacing_mm[3];
+
+    if (!is_one && (node->kind != SC_YAML_LIST || node->count != 3))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (int i = 0; i < 3; i++) {
+        const sc_yaml *item = is_one ? node : node->items[i];
+
+        if (item->kind != SC_YAML_SCALAR || !read_mm(key, item->text, &spacing_mm[i]))
+            return sc_wrong_type(ctx, node, key->type->expected);
+    }
+    memcpy(((sc_job *)value)->volume_resample_mm, spacing_mm, sizeof spacing_mm);
+    return SC_OK;
+}
+
+static sc_status write_resample(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const double *mm = ((const sc_job *)value)->volume_resample_mm;
+
+    (void)key;
+    (void)indent;
+    if (mm[0] == mm[1] && mm[1] == mm[2])
+        return sc_text_add(ctx, text, "%.17g mm", mm[0]);
+    return sc_text_add(ctx, text, "[%.17g, %.17g, %.17g]", mm[0], mm[1], mm[2]);
+}
+
+static json_t *resample_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s, s:s}, {s:s, s:f, s:f}, {s:s, s:i, s:i, s:{s:[ss]}}]}", "anyOf",
+                     "type", "string", "pattern", "^[0-9][0-9.e+-]* *mm$", "type", "number",
+                     "minimum", key->low, "maximum", key->high, "type", "array", "minItems", 3,
+                     "maxItems", 3, "items", "type", "number", "string");
+}
+
+static const sc_value_type type_resample = {
+    .name = "mm, or three of them",
+    .expected = "a spacing from 1e-06 to 1000 mm, such as 0.5 mm, or three along the axes of the "
+                "volume: [0.5, 0.5, 1]",
+    .read = read_resample,
+    .write = write_resample,
+    .schema = resample_schema,
+};
+
 /* ---- the volume ---- */
 
 /* Read a path, or a list of them, which are the phases of the sc_job @p value. */
@@ -524,6 +586,12 @@ const sc_key sc_volume_keys[] = {
      .help = "the part of the volume that is drawn: the voxels around the tissues that are shown, "
              "with a margin, or a box; less memory, and less time to prepare",
      .low = -1e6, .high = 1e6, .given = SC_GIVEN(sc_job, has_crop), .without = "all of it"},
+    {"resample", &type_resample, 0, NULL,
+     .help = "voxels of this spacing instead, finer or coarser, each with the label that has the "
+             "largest vote around it, so that borders stay smooth; one for all axes of the volume "
+             "or three",
+     .low = 1e-6, .high = 1e3, .unit = "mm", .given = SC_GIVEN(sc_job, has_resample),
+     .without = "the voxels of the file"},
     {0}};
 
 /* A path, a list of paths, or a map of sc_volume_keys. */
@@ -545,7 +613,7 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
-        !job->has_box && !job->has_box_mm)
+        !job->has_resample && !job->has_box && !job->has_box_mm)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -558,7 +626,7 @@ static json_t *volume_schema(const sc_key *key)
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
     .expected = "the path of a volume, a list of paths, or a map with path, level, box, merge, "
-                "keep and crop",
+                "keep, crop and resample",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

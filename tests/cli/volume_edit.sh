@@ -86,7 +86,7 @@ rm -rf again
 "$SEGCAST" prepare job.yaml -o part.segc -q >/dev/null
 [ "$(hash_of part.segc)" != "" ] || fail "the prepared file cannot be drawn"
 sed 's/^volume.*/volume: {path: part.segc, keep: aorta}/; s/, "blood".*/}/' job.yaml >prepared.yaml
-expect 65 'is prepared, and level, box, merge, keep and crop' "$SEGCAST" check prepared.yaml
+expect 65 'is prepared, and level, box, merge, keep, crop and resample' "$SEGCAST" check prepared.yaml
 # A setting of the path keeps what the job does with the volume; with the prepared file it has been done.
 hash_of "{path: heart.nrrd, $merge, keep: [blood, aorta]}" >kept.txt
 "$SEGCAST" phantom --size 40x30x42 -o small.nrrd -q >/dev/null
@@ -99,3 +99,16 @@ grep -q 'kept.segc: is prepared; what the job reads, merges, keeps and crops' sa
 # A box is what reading a smaller file is.
 "$python" change.py heart.nrrd part.nrrd 10,4,12 40,30,44 $(for i in {1..20}; do echo "$i=$i"; done)
 [ "$(hash_of '{path: heart.nrrd, box: [[10, 41], [4, 31], [12, 45]]}')" = "$(hash_of part.nrrd)" ] || fail "box: another picture"
+
+# Another size of voxels is told, and so are tissues of which nothing is left; the hash is that of any number of threads.
+hash_of '{path: heart.nrrd, resample: 6 mm}' >resampled.txt
+"$SEGCAST" check job.yaml 2>said.txt >/dev/null
+grep -Eq 'volume.resample: from 47 x 33 x 49 voxels of [0-9.]+ x [0-9.]+ x [0-9.]+ mm to [0-9]+ x [0-9]+ x [0-9]+ of 6 x 6 x 6 mm' said.txt ||
+    fail "the resampling is not told: $(cat said.txt)"
+rm -rf out
+"$SEGCAST" render job.yaml -o out -q --threads 3 >/dev/null
+[ "$(hashes out)" = "$(cat resampled.txt)" ] || fail "the resampled picture depends on the threads"
+hash_of '{path: heart.nrrd, resample: [30, 30, 40 mm]}' >/dev/null
+rm -rf out
+"$SEGCAST" render job.yaml -o out 2>said.txt >/dev/null
+grep -Eq 'volume.resample: [0-9]+ tissues? (is|are) so small that no voxel is left' said.txt || fail "lost tissues are not told: $(cat said.txt)"

@@ -105,6 +105,8 @@ static bool same_edits(const sc_job *a, const sc_job *b)
         a->has_merge != b->has_merge || a->has_crop != b->has_crop ||
         a->crop.kind != b->crop.kind || a->crop.margin_mm != b->crop.margin_mm ||
         memcmp(a->crop.corners, b->crop.corners, sizeof a->crop.corners) != 0 ||
+        a->has_resample != b->has_resample ||
+        memcmp(a->volume_resample_mm, b->volume_resample_mm, sizeof a->volume_resample_mm) != 0 ||
         a->has_box != b->has_box || a->has_box_mm != b->has_box_mm ||
         a->volume_level != b->volume_level ||
         memcmp(a->volume_box, b->volume_box, sizeof a->volume_box) != 0 ||
@@ -128,6 +130,8 @@ static void what_is_changed_of_a_volume_is_read_and_written(void **state)
         "volume: {keep: [b], path: phantom, merge: {b: [aorta, 'l\"eft'], walls: '*wall'}}\n",
         "volume: {path: phantom, crop: [[-1, 2.25, 3], [10, -20, 30]]}\n",
         "volume: {path: phantom, level: 2, box: [[0, 7], [3, 4], [128, 2147483647]]}\n",
+        "volume: {path: phantom, crop: visible, resample: 0.25 mm}\n",
+        "volume: {path: phantom, resample: [0.5, 1, 2 mm]}\n",
         "volume: {path: phantom, box_mm: [[-1, 2.25, 3], [10, -20, 30]]}\n"};
 
     (void)state;

@@ -752,10 +752,128 @@ static void resizing_keeps_the_nearest_label_and_the_place(void **state)
     }
 }
 
+/* ---- votes ---- */
+
+/* A tilted ellipsoid of radii 33, 27 and 38 voxels, of which the left and the right half have
+ * labels of their own. */
+static int halves_id(double x, double y, double z)
+{
+    const double dx = x - 44.8, dy = y - 45.1, dz = z - 44.9;
+    const double u = 0.8 * dx + 0.6 * dy, w = -0.6 * dx + 0.8 * dy;
+    const double v = 0.6 * w + 0.8 * dz, t = 0.8 * w - 0.6 * dz;
+
+    if (u * u / (33 * 33) + v * v / (27 * 27) + t * t / (38 * 38) > 1)
+        return 0;
+    return u < 0.3 * v ? 1 : 2;
+}
+
+/* How far the ellipsoid of halves_id and its halves lie from where they should in a volume that was
+ * resampled from spacings of 1: *volume is that of what is kept, *off_voxels the volume of what has
+ * another label than it should for each unit of surface, in the larger of the old and new voxels.
+ */
+static void measure_halves(const sc_volume *v, double *volume, double *off_voxels)
+{
+    const double step = v->to_ras_mm.m[0][0], each = step * step * step;
+    const double a = pow(33 * 27, 1.6), b = pow(33 * 38, 1.6), c = pow(27 * 38, 1.6);
+    const double area = 4 * M_PI * pow((a + b + c) / 3, 1 / 1.6) + M_PI * 27 * 38; /* and between */
+    double inside = 0, wrong = 0;
+    int at[3] = {0, 0, 0};
+
+    do {
+        const sc_vec3 p = sc_affine_point(&v->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
+        const int id = id_at(v, at);
+
+        assert_true(id >= 0 && id < 3);
+        inside += id != 0;
+        wrong += id != halves_id(p.x, p.y, p.z);
+    } while (next_voxel(v, at));
+    *volume = inside * each;
+    *off_voxels = wrong * each / area / fmax(1, step);
+}
+
+static void votes_keep_volumes_and_surfaces(void **state)
+{
+    static const double steps[] = {0.5, 2, 0.7, 1.6, 1};
+    const double whole = 4.0 / 3 * M_PI * 33 * 27 * 38;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(steps); i++) {
+        const double mm[3] = {steps[i], steps[i], steps[i]};
+        sc_volume one =
+            shape_volume((int[]){90, 91, 92}, (double[]){1, 1, 1}, 1 + (int)i % 2, 3, halves_id);
+        sc_volume three =
+            shape_volume((int[]){90, 91, 92}, (double[]){1, 1, 1}, 1 + (int)i % 2, 3, halves_id);
+        const uint64_t before = sc_volume_hash(&one);
+        double volume, off_voxels;
+
+        assert_ok(sc_resample_votes(&quiet, &one, mm, 1));
+        assert_ok(sc_resample_votes(&quiet, &three, mm, 3));
+        assert_int_equal(one.size[1], (int)round(91 / steps[i]));
+        assert_near(one.to_ras_mm.m[2][2], steps[i], 1e-12);
+        assert_memory_equal(one.ids, three.ids, sc_volume_voxels(&one) * (size_t)one.label_bytes);
+        for (int k = 0; k < 3; k++) /* the middle stays */
+            assert_near(one.to_ras_mm.m[k][3] + (one.size[k] - 1) / 2.0 * steps[i], (89 + k) / 2.0,
+                        1e-9);
+        measure_halves(&one, &volume, &off_voxels);
+        assert_near(volume / whole, 1, 0.01);
+        assert_true(off_voxels < 0.15);
+        assert_true(steps[i] != 1 || sc_volume_hash(&one) == before);
+        sc_volume_clear(&one);
+        sc_volume_clear(&three);
+    }
+}
+
+/* A line along x, one along the diagonal of space, a slanted sheet, one voxel thick each, and a
+ * lone voxel. */
+static int thin_id(double x, double y, double z)
+{
+    if (y == 4 && z == 5)
+        return 1;
+    if (x == y && y == z - 8)
+        return 2;
+    if (x + y == 34)
+        return 3;
+    return x == 20 && y == 8 && z == 20 ? 4 : 0;
+}
+
+static void what_is_thin_is_not_torn_when_voxels_become_finer(void **state)
+{
+    sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
+    int at[3] = {0, 0, 0};
+
+    (void)state;
+    assert_ok(sc_resample_votes(&quiet, &v, (double[]){0.5, 0.5, 0.5}, 2));
+    do {
+        assert_int_equal(id_at(&v, at), thin_id(at[0] / 2, at[1] / 2, at[2] / 2));
+    } while (next_voxel(&v, at));
+    sc_volume_clear(&v);
+}
+
+/* Thick slices become thinner, and pixels coarser, at once. */
+static void votes_have_a_spacing_for_each_axis(void **state)
+{
+    sc_volume v = shape_volume((int[]){90, 91, 92}, (double[]){1, 2, 3}, 1, 3, halves_id);
+    int size[3];
+    sc_affine to_ras_mm;
+
+    (void)state;
+    sc_resample_votes_grid(&v, (double[]){2, 2, 1}, size, &to_ras_mm);
+    assert_ok(sc_resample_votes(&quiet, &v, (double[]){2, 2, 1}, 2));
+    assert_memory_equal(size, v.size, sizeof size);
+    assert_memory_equal(&to_ras_mm, &v.to_ras_mm, sizeof to_ras_mm);
+    assert_int_equal(size[0], 45);
+    assert_int_equal(size[1], 91);
+    assert_int_equal(size[2], 276);
+    sc_volume_clear(&v);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tissue_goes_on_beyond_the_last_slice),
+        cmocka_unit_test(votes_keep_volumes_and_surfaces),
+        cmocka_unit_test(what_is_thin_is_not_torn_when_voxels_become_finer),
+        cmocka_unit_test(votes_have_a_spacing_for_each_axis),
         cmocka_unit_test(copied_voxels_are_found_and_removed),
         cmocka_unit_test(copies_are_found_among_many_planes),
         cmocka_unit_test(volumes_that_were_not_copied_stay_as_they_are),
