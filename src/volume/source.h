@@ -80,6 +80,8 @@ typedef struct sc_mask {
 /* Free the voxels, the file name and the table, and zero the source. A zeroed source is
  * allowed. */
 void sc_source_clear(sc_source *source);
+/* @return where a choice is from, for messages: the line of a job, or else the volume. */
+const char *sc_read_where(const sc_read_choice *choice, const char *path);
 /* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
