@@ -849,6 +849,27 @@ static void what_is_thin_is_not_torn_when_voxels_become_finer(void **state)
     sc_volume_clear(&v);
 }
 
+static void a_vote_without_memory_changes_nothing(void **state)
+{
+    sc_volume v = shape_volume((int[]){24, 24, 32}, (double[]){1, 1, 1}, 1, 5, thin_id);
+    const uint64_t before = sc_volume_hash(&v);
+    sc_status status = SC_ERR_MEMORY;
+    long failed = 0;
+
+    (void)state;
+    for (; status != SC_OK && failed < 64; failed++) {
+        long budget = failed;
+        const sc_ctx ctx = {.level = SC_LOG_ERROR, .alloc_budget = &budget};
+
+        assert_true(sc_volume_hash(&v) == before);
+        status = sc_resample_votes(&ctx, &v, (double[]){0.5, 2, 0.5}, 2);
+        assert_true(status == SC_OK || status == SC_ERR_MEMORY);
+    }
+    assert_true(failed > 12);
+    assert_int_equal(v.size[1], 12);
+    sc_volume_clear(&v);
+}
+
 /* Thick slices become thinner, and pixels coarser, at once. */
 static void votes_have_a_spacing_for_each_axis(void **state)
 {
@@ -873,6 +894,7 @@ int main(void)
         cmocka_unit_test(tissue_goes_on_beyond_the_last_slice),
         cmocka_unit_test(votes_keep_volumes_and_surfaces),
         cmocka_unit_test(what_is_thin_is_not_torn_when_voxels_become_finer),
+        cmocka_unit_test(a_vote_without_memory_changes_nothing),
         cmocka_unit_test(votes_have_a_spacing_for_each_axis),
         cmocka_unit_test(copied_voxels_are_found_and_removed),
         cmocka_unit_test(copies_are_found_among_many_planes),
