@@ -542,6 +542,9 @@ sc_status sc_finish_standard_output(const sc_ctx *ctx, sc_status status);
 
 /* Warn of a run that keeps no picture. Not collective. */
 void sc_warn_of_outputs(const sc_app *app, const sc_job *job);
+/* Warn of clip planes given in mm that remove everything or nothing in all frames, and of frames
+ * that are empty because of them. Needs session->timeline. Not collective. */
+void sc_warn_of_planes(const sc_app *app, const sc_session *session);
 /* Warn if the zoom of session->timeline moves some of @p points out of the picture, which would be
  * in it without the zoom. @param aspect width of the picture divided by its height. Not collective.
  */

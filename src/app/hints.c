@@ -75,3 +75,125 @@ void sc_warn_of_zoom(const sc_app *app, const sc_session *session, double aspect
                 worst_zoom, at + (session->shot ? session->shot->span.first : 0),
                 floor(100 * worst_zoom / worst) / 100);
 }
+
+/* ---- warnings of clip planes that cut nothing or everything ---- */
+
+/* Find the extent of a box along the unit vector @p n. */
+static void range_along(sc_vec3 n, sc_vec3 low, sc_vec3 high, double *from_mm, double *to_mm)
+{
+    const sc_vec3 near = {n.x > 0 ? low.x : high.x, n.y > 0 ? low.y : high.y,
+                          n.z > 0 ? low.z : high.z};
+    const sc_vec3 far = {n.x > 0 ? high.x : low.x, n.y > 0 ? high.y : low.y,
+                         n.z > 0 ? high.z : low.z};
+
+    *from_mm = sc_vec3_dot(n, near);
+    *to_mm = sc_vec3_dot(n, far);
+}
+
+/* In how many frames a plane removes all of what is shown, and in how many nothing of it. */
+typedef struct plane_effect {
+    double from_mm, to_mm; /* extent of what is shown along the plane's normal */
+    int removes_all, removes_nothing;
+} plane_effect;
+
+/* Fill effects[i] for each plane i. @return in how many frames some plane removes everything.
+ * @param first the first of them; not written if there is none. */
+static int find_effects(const sc_timeline *t, plane_effect *effects, int *first)
+{
+    int empty = 0;
+
+    for (int i = 0; i < t->animation.sweep_count; i++) {
+        effects[i] = (plane_effect){0};
+        range_along(t->animation.sweeps[i].normal, t->low_mm, t->high_mm, &effects[i].from_mm,
+                    &effects[i].to_mm);
+    }
+    for (int k = 0; k < t->animation.frames && t->animation.sweep_count > 0; k++) {
+        const sc_scene scene = sc_timeline_scene(t, k);
+        const uint32_t planes = sc_timeline_planes(t, k);
+        bool is_empty = false;
+        int at = 0; /* in the scene, which holds only planes that cut */
+
+        for (int i = 0; i < t->animation.sweep_count; i++) {
+            const bool cuts = planes & 1u << i;
+            const sc_plane *plane = cuts ? &scene.planes[at++] : NULL;
+            const double at_mm = plane ? -plane->offset_mm : -HUGE_VAL;
+            double from_mm = 0, to_mm = 0;
+
+            if (plane)
+                range_along(plane->normal, t->low_mm, t->high_mm, &from_mm, &to_mm);
+            effects[i].removes_all += at_mm > to_mm;
+            effects[i].removes_nothing += at_mm < from_mm;
+            is_empty = is_empty || at_mm > to_mm;
+        }
+        if (is_empty && empty++ == 0)
+            *first = k;
+    }
+    return empty;
+}
+
+/* Is a position of the plane given in mm? A plane at a share of what is shown lies within it and
+ * needs no warning. */
+static bool is_in_mm(const sc_sweep *sweep)
+{
+    return !sweep->from.percent || !sweep->to.percent;
+}
+
+/* Does another plane have the opposite normal? Then both are sides of a box or slab, and one of
+ * them may well lie outside of what is shown. */
+static bool has_opposite(const sc_animation *animation, int plane)
+{
+    const sc_vec3 n = animation->sweeps[plane].normal;
+
+    for (int i = 0; i < animation->sweep_count; i++) {
+        if (sc_vec3_length(sc_vec3_add(animation->sweeps[i].normal, n)) < 1e-9)
+            return true;
+    }
+    return false;
+}
+
+/* Warn of a plane: say where it lies and where it should. Its position is measured along its
+ * normal, which users mistake for a patient coordinate. @param what what is wrong with it. */
+static void tell_position(const sc_app *app, const sc_timeline *t, int plane,
+                          const plane_effect *effect, const char *what)
+{
+    const sc_vec3 n = t->animation.sweeps[plane].normal;
+    const sc_length_unit unit = sc_length_unit_for((effect->to_mm - effect->from_mm) / 10);
+    char at[640]; /* room for two of the longest numbers */
+
+    snprintf(at, sizeof at, "%.1f", sc_no_negative_zero(t->from_mm[plane] / unit.mm, 1));
+    if (t->from_mm[plane] != t->to_mm[plane])
+        snprintf(at + strlen(at), sizeof at - strlen(at), " to %.1f",
+                 sc_no_negative_zero(t->to_mm[plane] / unit.mm, 1));
+    sc_warn(app->ctx,
+            "clip plane %d, at %s %s along its normal (%.3f, %.3f, %.3f), %s: what is shown lies "
+            "from %.1f to %.1f %s along that normal; a plane through a point in patient "
+            "coordinates, as `segcast views` prints them, is at_point: [R, A, S]",
+            plane + 1, at, unit.name, sc_no_negative_zero(n.x, 3), sc_no_negative_zero(n.y, 3),
+            sc_no_negative_zero(n.z, 3), what, sc_no_negative_zero(effect->from_mm / unit.mm, 1),
+            sc_no_negative_zero(effect->to_mm / unit.mm, 1), unit.name);
+}
+
+void sc_warn_of_planes(const sc_app *app, const sc_session *session)
+{
+    const sc_timeline *t = &session->timeline;
+    const bool keeps = t->animation.clip_mode == SC_CLIP_KEEP;
+    plane_effect effects[SC_PLANES_MAX];
+    int first = 0;
+    const int empty = find_effects(t, effects, &first);
+
+    for (int i = 0; i < t->animation.sweep_count; i++) {
+        if (!is_in_mm(&t->animation.sweeps[i]))
+            continue;
+        if (keeps && effects[i].removes_all == t->animation.frames)
+            tell_position(app, t, i, &effects[i], "removes everything");
+        else if (effects[i].removes_nothing == t->animation.frames &&
+                 !has_opposite(&t->animation, i))
+            tell_position(app, t, i, &effects[i], "removes nothing");
+    }
+    if (empty && keeps && t->clip_set_count == 1)
+        sc_warn(app->ctx,
+                "the clip plane removes everything in %d frame%s, from frame %d on: "
+                "they will be empty",
+                empty, empty == 1 ? "" : "s",
+                first + (session->shot ? session->shot->span.first : 0));
+}

@@ -6,11 +6,6 @@
 
 #include <string.h>
 
-/* Width of the dark rims of cut faces, as a share of the height of the picture, but not less than
- * so many pixels, where voxels are larger than that. */
-#define RIM_SHARE 0.008
-#define RIM_LEAST_PX 4.0
-
 /* The frame being drawn, which all threads share. Pointers are borrowed. */
 typedef struct frame {
     sc_renderer *renderer;
@@ -496,100 +491,6 @@ static void draw_tiles(void *user, size_t begin, size_t end, int thread)
         draw_and_measure(user, begin, end, thread);
 }
 
-/* Convert a vector to three floats. */
-static void to_floats(sc_vec3 v, float out[3])
-{
-    out[0] = (float)v.x;
-    out[1] = (float)v.y;
-    out[2] = (float)v.z;
-}
-
-/* Set the lamps in r->march.light. The key light stands above the viewer's left shoulder, the fill
- * light low on the right. Within a vessel they would stand behind its wall: there the light at the
- * eye has the strength of all three, and highlights are its. What is blurred for shades and
- * occlusion is wider than many vessels, which would be dark throughout. */
-static void set_lamps(sc_renderer *r, const sc_scene *scene)
-{
-    const sc_camera *c = &scene->camera;
-    const sc_lighting *l = &r->settings.light;
-    const sc_vec3 back = sc_vec3_scale(c->forward, -1);
-    const bool inside = scene->inside;
-
-    r->march.light.key = inside ? 0 : (float)l->key;
-    r->march.light.fill = inside ? 0 : (float)l->fill;
-    r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
-    r->march.light.shadow = l->shadows && !inside;
-    r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
-    if (inside) {
-        to_floats(back, r->march.light.key_direction);
-        to_floats(back, r->march.light.fill_direction);
-        return;
-    }
-    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, -0.55, c->right), 0.75, c->up)),
-              r->march.light.key_direction);
-    to_floats(sc_vec3_unit(sc_vec3_along(sc_vec3_along(back, 1.1, c->right), -0.35, c->up)),
-              r->march.light.fill_direction);
-}
-
-/* Set the distances from the eye between which depth cueing grows: those of the sphere around
- * what is visible. They stay as they are if nothing is. */
-static void set_depth_cue(sc_renderer *r, const sc_camera *c)
-{
-    const sc_box3 *box = &r->hull_box;
-    const sc_vec3 middle = sc_vec3_scale(sc_vec3_add(box->low, box->high), 0.5);
-    const sc_vec3 to_middle = sc_vec3_sub(middle, c->position_mm);
-    const double radius = sc_vec3_length(sc_vec3_sub(box->high, box->low)) / 2;
-    const double depth = c->projection == SC_ORTHOGRAPHIC ? sc_vec3_dot(to_middle, c->forward)
-                                                          : sc_vec3_length(to_middle);
-
-    if (!(radius > 0))
-        return;
-    r->march.light.cue_near_mm = (float)(depth - radius);
-    r->march.light.cue_far_mm = (float)(depth + radius);
-}
-
-/* Set how wide the rims of cut faces are in r->march: the same share of the height of the picture,
- * however coarse the volume. @param height_px of the picture. */
-static void set_rims(sc_renderer *r, const sc_camera *c, int height_px)
-{
-    const float width = (float)(fmax(RIM_SHARE, RIM_LEAST_PX / height_px) * 2 * c->half_height);
-    const bool even = c->projection == SC_ORTHOGRAPHIC;
-    double sum_mm = 0;
-
-    for (int i = 0; i < 3; i++)
-        sum_mm += sc_vec3_length(sc_affine_column(&r->volume->to_ras_mm, i));
-    r->march.voxel_mm = (float)(sum_mm / 3);
-    r->march.rim_mm = even ? width : 0;
-    r->march.rim_per_mm = even ? 0 : width;
-}
-
-/* Set the clip planes and how cut faces are drawn in r->march, from the scene. */
-static void set_planes(sc_renderer *r, const sc_scene *scene)
-{
-    const sc_affine *to_mm = &r->volume->to_ras_mm;
-    const sc_vec3 first = sc_affine_point(to_mm, (sc_vec3){-1, -1, -1}); /* grid vertex 0 */
-
-    r->march.plane_count = scene->plane_count;
-    r->march.cut_away = scene->clip_mode == SC_CLIP_CUT;
-    r->march.only_caps = scene->slice;
-    r->march.caps = scene->slice || r->settings.caps;
-    if (r->settings.grey) {
-        r->march.grey_share =
-            (float)(scene->slice ? r->settings.grey_look.slices : r->settings.grey_look.caps);
-        r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
-    }
-    for (int i = 0; i < scene->plane_count; i++) {
-        const sc_plane *plane = &scene->planes[i];
-
-        to_floats(plane->normal, r->march.plane_normals[i]);
-        for (int axis = 0; axis < 3; axis++)
-            r->march.plane_equations[i][axis] =
-                (float)sc_vec3_dot(plane->normal, sc_affine_column(to_mm, axis));
-        r->march.plane_equations[i][3] =
-            (float)(sc_vec3_dot(plane->normal, first) + plane->offset_mm);
-    }
-}
-
 void sc_render_frame(sc_renderer *r, const sc_scene *scene, const sc_rows *rows, sc_image *image,
                      sc_render_stats *stats)
 {
@@ -618,10 +519,7 @@ static void begin_view(frame *f)
     sc_renderer *r = f->renderer;
 
     sc_set_fades(r, f->scene->fades);
-    set_lamps(r, f->scene);
-    set_depth_cue(r, &f->scene->camera);
-    set_rims(r, &f->scene->camera, f->viewport->height_px);
-    set_planes(r, f->scene);
+    sc_begin_scene(r, f->scene, f->viewport->height_px);
     if (sc_fades_away(r)) {
         r->on_white = r->march;
         for (int i = 0; i < 3; i++)

@@ -243,6 +243,10 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
 /* Set r->march.fading from r->tissues. */
 void sc_find_fading(sc_renderer *r);
+/* Set light, clip planes and the width of rims in r->march, for a picture of @p height_px that
+ * shows
+ * @p scene. */
+void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px);
 /* Set what of r->tissues, of the march and of the occlusion depends on how far tissues have faded.
  * @param factors as of sc_scene.fades. */
 void sc_set_fades(sc_renderer *r, const float *factors);
