@@ -23,7 +23,7 @@ static void write_file(const char *path, const char *head, const void *data, siz
     fclose(file);
 }
 
-/* Write t.nrrd with VOXELS values of the type, in the given byte order. */
+/* Write grey.nrrd with VOXELS values of the type, in the given byte order. */
 static void write_nrrd(const char *type, const char *endian, const void *data, size_t bytes)
 {
     char head[256];
@@ -33,20 +33,20 @@ static void write_nrrd(const char *type, const char *endian, const void *data, s
              "space directions: (2,0,0) (0,3,0) (0,0,4)\nspace origin: (-1,5,7)\n"
              "encoding: raw\nendian: %s\n\n",
              type, NX, NY, NZ, endian);
-    write_file("t.nrrd", head, data, bytes);
+    write_file("grey.nrrd", head, data, bytes);
 }
 
-/* Read t.nrrd into codes[VOXELS]. */
+/* Read grey.nrrd into codes[VOXELS]. */
 static sc_status read_nrrd(const sc_ctx *ctx, const sc_grey_window *window, uint16_t *codes,
                            sc_grey *out)
 {
-    sc_status status = sc_grey_read_header(ctx, "t.nrrd", out);
+    sc_status status = sc_grey_read_header(ctx, "grey.nrrd", out);
 
     if (status != SC_OK)
         return status;
     assert_int_equal(sc_grey_bytes(out), VOXELS * sizeof *codes);
     out->codes = codes;
-    return sc_grey_read(ctx, "t.nrrd", window, out);
+    return sc_grey_read(ctx, "grey.nrrd", window, out);
 }
 
 static double value_at(const sc_grey *grey, int i)
@@ -77,7 +77,7 @@ static void short_values_are_exact_in_both_byte_orders(void **state)
     assert_ok(read_nrrd(&quiet, NULL, codes, &grey));
     for (int i = 0; i < VOXELS; i++)
         assert_near(value_at(&grey, i), values[i], 0);
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 static void a_scaled_nifti_holds_scaled_values(void **state)
@@ -101,13 +101,13 @@ static void a_scaled_nifti_holds_scaled_values(void **state)
     memcpy(h + 344, "n+1", 4);
     for (int i = 0; i < VOXELS; i++)
         h[352 + i] = (unsigned char)(4 * i);
-    write_file("t.nii", "", h, sizeof h);
-    assert_ok(sc_grey_read_header(&quiet, "t.nii", &grey));
+    write_file("grey.nii", "", h, sizeof h);
+    assert_ok(sc_grey_read_header(&quiet, "grey.nii", &grey));
     grey.codes = codes;
-    assert_ok(sc_grey_read(&quiet, "t.nii", NULL, &grey));
+    assert_ok(sc_grey_read(&quiet, "grey.nii", NULL, &grey));
     for (int i = 0; i < VOXELS; i++)
         assert_near(value_at(&grey, i), 10 - 2.5 * (4 * i), 1e-9);
-    unlink("t.nii");
+    unlink("grey.nii");
 }
 
 static void fractions_are_held_to_a_65535th_of_their_range(void **state)
@@ -123,7 +123,7 @@ static void fractions_are_held_to_a_65535th_of_their_range(void **state)
     assert_ok(read_nrrd(&quiet, NULL, codes, &grey));
     for (int i = 0; i < VOXELS; i++)
         assert_near(value_at(&grey, i), values[i], 600 / 65535.0);
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 static void what_is_no_number_is_the_lowest_and_told(void **state)
@@ -152,7 +152,7 @@ static void what_is_no_number_is_the_lowest_and_told(void **state)
     write_nrrd("double", "little", values, sizeof values);
     assert_int_equal(read_nrrd(&ctx, NULL, codes, &grey), SC_ERR_DATA);
     assert_non_null(strstr(said.text, "no voxel holds a finite number"));
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 /* A single voxel of 1e30 must not take the precision of all others. */
@@ -173,16 +173,16 @@ static void extreme_values_cost_no_precision(void **state)
     for (int i = 0; i < MANY; i++)
         values[i] = (float)(i % 1000) * 0.1f;
     values[11] = 1e30f;
-    write_file("t.nrrd", head, values, sizeof values);
+    write_file("grey.nrrd", head, values, sizeof values);
     for (int known = 0; known < 2; known++) {
-        assert_ok(sc_grey_read_header(&quiet, "t.nrrd", &grey));
+        assert_ok(sc_grey_read_header(&quiet, "grey.nrrd", &grey));
         grey.codes = codes;
-        assert_ok(sc_grey_read(&quiet, "t.nrrd", known ? &window : NULL, &grey));
+        assert_ok(sc_grey_read(&quiet, "grey.nrrd", known ? &window : NULL, &grey));
         for (int i = 0; i < MANY; i++)
             assert_near(value_at(&grey, i), i == 11 ? value_at(&grey, 11) : values[i], 0.01);
         assert_true(value_at(&grey, 11) > 99.9);
     }
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 static void colours_and_series_and_too_much_memory_are_refused(void **state)
@@ -194,25 +194,25 @@ static void colours_and_series_and_too_much_memory_are_refused(void **state)
 
     (void)state;
     write_file(
-        "t.nrrd",
+        "grey.nrrd",
         "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 5 4 3\nkinds: RGB-color domain domain "
         "domain\nencoding: raw\n\n",
         data, sizeof data);
-    assert_int_equal(sc_grey_read_header(&ctx, "t.nrrd", &grey), SC_ERR_DATA);
+    assert_int_equal(sc_grey_read_header(&ctx, "grey.nrrd", &grey), SC_ERR_DATA);
     assert_int_equal(said.errors, 1);
     write_nrrd("uint8", "little", data, VOXELS);
     ctx.memory_max_bytes = VOXELS;
-    assert_int_equal(sc_grey_read_header(&ctx, "t.nrrd", &grey), SC_ERR_SYSTEM);
+    assert_int_equal(sc_grey_read_header(&ctx, "grey.nrrd", &grey), SC_ERR_SYSTEM);
     assert_non_null(strstr(said.text, "--max-memory"));
     ctx.memory_max_bytes = 2 * VOXELS;
-    assert_ok(sc_grey_read_header(&ctx, "t.nrrd", &grey));
+    assert_ok(sc_grey_read_header(&ctx, "grey.nrrd", &grey));
     write_nrrd("uint8", "little", data, VOXELS - 1);
     {
         uint16_t codes[VOXELS];
 
         assert_int_equal(read_nrrd(&ctx, NULL, codes, &grey), SC_ERR_DATA);
     }
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 static void a_file_that_changes_its_size_meanwhile_is_refused(void **state)
@@ -223,12 +223,12 @@ static void a_file_that_changes_its_size_meanwhile_is_refused(void **state)
 
     (void)state;
     write_nrrd("uint8", "little", data, sizeof data);
-    assert_ok(sc_grey_read_header(&quiet, "t.nrrd", &grey));
-    write_file("t.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 60 1 1\nencoding: raw\n\n",
+    assert_ok(sc_grey_read_header(&quiet, "grey.nrrd", &grey));
+    write_file("grey.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 60 1 1\nencoding: raw\n\n",
                data, sizeof data);
     grey.codes = codes;
-    assert_int_equal(sc_grey_read(&quiet, "t.nrrd", NULL, &grey), SC_ERR_DATA);
-    unlink("t.nrrd");
+    assert_int_equal(sc_grey_read(&quiet, "grey.nrrd", NULL, &grey), SC_ERR_DATA);
+    unlink("grey.nrrd");
 }
 
 static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
@@ -254,7 +254,7 @@ static void an_allocation_that_fails_is_reported_and_frees_all(void **state)
         assert_int_equal(status, SC_ERR_MEMORY);
         assert_int_equal(said.errors, 1);
     }
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 static void what_is_written_is_read_again(void **state)
@@ -268,12 +268,12 @@ static void what_is_written_is_read_again(void **state)
     grey.codes = codes;
     for (int i = 0; i < VOXELS; i++)
         codes[i] = (uint16_t)(i * 37);
-    assert_ok(sc_grey_save_nrrd(&quiet, &grey, "t.nrrd", true));
+    assert_ok(sc_grey_save_nrrd(&quiet, &grey, "grey.nrrd", true));
     assert_ok(read_nrrd(&quiet, NULL, again, &other));
     assert_near(other.to_ras_mm.m[0][1], 0.25, 0);
     for (int i = 0; i < VOXELS; i++)
         assert_near(value_at(&other, i), value_at(&grey, i), 0);
-    unlink("t.nrrd");
+    unlink("grey.nrrd");
 }
 
 /* Labels on a part of the image: the values elsewhere do not matter. */

@@ -12,14 +12,14 @@ static sc_status read_as(sc_table_format format, const char *text, size_t bytes,
                          sc_label_table *out)
 {
     const sc_ctx ctx = listening(said);
-    FILE *file = fopen("t.txt", "wb");
+    FILE *file = fopen("table.txt", "wb");
     sc_status status;
 
     assert_non_null(file);
     assert_int_equal(fwrite(text, 1, bytes, file), bytes);
     assert_int_equal(fclose(file), 0);
-    status = sc_label_table_read(&ctx, "t.txt", format, out);
-    unlink("t.txt");
+    status = sc_label_table_read(&ctx, "table.txt", format, out);
+    unlink("table.txt");
     return status;
 }
 
@@ -165,15 +165,16 @@ static void what_cannot_be_read_is_told_with_its_place(void **state)
     static const struct {
         const char *text, *message;
         sc_status status;
-    } cases[] = {{"value,name\n\nx,a\n", "t.txt:3: has no whole number", SC_ERR_DATA},
-                 {"value,name\n", "has headings, but no labels", SC_ERR_DATA},
-                 {"value,name\n1,a\nx,b\n2.5,c\n", "t.txt:3: 2 lines have no whole number", SC_OK},
-                 {"value,color\n1,#12345\n2,blue-ish\n",
-                  "2 colours cannot be read, such as \"#12345\"", SC_OK},
-                 {"{\"a\":\n }", "t.txt:2: is no JSON", SC_ERR_DATA},
-                 {"{\"a\": {\"b\": 2}}", "holds no label table that segcast knows", SC_ERR_DATA},
-                 {"[{\"value\": 1, \"name\": \"a\"}, {\"value\": \"x\", \"name\": \"b\"}, 3]",
-                  "2 entries have no number", SC_OK}};
+    } cases[] = {
+        {"value,name\n\nx,a\n", "table.txt:3: has no whole number", SC_ERR_DATA},
+        {"value,name\n", "has headings, but no labels", SC_ERR_DATA},
+        {"value,name\n1,a\nx,b\n2.5,c\n", "table.txt:3: 2 lines have no whole number", SC_OK},
+        {"value,color\n1,#12345\n2,blue-ish\n", "2 colours cannot be read, such as \"#12345\"",
+         SC_OK},
+        {"{\"a\":\n }", "table.txt:2: is no JSON", SC_ERR_DATA},
+        {"{\"a\": {\"b\": 2}}", "holds no label table that segcast knows", SC_ERR_DATA},
+        {"[{\"value\": 1, \"name\": \"a\"}, {\"value\": \"x\", \"name\": \"b\"}, 3]",
+         "2 entries have no number", SC_OK}};
 
     (void)state;
     for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
