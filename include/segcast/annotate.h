@@ -120,6 +120,9 @@ typedef struct sc_annotations {
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */
     const sc_name_plan *names;     /**< from sc_annotations_plan_names; NULL: none are drawn */
+    const struct sc_annotations *over; /**< what is written over the whole picture of which this
+                                            one is a part, with its lettering: the plan of names
+                                            leaves room for it; NULL: nothing is */
 } sc_annotations;
 
 /** @return whether there are any overlays. */

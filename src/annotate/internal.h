@@ -29,9 +29,10 @@ typedef struct sc_drawing {
     const sc_annotations *a;
     sc_image *image;
     const sc_rows *rows;
-    sc_letters letters;          /* their colours */
-    int margin_px;               /* from the edges of the picture, and between overlays */
-    int used_px[SC_PLACE_COUNT]; /* height of what stands at each place already */
+    sc_letters letters;                /* their colours */
+    int margin_px;                     /* from the edges of the picture, and between overlays */
+    int used_px[SC_PLACE_COUNT];       /* height of what stands at each place already */
+    sc_viewport taken[SC_PLACE_COUNT]; /* the rectangle around that; of width 0: nothing */
 } sc_drawing;
 
 /* @return the font size of all but captions. */
@@ -40,6 +41,8 @@ double sc_text_px(const sc_annotations *a);
 sc_drawing sc_drawing_begin(const sc_annotations *a, sc_image *image, const sc_rows *rows);
 /* Take room at a place, behind what stands there already. @return the rectangle, of that size. */
 sc_viewport sc_take_room(sc_drawing *d, int place, int width_px, int height_px);
+/* Let a rectangle, of width 0 if it is none yet, hold another one. */
+void sc_hold(sc_viewport *around, const sc_viewport *other);
 /* @return the width of a text that is composed of glyphs. All digits are equally wide. */
 int sc_glyphs_width(const sc_lettering *lettering, const char *text);
 /* Draw a text composed of glyphs, from @p x on, on the base line @p y. */

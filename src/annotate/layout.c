@@ -23,6 +23,24 @@ sc_drawing sc_drawing_begin(const sc_annotations *a, sc_image *image, const sc_r
     return d;
 }
 
+void sc_hold(sc_viewport *around, const sc_viewport *other)
+{
+    const sc_viewport a = *around;
+    const int right = a.x_px + a.width_px, other_right = other->x_px + other->width_px;
+    const int bottom = a.y_px + a.height_px, other_bottom = other->y_px + other->height_px;
+
+    if (!other->width_px)
+        return;
+    if (!a.width_px) {
+        *around = *other;
+        return;
+    }
+    around->x_px = a.x_px < other->x_px ? a.x_px : other->x_px;
+    around->y_px = a.y_px < other->y_px ? a.y_px : other->y_px;
+    around->width_px = (right > other_right ? right : other_right) - around->x_px;
+    around->height_px = (bottom > other_bottom ? bottom : other_bottom) - around->y_px;
+}
+
 sc_viewport sc_take_room(sc_drawing *d, int place, int width_px, int height_px)
 {
     const sc_viewport *within = &d->a->within;
@@ -37,6 +55,7 @@ sc_viewport sc_take_room(sc_drawing *d, int place, int width_px, int height_px)
                              : right;
     out.y_px = is_top ? within->y_px + edge : within->y_px + within->height_px - edge - height_px;
     d->used_px[place] += height_px + d->margin_px;
+    sc_hold(&d->taken[place], &out);
     return out;
 }
 

@@ -106,37 +106,70 @@ static void place_frames(void *user, size_t begin, size_t end, int thread)
     }
 }
 
-/* Find the height of the columns: names stand neither where another overlay does, nor where a
- * caption does in any frame. @return SC_ERR_MEMORY. */
-static sc_status find_heights(const sc_ctx *ctx, sc_name_film *film)
+/* Let the columns end before a rectangle that overlays take at a place, if it reaches into them. A
+ * column is taken to be as wide as its half of the picture, as its edge follows the camera. */
+static void end_before(const sc_viewport *taken, int place, int margin_px, sc_name_film *film)
 {
-    const sc_annotations *a = film->a;
-    const sc_viewport *within = &a->within;
-    sc_image none = {.width_px = within->x_px + within->width_px,
-                     .height_px = within->y_px + within->height_px};
+    const sc_viewport *within = &film->a->within;
+    const int middle_px = within->x_px + within->width_px / 2;
+    const int begin_px[2] = {within->x_px, middle_px};
+    const int end_px[2] = {middle_px, within->x_px + within->width_px};
+    const int bottom_px = taken->y_px + taken->height_px;
+
+    if (taken->y_px >= within->y_px + within->height_px || bottom_px <= within->y_px)
+        return;
+    for (int side = 0; side < 2; side++) {
+        if (taken->x_px >= end_px[side] || taken->x_px + taken->width_px <= begin_px[side])
+            continue;
+        if (place <= SC_PLACE_TOP_RIGHT)
+            film->low_px[side] = fmax(film->low_px[side], bottom_px + margin_px);
+        else
+            film->high_px[side] = fmin(film->high_px[side], taken->y_px - margin_px);
+    }
+}
+
+/* Let the columns end before the overlays @p a: where they stand, and where a caption does in any
+ * frame. @return SC_ERR_MEMORY. */
+static sc_status end_before_overlays(const sc_ctx *ctx, const sc_annotations *a, sc_name_film *film)
+{
+    sc_image none = {.width_px = a->within.x_px + a->within.width_px,
+                     .height_px = a->within.y_px + a->within.height_px};
     const sc_rows rows = {0, 0}; /* nothing is drawn: only the room that is taken matters */
     const sc_scene scene = sc_timeline_scene(a->timeline, 0);
     sc_drawing d = sc_drawing_begin(a, &none, &rows);
-    int used_px[SC_PLACE_COUNT] = {0};
+    sc_viewport taken[SC_PLACE_COUNT] = {{0, 0, 0, 0}};
     const sc_status status = sc_draw_fixed(ctx, &d, 0, &scene);
 
     for (int k = 0; k < film->frames; k++) {
         sc_drawing with = d;
 
         sc_draw_captions(&with, k);
-        for (int place = 0; place < SC_PLACE_COUNT; place++)
-            used_px[place] =
-                with.used_px[place] > used_px[place] ? with.used_px[place] : used_px[place];
+        for (int place = SC_PLACE_TOP_LEFT; place < SC_PLACE_COUNT; place++)
+            sc_hold(&taken[place], &with.taken[place]);
     }
-    for (int side = 0; side < 2; side++) {
-        const int corners[2] = {side ? SC_PLACE_TOP_RIGHT : SC_PLACE_TOP_LEFT,
-                                side ? SC_PLACE_BOTTOM_RIGHT : SC_PLACE_BOTTOM_LEFT};
-        const double top = fmax(used_px[corners[0]], used_px[SC_PLACE_TOP]);
-        const double bottom = fmax(used_px[corners[1]], used_px[SC_PLACE_BOTTOM]);
+    for (int place = SC_PLACE_TOP_LEFT; place < SC_PLACE_COUNT; place++) {
+        if (taken[place].width_px)
+            end_before(&taken[place], place, d.margin_px, film);
+    }
+    return status;
+}
 
-        film->low_px[side] = within->y_px + d.margin_px + top;
-        film->high_px[side] = within->y_px + within->height_px - d.margin_px - bottom;
+/* Find the height of the columns: names do not stand where other overlays do, of their own picture
+ * or over the one that it is a part of. @return SC_ERR_MEMORY. */
+static sc_status find_heights(const sc_ctx *ctx, sc_name_film *film)
+{
+    const sc_annotations *a = film->a;
+    const int margin_px = sc_drawing_begin(a, NULL, NULL).margin_px;
+    sc_status status;
+
+    for (int side = 0; side < 2; side++) {
+        film->low_px[side] = a->within.y_px + margin_px;
+        film->high_px[side] = a->within.y_px + a->within.height_px - margin_px;
     }
+    SC_TRY(end_before_overlays(ctx, a, film));
+    if (a->over && a->over->lettering)
+        status = end_before_overlays(ctx, a->over, film);
+out:
     return status;
 }
 

@@ -196,10 +196,13 @@ typedef struct sc_session {
     const struct sc_session *subjects;
     int subject_count, subject;
     const sc_tissue_owner
-        *owners;         /* [label_count] of the session of a subject, borrowed; else NULL */
-    sc_viewport panel;   /* where the picture in space lies in the frame, if that is a part of it
-                            which does not follow from the layout; else of width 0 */
-    sc_viewport within;  /* where overlays lie, if not in the panel; else of width 0 */
+        *owners;        /* [label_count] of the session of a subject, borrowed; else NULL */
+    sc_viewport panel;  /* where the picture in space lies in the frame, if that is a part of it
+                           which does not follow from the layout; else of width 0 */
+    sc_viewport within; /* where overlays lie, if not in the panel; else of width 0 */
+    /* Of the session of a subject: that which writes over the whole picture. Borrowed; else NULL.
+     */
+    const struct sc_session *front;
     const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
@@ -336,7 +339,8 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
 sc_annotations sc_session_annotations(const sc_session *session);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
- * fonts. @return as sc_annotations_letter, sc_annotations_logo and sc_annotations_plan_names. */
+ * fonts. That of session->front, if there is one, comes first. @return as sc_annotations_letter,
+ * sc_annotations_logo and sc_annotations_plan_names. */
 sc_status sc_session_letter(sc_app *app, sc_session *session);
 /* A volume that was read for a job, and how it is to be prepared. */
 typedef struct sc_volume_input {

@@ -117,6 +117,7 @@ static void begin_subject(const sc_session *session, const sc_compare *c, int s,
                         .subjects = c->parts,
                         .subject_count = c->count,
                         .subject = s,
+                        .front = front_of(c),
                         .panel = panel,
                         .times = {.threads = session->times.threads}};
     strip(&out->job);
@@ -370,7 +371,9 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
         part->timeline.shift_count = part->shift_count;
     }
     SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
-    for (int i = 0; i < part_count(c->count); i++)
+    /* First what is written over all: the names of the subjects leave room for it. */
+    SC_TRY(sc_session_letter(app, front_of(c)));
+    for (int i = 0; i < part_count(c->count) - 1; i++)
         SC_TRY(sc_session_letter(app, &c->parts[i]));
 out:
     return status;

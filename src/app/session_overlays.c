@@ -87,7 +87,7 @@ out:
 
 sc_status sc_session_letter(sc_app *app, sc_session *session)
 {
-    sc_annotations annotations = sc_session_annotations(session);
+    sc_annotations annotations = sc_session_annotations(session), over;
     const bool first = sc_comm_rank(app->comm) == 0;
     void *lettering;
     sc_status status = SC_OK;
@@ -106,6 +106,10 @@ sc_status sc_session_letter(sc_app *app, sc_session *session)
     if (session->job.overlays.logo[0])
         SC_TRY(share_logo(app, &annotations, session));
     annotations = sc_session_annotations(session);
+    if (session->front) {
+        over = sc_session_annotations(session->front);
+        annotations.over = &over;
+    }
     if (sc_annotations_names(&annotations) && session->volume.ids)
         status = share_names(app, &annotations, session);
 out:

@@ -239,6 +239,74 @@ static void names_do_not_jump(void **state)
     }
 }
 
+/* @return in how many frames and names a name stands over a rectangle of the picture, by the halves
+ * of the letters' height. */
+static int count_covering(const film *f, const sc_viewport *rectangle)
+{
+    int covering = 0;
+
+    for (int i = 0; i < FRAMES * f->plan->count; i++) {
+        const sc_name_place *p = &f->plan->places[i];
+        const sc_word *word = &f->lettering->words[i % f->plan->count];
+        const double begin_px = (double)p->label_px[0] - (p->is_right ? 0 : word->advance_px);
+        const double top_px = (double)p->label_px[1] - word->capitals_px / 2.0;
+
+        covering += p->alpha && begin_px < rectangle->x_px + rectangle->width_px &&
+                    begin_px + word->advance_px > rectangle->x_px &&
+                    top_px < rectangle->y_px + rectangle->height_px &&
+                    top_px + word->capitals_px > rectangle->y_px;
+    }
+    return covering;
+}
+
+/* Names of a part of a picture do not stand where something is written over the whole: a legend in
+ * a corner, of which only the part beside it knows. */
+static void names_leave_room_for_what_is_written_over_all(void **state)
+{
+    static const int corners[] = {SC_PLACE_TOP_LEFT, SC_PLACE_TOP_RIGHT, SC_PLACE_BOTTOM_LEFT,
+                                  SC_PLACE_BOTTOM_RIGHT};
+    static film f;
+
+    (void)state;
+    for (int corner = 0; corner < 4; corner++) {
+        for (int part = 0; part < 2; part++) {
+            const bool is_beside = corner % 2 == part;
+            sc_overlays overlays = {.text_percent = 2.5, .legend = corners[corner]};
+            sc_annotations over;
+            sc_lettering *legend;
+            sc_drawing d;
+            const sc_viewport *taken = &d.taken[corners[corner]];
+            sc_name_plan *without;
+            sc_scene scene;
+
+            begin_film(&f, 1);
+            snprintf(overlays.font, sizeof overlays.font, "%s", f.overlays.font);
+            over = f.annotations;
+            over.overlays = &overlays;
+            over.chosen_count = 0;
+            assert_ok(sc_annotations_letter(&quiet, &over, &legend));
+            over.lettering = legend;
+            scene = sc_timeline_scene(&f.timeline, 0);
+            d = sc_drawing_begin(&over, &(sc_image){.width_px = WIDTH, .height_px = HEIGHT},
+                                 &(sc_rows){0, 0});
+            assert_ok(sc_draw_fixed(&quiet, &d, 0, &scene));
+            assert_true(taken->height_px > HEIGHT / 2 && taken->width_px < WIDTH / 2);
+
+            f.annotations.within = (sc_viewport){part * WIDTH / 2, 0, WIDTH / 2, HEIGHT};
+            plan_film(&f, 2);
+            without = f.plan;
+            assert_true((count_covering(&f, taken) > 0) == is_beside);
+            f.annotations.over = &over;
+            plan_film(&f, 2);
+            assert_int_equal(count_covering(&f, taken), 0);
+            assert_true((memcmp(without, f.plan, without->bytes) != 0) == is_beside);
+            sc_free(without);
+            sc_free(legend);
+            end_film(&f);
+        }
+    }
+}
+
 static void the_plan_does_not_depend_on_threads(void **state)
 {
     static film f;
@@ -490,6 +558,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_stand_apart_and_lines_do_not_cross),
         cmocka_unit_test(names_do_not_jump),
+        cmocka_unit_test(names_leave_room_for_what_is_written_over_all),
         cmocka_unit_test(the_plan_does_not_depend_on_threads),
         cmocka_unit_test(anchors_lie_deep_in_their_tissue),
         cmocka_unit_test(light_passes_what_does_not_hide),
