@@ -123,6 +123,11 @@ typedef struct sc_annotations {
     const struct sc_annotations *over; /**< what is written over the whole picture of which this
                                             one is a part, with its lettering: the plan of names
                                             leaves room for it; NULL: nothing is */
+    const int *divider_px;  /**< [frames of the timeline] x of the picture at which in each frame
+                                 what is shown ends, or begins; NULL: all of it is shown. Names
+                                 then stand on the side away from it, and only beside points that
+                                 are shown */
+    bool is_behind_divider; /**< it is shown from the divider on, not up to it */
 } sc_annotations;
 
 /** @return whether there are any overlays. */

@@ -204,7 +204,8 @@ static sc_status tell_left_out(const sc_ctx *ctx, const sc_name_film *film,
                 "tissues, or make overlays.names_size smaller",
                 crowded, film->count);
     if (hidden)
-        sc_info(ctx, "names that no frame shows, because their tissues are hidden: %s", text.data);
+        sc_info(ctx, "names that no frame shows, because their tissues are hidden%s: %s",
+                film->a->divider_px ? " or behind the divider" : "", text.data);
 out:
     sc_text_clear(&text);
     return status;

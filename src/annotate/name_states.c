@@ -78,12 +78,28 @@ static sc_columns columns_of(const sc_name_film *film, const sc_camera *camera)
     return out;
 }
 
-/* @return whether a point lies in the picture, between the columns. */
-static bool is_between(const sc_name_film *film, const sc_columns *columns, const double at[2])
+/* @return whether a point is shown on its side of the divider in frame @p k, with its dot. The line
+ * and the name, which lead away from the divider, are then shown, too. */
+static bool is_beside_divider(const sc_name_film *film, int k, double x_px)
 {
-    const sc_viewport *within = &film->a->within;
+    const sc_annotations *a = film->a;
     const double margin_px = film->row_px / 2;
 
+    if (!a->divider_px)
+        return true;
+    return a->is_behind_divider ? x_px > a->divider_px[k] + margin_px
+                                : x_px < a->divider_px[k] - margin_px;
+}
+
+/* @return whether a point lies in the picture of frame @p k, between the columns. */
+static bool is_between(const sc_name_film *film, int k, const double at[2])
+{
+    const sc_viewport *within = &film->a->within;
+    const sc_columns *columns = &film->columns[k];
+    const double margin_px = film->row_px / 2;
+
+    if (!is_beside_divider(film, k, at[0]))
+        return false;
     return at[0] > columns->elbow_px[0] && at[0] < columns->elbow_px[1] &&
            at[1] > within->y_px + margin_px && at[1] < within->y_px + within->height_px - margin_px;
 }
@@ -114,11 +130,11 @@ static void survey_frames(void *user, size_t begin, size_t end, int thread)
             film->states[at].shown = (uint8_t)sc_shown_alpha(a, &scene, id);
             for (int i = 0; film->states[at].shown && i < film->anchors[n].count; i++) {
                 const sc_vec3 point_mm = anchor_mm(film, n, i);
-                double dot_px[2];
+                double dot_px[2] = {0, 0};
 
                 if (project(&a->within, &scene.camera, sc_vec3_add(point_mm, moved_mm[id]),
                             dot_px) > 0 &&
-                    is_between(film, &film->columns[k], dot_px))
+                    is_between(film, (int)k, dot_px))
                     s->lights[at * SC_ANCHORS_MAX + (size_t)i] =
                         (uint8_t)(255 * sc_light_of(a, &film->from_ras_mm, &scene, id, point_mm) +
                                   0.5);
@@ -186,6 +202,8 @@ static void find_state(const sc_name_film *film, int k, int n, const sc_camera *
     if (last && last->anchor == out->anchor)
         right_px += last->right ? stay_px : -stay_px;
     out->right = has_room[1] && (right_px >= 0 || !has_room[0]);
+    if (film->a->divider_px)
+        out->right = film->a->is_behind_divider;
 }
 
 /* @return whether name @p n stands before @p other where both are on one side. */

@@ -203,7 +203,9 @@ typedef struct sc_session {
     /* Of the session of a subject: that which writes over the whole picture. Borrowed; else NULL.
      */
     const struct sc_session *front;
-    const sc_shot *shot; /* of the session of a shot: borrowed from the film's job; else NULL */
+    const int *divider_px; /* of the session of a subject beside a divider: [frames], as of
+                              sc_divider_px; borrowed; else NULL */
+    const sc_shot *shot;   /* of the session of a shot: borrowed from the film's job; else NULL */
 } sc_session;
 
 /* If the job colours tissues by values: make a copy of the labels of session->volume with these

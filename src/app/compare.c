@@ -17,7 +17,8 @@ struct sc_compare {
     sc_caption captions[SC_SUBJECTS_MAX]; /* the names of the subjects */
     sc_overlay_tissue *tissues[2];        /* by sc_tissue_use: those of the job; owned */
     size_t tissue_counts[2];
-    sc_image other; /* the second subject, beside a divider; empty until it is needed */
+    int *divider_px; /* [frames], of a picture with a divider: where it stands; owned */
+    sc_image other;  /* the second subject, beside a divider; empty until it is needed */
 };
 
 /* @return how many sessions there are for @p count subjects. */
@@ -350,6 +351,23 @@ static sc_status fill_front(const sc_ctx *ctx, sc_compare *c)
     return SC_OK;
 }
 
+/* Note where the divider stands in each frame, for the names of the subjects. */
+static sc_status place_divider(const sc_ctx *ctx, const sc_job *job, sc_compare *c)
+{
+    const int frames = job->animation.frames;
+    void *block;
+    const sc_status status = sc_alloc(ctx, (size_t)frames, sizeof *c->divider_px, &block);
+
+    if (status != SC_OK)
+        return status;
+    c->divider_px = block;
+    for (int k = 0; k < frames; k++)
+        c->divider_px[k] = sc_divider_px(job, k, job->output.size_px[0]);
+    for (int s = 0; s < c->count; s++)
+        c->parts[s].divider_px = c->divider_px;
+    return SC_OK;
+}
+
 sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *points, size_t count)
 {
     sc_compare *c = session->compare;
@@ -371,6 +389,8 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
         part->timeline.shift_count = part->shift_count;
     }
     SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
+    if (session->job.compare.has_divider)
+        SC_TRY(sc_comm_agree(app->comm, place_divider(app->ctx, &session->job, c)));
     /* First what is written over all: the names of the subjects leave room for it. */
     SC_TRY(sc_session_letter(app, front_of(c)));
     for (int i = 0; i < part_count(c->count) - 1; i++)
@@ -621,6 +641,7 @@ void sc_compare_free(sc_session *session)
         sc_free(c->tissues[use]);
     sc_free(c->parts);
     sc_free(c->stats);
+    sc_free(c->divider_px);
     sc_image_clear(&c->other);
     sc_free(c);
     session->compare = NULL;

@@ -27,7 +27,9 @@ sc_annotations sc_session_annotations(const sc_session *session)
                           .scale = session->scale.is_used ? &session->scale : NULL,
                           .logo = session->logo,
                           .lettering = session->lettering,
-                          .names = session->names};
+                          .names = session->names,
+                          .divider_px = session->divider_px,
+                          .is_behind_divider = session->subject > 0};
 
     if (job->output.layout == SC_LAYOUT_VIEWS)
         out.within = sc_views_space(size_px[0], size_px[1]);

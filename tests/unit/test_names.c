@@ -307,6 +307,56 @@ static void names_leave_room_for_what_is_written_over_all(void **state)
     }
 }
 
+/* Check the names of a frame beside a divider. @return how many are seen. */
+static int check_beside(const film *f, int k)
+{
+    const sc_annotations *a = &f->annotations;
+    const double sign = a->is_behind_divider ? 1 : -1, row_px = f->lettering->words[0].line_px;
+
+    for (int n = 0; n < f->plan->count; n++) {
+        const sc_name_place *p = place_of(f, k, n);
+        const double distance_px = sign * ((double)p->dot_px[0] - a->divider_px[k]);
+
+        if (k)
+            check_step(place_of(f, k - 1, n), p, row_px);
+        if (!p->alpha)
+            continue;
+        assert_int_equal(p->is_right, a->is_behind_divider);
+        assert_true(distance_px > 0.28 * sc_names_px(a)); /* radius of the dot, with its halo */
+        assert_true(sign * (double)(p->elbow_px - p->dot_px[0]) >= 0);
+        assert_true(sign * (double)(p->label_px[0] - p->elbow_px) >= 0);
+    }
+    return check_frame(f, k, row_px);
+}
+
+/* Beside a divider, which stands or moves over the picture, a name is seen only where its dot, its
+ * line and its words are all shown: on both sides of it, from frame to frame without a jump. */
+static void names_stand_beside_a_divider(void **state)
+{
+    enum { STANDING = 4 };
+    static film f;
+    static int divider_px[FRAMES];
+
+    (void)state;
+    for (int test = 0; test < 2 * (1 + STANDING); test++) {
+        int named = 0;
+
+        for (int k = 0; k < FRAMES; k++) /* one that moves also stands at both ends */
+            divider_px[k] = test > 1          ? WIDTH / 2 - 50 + 25 * (test / 2)
+                            : k < 20          ? 0
+                            : k > FRAMES - 20 ? WIDTH
+                                              : (k - 20) * WIDTH / (FRAMES - 40);
+        begin_film(&f, 4);
+        f.annotations.divider_px = divider_px;
+        f.annotations.is_behind_divider = test % 2;
+        plan_film(&f, 2);
+        for (int k = 0; k < FRAMES; k++)
+            named += check_beside(&f, k);
+        assert_true(named > FRAMES);
+        end_film(&f);
+    }
+}
+
 static void the_plan_does_not_depend_on_threads(void **state)
 {
     static film f;
@@ -559,6 +609,7 @@ int main(void)
         cmocka_unit_test(names_stand_apart_and_lines_do_not_cross),
         cmocka_unit_test(names_do_not_jump),
         cmocka_unit_test(names_leave_room_for_what_is_written_over_all),
+        cmocka_unit_test(names_stand_beside_a_divider),
         cmocka_unit_test(the_plan_does_not_depend_on_threads),
         cmocka_unit_test(anchors_lie_deep_in_their_tissue),
         cmocka_unit_test(light_passes_what_does_not_hide),
