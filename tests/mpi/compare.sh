@@ -96,6 +96,27 @@ still own.png 'with: [{volume: stripes.nrrd, name: b}]'
 "$SEGCAST" still side.yaml -o tiny.png -q --set output.size=[72,48] --set overlays={} --set compare.name="A name of many words for so few pixels" >/dev/null ||
     fail "a name that does not fit"
 
+# Names find no room where other things are written over the whole picture: here over the one on the left
+cat >names.yaml <<'YAML'
+volume: phantom:59x41x61
+output: {size: [320, 120]}
+compare: {with: other.nrrd}
+overlays: {names: [aorta, pulmonary artery], names_size: 8}
+animation: {frames: 12, camera: {orbit: {turns: 0.01}}}
+YAML
+over='overlays.caption=[{text: "1\n2\n3\n4", place: bottom-left}, {text: "1\n2\n3\n4", place: top}, {text: "1\n2\n3\n4", place: bottom}]'
+named() { # named COUNT MESSAGE SETTINGS...: for so many volumes the message is told
+    local count=$1 message=$2
+    shift 2
+    [ "$("$SEGCAST" still names.yaml -o names.png --overwrite "$@" 2>&1 | grep -c "$message")" = "$count" ] || fail "names with $*: $message"
+}
+named 0 'no room\|no frame shows'
+named 1 'there is no room for 2 of 2 names' --set overlays.legend=top-left --set "$over"
+# Beside a divider there are none of the volume that is not seen
+for divider in 0% 100%; do
+    named 1 'hidden or behind the divider: aorta, pulmonary artery' --set compare.divider=$divider
+done
+
 # Other subjects, or others in their place, are another job; so is where they stand, and the divider
 sed 's/other\.nrrd/phantom:40x28x43/' side.yaml >changed.yaml
 expect 73 'volume' "$SEGCAST" render changed.yaml -o side --resume -q
