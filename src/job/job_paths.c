@@ -18,23 +18,6 @@ static const char *home_of(const char *const *environment)
     return NULL;
 }
 
-/* Log that the value of a key is a path that cannot be found. @param joined the path that was
- * tried.
- * @param error the errno that tells why. @return as sc_input_status. */
-static sc_status missing(const sc_ctx *ctx, const sc_yaml *node, const char *key,
-                         const char *joined, int error)
-{
-    const sc_status status = sc_input_status(error);
-    const char *why = strerror(error);
-
-    if (node->line > 0)
-        return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, joined,
-                       why);
-    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
-        return sc_fail(ctx, status, "%s: %s", joined, why);
-    return sc_fail(ctx, status, "%s: %s: %s", node->origin, joined, why);
-}
-
 /* Log that "~" was not replaced in a path. @return as sc_yaml_fail. */
 static sc_status refuse_tilde(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *node,
                               const char *key, const char *path)
@@ -90,7 +73,7 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
         (use == SC_PATH_OUTPUT || sources->check_inputs))
         status = refuse_tilde(ctx, sources, node, key, path);
     else if (no_memory || (!absolute && use == SC_PATH_INPUT && sources->check_inputs))
-        status = missing(ctx, node, key, joined, error);
+        status = sc_tell_missing(ctx, node, key, joined, error);
     else if (strlen(absolute ? absolute : joined) >= SC_PATH_BYTES)
         status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                               strlen(absolute ? absolute : joined), SC_PATH_BYTES);

@@ -297,6 +297,10 @@ json_t *sc_list_schema(const char *type, double low, double high, int count);
 /* Store "file:line" of a node in @p where, for messages after the tree has been freed. Three dots
  * stand for the beginning of a path that is too long for where[size]. @p size is at least 32. */
 void sc_note_where(const sc_yaml *node, char *where, size_t size);
+/* Log that @p path, which the value of the key @p key names, cannot be found, with the line where
+ * it has one. @param error the errno that tells why. @return as sc_input_status. */
+sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
+                          int error);
 
 /* ---- schema.c ---- */
 

@@ -93,11 +93,13 @@ static sc_status check_numbers(const sc_ctx *ctx, const sc_yaml *node, const cha
         at = place;
         least = fmin(least, step_between(paths[i], paths[i + 1], at));
     }
-    for (size_t i = 0; i + 1 < count; i++) {
+    for (size_t i = 0; i + 1 < count && least == 0; i++) {
         if (step_between(paths[i], paths[i + 1], at) == 0)
             return sc_yaml_fail(ctx, node,
                                 "%s: %s and %s have the same number; expected a list of the files",
                                 key, name_of(paths[i]), name_of(paths[i + 1]));
+    }
+    for (size_t i = 0; i + 1 < count; i++) {
         if (step_between(paths[i], paths[i + 1], at) > least)
             return sc_yaml_fail(ctx, node,
                                 "%s: there is no file between %s and %s, while the numbers of "
@@ -156,8 +158,7 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
         char *absolute = realpath(found.gl_pathv[i], NULL);
 
         if (!absolute)
-            status =
-                sc_fail(ctx, sc_input_status(errno), "%s: %s", found.gl_pathv[i], strerror(errno));
+            status = sc_tell_missing(ctx, node, key, found.gl_pathv[i], errno);
         else if (strlen(absolute) >= SC_PATH_BYTES)
             status = sc_yaml_fail(ctx, node, "the path has %zu characters, expected less than %d",
                                   strlen(absolute), SC_PATH_BYTES);

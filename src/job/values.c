@@ -123,6 +123,19 @@ static void copy_shortened(const char *text, bool keep_end, char *out, size_t si
     }
 }
 
+sc_status sc_tell_missing(const sc_ctx *ctx, const sc_yaml *node, const char *key, const char *path,
+                          int error)
+{
+    const sc_status status = sc_input_status(error);
+    const char *why = strerror(error);
+
+    if (node->line > 0)
+        return sc_fail(ctx, status, "%s:%d: %s: %s: %s", node->origin, node->line, key, path, why);
+    if (!strcmp(node->origin, key)) /* set by a command, from its argument */
+        return sc_fail(ctx, status, "%s: %s", path, why);
+    return sc_fail(ctx, status, "%s: %s: %s", node->origin, path, why);
+}
+
 void sc_note_where(const sc_yaml *node, char *where, size_t size)
 {
     enum { LINE_BYTES = 16 };

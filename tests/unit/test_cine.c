@@ -75,8 +75,8 @@ static void names_sort_by_numbers(void **state)
     }
 }
 
-/* Load the job @p text in an empty directory that holds the files of @p names, separated by blanks.
- */
+/* Load the job @p text in an empty directory that holds the files of @p names, separated by blanks;
+ * "@" before one: a link to nowhere. */
 static sc_status load(const char *names, const char *text, heard *h, sc_job *job)
 {
     const sc_job_sources sources = {.path = "cine-files/job.yaml", .check_inputs = true};
@@ -89,7 +89,11 @@ static sc_status load(const char *names, const char *text, heard *h, sc_job *job
     assert_int_equal(mkdir("cine-files", 0777), 0);
     snprintf(copy, sizeof copy, "%s", names);
     for (char *name = strtok(copy, " "); name; name = strtok(NULL, " ")) {
-        snprintf(path, sizeof path, "cine-files/%s", name);
+        snprintf(path, sizeof path, "cine-files/%s", *name == '@' ? name + 1 : name);
+        if (*name == '@') {
+            assert_int_equal(symlink("nowhere", path), 0);
+            continue;
+        }
         file = fopen(path, "w");
         assert_non_null(file);
         fclose(file);
@@ -183,9 +187,13 @@ static void mistakes_are_told(void **state)
                    "job.yaml:1: volume: there is no file between p2 and p4");
     expect_refused("p0 p20 p30", "volume: p*\ncine: {}\n", "there is no file between p0 and p20");
     expect_refused("p1 p01 p2", "volume: p*\ncine: {}\n", "have the same number");
+    expect_refused("p-00 p-01 p-02 p-03 p-3", "volume: p*\ncine: {}\n",
+                   "p-03 and p-3 have the same number");
     expect_refused("p1 p2 q1", "volume: \"?*1\"\ncine: {}\n", "differ in more than one number");
     expect_refused("p1a1 p1a2 p2a2", "volume: p*\ncine: {}\n", "differ in more than one number");
     expect_refused("p1 p2", "volume: [p1, p3]\ncine: {}\n", "cine-files/p3: No such file");
+    expect_refused("p1 @p2 p3", "volume: p*\ncine: {}\n",
+                   "job.yaml:1: volume: cine-files/p2: No such file");
     expect_refused("p1", "volume: []\ncine: {}\n", "volume has 0 files");
     expect_refused("p1", "volume: [p1, [p2]]\ncine: {}\n", "expected the path of a volume");
     expect_refused("p1 p2", "volume: p*\ncine: {phases: 0-2}\n",
