@@ -336,6 +336,11 @@ SC_MUST_USE sc_status sc_keys_describe(const sc_ctx *ctx, const char *prefix, sc
 SC_MUST_USE sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out,
                                       int *count);
 
+/** Read a list as of sc_frames_parse, in the order in which it names the numbers. @param text not
+ *  NULL. @return SC_ERR_USAGE, SC_ERR_MEMORY. Caller owns *out: sc_free. */
+SC_MUST_USE sc_status sc_frames_parse_order(const sc_ctx *ctx, const char *text, int total,
+                                            int **out, int *count);
+
 /** List the frames of slice @p i of @p n, in rising order. A slice holds whole GOPs of @p gop
  * frames, so that no two slices share one. @param total frames of the animation. @return
  * SC_ERR_MEMORY. Caller owns *out: sc_free. */

@@ -37,10 +37,14 @@ static bool read_range(const char **at, long *first, long *last, long *step)
     return read_number(at, step) && *step > 0;
 }
 
-/* Set wanted[k] for each frame k of the list. */
-static sc_status mark_frames(const sc_ctx *ctx, const char *text, int total, char *wanted)
+/* Write the frames of the list to @p frames as they follow each other there, and set wanted[k] for
+ * each frame k of them. */
+static sc_status read_frames(const sc_ctx *ctx, const char *text, int total, char *wanted,
+                             int *frames, int *count)
 {
     const char *at = text;
+
+    *count = 0;
 
     for (;;) {
         long first, last, step;
@@ -56,6 +60,7 @@ static sc_status mark_frames(const sc_ctx *ctx, const char *text, int total, cha
             if (wanted[k])
                 return sc_fail(ctx, SC_ERR_USAGE, "--frames \"%s\" names frame %ld twice", text, k);
             wanted[k] = 1;
+            frames[(*count)++] = (int)k;
             if (step > last - k) /* k + step could overflow */
                 break;
         }
@@ -65,28 +70,47 @@ static sc_status mark_frames(const sc_ctx *ctx, const char *text, int total, cha
     }
 }
 
-sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count)
+sc_status sc_frames_parse_order(const sc_ctx *ctx, const char *text, int total, int **out,
+                                int *count)
 {
     void *wanted = NULL, *frames = NULL;
-    int found = 0;
     sc_status status;
 
     SC_TRY(sc_zalloc(ctx, (size_t)total, 1, &wanted));
     SC_TRY(sc_alloc(ctx, (size_t)total, sizeof(int), &frames));
-    if (text)
-        SC_TRY(mark_frames(ctx, text, total, wanted));
-    else
-        memset(wanted, 1, (size_t)total);
-    for (int k = 0; k < total; k++) {
-        if (((const char *)wanted)[k])
-            ((int *)frames)[found++] = k;
-    }
+    SC_TRY(read_frames(ctx, text, total, wanted, frames, count));
     *out = frames;
-    *count = found;
     frames = NULL;
 out:
     sc_free(wanted);
     sc_free(frames);
+    return status;
+}
+
+static int compare_frames(const void *a, const void *b)
+{
+    const int x = *(const int *)a, y = *(const int *)b;
+
+    return (x > y) - (x < y);
+}
+
+sc_status sc_frames_parse(const sc_ctx *ctx, const char *text, int total, int **out, int *count)
+{
+    void *frames;
+    sc_status status;
+
+    if (text) {
+        status = sc_frames_parse_order(ctx, text, total, out, count);
+        if (status == SC_OK)
+            qsort(*out, (size_t)*count, sizeof **out, compare_frames);
+        return status;
+    }
+    SC_TRY(sc_alloc(ctx, (size_t)total, sizeof(int), &frames));
+    for (int k = 0; k < total; k++)
+        ((int *)frames)[k] = k;
+    *out = frames;
+    *count = total;
+out:
     return status;
 }
 

@@ -54,21 +54,24 @@ const sc_key sc_cine_keys[] = {
              "stays",
      .low = 1, .high = 1000000},
     {"phases", &sc_type_text, offsetof(sc_cine_options, phases), "\"\"",
-     .help = "those that are shown, counted from 0: 0-9, or 0-18:2",
+     .help = "those that are shown, in this order, counted from 0: 0-9, 0-18:2, or 5-9,0-4",
      .bytes = sizeof(((sc_cine_options *)0)->phases), .without = "all"},
     {0}};
 
-/* Leave only those phases that cine.phases names. What it names is then forgotten: the job as
- * resolved lists the files. */
+/* Leave only those phases that cine.phases names, in its order. What it names is then forgotten:
+ * the job as resolved lists the files. */
 static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
     const sc_ctx silent = {.rank = ctx->rank, .alloc_budget = ctx->alloc_budget};
     int *chosen = NULL, count = 0;
+    sc_volume_path *all = job->phases;
+    void *block;
     sc_status status;
 
     if (!job->cine.phases[0])
         return SC_OK;
-    status = sc_frames_parse(&silent, job->cine.phases, (int)job->phase_count, &chosen, &count);
+    status =
+        sc_frames_parse_order(&silent, job->cine.phases, (int)job->phase_count, &chosen, &count);
     if (status == SC_ERR_USAGE)
         return sc_yaml_fail(ctx, sc_yaml_member(sc_yaml_member(root, "cine"), "phases"),
                             "phases is \"%s\", expected numbers from 0 to %zu, such as 0-%zu, each "
@@ -77,13 +80,17 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
                             job->phase_count);
     if (status != SC_OK)
         return sc_fail(ctx, status, "out of memory while phases were chosen");
+    SC_TRY(sc_alloc(ctx, (size_t)count, sizeof *all, &block));
+    job->phases = block;
     for (int i = 0; i < count; i++)
-        job->phases[i] = job->phases[chosen[i]];
+        job->phases[i] = all[chosen[i]];
+    sc_free(all);
     job->phase_count = (size_t)count;
     strcpy(job->volume, job->phases[0].path);
     job->cine.phases[0] = '\0';
+out:
     sc_free(chosen);
-    return SC_OK;
+    return status;
 }
 
 sc_status sc_cine_check(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)

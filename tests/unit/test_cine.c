@@ -174,6 +174,23 @@ static void phases_are_chosen(void **state)
     sc_job_clear(&job);
 }
 
+/* Phases are shown in the order in which they are chosen; the first of them is the volume. */
+static void chosen_phases_keep_their_order(void **state)
+{
+    static const char order[] = "4612";
+    heard h = {0};
+    sc_job job;
+
+    (void)state;
+    assert_int_equal(
+        load("p1 p2 p3 p4 p5 p6", "volume: p*\ncine: {phases: \"3-5:2,0,1\"}\n", &h, &job), SC_OK);
+    assert_int_equal(job.phase_count, 4);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(strrchr(job.phases[i].path, 'p')[1], order[i]);
+    assert_string_equal(job.volume, job.phases[0].path);
+    sc_job_clear(&job);
+}
+
 static void mistakes_are_told(void **state)
 {
     (void)state;
@@ -198,6 +215,8 @@ static void mistakes_are_told(void **state)
     expect_refused("p1", "volume: [p1, [p2]]\ncine: {}\n", "expected the path of a volume");
     expect_refused("p1 p2", "volume: p*\ncine: {phases: 0-2}\n",
                    "phases is \"0-2\", expected numbers from 0 to 1");
+    expect_refused("p1 p2", "volume: p*\ncine: {phases: \"1,0,1\"}\n",
+                   "phases is \"1,0,1\", expected numbers from 0 to 1, such as 0-1, each once");
     expect_refused("p1 p2", "volume: p*\ncine: {loop: often}\n", "loop is \"often\"");
     expect_refused("p1 p2", "volume: p*\ncine: {loop: 0}\n", "loop is \"0\"");
     expect_refused("p1 p2", "volume: p*\ncine: {bpm: 0}\n", "bpm is \"0\"");
@@ -216,6 +235,7 @@ int main(void)
         cmocka_unit_test(names_sort_by_numbers),
         cmocka_unit_test(series_are_found),
         cmocka_unit_test(phases_are_chosen),
+        cmocka_unit_test(chosen_phases_keep_their_order),
         cmocka_unit_test(mistakes_are_told),
     };
 
