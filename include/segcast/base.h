@@ -195,6 +195,9 @@ double sc_round_length_mm(double most_mm);
 /** @return @p value, or 0 if it would be printed as zero with @p decimals digits behind the point:
  * so that nothing is printed as "-0.0". */
 double sc_no_negative_zero(double value, int decimals);
+/** Write a number of bytes with about three digits and its unit, such as "1.25 GiB", into @p text.
+ * @return @p text. */
+const char *sc_size_text(double bytes, char text[24]);
 
 /** @return the return code for an input that cannot be opened or read with @p error, an errno:
  *  SC_ERR_MISSING if it is not there or may not be read, SC_ERR_MEMORY, and for all other reasons,

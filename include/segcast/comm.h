@@ -93,6 +93,9 @@ SC_MUST_USE sc_status sc_shared_alloc(const sc_ctx *ctx, sc_comm *comm, size_t b
 void sc_comm_prefer_files(sc_comm *comm, bool prefers);
 /** @return where this rank's node holds the block. */
 sc_shared_place sc_shared_place_of(const sc_shared *shared);
+/** @return the errno that says why the block is not in a file although that was preferred; 0: it
+ * is, or was not, or another rank of the node knows. */
+int sc_shared_file_error(const sc_shared *shared);
 /** @return the block at its address in this process. */
 void *sc_shared_data(const sc_shared *shared);
 /** Copy the block of rank 0's node to those of the other nodes, in place of what they hold; blocks

@@ -6,10 +6,6 @@
 #include <jansson.h>
 #include <stdlib.h>
 
-#define KIB 1024.0
-#define MIB (1024 * KIB)
-#define GIB (1024 * MIB)
-
 /* The numbers of nodes that are told unless --nodes says otherwise. */
 static const int usual_nodes[] = {1, 4, 16};
 enum { RUNS = SC_COUNT_OF(usual_nodes) };
@@ -154,34 +150,17 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
 
 /* ---- for people ---- */
 
-/* Write a number of bytes with three digits and its unit, such as "1.25 GiB". */
-static const char *size_text(double bytes, char text[24])
-{
-    const bool giga = bytes >= GIB, mega = bytes >= MIB;
-    const double value = bytes / (giga ? GIB : mega ? MIB : KIB);
-
-    snprintf(text, 24, "%.*f %s",
-             value < 10    ? 2
-             : value < 100 ? 1
-                           : 0,
-             value,
-             giga   ? "GiB"
-             : mega ? "MiB"
-                    : "KiB");
-    return text;
-}
-
 /* Print what the outputs take on disk. */
 static void print_disk(const job_plan *plan)
 {
     const sc_plan_disk *disk = &plan->disk;
     char video[24], frames[24], records[24], peak[24];
 
-    printf("disk             %s video, ", size_text((double)disk->video, video));
+    printf("disk             %s video, ", sc_size_text((double)disk->video, video));
     if (disk->frames)
-        printf("%s PNG frames, ", size_text((double)disk->frames, frames));
-    printf("%s records; at most %s at a time\n", size_text((double)disk->records, records),
-           size_text((double)disk->peak, peak));
+        printf("%s PNG frames, ", sc_size_text((double)disk->frames, frames));
+    printf("%s records; at most %s at a time\n", sc_size_text((double)disk->records, records),
+           sc_size_text((double)disk->peak, peak));
 }
 
 /* Print what a run on some nodes takes. */
@@ -192,10 +171,10 @@ static void print_run(const sc_plan_run *run)
     printf("wall time        %.0f s on %d node%s, %d rank%s of %d thread%s each; limited by %s\n",
            run->wall_s, run->nodes, run->nodes == 1 ? "" : "s", run->ranks,
            run->ranks == 1 ? "" : "s", run->threads, run->threads == 1 ? "" : "s", run->limit);
-    printf("  memory         %s", size_text((double)run->first_node_bytes, first));
+    printf("  memory         %s", sc_size_text((double)run->first_node_bytes, first));
     if (run->nodes > 1)
         printf(" on the node of rank 0, %s on each other",
-               size_text((double)run->other_node_bytes, other));
+               sc_size_text((double)run->other_node_bytes, other));
     printf("\n");
 }
 
@@ -238,7 +217,7 @@ static void print_text(const job_plan *plan)
     printf("volume           %d x %d x %d voxels, %d label%s, %s prepared\n",
            session->volume.size[0], session->volume.size[1], session->volume.size[2],
            session->volume.label_count - 1, session->volume.label_count == 2 ? "" : "s",
-           size_text((double)p->prepared_bytes, prepared));
+           sc_size_text((double)p->prepared_bytes, prepared));
     for (int s = 1; session->compare && s < sc_subject_count(job); s++) {
         const sc_prepared *v = &sc_compare_part(session, s)->volume;
 
@@ -250,7 +229,7 @@ static void print_text(const job_plan *plan)
     printf("encoding         %.1f CPU s, %.3f per frame", plan->encode_cpu_s,
            plan->encode_cpu_s / job->animation.frames);
     if (p->encoder_bytes)
-        printf("; an encoder takes %s", size_text((double)p->encoder_bytes, encoder));
+        printf("; an encoder takes %s", sc_size_text((double)p->encoder_bytes, encoder));
     printf("\nin all           %.4f core hours\n", all_cpu_s(plan) / 3600);
     print_disk(plan);
     for (int i = 0; i < plan->run_count; i++)

@@ -225,22 +225,80 @@ out:
     return status;
 }
 
+/* What is derived from a phase, from which pictures are drawn, takes about half as much again. */
+#define WITH_DERIVED 1.5
+
 /* @return whether the phases, of which the first is loaded, take so much that they are to be held
- * in files: with what pictures are drawn from, which takes about half as much again, more than half
- * of the memory. The same on all ranks. */
+ * in files: more than half of the memory. The same on all ranks. */
 static bool are_for_files(const sc_app *app, const sc_session *session)
 {
-    const double bytes = 1.5 * (double)session->shared_bytes * (double)session->job.phase_count;
+    const double bytes =
+        WITH_DERIVED * (double)session->shared_bytes * (double)session->job.phase_count;
     const uint64_t limit = app->ctx->memory_max_bytes, machine = sc_machine_memory();
     uint8_t prefers = bytes > 0.5 * (double)(limit && limit < machine ? limit : machine);
 
     sc_comm_broadcast(app->comm, &prefers, sizeof prefers);
-    if (prefers && sc_comm_rank(app->comm) == 0)
-        sc_info(app->ctx,
-                "the phases take %.3g GB in all, which is too much to be held in memory: they are "
-                "files in %s, of which the system keeps in memory what is drawn",
-                bytes * 1e-9, sc_temporary_folder());
     return prefers;
+}
+
+/* Where a rank holds the phases but the first, if they were to be files. */
+typedef struct phase_places {
+    int32_t in_memory; /* so many of them */
+    int32_t error;     /* the errno that says why; 0: another rank knows */
+} phase_places;
+
+static phase_places find_places(const sc_session *session)
+{
+    phase_places mine = {0};
+
+    for (int i = 0; i < session->phases->count; i++) {
+        const sc_shared *shared = session->phases->all[i].shared;
+
+        if (!shared || sc_shared_place_of(shared) == SC_SHARED_IN_FILE)
+            continue; /* a prepared file needs no other */
+        mine.in_memory++;
+        if (!mine.error)
+            mine.error = sc_shared_file_error(shared);
+    }
+    return mine;
+}
+
+/* Tell, on rank 0, where the phases are that were to be files. Collective. @return SC_ERR_MEMORY,
+ * the same on all ranks. */
+static sc_status tell_files(const sc_app *app, const sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const size_t ranks = (size_t)sc_comm_size(app->comm);
+    const phase_places mine = find_places(session);
+    phase_places worst = {0};
+    char size[24];
+    void *all = NULL;
+    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
+
+    SC_TRY(sc_comm_agree(app->comm, status));
+    sc_comm_gather(app->comm, &mine, sizeof mine, all);
+    for (size_t i = 0; first && i < ranks; i++) {
+        const phase_places *one = (const phase_places *)all + i;
+
+        worst.in_memory = one->in_memory > worst.in_memory ? one->in_memory : worst.in_memory;
+        worst.error = worst.error ? worst.error : one->error;
+    }
+    sc_size_text(WITH_DERIVED * (double)session->shared_bytes, size); /* of all by now */
+    if (first && worst.in_memory)
+        sc_warn(app->ctx,
+                "the phases take %s in all, which is too much to be held in memory, but %d of %d "
+                "are held there, because no files for them can be made in %s: %s; name a directory "
+                "that has room: TMPDIR=DIRECTORY",
+                size, worst.in_memory + 1, session->phases->count + 1, sc_temporary_folder(),
+                strerror(worst.error));
+    else if (first)
+        sc_info(app->ctx,
+                "the phases take %s in all, which is too much to be held in memory: all but the "
+                "first are files in %s, of which the system keeps in memory what is drawn",
+                size, sc_temporary_folder());
+out:
+    sc_free(all);
+    return status;
 }
 
 /* Tell, on rank 0, which volumes are the phases, and in which order. */
@@ -260,6 +318,7 @@ static void tell_phases(const sc_app *app, const sc_session *session)
 /* Load all phases by @p load. */
 static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_session *session)
 {
+    bool for_files;
     sc_status status;
 
     sc_comm_prefer_files(app->comm, false);
@@ -268,8 +327,11 @@ static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_sessi
     SC_TRY(load(app, header_only, session));
     if (!session->job.phase_count)
         return SC_OK;
-    sc_comm_prefer_files(app->comm, are_for_files(app, session));
-    status = load_phases(app, load, header_only, session);
+    for_files = are_for_files(app, session);
+    sc_comm_prefer_files(app->comm, for_files);
+    SC_TRY(load_phases(app, load, header_only, session));
+    if (for_files)
+        status = tell_files(app, session);
 out:
     return status;
 }

@@ -2,6 +2,7 @@
 #include "segcast/base.h"
 
 #include <math.h>
+#include <stdio.h>
 
 sc_length_unit sc_length_unit_for(double finest_mm)
 {
@@ -30,4 +31,18 @@ double sc_no_negative_zero(double value, int decimals)
     for (int i = 0; i < decimals; i++)
         least /= 10;
     return -least < value && value < least ? 0 : value;
+}
+
+const char *sc_size_text(double bytes, char text[24])
+{
+    static const char *const units[] = {"KiB", "MiB", "GiB"};
+    double value = bytes / 1024;
+    size_t unit = 0;
+
+    while (value >= 1024 && unit + 1 < SC_COUNT_OF(units)) {
+        value /= 1024;
+        unit++;
+    }
+    snprintf(text, 24, "%.*f %s", value < 10 ? 2 : value < 100 ? 1 : 0, value, units[unit]);
+    return text;
 }

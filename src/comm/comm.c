@@ -86,6 +86,11 @@ sc_shared_place sc_shared_place_of(const sc_shared *shared)
     return shared->place;
 }
 
+int sc_shared_file_error(const sc_shared *shared)
+{
+    return shared->file_error;
+}
+
 void *sc_shared_data(const sc_shared *shared)
 {
     return shared->data;

@@ -12,6 +12,7 @@
 #include "comm_ops.h"
 #include "shared_file.h"
 
+#include <errno.h>
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,14 +139,23 @@ static void mpi_unshare(sc_shared *shared)
     sc_free(shared);
 }
 
+/* Note errno in *error after a function that has failed. @return what it has returned. */
+static sc_status note(sc_status status, int *error)
+{
+    if (status != SC_OK)
+        *error = errno;
+    return status;
+}
+
 /* Make a file in @p folder and map it on all ranks of the node: the first of them makes it, and
  * removes its name when all have opened it, so that nothing is left behind whatever happens later.
  * It gets its room only then, and before anybody writes to it: without it, writing would kill.
  * Collective in comm->node, where all get the same return code; nothing is mapped after an error.
- * @param spare_bytes must stay free in @p folder. @return SC_ERR_MEMORY, SC_ERR_CREATE, or
- * SC_ERR_MISSING if the ranks do not see the same folder. Caller owns *out: munmap. */
+ * @param spare_bytes must stay free in @p folder. @param error set to the errno on those ranks that
+ * have failed. @return SC_ERR_MEMORY, SC_ERR_CREATE, or SC_ERR_MISSING if the ranks do not see the
+ * same folder. Caller owns *out: munmap. */
 static sc_status map_file(mpi_comm *comm, const char *folder, size_t bytes, size_t spare_bytes,
-                          void **out)
+                          void **out, int *error)
 {
     const bool first = comm->base.node_rank == 0;
     struct {
@@ -157,17 +167,19 @@ static sc_status map_file(mpi_comm *comm, const char *folder, size_t bytes, size
     sc_status status;
 
     if (first)
-        made.status = sc_shared_file_make(folder, bytes, spare_bytes, &made.name, &file);
+        made.status =
+            note(sc_shared_file_make(folder, bytes, spare_bytes, &made.name, &file), error);
     broadcast_in(comm->node, (char *)&made, sizeof made);
     if (made.status != SC_OK)
         return (sc_status)made.status;
-    SC_TRY(agree_in(comm->node, first ? SC_OK : sc_shared_file_open(&made.name, &file)));
+    SC_TRY(
+        agree_in(comm->node, first ? SC_OK : note(sc_shared_file_open(&made.name, &file), error)));
     if (first) {
         sc_shared_file_remove(&made.name);
-        status = sc_shared_file_reserve(file, bytes);
+        status = note(sc_shared_file_reserve(file, bytes), error);
     }
     SC_TRY(agree_in(comm->node, status));
-    status = agree_in(comm->node, sc_shared_file_map(file, bytes, &data));
+    status = agree_in(comm->node, note(sc_shared_file_map(file, bytes, &data), error));
     if (status == SC_OK)
         *out = data;
     else if (data)
@@ -192,17 +204,18 @@ static size_t spare_bytes_of(const sc_comm *comm)
 static sc_status find_common_place(mpi_comm *comm, const char *folder, sc_shared *shared)
 {
     const size_t spare_bytes = spare_bytes_of(&comm->base);
+    int unused;
 
     shared->place = SC_SHARED_IN_FILE;
     if (folder && comm->base.prefers_files &&
-        map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+        map_file(comm, folder, shared->bytes, 0, &shared->data, &shared->file_error) == SC_OK)
         return SC_OK;
     shared->place = SC_SHARED_IN_MEMORY;
-    if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data) == SC_OK)
+    if (map_file(comm, SHARED_MEMORY, shared->bytes, spare_bytes, &shared->data, &unused) == SC_OK)
         return SC_OK;
     shared->place = SC_SHARED_IN_FILE;
     if (folder && !comm->base.prefers_files &&
-        map_file(comm, folder, shared->bytes, 0, &shared->data) == SC_OK)
+        map_file(comm, folder, shared->bytes, 0, &shared->data, &unused) == SC_OK)
         return SC_OK;
     return SC_ERR_MEMORY;
 }

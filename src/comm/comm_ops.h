@@ -51,6 +51,7 @@ struct sc_shared {
     void *data; /* address in this process; NULL for a block of 0 bytes */
     size_t bytes;
     sc_shared_place place;
+    int file_error; /* of sc_shared_file_error */
     void (*free)(sc_shared *shared);
 };
 

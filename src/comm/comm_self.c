@@ -5,6 +5,7 @@
 #include "comm_ops.h"
 #include "shared_file.h"
 
+#include <errno.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -61,20 +62,24 @@ static void self_unmap(sc_shared *shared)
     sc_free(shared);
 }
 
-/* Map a file without a name in @p folder. @return SC_ERR_MEMORY, SC_ERR_CREATE, not logged. Caller
- * owns *out: munmap. */
-static sc_status map_file(const char *folder, size_t bytes, void **out)
+/* Map a file without a name in @p folder. @param error set to the errno after an error. @return
+ * SC_ERR_MEMORY, SC_ERR_CREATE, not logged. Caller owns *out: munmap. */
+static sc_status map_file(const char *folder, size_t bytes, void **out, int *error)
 {
     sc_shared_name name;
     int file;
     sc_status status = sc_shared_file_make(folder, bytes, 0, &name, &file);
 
-    if (status != SC_OK)
+    if (status != SC_OK) {
+        *error = errno;
         return status;
+    }
     sc_shared_file_remove(&name);
     status = sc_shared_file_reserve(file, bytes);
     if (status == SC_OK)
         status = sc_shared_file_map(file, bytes, out);
+    if (status != SC_OK)
+        *error = errno;
     close(file);
     return status;
 }
@@ -85,13 +90,15 @@ static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, cons
                             sc_shared **out)
 {
     void *block, *data = NULL;
+    int error = 0;
     sc_status status = sc_zalloc(ctx, 1, sizeof(sc_shared), &block);
     sc_shared *shared = block;
 
     if (status != SC_OK)
         return status;
-    if (comm->prefers_files && folder && bytes && map_file(folder, bytes, &data) == SC_OK) {
-        *shared = (sc_shared){data, bytes, SC_SHARED_IN_FILE, self_unmap};
+    if (comm->prefers_files && folder && bytes && map_file(folder, bytes, &data, &error) == SC_OK) {
+        *shared = (sc_shared){
+            .data = data, .bytes = bytes, .place = SC_SHARED_IN_FILE, .free = self_unmap};
         *out = shared;
         return SC_OK;
     }
@@ -100,7 +107,7 @@ static sc_status self_share(const sc_ctx *ctx, sc_comm *comm, size_t bytes, cons
         sc_free(shared);
         return status;
     }
-    *shared = (sc_shared){.data = data, .bytes = bytes, .free = self_unshare};
+    *shared = (sc_shared){.data = data, .bytes = bytes, .file_error = error, .free = self_unshare};
     *out = shared;
     return SC_OK;
 }

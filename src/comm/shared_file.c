@@ -28,20 +28,27 @@ sc_status sc_shared_file_make(const char *folder, size_t bytes, size_t spare_byt
     int length, file;
 
     sc_remove_temporaries(folder, false);
-    if (!sc_shared_folder_has_room(folder, bytes, spare_bytes))
+    if (!sc_shared_folder_has_room(folder, bytes, spare_bytes)) {
+        errno = ENOSPC;
         return SC_ERR_MEMORY;
+    }
     if (getentropy(&random, sizeof random))
         return SC_ERR_CREATE;
     memset(name, 0, sizeof *name);
     sc_host_name(host);
     length = snprintf(name->path, sizeof name->path, "%s/.segcast.tmp.%s.%ld.%016llx", folder, host,
                       (long)getpid(), (unsigned long long)random);
-    if (length < 0 || (size_t)length >= sizeof name->path)
+    if (length < 0 || (size_t)length >= sizeof name->path) {
+        errno = ENAMETOOLONG;
         return SC_ERR_CREATE;
+    }
     name->unfinished = sc_unfinished_add(name->path);
     file = open(name->path, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
     if (file < 0) {
+        const int error = errno;
+
         sc_unfinished_drop(name->unfinished);
+        errno = error;
         return SC_ERR_CREATE;
     }
     *out = file;
@@ -74,6 +81,7 @@ sc_status sc_shared_file_reserve(int file, size_t bytes)
     do
         error = posix_fallocate(file, 0, (off_t)bytes);
     while (error == EINTR);
+    errno = error;
     return error ? SC_ERR_MEMORY : SC_OK;
 }
 

@@ -14,6 +14,7 @@ typedef struct sc_shared_name {
 } sc_shared_name;
 
 /* These functions log nothing: that a folder has no room is no error as long as there is another.
+ * What they cannot do errno tells; that there is no room, as ENOSPC.
  *
  * Make an empty temporary file, like those of sc_outfile, of a name that nobody can guess, for this
  * user alone, if the file system of

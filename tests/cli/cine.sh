@@ -32,6 +32,19 @@ opaque=(--set 'tissues={"*": {visible: false}, left ventric*: {visible: true, op
 jq -es '.[0].memory.prepared_bytes > 1.8 * .[1].memory.prepared_bytes' plan.json part.json >/dev/null || fail "plan counts one phase"
 "$SEGCAST" storyboard job.yaml -o sheet.png -q --count 4 >/dev/null || fail "storyboard"
 
+# What does not fit into half of the memory is held in files; where there can be none, that is told once
+still=(still job.yaml --frame 4 --overwrite --max-memory 1M)
+"$SEGCAST" "${still[@]}" -o files.png >/dev/null 2>said.txt
+grep -q 'the phases take [0-9.]* [KM]iB in all, .* all but the first are files in /' said.txt || fail "files are not told: $(cat said.txt)"
+TMPDIR=$PWD/away "$SEGCAST" "${still[@]}" -o memory.png >/dev/null 2>said.txt
+grep -q 'warning: the phases take .*, but 4 of 4 are held there, .* in .*/away: No such file or directory; .*TMPDIR=' said.txt || fail "a lost directory: $(cat said.txt)"
+[ "$(grep -c 'the phases take' said.txt)" = 1 ] || fail "told more than once: $(cat said.txt)"
+"$IMAGE_DIFFERENCE" files.png memory.png || fail "pictures depend on where phases are held"
+mpi 2 env TMPDIR="$PWD/job.yaml" "$SEGCAST" render job.yaml --max-memory 1M --frames 0-1 -o ranks >/dev/null 2>said.txt
+[ "$(grep -c 'warning: the phases take .* 4 of 4 .*job.yaml: Not a directory' said.txt)" = 1 ] || fail "ranks: $(cat said.txt)"
+(ulimit -f 8; exec "$SEGCAST" "${still[@]}" -o full.png) >/dev/null 2>said.txt || true
+grep -q 'warning: the phases take .* 4 of 4 .*: File too large' said.txt || fail "a limit of file sizes: $(cat said.txt)"
+
 # Bad phases: one message, with file and line
 "$SEGCAST" phantom --size 40x30x44 -o other.nrrd -q >/dev/null
 sed 's/beat-\*.nrrd/[beat-00.nrrd, other.nrrd, beat-01.nrrd]/' job.yaml >size.yaml

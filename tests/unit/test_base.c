@@ -433,9 +433,21 @@ static void counters_grow_or_are_not_there(void **state)
     assert_true(sc_counters_memory_bytes(&counters) < 0);
 }
 
+static void sizes_have_three_digits_and_a_unit(void **state)
+{
+    char text[24];
+
+    (void)state;
+    assert_string_equal(sc_size_text(512, text), "0.50 KiB");
+    assert_string_equal(sc_size_text(1.73e6, text), "1.65 MiB");
+    assert_string_equal(sc_size_text(64.0 * 1024 * 1024, text), "64.0 MiB");
+    assert_string_equal(sc_size_text(3e12, text), "2794 GiB");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sizes_have_three_digits_and_a_unit),
         cmocka_unit_test(the_roof_of_a_machine_is_measured),
         cmocka_unit_test(counters_grow_or_are_not_there),
         cmocka_unit_test(sizes_that_overflow_are_refused),

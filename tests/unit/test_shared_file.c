@@ -8,6 +8,7 @@
 #include "shared_file.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -108,6 +109,7 @@ static void blocks_are_files_where_that_is_preferred(void **state)
     }
     assert_int_equal(sc_shared_alloc(&silent, comm, 5000, "no-such-folder", &shared), SC_OK);
     assert_int_equal(sc_shared_place_of(shared), SC_SHARED_IN_MEMORY);
+    assert_int_equal(sc_shared_file_error(shared), ENOENT);
     sc_shared_free(shared);
     assert_int_equal(sc_shared_alloc(&silent, comm, 5000, NULL, &shared), SC_OK);
     assert_int_equal(sc_shared_place_of(shared), SC_SHARED_IN_MEMORY);
@@ -116,11 +118,26 @@ static void blocks_are_files_where_that_is_preferred(void **state)
     assert_int_equal(rmdir(folder), 0);
 }
 
+/* Why there is no file tells errno. */
+static void a_folder_without_room_is_told(void **state)
+{
+    sc_shared_name name;
+    int file;
+
+    (void)state;
+    errno = 0;
+    assert_int_equal(sc_shared_file_make("/tmp", (size_t)1 << 60, 0, &name, &file), SC_ERR_MEMORY);
+    assert_int_equal(errno, ENOSPC);
+    assert_int_equal(sc_shared_file_make("no-such-folder", 1, 0, &name, &file), SC_ERR_CREATE);
+    assert_int_equal(errno, ENOENT);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_a_killed_process_left_is_cleared_by_the_next),
         cmocka_unit_test(blocks_are_files_where_that_is_preferred),
+        cmocka_unit_test(a_folder_without_room_is_told),
     };
 
     if (!mkdtemp(folder))
