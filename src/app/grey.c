@@ -4,6 +4,8 @@
 
 #include "segcast/phantom.h"
 
+#include <string.h>
+
 /* Refuse a grey volume of which no part lies in the box of the label volume. */
 static sc_status check_place(const sc_ctx *ctx, const char *path, const sc_grey *grey,
                              const sc_prepared *labels)
@@ -74,6 +76,20 @@ out:
     return status;
 }
 
+/* Write the values that a window shows as black and white, with so many digits that one is told
+ * from the other. */
+static void window_text(const sc_grey_window *window, char black[32], char white[32])
+{
+    static const int digits[] = {6, 10, 17}; /* with 17 any two numbers differ */
+
+    for (size_t i = 0; i < SC_COUNT_OF(digits); i++) {
+        snprintf(black, 32, "%.*g", digits[i], window->level - window->width / 2);
+        snprintf(white, 32, "%.*g", digits[i], window->level + window->width / 2);
+        if (strcmp(black, white) != 0)
+            break;
+    }
+}
+
 /* The part of sc_session_grey that rank 0 does with the voxels: read them into session->grey.codes,
  * and choose the window. */
 static sc_status read_codes(const sc_app *app, sc_session *session)
@@ -82,6 +98,7 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     const sc_volume labels = sc_volume_of_prepared(&session->volume);
     sc_grey *grey = &session->grey;
     sc_grey_window found_window;
+    char black[32], white[32], size[24];
     bool found;
     sc_status status;
 
@@ -95,11 +112,10 @@ static sc_status read_codes(const sc_app *app, sc_session *session)
     session->grey_hash = sc_hash_bytes(&grey->per_code, sizeof grey->per_code, session->grey_hash);
     if (!found)
         sc_warn(app->ctx, "%s: no tissue that is shown lies within the image", image->path);
-    sc_info(
-        app->ctx, "%s: %d x %d x %d grey values (%.0f MB), shown from %.6g (black) to %.6g (white)",
-        image->path, grey->size[0], grey->size[1], grey->size[2], (double)sc_grey_bytes(grey) / 1e6,
-        session->grey_window.level - session->grey_window.width / 2,
-        session->grey_window.level + session->grey_window.width / 2);
+    window_text(&session->grey_window, black, white);
+    sc_info(app->ctx, "%s: %d x %d x %d grey values (%s), shown from %s (black) to %s (white)",
+            image->path, grey->size[0], grey->size[1], grey->size[2],
+            sc_size_text((double)sc_grey_bytes(grey), size), black, white);
 out:
     return status;
 }

@@ -92,6 +92,7 @@ typedef struct pass {
     bool whole;             /* all values are whole numbers */
     uint64_t counts[CODES]; /* how many voxels have each code */
     uint64_t not_numbers;   /* how many voxels hold none */
+    uint64_t infinite;      /* how many voxels hold an infinite value */
 } pass;
 
 /* Note the range of count values. */
@@ -122,6 +123,8 @@ static void encode(pass *p, const double *values, size_t count, size_t at)
             p->not_numbers++;
             code = lowest;
         }
+        if (isinf(values[i]))
+            p->infinite++;
         code = code < 0 ? 0 : code > CODES - 1 ? CODES - 1 : code;
         grey->codes[at + i] = (uint16_t)(code + 0.5);
         p->counts[grey->codes[at + i]]++;
@@ -239,6 +242,24 @@ out:
     return status;
 }
 
+/* Tell, in one message, how many voxels hold no number and how many an infinite value. */
+static void warn_not_finite(const sc_ctx *ctx, const char *path, const pass *p)
+{
+    const unsigned long long none = p->not_numbers, infinite = p->infinite;
+
+    if (none && infinite)
+        sc_warn(ctx,
+                "%s: voxels that are no number (NaN): %llu, shown as the lowest value; infinite "
+                "ones: %llu, shown as the lowest or the highest",
+                path, none, infinite);
+    else if (none)
+        sc_warn(ctx, "%s: voxels that are no number (NaN): %llu, shown as the lowest value", path,
+                none);
+    else if (infinite)
+        sc_warn(ctx, "%s: infinite voxels: %llu, shown as the lowest or the highest value", path,
+                infinite);
+}
+
 /* Read the voxels of a source into the codes. */
 static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source *source,
                             const sc_grey_window *window, pass *p)
@@ -251,6 +272,7 @@ static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source
     for (int round = 0; round < ROUNDS_MAX; round++) {
         memset(p->counts, 0, sizeof p->counts);
         p->not_numbers = 0;
+        p->infinite = 0;
         SC_TRY(read_all(ctx, path, source, p));
         if (exact || window || round == ROUNDS_MAX - 1 || !narrow(p, p->grey))
             break;
@@ -261,9 +283,7 @@ static sc_status fill_codes(const sc_ctx *ctx, const char *path, const sc_source
             "%s: the scaling in its header (slope %g, intercept %g) leads to values that "
             "are not finite",
             path, source->slope, source->intercept);
-    if (p->not_numbers)
-        sc_warn(ctx, "%s: %llu voxels are no number (NaN); they are shown as the lowest value",
-                path, (unsigned long long)p->not_numbers);
+    warn_not_finite(ctx, path, p);
 out:
     return status;
 }

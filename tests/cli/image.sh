@@ -47,6 +47,25 @@ expect 0 '' "$SEGCAST" views heart.nrrd --image ct.nrrd -o views.png -q --size 2
 cp ct.nrrd ct.png # formats are told by content
 expect 73 'ct.png: is an input of this command' "$SEGCAST" views heart.nrrd --image ct.png -o ct.png --overwrite -q
 
+# Of large numbers that differ little, the ends of the window are told apart.
+cat >large.nhdr <<'NRRD'
+NRRD0005
+type: int32
+dimension: 3
+space: RAS
+sizes: 8 8 4
+space directions: (20,0,0) (0,20,0) (0,0,40)
+space origin: (-70,-70,-60)
+endian: little
+encoding: raw
+data file: large.raw
+NRRD
+for i in $(seq 0 255); do # 2000000000 and more
+    # shellcheck disable=SC2059
+    printf "$(printf '\\x%02x\\x94\\x35\\x77' "$i")"
+done >large.raw
+expect 0 'shown from 20000000[0-9]{2} \(black\) to 2000000[12][0-9]{2} \(white\)' "$SEGCAST" views heart.nrrd --image large.nhdr -o large.png --size 200x150
+
 # Mistakes: each is one message.
 cat >far.nhdr <<'NRRD'
 NRRD0005

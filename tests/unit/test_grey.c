@@ -143,10 +143,16 @@ static void what_is_no_number_is_the_lowest_and_told(void **state)
     write_nrrd("double", "little", values, sizeof values);
     assert_ok(read_nrrd(&ctx, NULL, codes, &grey));
     assert_int_equal(said.warnings, 1);
-    assert_non_null(strstr(said.text, "1 voxels are no number"));
+    assert_non_null(strstr(said.text,
+                           "no number (NaN): 1, shown as the lowest value; infinite ones: "
+                           "2, shown as the lowest or the highest"));
     assert_near(value_at(&grey, 7), 0.5, 1e-3);
     assert_near(value_at(&grey, 8), VOXELS - 0.5, 1e-3);
     assert_near(value_at(&grey, 9), 0.5, 1e-3);
+    values[7] = 7;
+    write_nrrd("double", "little", values, sizeof values);
+    assert_ok(read_nrrd(&ctx, NULL, codes, &grey));
+    assert_non_null(strstr(said.text, "infinite voxels: 2, shown as the lowest or the highest"));
     for (int i = 0; i < VOXELS; i++)
         values[i] = NAN;
     write_nrrd("double", "little", values, sizeof values);
