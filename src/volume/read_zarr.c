@@ -1,30 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Zarr, versions 2 and 3, and OME-Zarr: the chunks of an array that hold some slices are unpacked
- * side by side by several threads, straight into these slices. */
+/* Zarr, versions 2 and 3, and OME-Zarr: which chunks an array has, and where they are. */
 #include "zarr.h"
 
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    SLICES_BYTES =
-        32 << 20, /* so many bytes of slices are read at a time, or one layer of chunks */
-    CHUNK_BYTES_MAX = 1750 << 20, /* what packed chunks then take fits the libraries' numbers */
-    SHARD_CHUNKS_MAX = 1 << 22,
-    KEY_BYTES = 256 /* of the name of a chunk's file */
-};
+enum { SHARD_CHUNKS_MAX = 1 << 22 };
 
 /* What one thread works on. */
 typedef struct zarr_worker {
     unsigned char *packed; /* [packed_bytes], owned */
     unsigned char *chunk;  /* [chunk_bytes + 64], owned */
     unsigned char *index;  /* of the shard index_of, as stored; owned; NULL without shards */
-    char index_of[KEY_BYTES];
-    size_t failed;        /* the first item that it could not read; SIZE_MAX: none */
-    sc_status status;     /* of that */
-    char file[KEY_BYTES]; /* of that */
-    char why[SC_ZARR_WHY_BYTES];
+    char index_of[SC_CHUNK_KEY_BYTES];
 } zarr_worker;
 
 /* The array while its voxels are read: sc_source.data. */
@@ -32,21 +21,11 @@ typedef struct zarr_reading {
     sc_zarr_node node;
     sc_zarr_array array;
     int axis[3]; /* the dimensions that are x, y, z; -1: z of a picture */
-    int low[3];  /* the first voxel of the array that is read, along x, y, z */
     size_t packed_bytes, chunk_bytes;
     size_t shard_chunks; /* chunks of a file; 1 without shards */
-    int threads;
-    zarr_worker *workers; /* [threads], owned; NULL until the first slices are read */
+    sc_chunked chunked;
+    zarr_worker *workers; /* [chunked.threads], owned; NULL until the first slices are read */
 } zarr_reading;
-
-/* The slices that are being read: a box of voxels of the array. */
-typedef struct zarr_slices {
-    zarr_reading *r;
-    size_t low[3], high[3]; /* the first voxel along x, y, z, and the one behind the last */
-    size_t grid[3];         /* chunks along x, y, z that hold them */
-    size_t first_chunk[3];  /* the number of the first of them */
-    unsigned char *out;     /* [high - low] along z, y, x */
-} zarr_slices;
 
 static void release(void *data)
 {
@@ -54,48 +33,18 @@ static void release(void *data)
 
     if (!r)
         return;
-    for (int i = 0; i < r->threads && r->workers; i++) {
+    for (int i = 0; i < r->chunked.threads && r->workers; i++) {
         sc_free(r->workers[i].packed);
         sc_free(r->workers[i].chunk);
         sc_free(r->workers[i].index);
     }
     sc_free(r->workers);
+    sc_chunked_clear(&r->chunked);
     sc_zarr_node_clear(&r->node);
     sc_free(r);
 }
 
 /* ---- the bytes of a chunk ---- */
-
-/* Note that an item cannot be read; of several, the first counts. @return false always. */
-static bool note(zarr_worker *w, size_t item, sc_status status, const char *file, const char *why)
-{
-    if (item < w->failed) {
-        w->failed = item;
-        w->status = status;
-        snprintf(w->file, sizeof w->file, "%s", file);
-        snprintf(w->why, sizeof w->why, "%s", why);
-    }
-    return false;
-}
-
-/* Read bytes [begin, + bytes) of a file. @return false, with errno, 0 at the end of the file. */
-static bool read_at(int fd, uint64_t begin, size_t bytes, unsigned char *out)
-{
-    size_t done = 0;
-
-    while (done < bytes) {
-        const ssize_t got = pread(fd, out + done, bytes - done, (off_t)(begin + done));
-
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0) {
-            errno = got < 0 ? errno : 0;
-            return false;
-        }
-        done += (size_t)got;
-    }
-    return true;
-}
 
 static uint64_t word64(const unsigned char *at, bool big)
 {
@@ -122,7 +71,7 @@ static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t f
     if (file_bytes < bytes)
         return false;
     *why = "the index of the shard cannot be read";
-    if (!read_at(fd, a->index_first ? 0 : file_bytes - bytes, bytes, w->index))
+    if (!sc_chunk_read_at(fd, a->index_first ? 0 : file_bytes - bytes, bytes, w->index))
         return false;
     for (int i = 0; i < 4 && a->index_crc; i++)
         sum |= (uint32_t)w->index[entries + (size_t)i] << 8 * i;
@@ -153,19 +102,19 @@ static bool find_in_shard(const zarr_reading *r, zarr_worker *w, int fd, uint64_
 
 /* Write the name of the file that holds chunk @p at (along the dimensions) to @p key, and the
  * number of the chunk within it to *number. */
-static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX], char key[KEY_BYTES],
-                      size_t *number)
+static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX],
+                      char key[SC_CHUNK_KEY_BYTES], size_t *number)
 {
     const sc_zarr_array *a = &r->array;
-    size_t used = (size_t)snprintf(key, KEY_BYTES, "%s", a->prefix);
+    size_t used = (size_t)snprintf(key, SC_CHUNK_KEY_BYTES, "%s", a->prefix);
 
     *number = 0;
     for (int i = 0; i < a->rank; i++) {
         const size_t per_file = (size_t)(a->file_shape[i] / a->chunk[i]);
 
         if (i > 0 || *a->prefix)
-            used += (size_t)snprintf(key + used, KEY_BYTES - used, "%c", a->separator);
-        used += (size_t)snprintf(key + used, KEY_BYTES - used, "%zu", at[i] / per_file);
+            used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%c", a->separator);
+        used += (size_t)snprintf(key + used, SC_CHUNK_KEY_BYTES - used, "%zu", at[i] / per_file);
         *number = *number * per_file + at[i] % per_file;
     }
 }
@@ -173,75 +122,27 @@ static void name_file(const zarr_reading *r, const size_t at[SC_ZARR_RANK_MAX], 
 /* Read the stored bytes of chunk @p number of the open file @p key, which has *bytes bytes, to
  * w->packed. *bytes becomes their number, UINT64_MAX if the file, a shard, has it not. @return
  * false if they cannot be read, noted. */
-static bool read_packed(const zarr_reading *r, zarr_worker *w, size_t item, int fd, const char *key,
-                        size_t number, uint64_t *bytes)
+static bool read_packed(const zarr_reading *r, zarr_worker *w, sc_chunk_failure *failure, int fd,
+                        const char *key, size_t number, uint64_t *bytes)
 {
     uint64_t place[2] = {0, *bytes};
     const char *why = NULL;
-    char reason[SC_ZARR_WHY_BYTES];
+    char reason[SC_CHUNK_WHY_BYTES];
 
     if (r->array.sharded && !find_in_shard(r, w, fd, *bytes, key, number, place, &why))
-        return note(w, item, SC_ERR_DATA, key, why);
+        return sc_chunk_note(failure, SC_ERR_DATA, key, why);
     *bytes = place[1];
     if (*bytes == UINT64_MAX)
         return true;
     if (*bytes > r->packed_bytes) {
         snprintf(reason, sizeof reason, "has %llu bytes, more than a chunk of %zu bytes can take",
                  (unsigned long long)*bytes, r->chunk_bytes);
-        return note(w, item, SC_ERR_DATA, key, reason);
+        return sc_chunk_note(failure, SC_ERR_DATA, key, reason);
     }
-    if (read_at(fd, place[0], (size_t)*bytes, w->packed))
+    if (sc_chunk_read_at(fd, place[0], (size_t)*bytes, w->packed))
         return true;
-    return note(w, item, errno ? SC_ERR_WRITE : SC_ERR_DATA, key,
-                errno ? "cannot be read: I/O error" : "has become shorter");
-}
-
-/* Read and unpack the chunk @p at. *out is NULL if the store has it not. @return false if it cannot
- * be read, noted under @p item. */
-static bool load_chunk(const zarr_reading *r, zarr_worker *w, size_t item,
-                       const size_t at[SC_ZARR_RANK_MAX], const unsigned char **out)
-{
-    uint64_t bytes = 0;
-    char key[KEY_BYTES], reason[SC_ZARR_WHY_BYTES];
-    size_t number;
-    bool read;
-    int fd;
-
-    name_file(r, at, key, &number);
-    fd = sc_zarr_open_file(r->node.fd, key, &bytes);
-    *out = NULL;
-    if (fd < 0 && errno == ENOENT)
-        return true;
-    if (fd < 0)
-        return note(w, item, errno == EACCES ? SC_ERR_MISSING : SC_ERR_DATA, key,
-                    errno == ELOOP || errno == ENOTDIR || errno == EINVAL
-                        ? "is no regular file; links in a Zarr store are not followed"
-                    : errno == EACCES ? "may not be read"
-                                      : "cannot be opened");
-    read = read_packed(r, w, item, fd, key, number, &bytes);
-    close(fd);
-    if (!read || bytes == UINT64_MAX)
-        return read;
-    return sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
-                          out, reason) ||
-           note(w, item, SC_ERR_DATA, key, reason);
-}
-
-/* ---- voxels ---- */
-
-/* Copy @p count values of @p each bytes, the first at @p from and the others @p step values apart;
- * @p swap: with their bytes reversed. */
-static void copy_values(const unsigned char *from, size_t step, size_t count, size_t each,
-                        bool swap, unsigned char *to)
-{
-    if (step == 1 && !swap) {
-        memcpy(to, from, count * each);
-        return;
-    }
-    for (size_t i = 0; i < count; i++, from += step * each, to += each) {
-        for (size_t k = 0; k < each; k++)
-            to[k] = from[swap ? each - 1 - k : k];
-    }
+    return sc_chunk_note(failure, errno ? SC_ERR_WRITE : SC_ERR_DATA, key,
+                         errno ? "cannot be read: I/O error" : "has become shorter");
 }
 
 /* How far apart neighbours along x, y, z lie in an unpacked chunk, in values. */
@@ -258,66 +159,38 @@ static void strides_of(const zarr_reading *r, size_t out[3])
         out[i] = r->axis[i] < 0 ? 0 : steps[r->axis[i]];
 }
 
-/* The shape of chunks along x, y, z. */
-static size_t chunk_size(const zarr_reading *r, int i)
-{
-    return r->axis[i] < 0 ? 1 : (size_t)r->array.chunk[r->axis[i]];
-}
-
-/* Copy the part of a chunk that lies in the slices to these. @param low, high the voxels of the
- * chunk along x, y, z that do. @param chunk NULL: the value of missing chunks. */
-static void copy_chunk(const zarr_slices *s, const unsigned char *chunk, const size_t low[3],
-                       const size_t high[3])
+/* sc_chunk_load_fn of this format; @p user is a zarr_reading. */
+static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_failure *failure,
+                       sc_chunk *out)
 {
     static const uint16_t one = 1;
-    const zarr_reading *r = s->r;
-    const size_t each = sc_voxel_type_bytes(r->array.type);
     const bool little = *(const unsigned char *)&one == 1;
-    const bool swap = chunk && each > 1 && r->array.pipeline.big_endian == little;
-    size_t strides[3];
-
-    strides_of(r, strides);
-    for (size_t z = low[2]; z < high[2]; z++) {
-        for (size_t y = low[1]; y < high[1]; y++) {
-            const size_t nx = s->high[0] - s->low[0], ny = s->high[1] - s->low[1];
-            unsigned char *to =
-                s->out + (((z - s->low[2]) * ny + y - s->low[1]) * nx + low[0] - s->low[0]) * each;
-            const unsigned char *from = chunk ? chunk + (z % chunk_size(r, 2) * strides[2] +
-                                                         y % chunk_size(r, 1) * strides[1] +
-                                                         low[0] % chunk_size(r, 0) * strides[0]) *
-                                                            each
-                                              : r->array.fill;
-
-            copy_values(from, chunk ? strides[0] : 0, high[0] - low[0], each, swap, to);
-        }
-    }
-}
-
-/* sc_range_fn: read chunks of the slices; @p user is a zarr_slices. */
-static void read_chunks(void *user, size_t begin, size_t end, int thread)
-{
-    const zarr_slices *s = user;
-    zarr_reading *r = s->r;
+    const zarr_reading *r = user;
     zarr_worker *w = &r->workers[thread];
+    size_t at[SC_ZARR_RANK_MAX] = {0}, number;
+    char key[SC_CHUNK_KEY_BYTES], reason[SC_CHUNK_WHY_BYTES];
+    uint64_t bytes = 0;
+    bool read;
+    int fd;
 
-    for (size_t item = begin; item < end; item++) {
-        const size_t number[3] = {item % s->grid[0] + s->first_chunk[0],
-                                  item / s->grid[0] % s->grid[1] + s->first_chunk[1],
-                                  item / s->grid[0] / s->grid[1] + s->first_chunk[2]};
-        size_t at[SC_ZARR_RANK_MAX] = {0}, low[3], high[3];
-        const unsigned char *chunk;
-
-        for (int i = 0; i < 3; i++) {
-            const size_t first = number[i] * chunk_size(r, i), behind = first + chunk_size(r, i);
-
-            low[i] = first > s->low[i] ? first : s->low[i];
-            high[i] = behind < s->high[i] ? behind : s->high[i];
-            if (r->axis[i] >= 0)
-                at[r->axis[i]] = number[i];
-        }
-        if (load_chunk(r, w, item, at, &chunk))
-            copy_chunk(s, chunk, low, high);
+    for (int i = 0; i < 3; i++) {
+        if (r->axis[i] >= 0)
+            at[r->axis[i]] = at_xyz[i];
     }
+    *out = (sc_chunk){.values = r->array.fill};
+    name_file(r, at, key, &number);
+    fd = sc_chunk_open_file(r->node.fd, key, &bytes);
+    if (fd < 0)
+        return errno == ENOENT || sc_chunk_note_unopened(failure, key);
+    read = read_packed(r, w, failure, fd, key, number, &bytes);
+    close(fd);
+    if (!read || bytes == UINT64_MAX)
+        return read;
+    strides_of(r, out->strides);
+    out->swapped = r->chunked.voxel_bytes > 1 && r->array.pipeline.big_endian == little;
+    return sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
+                          &out->values, reason) ||
+           sc_chunk_note(failure, SC_ERR_DATA, key, reason);
 }
 
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
@@ -328,9 +201,9 @@ static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
 
     if (r->workers)
         return SC_OK;
-    SC_TRY(sc_zalloc(ctx, (size_t)r->threads, sizeof *r->workers, &block));
+    SC_TRY(sc_zalloc(ctx, (size_t)r->chunked.threads, sizeof *r->workers, &block));
     r->workers = block;
-    for (int i = 0; i < r->threads; i++) {
+    for (int i = 0; i < r->chunked.threads; i++) {
         SC_TRY(sc_alloc(ctx, r->packed_bytes, 1, &block));
         r->workers[i].packed = block;
         SC_TRY(sc_alloc(ctx, r->chunk_bytes + 64, 1, &block));
@@ -349,29 +222,10 @@ static sc_status read_slices(const sc_ctx *ctx, const char *path, const sc_sourc
                              int first, int count, void *out)
 {
     zarr_reading *r = source->data;
-    zarr_slices s = {.r = r, .out = out};
-    const zarr_worker *worst = NULL;
-    sc_status status = begin_workers(ctx, r);
+    const sc_status status = begin_workers(ctx, r);
 
     (void)path;
-    if (status != SC_OK)
-        return status;
-    for (int i = 0; i < 3; i++) {
-        s.low[i] = (size_t)r->low[i] + (i == 2 ? (size_t)first : 0);
-        s.high[i] = s.low[i] + (size_t)(i == 2 ? count : source->size[i]);
-        s.first_chunk[i] = s.low[i] / chunk_size(r, i);
-        s.grid[i] = (s.high[i] - 1) / chunk_size(r, i) - s.first_chunk[i] + 1;
-    }
-    for (int i = 0; i < r->threads; i++)
-        r->workers[i].failed = SIZE_MAX;
-    sc_parallel_for(r->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
-    for (int i = 0; i < r->threads; i++) {
-        if (!worst || r->workers[i].failed < worst->failed)
-            worst = &r->workers[i];
-    }
-    if (worst->failed == SIZE_MAX)
-        return SC_OK;
-    return sc_fail(ctx, worst->status, "%s/%s: %s", r->node.path, worst->file, worst->why);
+    return status == SC_OK ? sc_chunked_read(ctx, &r->chunked, first, count, out) : status;
 }
 
 /* ---- header ---- */
@@ -462,68 +316,30 @@ static sc_status array_size(const sc_ctx *ctx, const zarr_reading *r, sc_source 
     return SC_OK;
 }
 
-/* Make @p source, of the whole array, one of the part that is wanted. */
-static sc_status cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
-                     zarr_reading *r, sc_source *source)
-{
-    sc_status status;
-
-    SC_TRY(sc_geometry_check(ctx, path, source->size, &source->to_ras_mm));
-    SC_TRY(sc_source_cut(ctx, path, choice, source));
-    source->to_ras_mm = sc_source_part_to_ras(source);
-    for (int i = 0; i < 3; i++) {
-        r->low[i] = source->low[i];
-        source->size[i] = source->part[i];
-        source->low[i] = 0;
-    }
-out:
-    return status;
-}
-
-/* Set how many slices of @p source are read at a time: those of whole layers of chunks, so that
- * each chunk is unpacked once. */
-static void choose_slices(const zarr_reading *r, sc_source *source)
-{
-    const double slice_bytes =
-        (double)source->size[0] * source->size[1] * (double)sc_voxel_type_bytes(r->array.type);
-    const int64_t layer =
-        (int64_t)chunk_size(r, 2) < source->size[2] ? (int64_t)chunk_size(r, 2) : source->size[2];
-    const int64_t slices = layer * ((int64_t)(SLICES_BYTES / (slice_bytes * (double)layer)) + 1);
-
-    source->slices = (int)(slices < source->size[2] ? slices : source->size[2]);
-    if (slices < source->size[2])
-        source->first_slices = (int)(slices - r->low[2] % (int64_t)chunk_size(r, 2));
-}
-
 /* Set what is needed to unpack chunks. */
 static sc_status layout(const sc_ctx *ctx, zarr_reading *r)
 {
     const sc_zarr_array *a = &r->array;
     const char *path = r->node.path;
-    const double limit = (double)ctx->memory_max_bytes, gib = 1024.0 * 1024 * 1024;
-    double needed;
 
-    r->chunk_bytes = sc_zarr_values(a, a->chunk) * sc_voxel_type_bytes(a->type);
+    r->chunked = (sc_chunked){
+        .path = path, .voxel_bytes = sc_voxel_type_bytes(a->type), .load = load_chunk, .user = r};
+    for (int i = 0; i < 3; i++)
+        r->chunked.chunk[i] = r->axis[i] < 0 ? 1 : (size_t)a->chunk[r->axis[i]];
+    r->chunk_bytes = sc_zarr_values(a, a->chunk) * r->chunked.voxel_bytes;
     r->packed_bytes = (size_t)sc_zarr_packed_most(r->chunk_bytes);
     r->shard_chunks = 1;
     for (int i = 0; i < a->rank; i++)
         r->shard_chunks *= (size_t)(a->file_shape[i] / a->chunk[i]);
-    if (r->chunk_bytes > CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
+    if (r->chunk_bytes > SC_CHUNK_BYTES_MAX || r->shard_chunks > SHARD_CHUNKS_MAX)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: has chunks of %zu bytes, %zu of them in a file, expected at most %d "
                        "bytes and %d in a file; write it anew with other chunks",
-                       path, r->chunk_bytes, r->shard_chunks, CHUNK_BYTES_MAX, SHARD_CHUNKS_MAX);
-    needed =
-        (double)(r->chunk_bytes + r->packed_bytes + (r->array.sharded ? 16 * r->shard_chunks : 0));
-    r->threads = ctx->threads > 1 ? ctx->threads : 1;
-    while (r->threads > 1 && limit > 0 && r->threads * needed > limit / 4)
-        r->threads--;
-    if (limit > 0 && needed > limit)
-        return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "%s: has chunks of %.1f GiB, more than the limit of memory of %.1f GiB; "
-                       "raise it where there is more memory: --max-memory %.0fG",
-                       path, (double)r->chunk_bytes / gib, limit / gib, ceil(needed / gib));
-    return SC_OK;
+                       path, r->chunk_bytes, r->shard_chunks, SC_CHUNK_BYTES_MAX, SHARD_CHUNKS_MAX);
+    return sc_chunked_threads(
+        ctx, (double)r->chunk_bytes,
+        (double)(r->chunk_bytes + r->packed_bytes + (a->sharded ? 16 * r->shard_chunks : 0)),
+        &r->chunked);
 }
 
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
@@ -551,9 +367,7 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
     if (status == SC_OK)
         geometry(ctx, &choice, r, &source);
     if (status == SC_OK)
-        status = cut(ctx, path, read, r, &source);
-    if (status == SC_OK)
-        choose_slices(r, &source);
+        status = sc_chunked_cut(ctx, path, read, &r->chunked, &source);
     if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
         status = sc_volume_memory_check(ctx, path, source.size, 0);
     if (status == SC_ERR_SYSTEM && choice.coarser)

@@ -5,14 +5,10 @@
 #ifndef SC_VOLUME_ZARR_H
 #define SC_VOLUME_ZARR_H
 
-#include "source.h"
-
-#include <jansson.h>
+#include "chunks.h"
 
 enum {
     SC_ZARR_RANK_MAX = 8,              /* dimensions of an array */
-    SC_ZARR_WHY_BYTES = 256,           /* room for a reason */
-    SC_ZARR_JSON_BYTES_MAX = 16 << 20, /* longer metadata are refused */
     SC_ZARR_CHUNK_VALUES_MAX = 1 << 30 /* so are chunks of more values */
 };
 
@@ -43,10 +39,6 @@ sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent,
 /* @return whether there is a directory of Zarr called @p name in @p parent. */
 bool sc_zarr_has(const sc_zarr_node *parent, const char *name);
 void sc_zarr_node_clear(sc_zarr_node *node);
-/* Open the regular file @p name, a path with "/", below the directory @p directory, without
- * following links. @return the descriptor, or -1 with errno; ELOOP or ENOTDIR: a part is a link;
- * EINVAL: no regular file. Threads: any. */
-int sc_zarr_open_file(int directory, const char *name, uint64_t *bytes);
 
 /* ---- arrays (zarr_meta.c) ---- */
 
@@ -108,7 +100,7 @@ uint64_t sc_zarr_packed_most(uint64_t bytes);
  * receives the reason for false. Threads: any, on memory of their own. */
 bool sc_zarr_unpack(const sc_zarr_pipeline *pipeline, unsigned char *packed, size_t packed_bytes,
                     unsigned char *room, size_t bytes, const unsigned char **out,
-                    char why[SC_ZARR_WHY_BYTES]);
+                    char why[SC_CHUNK_WHY_BYTES]);
 /* @return the check sum of the codec crc32c (Castagnoli, RFC 3720). */
 uint32_t sc_zarr_crc32c(const unsigned char *data, size_t bytes);
 

@@ -66,13 +66,13 @@ static bool inflate_all(const unsigned char *in, size_t in_bytes, unsigned char 
     bool good;
 
     if (result != Z_OK) {
-        snprintf(why, SC_ZARR_WHY_BYTES, "zlib: out of memory");
+        snprintf(why, SC_CHUNK_WHY_BYTES, "zlib: out of memory");
         return false;
     }
     result = inflate(&z, Z_FINISH);
     good = result == Z_STREAM_END && z.avail_out == 0;
     if (!good)
-        snprintf(why, SC_ZARR_WHY_BYTES, "%s",
+        snprintf(why, SC_CHUNK_WHY_BYTES, "%s",
                  z.msg                    ? z.msg
                  : result == Z_STREAM_END ? "unpacks to fewer bytes than the chunk has"
                  : z.avail_out == 0       ? "unpacks to more bytes than the chunk has"
@@ -89,7 +89,7 @@ static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out,
 
     if (!ZSTD_isError(got) && got == bytes)
         return true;
-    snprintf(why, SC_ZARR_WHY_BYTES, "zstd: %s",
+    snprintf(why, SC_CHUNK_WHY_BYTES, "zstd: %s",
              ZSTD_isError(got) ? ZSTD_getErrorName(got)
                                : "unpacks to fewer bytes than the chunk has");
 #else
@@ -97,7 +97,7 @@ static bool unzstd(const unsigned char *in, size_t in_bytes, unsigned char *out,
     (void)in_bytes;
     (void)out;
     (void)bytes;
-    snprintf(why, SC_ZARR_WHY_BYTES, "zstd is not built in");
+    snprintf(why, SC_CHUNK_WHY_BYTES, "zstd is not built in");
 #endif
     return false;
 }
@@ -110,13 +110,13 @@ static bool unlz4(const unsigned char *in, size_t in_bytes, unsigned char *out, 
         LZ4_decompress_safe((const char *)in + 4, (char *)out, (int)(in_bytes - 4), (int)bytes) ==
             (int)bytes)
         return true;
-    snprintf(why, SC_ZARR_WHY_BYTES, "lz4: is damaged, or does not unpack to the size of a chunk");
+    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4: is damaged, or does not unpack to the size of a chunk");
 #else
     (void)in;
     (void)in_bytes;
     (void)out;
     (void)bytes;
-    snprintf(why, SC_ZARR_WHY_BYTES, "lz4 is not built in");
+    snprintf(why, SC_CHUNK_WHY_BYTES, "lz4 is not built in");
 #endif
     return false;
 }
@@ -128,12 +128,12 @@ static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out
     size_t promised = 0;
 
     if (in_bytes < BLOSC_MIN_HEADER_LENGTH || blosc_cbuffer_validate(in, in_bytes, &promised) < 0)
-        snprintf(why, SC_ZARR_WHY_BYTES, "blosc: is damaged or cut short");
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: is damaged or cut short");
     else if (promised != bytes)
-        snprintf(why, SC_ZARR_WHY_BYTES, "blosc: promises %zu bytes, a chunk has %zu", promised,
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: promises %zu bytes, a chunk has %zu", promised,
                  bytes);
     else if (blosc_decompress_ctx(in, out, bytes, 1) != (int)bytes)
-        snprintf(why, SC_ZARR_WHY_BYTES, "blosc: is damaged");
+        snprintf(why, SC_CHUNK_WHY_BYTES, "blosc: is damaged");
     else
         return true;
 #else
@@ -141,7 +141,7 @@ static bool unblosc(const unsigned char *in, size_t in_bytes, unsigned char *out
     (void)in_bytes;
     (void)out;
     (void)bytes;
-    snprintf(why, SC_ZARR_WHY_BYTES, "c-blosc is not built in");
+    snprintf(why, SC_CHUNK_WHY_BYTES, "c-blosc is not built in");
 #endif
     return false;
 }
@@ -170,7 +170,7 @@ static bool unpack(sc_zarr_codec codec, const unsigned char *in, size_t in_bytes
 static bool check_sum(const unsigned char *data, size_t *bytes, char *why)
 {
     if (*bytes < 4 || sc_zarr_crc32c(data, *bytes - 4) != little32(data + *bytes - 4)) {
-        snprintf(why, SC_ZARR_WHY_BYTES, "its check sum (crc32c) is wrong");
+        snprintf(why, SC_CHUNK_WHY_BYTES, "its check sum (crc32c) is wrong");
         return false;
     }
     *bytes -= 4;
@@ -179,7 +179,7 @@ static bool check_sum(const unsigned char *data, size_t *bytes, char *why)
 
 bool sc_zarr_unpack(const sc_zarr_pipeline *pipeline, unsigned char *packed, size_t packed_bytes,
                     unsigned char *room, size_t bytes, const unsigned char **out,
-                    char why[SC_ZARR_WHY_BYTES])
+                    char why[SC_CHUNK_WHY_BYTES])
 {
     const unsigned char *data = packed;
     size_t have = packed_bytes;
@@ -198,7 +198,7 @@ bool sc_zarr_unpack(const sc_zarr_pipeline *pipeline, unsigned char *packed, siz
         }
     }
     if (have != bytes) {
-        snprintf(why, SC_ZARR_WHY_BYTES, "has %zu bytes of values, expected %zu", have, bytes);
+        snprintf(why, SC_CHUNK_WHY_BYTES, "has %zu bytes of values, expected %zu", have, bytes);
         return false;
     }
     *out = data;

@@ -25,98 +25,6 @@ bool sc_zarr_is_node(const char *path)
     return false;
 }
 
-/* Open the directory or file @p name, a path with "/", below @p directory, part by part, because
- * O_NOFOLLOW concerns the last part only. @return the descriptor, or -1 with errno. */
-static int open_below(int directory, const char *name, int flags)
-{
-    int at = directory;
-
-    for (;;) {
-        const size_t length = strcspn(name, "/");
-        const bool last = !name[length];
-        char part[256];
-        int next, error;
-
-        if (length >= sizeof part) {
-            errno = ENAMETOOLONG;
-            next = -1;
-        } else {
-            memcpy(part, name, length);
-            part[length] = '\0';
-            next = openat(at, part,
-                          O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK |
-                              (last ? flags : O_DIRECTORY));
-        }
-        error = errno;
-        if (at != directory)
-            close(at);
-        errno = error;
-        if (next < 0 || last)
-            return next;
-        at = next;
-        name += length + 1;
-    }
-}
-
-int sc_zarr_open_file(int directory, const char *name, uint64_t *bytes)
-{
-    const int fd = open_below(directory, name, 0);
-    struct stat info;
-
-    if (fd < 0)
-        return -1;
-    if (fstat(fd, &info) || !S_ISREG(info.st_mode)) {
-        close(fd);
-        errno = EINVAL;
-        return -1;
-    }
-    *bytes = (uint64_t)info.st_size;
-    return fd;
-}
-
-/* Read the JSON file @p name in the directory of @p node. *out stays NULL if there is none. Caller
- * owns *out. */
-static sc_status read_json(const sc_ctx *ctx, const sc_zarr_node *node, const char *name,
-                           json_t **out)
-{
-    uint64_t bytes;
-    const int fd = sc_zarr_open_file(node->fd, name, &bytes);
-    json_error_t error;
-    void *text;
-    ssize_t got = 0;
-    size_t done = 0;
-    sc_status status;
-
-    if (fd < 0 && errno == ENOENT)
-        return SC_OK;
-    if (fd < 0)
-        return sc_fail(ctx,
-                       errno == EINVAL || errno == ELOOP ? SC_ERR_DATA : sc_input_status(errno),
-                       "%s/%s: %s; expected a regular file: links in a Zarr store are not followed",
-                       node->path, name, errno == EINVAL ? "is none" : strerror(errno));
-    if (bytes > SC_ZARR_JSON_BYTES_MAX) {
-        close(fd);
-        return sc_fail(ctx, SC_ERR_DATA, "%s/%s: has %llu bytes, expected at most %d", node->path,
-                       name, (unsigned long long)bytes, SC_ZARR_JSON_BYTES_MAX);
-    }
-    status = sc_alloc(ctx, (size_t)bytes + 1, 1, &text);
-    while (status == SC_OK && done < bytes &&
-           (got = read(fd, (char *)text + done, (size_t)bytes - done)) > 0)
-        done += (size_t)got;
-    close(fd);
-    if (status != SC_OK)
-        return status;
-    *out = json_loadb(text, done, 0, &error);
-    sc_free(text);
-    if (*out && json_is_object(*out))
-        return SC_OK;
-    if (!*out && json_error_code(&error) == json_error_out_of_memory)
-        return sc_fail(ctx, SC_ERR_MEMORY, "%s: out of memory", node->path);
-    return *out ? sc_fail(ctx, SC_ERR_DATA, "%s/%s: is no JSON object", node->path, name)
-                : sc_fail(ctx, SC_ERR_DATA, "%s/%s:%d: is no JSON: %s", node->path, name,
-                          error.line, error.text);
-}
-
 /* Read the metadata of a node whose directory is open. */
 static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
 {
@@ -124,7 +32,7 @@ static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
 
     for (size_t i = 0; i < SC_COUNT_OF(meta_names) && !node->meta; i++) {
         node->meta_name = meta_names[i];
-        SC_TRY(read_json(ctx, node, node->meta_name, &node->meta));
+        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, node->meta_name, &node->meta));
     }
     if (!node->meta)
         return sc_fail(
@@ -139,7 +47,7 @@ static sc_status read_node(const sc_ctx *ctx, sc_zarr_node *node)
         return sc_fail(ctx, SC_ERR_DATA, "%s/%s: its \"zarr_format\" is not %d", node->path,
                        node->meta_name, node->version);
     if (node->version == 2) {
-        SC_TRY(read_json(ctx, node, ".zattrs", &node->attributes));
+        SC_TRY(sc_chunk_read_json(ctx, node->fd, node->path, ".zattrs", &node->attributes));
     } else {
         const char *type = json_string_value(json_object_get(node->meta, "node_type"));
 
@@ -183,7 +91,7 @@ sc_status sc_zarr_node_open_below(const sc_ctx *ctx, const sc_zarr_node *parent,
                        "%s: its metadata name \"%s\": %s; expected the name of a directory in it",
                        parent->path, name, why);
     SC_TRY(sc_path_join(ctx, parent->path, name, &node.path));
-    node.fd = open_below(parent->fd, name, O_DIRECTORY);
+    node.fd = sc_chunk_open_directory(parent->fd, name);
     if (node.fd < 0) {
         status = sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
                          "%s: %s, but %s names it; expected a directory, no link", node.path,
@@ -200,7 +108,7 @@ out:
 
 bool sc_zarr_has(const sc_zarr_node *parent, const char *name)
 {
-    const int fd = sc_bad_name(name) ? -1 : open_below(parent->fd, name, O_DIRECTORY);
+    const int fd = sc_bad_name(name) ? -1 : sc_chunk_open_directory(parent->fd, name);
     bool found = false;
 
     for (size_t i = 0; i < SC_COUNT_OF(meta_names) && fd >= 0 && !found; i++) {

@@ -312,8 +312,8 @@ done <<'TABLE'
 65 negative.zarr \.zarray: "shape" is \[7,-50,60\], expected a number from 1 to 2147483647
 71 huge.zarr 2000 x 5000 x 7000 voxels take about .* GiB of memory, more than the limit .* --max-memory
 65 huge_chunks.zarr \.zarray: "chunks" is \[70000,50000,60000\], expected chunks of at most 2\^30 values
-65 loop.zarr 0/1/1/1: is no regular file; links in a Zarr store are not followed
-65 link.zarr 0/1/0/0: is no regular file; links in a Zarr store are not followed
+65 loop.zarr 0/1/1/1: is no regular file; links in the directory of a volume are not followed
+65 link.zarr 0/1/0/0: is no regular file; links in the directory of a volume are not followed
 65 label_link.zarr labels/cells: is no directory, but .*labels names it; expected a directory, no link
 65 parent.zarr metadata name ".*zstd.zarr/labels/cells": outside the header's directory
 65 absolute.zarr metadata name "/etc": an absolute path
