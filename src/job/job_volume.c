@@ -556,13 +556,15 @@ static const sc_value_type type_path = {
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a Zarr store, a directory of "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a Zarr store, a volume of "
+         "Neuroglancer, a directory of "
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, or a pattern "
          "such as heart_*.nrrd",
      .bytes = SC_PATH_BYTES, .required = true},
     {"level", &type_level, 0, NULL,
-     .help = "of an image of OME-Zarr: which of its resolutions is read, 0 the finest", .low = 0,
-     .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
+     .help =
+         "of an image of OME-Zarr or Neuroglancer: which of its resolutions is read, 0 the finest",
+     .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
     {"box", &type_box, 0, NULL,
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "

@@ -42,7 +42,7 @@ static bool holds_dicom(const char *directory)
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
     const char *advice = "; give the path of a NRRD, NIfTI, MGH, MetaImage or TIFF file in it, of "
-                         "a Zarr store, or of a directory of masks";
+                         "a Zarr store, of a volume of Neuroglancer, or of a directory of masks";
 
     if (holds_dicom(path))
         advice = " of DICOM files; a segmentation object (DICOM SEG) is converted by "
@@ -109,10 +109,12 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
 
     if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_zarr_is_node(path)) {
         SC_TRY(sc_open_zarr(ctx, path, choice, header_only, &source));
+    } else if (!stat(path, &info) && S_ISDIR(info.st_mode) && sc_is_precomputed(path)) {
+        SC_TRY(sc_open_precomputed(ctx, path, choice, header_only, &source));
     } else if (choice->level) {
         status = sc_fail(ctx, SC_ERR_DATA,
                          "%s: level: %s has one resolution, expected level 0, or an image of "
-                         "OME-Zarr, which may have several",
+                         "OME-Zarr or Neuroglancer, which may have several",
                          sc_read_where(choice, path), path);
         goto out;
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {

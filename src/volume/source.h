@@ -151,6 +151,11 @@ sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc
  * wants, of the level that it wants: SC_ERR_DATA also if there is no such level or part. */
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                        bool header_only, sc_source *out);
+/* Is the directory @p path one of Neuroglancer's precomputed format, by its file "info"? */
+bool sc_is_precomputed(const char *path);
+/* As sc_open_zarr, of such a directory. */
+sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                              bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,
