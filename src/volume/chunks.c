@@ -105,6 +105,7 @@ static void read_chunks(void *user, size_t begin, size_t end, int thread)
         failure->now = item;
         if (chunked->load(chunked->user, thread, number, failure, &chunk))
             copy_chunk(s, &chunk, low, high);
+        failure->absent += chunk.absent;
     }
 }
 
@@ -112,6 +113,7 @@ sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int
 {
     chunk_slices s = {.chunked = chunked, .out = out};
     const sc_chunk_failure *worst = NULL;
+    size_t absent = 0;
     void *block;
 
     if (!chunked->failures) {
@@ -128,12 +130,18 @@ sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int
     for (int i = 0; i < chunked->threads; i++)
         chunked->failures[i].chunk = SIZE_MAX;
     sc_parallel_for(chunked->threads, s.grid[0] * s.grid[1] * s.grid[2], 1, read_chunks, &s);
+    chunked->done += s.grid[0] * s.grid[1] * s.grid[2];
     for (int i = 0; i < chunked->threads; i++) {
+        absent += chunked->failures[i].absent;
         if (!worst || chunked->failures[i].chunk < worst->chunk)
             worst = &chunked->failures[i];
     }
-    if (worst->chunk == SIZE_MAX)
+    if (worst->chunk == SIZE_MAX) {
+        if (absent && (size_t)first + (size_t)count == chunked->part[2])
+            sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as empty", chunked->path,
+                    absent, chunked->done);
         return SC_OK;
+    }
     return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);
 }
 

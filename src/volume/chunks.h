@@ -42,12 +42,14 @@ typedef struct sc_chunk {
     size_t strides[3]; /* from there to its neighbours along x, y, z, in values; all 0: one
                           value for the whole chunk */
     bool swapped;      /* in the byte order that this machine does not have */
+    bool absent;       /* the volume has it not: values is what stands for it */
 } sc_chunk;
 
-/* What a thread could not read. */
+/* What a thread could not read, and what was not there. */
 typedef struct sc_chunk_failure {
-    size_t chunk; /* the first chunk, by its place in the slices; SIZE_MAX: none */
-    size_t now;   /* the one that is being read */
+    size_t absent; /* chunks so far that the volume has not */
+    size_t chunk;  /* the first chunk, by its place in the slices; SIZE_MAX: none */
+    size_t now;    /* the one that is being read */
     sc_status status;
     char file[SC_CHUNK_KEY_BYTES];
     char why[SC_CHUNK_WHY_BYTES];
@@ -73,6 +75,7 @@ typedef struct sc_chunked {
     int threads; /* that read side by side */
     sc_chunk_load_fn *load;
     void *user;                 /* of load */
+    size_t done;                /* chunks that were asked for so far */
     sc_chunk_failure *failures; /* [threads], owned */
 } sc_chunked;
 void sc_chunked_clear(sc_chunked *chunked);
@@ -85,7 +88,8 @@ sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double neede
  * @return the errors of sc_source_cut and sc_geometry_check. */
 sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          sc_chunked *chunked, sc_source *source);
-/* Read slices [first, first + count) of the part to @p out, x fastest, in this byte order. @return
+/* Read slices [first, first + count) of the part to @p out, x fastest, in this byte order. With the
+ * last of them it is told how many chunks of the part are not there, if any. @return
  * SC_ERR_MEMORY; what load has noted, logged: the first that is missing, whatever the threads. */
 sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int count, void *out);
 

@@ -205,7 +205,7 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
     size_t count[3], values, bytes = 0;
     bool read;
 
-    *out = (sc_chunk){.values = none};
+    *out = (sc_chunk){.values = none, .absent = true};
     if (!find_chunk(r, w, number, failure, &file))
         return false;
     if (file.fd < 0)
@@ -220,6 +220,7 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
     close(file.fd);
     if (!read)
         return false;
+    out->absent = false;
     out->strides[0] = 1;
     out->strides[1] = count[0];
     out->strides[2] = count[0] * count[1];

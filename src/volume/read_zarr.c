@@ -177,7 +177,7 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
         if (r->axis[i] >= 0)
             at[r->axis[i]] = at_xyz[i];
     }
-    *out = (sc_chunk){.values = r->array.fill};
+    *out = (sc_chunk){.values = r->array.fill, .absent = true};
     name_file(r, at, key, &number);
     fd = sc_chunk_open_file(r->node.fd, key, &bytes);
     if (fd < 0)
@@ -187,6 +187,7 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
     if (!read || bytes == UINT64_MAX)
         return read;
     strides_of(r, out->strides);
+    out->absent = false;
     out->swapped = r->chunked.voxel_bytes > 1 && r->array.pipeline.big_endian == little;
     return sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
                           &out->values, reason) ||
