@@ -2,6 +2,7 @@
 # Every job of jobs/ and jobs/verbs/ runs, at a small size, and five of its frames are equal to the pictures kept here.
 # To replace these, after looking at the new ones: GOLDEN_UPDATE=1 ctest -L golden
 golden=$SOURCE/tests/golden
+outdated=()
 "$SEGCAST" phantom --size 117x81x122 --beating 10 -o beat.nrrd -q >/dev/null
 for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     name=$(basename "$job" .yaml)
@@ -32,7 +33,13 @@ for job in "$SOURCE"/jobs/*.yaml "$SOURCE"/jobs/verbs/*.yaml; do
     */verbs/*)
         [ -s "$SOURCE/docs/verbs/$name.webp" ] && grep -q "verbs/$name.webp.*jobs/verbs/$name.yaml" "$SOURCE/docs/verbs.md" ||
             fail "$name: docs/verbs.md does not show its film: add a line, and run tools/verb-films $name"
+        # With which of these pictures a film was made, tools/verb-films has written down.
+        sum=$(cat "$golden/$name"-[0-9]*.png | sha256sum | cut -c 1-16)
+        grep -qx "$name $sum" "$SOURCE/docs/verbs/pictures.txt" ||
+            outdated+=("$name")
         ;;
     esac
     [ "$(ls "$golden" | grep -c "^$name-[0-9]*.png")" = 5 ] || fail "$name: expected 5 pictures in $golden"
 done
+[ ${#outdated[@]} = 0 ] ||
+    fail "the films of docs/verbs are older than the pictures of their jobs: run tools/verb-films ${outdated[*]}"
