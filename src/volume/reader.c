@@ -43,7 +43,12 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
     const char *advice = "; give the path of a NRRD, NIfTI, MGH, MetaImage or TIFF file in it, of "
                          "a Zarr store, of a volume of Neuroglancer, or of a directory of masks";
+    char above[4096];
 
+    if (snprintf(above, sizeof above, "%s/..", path) < (int)sizeof above &&
+        sc_is_precomputed(above))
+        advice = " of chunks; give the directory above it, which holds \"info\", and which of its "
+                 "scales is to be read with --set volume.level=N, 0 the finest";
     if (holds_dicom(path))
         advice = " of DICOM files; a segmentation object (DICOM SEG) is converted by "
                  "`segimage2itkimage` of dcmqi, RTSTRUCT contours and labels stored as a series by "

@@ -283,6 +283,7 @@ expect 65 'has no resolution level 2, expected one of 2: 0 ."500_500_1250" of .6
 grep -q 'raw/500_500_1250: 7 of 24 chunks are not there; they count as empty' stderr.txt || { cat stderr.txt >&2; fail "chunks that are not there are not told"; }
 "$SEGCAST" info whole >stdout.txt 2>stderr.txt || fail "whole cannot be read"
 ! grep -q 'not there' stderr.txt || { cat stderr.txt >&2; fail "of a whole volume chunks are said to be missing"; }
+expect 66 'raw/500_500_1250: is a directory of chunks; give the directory above it, which holds "info"' "$SEGCAST" info raw/500_500_1250
 cp -r raw lost && rm -r lost/names
 "$SEGCAST" info lost >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "without its names a volume is not read"; }
 grep -q 'lost/names/info: is not there, but .*/info names it; labels have no names from it' stderr.txt || { cat stderr.txt >&2; fail "lost names are not told"; }
