@@ -45,7 +45,7 @@ static const char *decode_block(const chunk_words *c, const size_t at[3], size_t
 {
     const unsigned char *header = c->words + 4 * HEADER_WORDS * number;
     const size_t table = word32(header) & 0xffffff, values = word32(header + 4);
-    const unsigned bits = word32(header) >> 24, per_word = bits ? 32 / bits : 1;
+    const unsigned bits = word32(header) >> 24, per_word = bits && bits <= 32 ? 32 / bits : 1;
     const size_t label_words = c->voxel_bytes / 4;
     const size_t positions = c->block[0] * c->block[1] * c->block[2];
     const size_t value_words = bits ? (positions + per_word - 1) / per_word : 0;
