@@ -138,8 +138,8 @@ sc_status sc_chunked_read(const sc_ctx *ctx, sc_chunked *chunked, int first, int
     }
     if (worst->chunk == SIZE_MAX) {
         if (absent && (size_t)first + (size_t)count == chunked->part[2])
-            sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as empty", chunked->path,
-                    absent, chunked->done);
+            sc_info(ctx, "%s: %zu of %zu chunks are not there; they count as %s", chunked->path,
+                    absent, chunked->done, chunked->absent);
         return SC_OK;
     }
     return sc_fail(ctx, worst->status, "%s/%s: %s", chunked->path, worst->file, worst->why);

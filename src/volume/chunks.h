@@ -69,6 +69,7 @@ typedef bool sc_chunk_load_fn(void *user, int thread, const size_t number[3],
 /* An array in chunks, while slices of it are read. Zero-initialise; sc_chunked_clear frees. */
 typedef struct sc_chunked {
     const char *path;       /* for messages, borrowed */
+    const char *absent;     /* what chunks hold that are not there, for messages; static */
     size_t chunk[3];        /* voxels of a chunk along x, y, z */
     size_t low[3], part[3]; /* the first voxel that is read, and how many: sc_chunked_cut */
     size_t voxel_bytes;

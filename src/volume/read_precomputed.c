@@ -453,6 +453,7 @@ static sc_status layout(const sc_ctx *ctx, const sc_source *source, precomputed_
     const double most = r->block[0] ? sc_precomputed_blocks_most(chunk, r->block) : bytes;
 
     r->chunked = (sc_chunked){.path = r->path,
+                              .absent = "background",
                               .voxel_bytes = sc_voxel_type_bytes(source->type),
                               .load = load_chunk,
                               .user = r,

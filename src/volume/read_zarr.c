@@ -323,8 +323,11 @@ static sc_status layout(const sc_ctx *ctx, zarr_reading *r)
     const sc_zarr_array *a = &r->array;
     const char *path = r->node.path;
 
-    r->chunked = (sc_chunked){
-        .path = path, .voxel_bytes = sc_voxel_type_bytes(a->type), .load = load_chunk, .user = r};
+    r->chunked = (sc_chunked){.path = path,
+                              .absent = "full of the fill value",
+                              .voxel_bytes = sc_voxel_type_bytes(a->type),
+                              .load = load_chunk,
+                              .user = r};
     for (int i = 0; i < 3; i++)
         r->chunked.chunk[i] = r->axis[i] < 0 ? 1 : (size_t)a->chunk[r->axis[i]];
     r->chunk_bytes = sc_zarr_values(a, a->chunk) * r->chunked.voxel_bytes;

@@ -280,7 +280,7 @@ TABLE
 expect 65 'has no resolution level 2, expected one of 2: 0 ."500_500_1250" of .60, 50, 7.., 1 ."1000_1000_1250" of .30, 25, 7..; 0 is the finest' \
     "$SEGCAST" info raw --set volume.level=2
 "$SEGCAST" info raw >stdout.txt 2>stderr.txt || fail "raw cannot be read"
-grep -q 'raw/500_500_1250: 7 of 24 chunks are not there; they count as empty' stderr.txt || { cat stderr.txt >&2; fail "chunks that are not there are not told"; }
+grep -q 'raw/500_500_1250: 7 of 24 chunks are not there; they count as background' stderr.txt || { cat stderr.txt >&2; fail "chunks that are not there are not told"; }
 "$SEGCAST" info whole >stdout.txt 2>stderr.txt || fail "whole cannot be read"
 ! grep -q 'not there' stderr.txt || { cat stderr.txt >&2; fail "of a whole volume chunks are said to be missing"; }
 expect 66 'raw/500_500_1250: is a directory of chunks; give the directory above it, which holds "info"' "$SEGCAST" info raw/500_500_1250

@@ -183,6 +183,7 @@ for store in array.zarr v3_xyz.zarr; do
 done
 "$SEGCAST" info sparse.zarr --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "sparse.zarr cannot be read"; }
 jq -e '[.labels[1:][] | [.value, .voxels]] == [[9, 19800], [17, 1200]]' info.json >/dev/null || fail "sparse.zarr: $(jq -c .labels info.json)"
+grep -q 'sparse.zarr: 35 of 36 chunks are not there; they count as full of the fill value' stderr.txt || { cat stderr.txt >&2; fail "chunks that are not there are not told"; }
 "$SEGCAST" info no_unit.zarr >stdout.txt 2>stderr.txt || fail "no_unit.zarr cannot be read"
 grep -q 'its axes have no known unit of length ("unit", such as "micrometer"); taken as mm' stderr.txt || { cat stderr.txt >&2; fail "the missing unit is not told"; }
 
