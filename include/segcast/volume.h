@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /** @file
  *  Label volumes: voxels as dense ids, their geometry in patient space and their label table;
- *  readers for NRRD, NIfTI-1, NIfTI-2, MGH, MetaImage, TIFF and
- *  Zarr; a writer for NRRD.
+ *  readers for NRRD, NIfTI-1, NIfTI-2, MGH, MetaImage, TIFF,
+ *  DICOM segmentations and Zarr; a writer for NRRD.
  *
  *  A file that can be read but is hardly a label volume in millimetres gets a warning:
  *  - as a grey-value image, if it has more than 32 labels and runs of equal labels along x are

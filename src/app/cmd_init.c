@@ -12,9 +12,9 @@
 /* @return the length of the name of a volume's file, @p name, without its endings. */
 static size_t stem_length(const char *name)
 {
-    static const char *const endings[] = {".gz",   ".mgz", ".mgh",  ".nii", ".seg", ".nrrd",
-                                          ".nhdr", ".mha", ".mhd",  ".hdr", ".img", ".segc",
-                                          ".ome",  ".tif", ".tiff", ".zarr"};
+    static const char *const endings[] = {".gz",   ".mgz", ".mgh",  ".nii",  ".seg", ".nrrd",
+                                          ".nhdr", ".mha", ".mhd",  ".hdr",  ".img", ".segc",
+                                          ".ome",  ".tif", ".tiff", ".zarr", ".dcm"};
     size_t length = strlen(name);
     bool again = true;
 

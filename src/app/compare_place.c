@@ -206,7 +206,7 @@ void sc_name_of_file(const char *volume, char out[SC_CAPTION_BYTES])
 {
     static const char *const endings[] = {".gz",   ".nii",  ".seg", ".nrrd", ".nhdr",
                                           ".mgz",  ".mgh",  ".mha", ".mhd",  ".tif",
-                                          ".tiff", ".zarr", ".ome", ".segc"};
+                                          ".tiff", ".zarr", ".ome", ".segc", ".dcm"};
     enum { LONGEST = 60 };
     size_t end = strlen(volume), begin, used = 0, bytes;
 

@@ -48,7 +48,7 @@ static kind kind_of(const char *path, bool *exists)
                     {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME}, {".mha", KIND_VOLUME},
                     {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
                     {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},    {".tif", KIND_VOLUME},
-                    {".tiff", KIND_VOLUME}};
+                    {".tiff", KIND_VOLUME},   {".dcm", KIND_VOLUME}};
     struct stat info;
 
     *exists = stat(path, &info) == 0;

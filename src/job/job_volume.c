@@ -556,8 +556,8 @@ static const sc_value_type type_path = {
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, or prepared), a Zarr store, a volume of "
-         "Neuroglancer, a directory of "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, or prepared), a Zarr store, a "
+         "volume of Neuroglancer, a directory of "
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, or a pattern "
          "such as heart_*.nrrd",
      .bytes = SC_PATH_BYTES, .required = true},

@@ -99,15 +99,18 @@ static bool is_tiff(const head *h)
                               starts_with(h, "II+\0", 4) || starts_with(h, "MM\0+", 4));
 }
 
+/* DICOM has its mark behind 128 bytes for other programs, which may be those of another format. */
+static bool is_dicom(const head *h)
+{
+    return !h->compressed && h->count >= 132 && !memcmp(h->bytes + 128, "DICM", 4);
+}
+
 /* The formats that can be read; the first whose probe accepts a file reads it. */
 static const struct {
     bool (*probe)(const head *h);
     sc_status (*open)(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
-} readers[] = {{is_nrrd, sc_open_nrrd},
-               {is_nifti, sc_open_nifti},
-               {is_mgh, sc_open_mgh},
-               {is_tiff, sc_open_tiff},
-               {is_meta, sc_open_meta}};
+} readers[] = {{is_dicom, sc_open_dicom}, {is_nrrd, sc_open_nrrd}, {is_nifti, sc_open_nifti},
+               {is_mgh, sc_open_mgh},     {is_tiff, sc_open_tiff}, {is_meta, sc_open_meta}};
 
 /* Files that are often given by mistake: the bytes at @p offset by which each is known, and for
  * the message what it is and what to do instead. */
@@ -121,9 +124,6 @@ static const struct {
     {"\x00\x05\x16\x07", 4, 0,
      "is a macOS companion file (AppleDouble), not the volume itself; use the file without \"._\" "
      "before its name"},
-    {"DICM", 4, 128,
-     "is DICOM; a segmentation object (DICOM SEG) is converted by `segimage2itkimage --inputDICOM "
-     "FILE --outputType nrrd` of dcmqi, all else by 3D Slicer (save the segmentation as .nrrd)"},
     {"\x89HDF", 4, 0,
      "is HDF5; write its label array as NRRD, for example in Python with h5py and pynrrd: "
      "nrrd.write(\"labels.nrrd\", h5py.File(\"FILE\")[\"NAME\"][:].T)"},
@@ -160,12 +160,12 @@ static sc_status refuse_file(const sc_ctx *ctx, const char *path, const head *h)
     }
     if (h->count == 0)
         return sc_fail(ctx, SC_ERR_DATA, "%s: a broken gzip file", path);
-    return sc_fail(
-        ctx, SC_ERR_DATA,
-        "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
-        "(348 or 540), MGH, TIFF or MetaImage; 3D Slicer and ITK-SNAP can save segmentations of "
-        "many other formats as .nrrd or .nii.gz",
-        path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: begins with bytes %02x %02x %02x %02x, expected NRRD (\"NRRD\"), NIfTI "
+                   "(348 or 540), MGH, TIFF, MetaImage or DICOM SEG; 3D Slicer and ITK-SNAP can "
+                   "save segmentations of "
+                   "many other formats as .nrrd or .nii.gz",
+                   path, h->bytes[0], h->bytes[1], h->bytes[2], h->bytes[3]);
 }
 
 sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)

@@ -56,6 +56,11 @@ static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only
                        "%s: is a directory of masks, expected a grey volume, such as a CT or MR "
                        "image: a NRRD, NIfTI, MGH, MetaImage or TIFF file",
                        path);
+    if (source->load)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: is a DICOM segmentation, expected a grey volume, such as a CT or MR "
+                       "image: a NRRD, NIfTI, MGH, MetaImage or TIFF file",
+                       path);
     if (source->layers > 1)
         return sc_fail(
             ctx, SC_ERR_DATA,

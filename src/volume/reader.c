@@ -41,8 +41,9 @@ static bool holds_dicom(const char *directory)
 /* Log that @p path is a directory, with advice by what it holds. @return SC_ERR_MISSING always. */
 static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
 {
-    const char *advice = "; give the path of a NRRD, NIfTI, MGH, MetaImage or TIFF file in it, of "
-                         "a Zarr store, of a volume of Neuroglancer, or of a directory of masks";
+    const char *advice =
+        "; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM SEG file in it, of "
+        "a Zarr store, of a volume of Neuroglancer, or of a directory of masks";
     char above[4096];
 
     if (snprintf(above, sizeof above, "%s/..", path) < (int)sizeof above &&
@@ -165,6 +166,8 @@ static sc_status read_voxels(const sc_ctx *ctx, const char *path, const sc_read_
         SC_TRY(sc_volume_memory_check(ctx, path, source.part, 0));
     if (source.mask_count)
         SC_TRY(sc_load_masks(ctx, path, choice->overlap, &source));
+    else if (source.load)
+        SC_TRY(source.load(ctx, path, choice->overlap, &source));
     else if (source.layers > 1)
         SC_TRY(sc_load_layers(ctx, path, choice->overlap, &source));
     SC_TRY(sc_read_labels(ctx, path, &source, keep_ids, &volume, tallies));

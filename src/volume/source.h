@@ -36,6 +36,12 @@ struct sc_source;
 typedef sc_status sc_slices_fn(const sc_ctx *ctx, const char *path, const struct sc_source *source,
                                int first, int count, void *out);
 
+/* Read the voxels of a source, in which tissues may overlap, into its data, as labels; sets
+ * encoding, type, data and release. Where they overlap, @p overlap decides, and a warning tells of
+ * it. @return the errors of sc_load_masks. */
+typedef sc_status sc_load_fn(const sc_ctx *ctx, const char *path, sc_overlap overlap,
+                             struct sc_source *source);
+
 /* A volume file after its header has been read. Zero-initialise; sc_source_clear frees. */
 typedef struct sc_source {
     int size[3];         /* voxels along x (fastest), y, z */
@@ -58,6 +64,7 @@ typedef struct sc_source {
     sc_slices_fn *read_slices;   /* SC_ENCODING_SLICES: data is what it works on */
     int slices;                  /* SC_ENCODING_SLICES: how many are read at a time, at least 1 */
     int first_slices;            /* how many instead the first time; 0: as many */
+    sc_load_fn *load;            /* NULL: nothing overlaps, or masks or layers do */
     int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
@@ -147,6 +154,8 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
 sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_mgh(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 sc_status sc_open_tiff(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
+/* A DICOM segmentation. */
+sc_status sc_open_dicom(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 /* As the others, of a directory of Zarr: sc_zarr_is_node. The source is the part that @p read
  * wants, of the level that it wants: SC_ERR_DATA also if there is no such level or part. */
 sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice *read,

@@ -19,6 +19,7 @@ name_library() {
     Nifti::nifti2) echo nifticlib ;;
     Expat::expat) echo Expat ;;
     Tiff::tiff) echo libtiff ;;
+    Dcmtk::dcmdata) echo DCMTK ;;
     Blosc::blosc) echo c-blosc ;;
     Zstd::zstd) echo zstd ;;
     Lz::lz4) echo lz4 ;;

@@ -892,7 +892,8 @@ static void what_is_refused_is_told_what_to_do(void **state)
     memcpy(dicom + 128, "DICM", 4);
     write_file("t.bin", "", dicom, sizeof dicom, false);
     assert_int_equal(sc_volume_read(&ctx, "t.bin", &v), SC_ERR_DATA);
-    assert_non_null(strstr(said.text, "segimage2itkimage"));
+    assert_true(strstr(said.text, "of the class (none is named), expected a segmentation") ||
+                strstr(said.text, "libdcmtk-dev"));
     nifti_header(h, 4, 16);
     put16(h, 40, 4);
     put16(h, 48, 2);
