@@ -84,14 +84,19 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
 /** Read a label volume. The format is told by content, not by name. Names and colours come from
  *  the file where it has some, else colours depend on the label value alone. A directory with
  *  volume files is one volume: each file is the mask of one tissue, which has the name of the file;
- *  the labels are 1, 2, ... in the order of the names (of their bytes). All masks have one size and
- *  geometry, and hold one label beside 0. Where masks overlap, the one with fewer voxels has the
- *  voxel, and a warning tells of how many voxels that is so.
- *  Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory without
+ *  the labels are 1, 2, ... in the order of the names (of their bytes). A directory without such
+ * files that holds one DICOM segmentation, be it among the slices of its image, is that
+ * segmentation. All masks have one size and geometry, and hold one label beside 0. Where masks
+ * overlap, the one with fewer voxels has the voxel, and a warning tells of how many voxels that is
+ * so. Caller owns *out: sc_volume_clear. @return SC_ERR_MISSING (also for a directory without
  * volumes), SC_ERR_DATA (logged with what was found, what was expected, and for known other formats
  * how to convert them), SC_ERR_MEMORY. Threads: the libraries behind it keep global state: one call
  * at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
+
+/** Write the names of all formats that this build can read, separated by commas, to text[size], cut
+ *  off if there is no room. */
+void sc_volume_formats(char *text, size_t size);
 
 /** Which label a voxel gets where masks of a directory, or segments in layers, overlap. */
 typedef enum sc_overlap {

@@ -3,6 +3,7 @@
 
 #include "app.h"
 #include "segcast/video.h"
+#include "segcast/volume.h"
 
 const char *sc_version(void)
 {
@@ -16,12 +17,14 @@ const char *sc_commit(void)
 
 void sc_print_version(FILE *stream)
 {
-    char mpi[256], video[256], kinds[512];
+    char mpi[256], video[256], kinds[512], volumes[256];
 
     sc_comm_library(mpi, sizeof mpi);
     sc_video_libraries(video, sizeof video);
     sc_video_kinds(kinds, sizeof kinds);
+    sc_volume_formats(volumes, sizeof volumes);
     fprintf(stream,
-            "segcast %s\ncommit   %s\ncompiler %s, %s\nMPI      %s\nlibav    %s\nvideos   %s\n",
-            SC_VERSION, SC_COMMIT, SC_COMPILER, SC_BUILD_TYPE, mpi, video, kinds);
+            "segcast %s\ncommit   %s\ncompiler %s, %s\nMPI      %s\nlibav    %s\nvideos   "
+            "%s\nvolumes  %s\n",
+            SC_VERSION, SC_COMMIT, SC_COMPILER, SC_BUILD_TYPE, mpi, video, kinds, volumes);
 }

@@ -182,3 +182,25 @@ sc_status sc_open_file(const sc_ctx *ctx, const char *path, bool header_only, sc
         return refuse_file(ctx, path, &h);
     return readers[which].open(ctx, path, header_only, out);
 }
+
+void sc_volume_formats(char *text, size_t size)
+{
+    static const struct {
+        const char *name;
+        bool is_here;
+    } formats[] = {{"NRRD, NIfTI, MGH, MetaImage", true},
+                   {", TIFF", SC_HAVE_TIFF},
+                   {", DICOM SEG", SC_HAVE_DICOM},
+                   {", Zarr (gzip, zlib", true},
+                   {", blosc", SC_HAVE_BLOSC},
+                   {", zstd", SC_HAVE_ZSTD},
+                   {", lz4", SC_HAVE_LZ4},
+                   {")", true}};
+    size_t used = 0;
+
+    text[0] = '\0';
+    for (size_t i = 0; i < SC_COUNT_OF(formats) && used < size; i++) {
+        if (formats[i].is_here)
+            used += (size_t)snprintf(text + used, size - used, "%s", formats[i].name);
+    }
+}

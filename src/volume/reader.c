@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What is common to all formats once the header has been read; directories that hold no volume. */
+#include "dicom.h"
 #include "source.h"
 #include "zarr.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -38,8 +40,9 @@ static bool holds_dicom(const char *directory)
     return found || holds_file(directory, "DICOMDIR");
 }
 
-/* Log that @p path is a directory, with advice by what it holds. @return SC_ERR_MISSING always. */
-static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
+/* Log that @p path is a directory, with advice by what it holds. @param is_dicom
+ * there are DICOM files in it. @return SC_ERR_MISSING always. */
+static sc_status refuse_directory(const sc_ctx *ctx, const char *path, bool is_dicom)
 {
     const char *advice =
         "; give the path of a NRRD, NIfTI, MGH, MetaImage, TIFF or DICOM SEG file in it, of "
@@ -50,11 +53,84 @@ static sc_status refuse_directory(const sc_ctx *ctx, const char *path)
         sc_is_precomputed(above))
         advice = " of chunks; give the directory above it, which holds \"info\", and which of its "
                  "scales is to be read with --set volume.level=N, 0 the finest";
-    if (holds_dicom(path))
-        advice = " of DICOM files; a segmentation object (DICOM SEG) is converted by "
-                 "`segimage2itkimage` of dcmqi, RTSTRUCT contours and labels stored as a series by "
-                 "3D Slicer (save as .nrrd)";
+    if (is_dicom || holds_dicom(path))
+        advice = " of DICOM files, none of them a segmentation (DICOM SEG; subdirectories are not "
+                 "searched); RTSTRUCT contours and labels stored as a series are converted by 3D "
+                 "Slicer (save as .nrrd), an image by `dcm2niix DIRECTORY`";
     return sc_fail(ctx, SC_ERR_MISSING, "%s: is a directory%s", path, advice);
+}
+
+/* The DICOM segmentations in a directory. */
+typedef struct dicom_files {
+    size_t count;        /* of them */
+    size_t others;       /* other DICOM files */
+    sc_text first, last; /* paths, by the bytes of their names */
+} dicom_files;
+
+/* Note the file @p name, if it is DICOM. */
+static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char *name,
+                            dicom_files *files)
+{
+    sc_text path = {0};
+    bool is_dicom, is_first, is_last;
+    sc_status status;
+
+    SC_TRY(sc_text_add(ctx, &path, "%s/%s", directory, name));
+    if (!sc_dicom_is_segmentation(path.data, &is_dicom)) {
+        files->others += is_dicom;
+        goto out;
+    }
+    is_first = files->count == 0 || strcmp(path.data, files->first.data) < 0;
+    is_last = files->count == 0 || strcmp(path.data, files->last.data) > 0;
+    files->count++;
+    if (is_first) {
+        files->first.length_bytes = 0;
+        SC_TRY(sc_text_add(ctx, &files->first, "%s", path.data));
+    }
+    if (is_last) {
+        files->last.length_bytes = 0;
+        SC_TRY(sc_text_add(ctx, &files->last, "%s", path.data));
+    }
+out:
+    sc_text_clear(&path);
+    return status;
+}
+
+/* Open the DICOM segmentation in a directory, the only one there, which may lie among the slices of
+ * its image. The names of files say nothing. @return also SC_ERR_MISSING if there is none or
+ * several.
+ */
+static sc_status open_dicom_in(const sc_ctx *ctx, const char *path, bool header_only,
+                               sc_source *out)
+{
+    DIR *stream = opendir(path);
+    const struct dirent *entry;
+    dicom_files files = {0};
+    sc_status status = SC_OK;
+
+    if (!stream)
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", path, strerror(errno));
+    while (status == SC_OK && (entry = readdir(stream))) {
+        if (entry->d_name[0] != '.')
+            status = note_dicom(ctx, path, entry->d_name, &files);
+    }
+    closedir(stream);
+    if (status == SC_OK && files.count == 0)
+        status = refuse_directory(ctx, path, files.others > 0);
+    if (status == SC_OK && files.count > 1)
+        status =
+            sc_fail(ctx, SC_ERR_MISSING,
+                    "%s: holds %zu DICOM segmentations, expected one; give the path of the file "
+                    "that is to be shown, such as %s or %s",
+                    path, files.count, files.first.data, files.last.data);
+    if (status == SC_OK && files.others)
+        sc_info(ctx, "%s: of %zu DICOM files, %s is a segmentation, and read", path,
+                files.others + 1, files.first.data);
+    if (status == SC_OK)
+        status = sc_open_dicom(ctx, files.first.data, header_only, out);
+    sc_text_clear(&files.first);
+    sc_text_clear(&files.last);
+    return status;
 }
 
 /* ---- geometry ---- */
@@ -125,10 +201,8 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
         goto out;
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
         SC_TRY(sc_open_masks(ctx, path, &source));
-        if (source.mask_count == 0) {
-            status = refuse_directory(ctx, path);
-            goto out;
-        }
+        if (source.mask_count == 0)
+            SC_TRY(open_dicom_in(ctx, path, header_only, &source));
     } else {
         SC_TRY(sc_open_file(ctx, path, header_only, &source));
     }

@@ -60,3 +60,145 @@ for volume in tilted hole; do
 done
 "$SEGCAST" orbit tilted.dcm -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt ||
     { cat stderr.txt >&2; fail "no film of a segmentation"; }
+
+# A voxel of several segments goes to the smaller one, or the last one, and it is told how many there are.
+cat >overlap.py <<'PYTHON'
+from dicom_files import *
+write('overlap.dcm', [(n, z, LABELS[z] > 0 if n == 2 else LABELS[z] == 1) for n in (1, 2) for z in range(1, 6)], SEGMENTS)
+PYTHON
+"$python" overlap.py 2>python.txt || { cat python.txt >&2; fail "pydicom cannot write overlap.dcm"; }
+told='overlap.dcm: 336 voxels belong to several segments; each is shown as the'
+expect 0 "$told smallest of them .* \"Myocardium é\" and not \" \[31mred\" \(336\)" "$SEGCAST" info overlap.dcm --json
+jq -e '[.labels[1:][] | [.value, .voxels]] == [[1, 336], [2, 385]]' stdout.txt >/dev/null || fail "smaller wins: $(jq -c '[.labels[].voxels]' stdout.txt)"
+expect 0 "$told last of them" "$SEGCAST" info overlap.dcm --json --set volume.overlap=order
+jq -e '[.labels[1:][] | [.value, .voxels]] == [[2, 721]]' stdout.txt >/dev/null || fail "the last wins: $(jq -c '[.labels[].voxels]' stdout.txt)"
+
+# The segmentation in a directory is found by its content, beside the slices of its image.
+mkdir one several image
+cp binary_explicit.dcm one/IM00001
+cp binary_explicit.dcm several/a
+cp overlap.dcm several/b
+cat >image.py <<'PYTHON'
+from dicom_files import *
+data = pydicom.dcmread('binary_explicit.dcm')
+data.file_meta.MediaStorageSOPClassUID = data.SOPClassUID = '1.2.840.10008.5.1.4.1.1.2'
+for name in 'image/1', 'image/2', 'one/slice':
+    data.save_as(name)
+PYTHON
+"$python" image.py 2>python.txt || { cat python.txt >&2; fail "pydicom cannot write an image"; }
+read_file one
+grep -q 'one: of 2 DICOM files, .*one/IM00001 is a segmentation, and read' stderr.txt || { cat stderr.txt >&2; fail "nothing is said of the file in the directory"; }
+expect 66 'several: holds 2 DICOM segmentations, expected one; .* such as .*several/a or .*several/b' "$SEGCAST" info several
+one_error
+expect 66 'image: is a directory of DICOM files, none of them a segmentation' "$SEGCAST" info image
+one_error
+expect 65 'image/1: is DICOM, a slice of a CT image, not a segmentation; .*dcm2niix' "$SEGCAST" info image/1
+one_error
+
+# What is missing, damaged, or does not agree is refused, with one message.
+cat >bad.py <<'PYTHON'
+from dicom_files import *
+def spoil(name, change, **options):
+    write(name + '.dcm', frames_of(LABELS), SEGMENTS, change=change, **options)
+def delete(data, *names):
+    for name in names[:-1]:
+        data = getattr(data, name)[0]
+    delattr(data, names[-1])
+def place(i, offset):
+    def change(data):
+        position = data.PerFrameFunctionalGroupsSequence[i].PlanePositionSequence[0]
+        position.ImagePositionPatient = [float(a) + b for a, b in zip(position.ImagePositionPatient, offset)]
+    return change
+def first(data, name, value):
+    setattr(data.PerFrameFunctionalGroupsSequence[0].SegmentIdentificationSequence[0], name, value)
+def shared(data, group, name, value):
+    setattr(getattr(data.SharedFunctionalGroupsSequence[0], group)[0], name, value)
+def twice(data):
+    data.PerFrameFunctionalGroupsSequence[1] = data.PerFrameFunctionalGroupsSequence[0]
+def deep(data):
+    for _ in range(40):
+        outer = Dataset()
+        outer.SegmentSequence = Sequence([data])
+        data = outer
+    return data
+def nest(data):
+    data.SharedFunctionalGroupsSequence.append(deep(Dataset()))
+def turn(data):
+    plane = Dataset()
+    plane.ImageOrientationPatient = [0, 1, 0, 0, 0, 1]
+    data.PerFrameFunctionalGroupsSequence[2].PlaneOrientationSequence = Sequence([plane])
+spoil('more_frames', lambda d: setattr(d, 'NumberOfFrames', 999))
+spoil('fewer_frames', lambda d: setattr(d, 'NumberOfFrames', 3))
+spoil('no_frames', lambda d: setattr(d, 'NumberOfFrames', 0))
+spoil('huge', lambda d: (setattr(d, 'Rows', 65535), setattr(d, 'Columns', 65535)))
+spoil('no_rows', lambda d: delete(d, 'Rows'))
+spoil('no_pixels', lambda d: delete(d, 'PixelData'))
+spoil('no_segments', lambda d: delete(d, 'SegmentSequence'))
+spoil('no_spacing', lambda d: delete(d, 'SharedFunctionalGroupsSequence', 'PixelMeasuresSequence'))
+spoil('no_orientation', lambda d: delete(d, 'SharedFunctionalGroupsSequence', 'PlaneOrientationSequence'))
+spoil('no_position', lambda d: delete(d, 'PerFrameFunctionalGroupsSequence', 'PlanePositionSequence'))
+spoil('no_segment', lambda d: delete(d, 'PerFrameFunctionalGroupsSequence', 'SegmentIdentificationSequence'))
+spoil('other_segment', lambda d: first(d, 'ReferencedSegmentNumber', 77))
+spoil('same_numbers', lambda d: setattr(d.SegmentSequence[1], 'SegmentNumber', 1))
+spoil('type', lambda d: setattr(d, 'SegmentationType', '\x1b[31mX'))
+spoil('zero_spacing', lambda d: shared(d, 'PixelMeasuresSequence', 'PixelSpacing', [0, 1]))
+spoil('long_direction', lambda d: shared(d, 'PlaneOrientationSequence', 'ImageOrientationPatient', [2, 0, 0, 0, 1, 0]))
+spoil('parallel', lambda d: shared(d, 'PlaneOrientationSequence', 'ImageOrientationPatient', [1, 0, 0, 1, 0, 0]))
+spoil('far', place(0, (0, 0, 1e7)))
+spoil('irregular', place(0, (0, 0, .5)))
+spoil('shifted', place(0, (3, 0, 0)))
+spoil('nearly', place(0, (0, 0, .05)))
+spoil('twice', twice)
+spoil('turned', turn)
+spoil('deep', nest)
+spoil('wrong_distance', lambda d: shared(d, 'PixelMeasuresSequence', 'SpacingBetweenSlices', .9))
+spoil('jpeg', lambda d: setattr(d.file_meta, 'TransferSyntaxUID', '1.2.840.10008.1.2.4.80'), syntax=SYNTAXES['explicit'])
+spoil('unknown', lambda d: setattr(d.file_meta, 'TransferSyntaxUID', '1.2.3.4.5'))
+whole = open('binary_explicit.dcm', 'rb').read()
+for name, length in ('cut_meta', 200), ('cut_early', 900), ('cut_late', len(whole) - 20):
+    open(name + '.dcm', 'wb').write(whole[:length])
+packed = open('binary_deflated.dcm', 'rb').read()
+open('cut_deflated.dcm', 'wb').write(packed[:len(packed) - 100])
+at = whole.index(b'PatientName') if b'PatientName' in whole else whole.index(b'\x10\x00\x10\x00PN')
+open('no_such_type.dcm', 'wb').write(whole[:at + 4] + b'\x1b[' + whole[at + 6:])
+PYTHON
+"$python" -W ignore bad.py 2>python.txt || { cat python.txt >&2; fail "pydicom cannot write the bad files"; }
+while read -r file pattern; do
+    expect 65 "$file.dcm: $pattern" "$SEGCAST" info "$file.dcm"
+    one_error
+    ! grep -qiE $'secret|\x1b' stderr.txt || fail "$file.dcm: the message tells what it should not"
+done <<'TABLE'
+more_frames promises 999 frames of 19 x 23 pixels, which take [0-9]+ bytes, but has [0-9]+; the file is cut short
+fewer_frames promises 3 frames \(NumberOfFrames\), but describes 9
+no_frames has 0 frames of 19 x 23 pixels
+huge promises 9 frames of 65535 x 65535 pixels, which take [0-9]+ bytes, but has
+no_rows has 9 frames of 19 x 0 pixels
+no_pixels promises 9 frames of 19 x 23 pixels, which take [0-9]+ bytes, but has 0
+no_segments names no segments \(SegmentSequence\)
+no_spacing frame 1 has no spacing of pixels \(PixelSpacing, two numbers\), expected one for each frame or for all
+no_orientation frame 1 has no orientation
+no_position frame 1 has no position \(ImagePositionPatient, three numbers\)
+no_segment frame 1 has no segment \(ReferencedSegmentNumber, from 1 to 65535\)
+other_segment frame 1 shows segment 77, which is none of the 3 segments of the file
+same_numbers two segments have the number 1
+type is of the type ".*X" \(SegmentationType\) with 1 bits for each pixel, expected BINARY with 1
+zero_spacing frame 1: PixelSpacing is 0 and 1 mm, expected more than 0
+long_direction frame 1: ImageOrientationPatient has a direction of length 2, expected 1
+parallel frame 1: the directions of ImageOrientationPatient are not at right angles
+irregular frame [0-9]+ lies 0.[0-9]+ slices and [0-9.e-]+ pixels beside where slices at equal distances
+shifted frame 1 lies [0-9.e-]+ slices and 6 pixels beside where
+twice frames [0-9]+ and [0-9]+ show the same segment in one slice
+turned frame 3 has another orientation than frame 1
+deep attribute \(0062,0002\): sequences are nested deeper than 16 levels
+jpeg has the transfer syntax 1.2.840.10008.1.2.4.80 \(JPEG-LS\), expected one without compression, RLE or deflated; convert it, .*gdcmconv --raw
+unknown has the transfer syntax 1.2.3.4.5, which is not known, expected
+cut_meta the first group of its attributes cannot be read
+cut_early byte [0-9]+ of its data set, attribute \([0-9a-f]{4},[0-9a-f]{4}\): .*damaged or cut short
+cut_late byte [0-9]+ of its data set, attribute \(7fe0,0010\): promises more bytes than the file has
+cut_deflated (byte [0-9]+ of its data set|its deflated data set cannot be unpacked)
+no_such_type byte [0-9]+ of its data set, attribute \(0010,0010\): has no type that DICOM knows
+TABLE
+expect 0 'nearly.dcm: its slices do not lie at equal distances: frame [0-9]+ is off by 0.04 slices' "$SEGCAST" info nearly.dcm
+expect 0 'wrong_distance.dcm: its slices lie 1.25 mm apart, not 0.9 mm as it says' "$SEGCAST" info wrong_distance.dcm
+expect 71 'far.dcm: 19 x 23 x [0-9]+ voxels take about .* of memory' "$SEGCAST" info far.dcm --max-memory 1G
+"$SEGCAST" --version | grep -q '^volumes .*DICOM SEG' || fail "segcast --version does not say that DICOM is read"

@@ -908,7 +908,7 @@ static void directories_are_told_what_to_do(void **state)
 {
     static const struct {
         const char *file, *advice;
-    } kinds[] = {{"t.dir/1.dcm", "dcmqi"}, {"t.dir/x", "give the path"}};
+    } kinds[] = {{"t.dir/1.dcm", "dcm2niix"}, {"t.dir/x", "give the path"}};
     heard said;
     sc_ctx ctx = listening(&said);
     sc_volume v;
