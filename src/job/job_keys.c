@@ -317,9 +317,9 @@ const sc_key sc_job_keys[] = {
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
      .of_film = true},
     {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
-     .help =
-         "which tissue has a voxel that several masks of a directory, or segments of a .seg.nrrd, "
-         "cover: the one with fewer voxels, or the last",
+     .help = "which tissue has a voxel that several masks of a directory, or segments of a "
+             ".seg.nrrd or DICOM SEG, "
+             "cover: the one with fewer voxels, or the last",
      .choices = overlaps, .outside_identity = true,
      .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}, .of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",

@@ -347,7 +347,7 @@ static sc_status skip(reader *r, const nesting *n, uint32_t tag, uint64_t length
 
     if (status != SC_OK)
         return status;
-    if (end != NO_END && length > end - r->at)
+    if (end != NO_END && length > end - r->at && n->depth > 0)
         return bad_element(r, tag, "reaches beyond what it is a part of");
     if (take(r, NULL, length) != length)
         return bad_element(r, tag, "promises more bytes than the file has");

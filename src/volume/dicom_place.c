@@ -26,8 +26,8 @@
 #define MOST_SLICES 0.1
 #define TOLD_PX 0.05
 #define MOST_PX 0.5
-/* Frames whose positions differ by less, in pixels, lie in one slice. */
-#define SAME_PX 0.01
+/* Frames whose positions differ by less, in pixels, lie in one slice where no spacing is given. */
+#define SAME_PX 0.2
 /* A spacing that is given fits exactly if no frame is off by more, in slices and in pixels. */
 #define EXACT 1e-3
 #define SAME_DIRECTION 1e-4
@@ -267,10 +267,8 @@ static bool number_slices(placing *p, double spacing_mm, double same_mm, fit *ou
         const double gap_mm = p->frames[i].along_mm - p->frames[i - 1].along_mm;
         const double steps = floor(gap_mm / spacing_mm + 0.5);
 
-        if (gap_mm > same_mm && steps < 1)
-            return false;
         slice += gap_mm > same_mm ? steps : 0;
-        if (slice >= INT32_MAX)
+        if (!(slice < INT32_MAX))
             return false;
         p->frames[i].slice = (int)slice;
     }
@@ -306,26 +304,24 @@ static sc_status find_slices(placing *p, fit *out)
     const double same_mm = SAME_PX * fmin(p->plane.spacing_mm[0], p->plane.spacing_mm[1]);
     const double gap_mm = smallest_gap(p, same_mm), given_mm = p->plane.given_mm;
     const double alone_mm = given_mm > 0 ? given_mm : p->plane.thickness_mm;
-    bool numbered;
+    bool numbered = given_mm > 0 && number_slices(p, given_mm, 0, out);
 
-    if (gap_mm == 0) {
+    if ((!numbered || !fits(out)) && gap_mm > 0) {
+        numbered = number_slices(p, gap_mm, same_mm, out);
+    } else if (!numbered) {
         if (!(alone_mm > 0))
             sc_warn(p->ctx,
                     "%s: has one slice, and does not say how thick it is (SpacingBetweenSlices, "
                     "SliceThickness); taken as 1 mm",
                     p->path);
         numbered = number_slices(p, alone_mm > 0 ? alone_mm : 1, same_mm, out);
-    } else {
-        numbered = given_mm > 0 && number_slices(p, given_mm, same_mm, out);
-        if (!numbered || !fits(out)) {
-            numbered = number_slices(p, gap_mm, same_mm, out);
-            if (numbered && fits(out) && given_mm > 0)
-                sc_warn(p->ctx,
-                        "%s: its slices lie %.4g mm apart, not %.4g mm as it says "
-                        "(SpacingBetweenSlices); taken as they lie",
-                        p->path, sc_vec3_dot(out->step_mm, p->normal), given_mm);
-        }
     }
+    if (numbered && fits(out) && given_mm > 0 &&
+        fabs(sc_vec3_dot(out->step_mm, p->normal) / given_mm - 1) > TOLD_SLICES)
+        sc_warn(p->ctx,
+                "%s: its slices lie %.4g mm apart, not %.4g mm as it says (SpacingBetweenSlices); "
+                "taken as they lie",
+                p->path, sc_vec3_dot(out->step_mm, p->normal), given_mm);
     if (!numbered)
         return sc_fail(p->ctx, SC_ERR_DATA,
                        "%s: its slices lie %g mm apart or less, but as far as %g mm: more slices "
