@@ -146,12 +146,14 @@ typedef struct sc_comparison {
 /** The volume of one phase of a beat. */
 typedef struct sc_volume_path {
     char path[SC_PATH_BYTES];
+    int phase; /**< as of sc_read_choice: which of those in the file, from 1; 0: it holds one */
 } sc_volume_path;
 
 /** How a series of volumes is shown. */
 typedef struct sc_cine_options {
     sc_cine cine;
-    char phases[256]; /**< a list of frames, here phases; empty once a job is loaded */
+    char phases[256]; /**< a list of frames, here phases; empty once a job is loaded whose phases
+                           are files */
     char where[160];  /**< "file:line" of the series, for messages; may be empty */
 } sc_cine_options;
 
@@ -177,6 +179,7 @@ typedef struct sc_job {
     size_t volume_tissue_count;
     bool volume_replaced;         /**< the file has a map, and a setting has replaced its path */
     int volume_level;             /**< of resolution, 0 the finest */
+    int volume_phase;             /**< as of sc_read_choice; of a series that of the first phase */
     int volume_box[3][2];         /**< if has_box: as sc_read_choice.voxels */
     sc_vec3 volume_box_mm[2];     /**< if has_box_mm: as sc_read_choice.corners */
     double volume_resample_mm[3]; /**< if has_resample: spacing along x, y, z */
@@ -213,6 +216,7 @@ typedef struct sc_job {
     bool has_merge, has_keep, has_crop; /**< likewise */
     bool has_box, has_box_mm;           /**< likewise */
     bool has_level, has_resample;       /**< likewise */
+    bool has_phase;                     /**< volume_phase stands in the job itself */
     bool has_color_by;                  /**< tissues are coloured by values */
     bool has_compare;                   /**< several volumes are compared */
     bool has_image;                     /**< there is a grey volume */

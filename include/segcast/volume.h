@@ -109,16 +109,37 @@ typedef enum sc_read_box {
     SC_READ_VOXELS, /**< voxels of the level that is read */
     SC_READ_MM      /**< patient space, RAS mm: the voxels whose centres lie in the box */
 } sc_read_box;
+/** Where the phases of a file (4-D) are kept while they are read one after the other: a file
+ *  without a name, to which they are unpacked once. Without it, each phase of a compressed file
+ *  costs unpacking all that stands before it. */
+typedef struct sc_phase_store sc_phase_store;
+/** Make an empty store. @param folder where its file is made when it is needed; copied. @return
+ *  SC_ERR_MEMORY. Caller owns *out: sc_phase_store_free. Threads: one at a time, as the reads that
+ *  use it. */
+SC_MUST_USE sc_status sc_phase_store_new(const sc_ctx *ctx, const char *folder,
+                                         sc_phase_store **out);
+/** Free the store, and the file with it; NULL is allowed. */
+void sc_phase_store_free(sc_phase_store *store);
+
 /** What of a volume file is read. Zeroed: all of it, in its finest resolution. */
 typedef struct sc_read_choice {
-    sc_overlap overlap; /**< of masks and segments */
-    int level;          /**< of resolution of an OME-Zarr image, 0 the finest */
+    sc_overlap overlap;    /**< of masks and segments */
+    int level;             /**< of resolution of an OME-Zarr image, 0 the finest */
+    int phase;             /**< which volume of a file that holds those of several phases (4-D),
+                                counted from 1; 0: such a file is refused */
+    sc_phase_store *store; /**< for those who read several phases of a file; borrowed; NULL: none */
     sc_read_box box;
     int voxels[3][2];   /**< SC_READ_VOXELS: along x, y, z the first voxel, and the one behind the
                              last */
     sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
     const char *where;  /**< "file:line" for messages; NULL: none */
 } sc_read_choice;
+/** Find how many phases a volume file holds (4-D), from its header: 1 also for a file that is
+ *  missing or broken, without a message. @param step_s the time from one to the next; 0 if there is
+ *  one, or the file does not say. @return SC_ERR_MEMORY, or that another part of the machine
+ *  failed, logged. Threads as of sc_volume_read. */
+SC_MUST_USE sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count,
+                                       double *step_s);
 /** As sc_volume_read, of a part or another resolution. The volume is as if its file held nothing
  *  else: labels that occur elsewhere are not among its labels, and voxels stay where they were in
  *  patient space. Of a Zarr store only those chunks are read in which the box has voxels; files of
@@ -143,6 +164,19 @@ SC_MUST_USE sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, con
  *  SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY; what was under @p path before stays then. */
 SC_MUST_USE sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume,
                                           const char *path, bool replace);
+
+/** The phases of a series, which are made one after the other. */
+typedef struct sc_volume_series {
+    int count;     /**< of phases, at least 1 */
+    double step_s; /**< from one to the next */
+    /** Make a phase, counted from 0; all have the same grid and labels. Owned by who called. */
+    sc_status (*make)(void *user, int phase, sc_volume *out);
+    void *user;
+} sc_volume_series;
+/** As sc_volume_save_nrrd, of all phases of a series in one file: the fourth axis, of kind time, is
+ *  the slowest. Two volumes are held at a time at most. @return the errors of make, too. */
+SC_MUST_USE sc_status sc_volume_save_series_nrrd(const sc_ctx *ctx, const sc_volume_series *series,
+                                                 const char *path, bool replace);
 
 /** What one label of a volume covers. */
 typedef struct sc_label_tally {

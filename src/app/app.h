@@ -73,6 +73,8 @@ struct sc_app {
     double begin_s;                /* when the process began, by sc_wall_s */
     sc_trace *trace;               /* where sc_add_time adds events; borrowed, or NULL */
     sc_display *display;           /* shows the progress; NULL: not on this rank */
+    sc_phase_store *phase_store;   /* where phases of one file are kept while they are read, on
+                                      rank 0; NULL: there are none; borrowed */
     sc_label_source *label_source; /* where sc_label_source_keep puts the table; NULL: nowhere */
     char font_told[64];            /* family of the font whose file was named last; or "" */
 };
@@ -229,6 +231,10 @@ void sc_session_clear_volume(sc_session *session);
 /* As sc_session_load_one, of all phases of a series, or of the only volume: fills session->phases,
  * too. @return SC_ERR_DATA, logged, if phases differ in their grids or labels. */
 sc_status sc_session_load(sc_app *app, sc_session *session);
+/* Write to @p out a copy of @p app that keeps the phases of a session while they are read one after
+ * the other: those of one file in a store, which the caller owns: sc_phase_store_free. @return
+ * SC_ERR_MEMORY; the store is NULL then, as where there is none. Not collective. */
+sc_status sc_begin_phase_store(sc_app *app, const sc_session *session, sc_app *out);
 /* As sc_session_inspect, of all phases, or of the only volume. */
 sc_status sc_session_inspect_all(sc_app *app, bool header_only, sc_session *session);
 /* If the argument of a command that has no job file is a pattern, such as heart_*.nrrd, and no

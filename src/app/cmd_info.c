@@ -15,6 +15,9 @@ typedef struct info {
     sc_length_unit unit; /* lengths are printed in this unit */
     sc_drawn_grid drawn; /* how its voxels were drawn */
     char axes[4];        /* patient direction of each voxel axis, e.g. "LPS"; "?" if unknown */
+    int phases;          /* volumes in the file */
+    int phase;           /* which of them this is, from 0 */
+    double step_s;       /* from one phase to the next; 0: not known */
 } info;
 
 /* @return the patient direction that is nearest to @p d: R, L, A, P, S or I. */
@@ -79,9 +82,11 @@ static sc_status print_json(const sc_ctx *ctx, const info *in)
     for (int id = 0; id < v->label_count; id++)
         failed |= json_array_append_new(labels, label_json(in, id)) != 0;
     json = json_pack(
-        "{s:s, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, s:o, s:o}",
-        "schema", "segcast-info-1", "size", v->size[0], v->size[1], v->size[2], "spacing_mm",
-        in->spacing_mm[0], in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
+        "{s:s, s:i, s:i, s:f, s:[i,i,i], s:[f,f,f], s:[f,f,f], s:[i,i,i], s:f, s:s, s:b, s:o, s:I, "
+        "s:o, s:o}",
+        "schema", "segcast-info-1", "phases", in->phases, "phase", in->phase, "phase_step_s",
+        in->step_s, "size", v->size[0], v->size[1], v->size[2], "spacing_mm", in->spacing_mm[0],
+        in->spacing_mm[1], in->spacing_mm[2], "drawn_mm", in->drawn.drawn_mm[0],
         in->drawn.drawn_mm[1], in->drawn.drawn_mm[2], "moved_slices", in->drawn.moved[0],
         in->drawn.moved[1], in->drawn.moved[2], "border_noise", in->drawn.noise, "axes", in->axes,
         "oriented", v->oriented, "to_ras_mm", matrix, "boundary_voxels",
@@ -119,6 +124,17 @@ static void print_geometry(const info *in)
     }
 }
 
+/* Print how many volumes the file holds, if there are several. */
+static void print_phases(const info *in)
+{
+    if (in->phases == 1)
+        return;
+    printf("phases    %d", in->phases);
+    if (in->step_s > 0)
+        printf(", %.4g s apart: %.4g beats a minute", in->step_s, 60 / (in->step_s * in->phases));
+    printf("; this is phase %d (--set volume.phase=N: another)\n", in->phase);
+}
+
 /* Print geometry and a table of labels for people to standard output. */
 static void print_text(const info *in)
 {
@@ -128,6 +144,7 @@ static void print_text(const info *in)
     const double area_mm2 = in_mm ? 100 : in->unit.mm * in->unit.mm;
 
     print_geometry(in);
+    print_phases(in);
     if (sc_is_resampled(&in->drawn)) {
         char text[320];
 
@@ -158,16 +175,30 @@ static void print_text(const info *in)
     sc_label_report_print(in->report, stdout);
 }
 
+/* Of a file of several phases describe the first, unless another is asked for. */
+static sc_status choose_phase(sc_app *app, info *in)
+{
+    sc_status status;
+
+    in->phases = 1;
+    SC_TRY(sc_volume_phases(app->ctx, app->options.input, &in->phases, &in->step_s));
+    if (in->phases > 1)
+        status = sc_options_default(app->ctx, &app->options, "volume.phase", "0");
+out:
+    return status;
+}
+
 sc_status sc_cmd_info(sc_app *app)
 {
     sc_session session = {0};
     sc_label_source source = {0};
     sc_label_report report = {0};
-    info in;
+    info in, file = {0};
     sc_volume view;
     sc_status status;
 
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+    SC_TRY(choose_phase(app, &file));
     SC_TRY(sc_session_job(app, NULL, &session));
     session.measure = true;
     app->label_source = &source;
@@ -176,6 +207,9 @@ sc_status sc_cmd_info(sc_app *app)
     SC_TRY(sc_label_report_make(app->ctx, &source, &session.volume, true, &report));
     in = gather(&session.volume, session.tissues);
     in.report = &report;
+    in.phases = file.phases;
+    in.step_s = file.step_s;
+    in.phase = session.job.volume_phase ? session.job.volume_phase - 1 : 0;
     view = sc_volume_of_prepared(&session.volume);
     sc_stage_begin(app->ctx, "measuring the grid", 0, 0);
     SC_TRY(sc_find_drawn_grid(app->ctx, &view, app->threads, &in.drawn));

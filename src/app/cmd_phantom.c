@@ -7,6 +7,10 @@
 #include <string.h>
 
 #define ENDING ".nrrd"
+/* With this one, all phases of a beat are in one file. */
+#define SERIES_ENDING ".seq.nrrd"
+/* How long the beat takes whose phases are in one file. */
+#define BEAT_S 1.0
 
 /* Write the name of the file of phase @p phase of @p count to @p text: see sc_phase_path. With a
  * count of 0 it is @p path itself. */
@@ -84,10 +88,55 @@ out:
     return status;
 }
 
+/* What the phases of a beat are made from. */
+typedef struct beat {
+    const sc_app *app;
+    const int *size;
+    int count;
+} beat;
+
+/* Make the heart at a phase; sc_volume_series.make of a beat. */
+static sc_status make_phase(void *user, int phase, sc_volume *out)
+{
+    const beat *b = user;
+    sc_phantom *phantom = NULL;
+    sc_status status;
+
+    SC_TRY(sc_phantom_new_beating(b->app->ctx, (double)phase / b->count, &phantom));
+    status = sc_phantom_volume(b->app->ctx, phantom, b->size, b->app->threads, out);
+out:
+    sc_phantom_free(phantom);
+    return status;
+}
+
+/* Write all phases of a beat to one file. */
+static sc_status write_series(sc_app *app, const char *path, const int size[3], int count)
+{
+    beat b = {app, size, count};
+    const sc_volume_series series = {count, BEAT_S / count, make_phase, &b};
+    sc_status status;
+
+    if (app->options.ct)
+        return sc_fail(app->ctx, SC_ERR_USAGE,
+                       "--ct: an image holds one volume, expected another name than %s, such as "
+                       "ct" ENDING " for a file for each phase",
+                       path);
+    SC_TRY(sc_volume_save_series_nrrd(app->ctx, &series, path, app->options.overwrite));
+    sc_display_end_stage(app);
+    sc_print_made(path);
+    sc_info(app->ctx,
+            "it holds the phases of a beat: a job with volume: %s and cine: {} films them", path);
+out:
+    return status;
+}
+
 sc_status sc_cmd_phantom(sc_app *app)
 {
     const char *path = app->options.output ? app->options.output : "phantom" ENDING;
-    const int count = app->options.beating;
+    const size_t length = strlen(path), ending = strlen(SERIES_ENDING);
+    const bool in_one = app->options.beating > 1 && length > ending &&
+                        !strcmp(path + length - ending, SERIES_ENDING);
+    const int phases = app->options.beating, count = in_one ? 0 : phases;
     int size[3] = {SC_PHANTOM_WIDTH, SC_PHANTOM_DEPTH, SC_PHANTOM_HEIGHT}, used = 0;
     sc_status status;
 
@@ -104,6 +153,8 @@ sc_status sc_cmd_phantom(sc_app *app)
     }
     if (size[0] > 0 && size[1] > 0 && size[2] > 0)
         SC_TRY(sc_volume_memory_check(app->ctx, "--size", size, 0));
+    if (in_one)
+        return write_series(app, path, size, phases);
     for (int phase = 0; phase == 0 || phase < count; phase++)
         SC_TRY(write_phase(app, path, size, phase, count));
     if (count > 1)

@@ -93,8 +93,10 @@ static sc_status prepare_phases(sc_app *app, sc_session *session, const char *pa
     const int count = (int)session->job.phase_count;
     float *opacity = NULL;
     sc_text name = {0};
-    sc_status status = SC_OK;
+    sc_app own;
+    sc_status status;
 
+    SC_TRY(sc_begin_phase_store(app, session, &own));
     for (int pass = 0; pass < 2; pass++) { /* all are checked before the first is made */
         for (int i = 0; i < count; i++) {
             sc_session phase;
@@ -104,14 +106,15 @@ static sc_status prepare_phases(sc_app *app, sc_session *session, const char *pa
             sc_session_begin_phase(session, i, &phase);
             phase.is_later_phase = false; /* each file has colours, so that it can be used alone */
             if (pass)
-                SC_TRY(prepare_file(app, &phase, name.data, &opacity));
+                SC_TRY(prepare_file(&own, &phase, name.data, &opacity));
             else
-                SC_TRY(check_input(app, session, session->job.phases[i].path, name.data));
+                SC_TRY(check_input(&own, session, session->job.phases[i].path, name.data));
             session->drawn = phase.drawn;
             session->drawn_known = phase.drawn_known;
         }
     }
 out:
+    sc_phase_store_free(own.phase_store);
     sc_text_clear(&name);
     sc_free(opacity);
     return status;
@@ -125,8 +128,10 @@ sc_status sc_cmd_prepare(sc_app *app)
     float *opacity = NULL;
     sc_status status;
 
-    if (!job)
+    if (!job) {
         SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
+        SC_TRY(sc_expect_series(app));
+    }
     SC_TRY(sc_check_ending(app->ctx, path, ENDING, "a prepared volume"));
     SC_TRY(sc_session_job(app, job, &session));
     if (session.job.phase_count) {

@@ -41,7 +41,7 @@ static sc_status read_table(const sc_app *app, const sc_job *job, sc_label_table
 
     if (!sc_input_is_volume(path))
         return sc_label_table_read(app->ctx, path, (sc_table_format)job->labels_format, out);
-    SC_TRY(sc_volume_read_header(app->ctx, path, &scan));
+    SC_TRY(sc_volume_read_header_by(app->ctx, path, &(sc_read_choice){.phase = 1}, &scan));
     for (int id = 1; id < scan.volume.label_count; id++)
         SC_TRY(sc_label_table_add(app->ctx, out, &scan.volume.labels[id]));
     if (out->count == 0)

@@ -46,7 +46,7 @@ static const sc_option option_rows[] = {
      ""},
     {"beating", 0, "N",
      "write N phases of its beat: files with -00, -01 ... before their ending, from the end of "
-     "diastole on",
+     "diastole on; to a name that ends in .seq.nrrd all in one file (4-D)",
      "phantom", sc_store_count, AT(beating), ""},
     {"ct", 0, NULL, "write its synthetic CT image instead of the labels", "phantom", sc_store_flag,
      AT(ct), ""},

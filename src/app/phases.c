@@ -15,10 +15,19 @@ struct sc_phases {
 sc_status sc_expect_series(sc_app *app)
 {
     const char *input = app->options.input;
+    int count = 1;
+    double step_s;
+    sc_status status;
 
-    return strpbrk(input, "*?") && access(input, F_OK) != 0
-               ? sc_options_default(app->ctx, &app->options, "cine.bpm", "60")
-               : SC_OK;
+    if (strpbrk(input, "*?") && access(input, F_OK) != 0)
+        return sc_options_default(app->ctx, &app->options, "cine.bpm", "60");
+    if (sc_comm_rank(app->comm) > 0) /* the job is read by rank 0 */
+        return SC_OK;
+    SC_TRY(sc_volume_phases(app->ctx, input, &count, &step_s));
+    if (count > 1)
+        status = sc_options_default(app->ctx, &app->options, "cine.loop", "true");
+out:
+    return status;
 }
 
 int sc_session_phase_count(const sc_session *session)
@@ -62,6 +71,11 @@ uint64_t sc_phases_hash(const sc_session *session)
 
 /* ---- loading ---- */
 
+/* How messages call a phase. */
+typedef struct phase_name {
+    char text[SC_PATH_BYTES + 32];
+} phase_name;
+
 void sc_session_begin_phase(const sc_session *session, int phase, sc_session *out)
 {
     *out = (sc_session){.measure = session->measure,
@@ -71,6 +85,7 @@ void sc_session_begin_phase(const sc_session *session, int phase, sc_session *ou
                         .is_later_phase = phase > 0,
                         .times = {.threads = session->times.threads}};
     memcpy(out->job.volume, session->job.phases[phase].path, sizeof out->job.volume);
+    out->job.volume_phase = session->job.phases[phase].phase;
     out->job.has_cine = false;
     out->job.phases = NULL;
     out->job.phase_count = 0;
@@ -141,17 +156,31 @@ static bool is_same_place(const sc_prepared *a, const sc_prepared *b)
     return true;
 }
 
+/* Write how messages call a phase: its path and, of those in one file, its number. */
+static void name_phase(const sc_session *session, int phase, phase_name *out)
+{
+    const sc_volume_path *p = &session->job.phases[phase];
+
+    if (p->phase)
+        snprintf(out->text, sizeof out->text, "%s, phase %d", p->path, p->phase - 1);
+    else
+        snprintf(out->text, sizeof out->text, "%s", p->path);
+}
+
 /* Refuse a phase whose grid or labels are not those of the first. @param all labels of volumes
  * whose voxels were read, so that the lack of one is known. @return SC_ERR_DATA. */
-static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, const sc_session *phase,
-                             bool all)
+static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, int index, bool all)
 {
+    const sc_session *phase = &session->phases->all[index - 1];
     const sc_prepared *a = &session->volume, *b = &phase->volume;
     const char *where = session->job.cine.where, *colon = *where ? ": " : "";
     const sc_label *lost = all ? missing_label(a, b) : NULL;
     const sc_label *more = all && !lost ? missing_label(b, a) : NULL, *label = lost ? lost : more;
-    const char *first = session->job.volume, *path = phase->job.volume;
+    phase_name names[2];
+    const char *first = names[0].text, *path = names[1].text;
 
+    name_phase(session, 0, &names[0]);
+    name_phase(session, index, &names[1]);
     if (memcmp(a->size, b->size, sizeof a->size) != 0)
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s%s%s has %d x %d x %d voxels, but %s, the first phase, %d x %d x %d; "
@@ -217,7 +246,7 @@ static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_se
         sc_session_begin_phase(session, i + 1, phase);
         SC_TRY(load(&quieter, header_only, phase));
         SC_TRY(sc_comm_agree(app->comm,
-                             first ? check_phase(app->ctx, session, phase, !header_only) : SC_OK));
+                             first ? check_phase(app->ctx, session, i + 1, !header_only) : SC_OK));
         add_times(session, phase);
         session->shared_bytes += phase->shared_bytes;
     }
@@ -309,14 +338,20 @@ static void tell_phases(const sc_app *app, const sc_session *session)
     const char *first = strrchr(job->phases[0].path, '/');
     const char *last = strrchr(job->phases[count - 1].path, '/');
 
-    if (sc_comm_rank(app->comm) == 0)
+    if (sc_comm_rank(app->comm) > 0)
+        return;
+    if (job->phases[0].phase)
+        sc_info(app->ctx, "%d phases of %s, from %d to %d; %g beats a minute", count,
+                first ? first + 1 : job->phases[0].path, job->phases[0].phase - 1,
+                job->phases[count - 1].phase - 1, job->cine.cine.bpm);
+    else
         sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count,
                 first ? first + 1 : job->phases[0].path,
                 last ? last + 1 : job->phases[count - 1].path, job->cine.cine.bpm);
 }
 
 /* Load all phases by @p load. */
-static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_session *session)
+static sc_status load_series(sc_app *app, load_fn *load, bool header_only, sc_session *session)
 {
     bool for_files;
     sc_status status;
@@ -333,6 +368,27 @@ static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_sessi
     if (for_files)
         status = tell_files(app, session);
 out:
+    return status;
+}
+
+sc_status sc_begin_phase_store(sc_app *app, const sc_session *session, sc_app *out)
+{
+    *out = *app;
+    out->phase_store = NULL;
+    if (!session->job.phase_count || !session->job.phases[0].phase || sc_comm_rank(app->comm) > 0)
+        return SC_OK;
+    return sc_phase_store_new(app->ctx, sc_temporary_folder(), &out->phase_store);
+}
+
+/* The same, with a store for phases that one file holds. */
+static sc_status load_all(sc_app *app, load_fn *load, bool header_only, sc_session *session)
+{
+    sc_app own;
+    sc_status status = sc_comm_agree(app->comm, sc_begin_phase_store(app, session, &own));
+
+    if (status == SC_OK)
+        status = load_series(&own, load, header_only, session);
+    sc_phase_store_free(own.phase_store);
     return status;
 }
 

@@ -454,7 +454,7 @@ sc_status sc_job_check(const sc_ctx *ctx, const sc_job_sources *sources, const s
         inputs = sc_resolve_volume(ctx, sources, sc_key_node(root, volume_key(root)),
                                    volume_key(root), job);
     if (inputs == SC_OK)
-        (void)sc_goes_on(&status, sc_cine_check(ctx, root, job));
+        (void)sc_goes_on(&status, sc_cine_check(ctx, sources, root, job));
     if (sc_goes_on(&status, inputs))
         (void)sc_goes_on(&inputs,
                          resolve_key(ctx, sources, root, "labels", SC_PATH_INPUT, job->labels));

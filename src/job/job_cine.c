@@ -2,6 +2,7 @@
 /* A series of volumes that is shown as the phases of a beat. */
 #include "key.h"
 #include "segcast/job.h"
+#include "segcast/volume.h"
 
 #include <string.h>
 
@@ -48,7 +49,9 @@ static const sc_value_type type_loop = {
 
 const sc_key sc_cine_keys[] = {
     {"bpm", &sc_type_real, offsetof(sc_cine_options, cine.bpm), "60",
-     .help = "beats per minute; in one, all phases are shown", .low = 0.1, .high = 1000},
+     .help = "beats per minute; in one, all phases are shown. Of a file that says how long its "
+             "phases take (4-D), that is the default, if it makes 20 to 300 beats per minute",
+     .low = 0.1, .high = 1000},
     {"loop", &type_loop, offsetof(sc_cine_options, cine.beats), "true",
      .help = "true: beat follows beat; false, or a number: after one, or so many, the last phase "
              "stays",
@@ -58,8 +61,8 @@ const sc_key sc_cine_keys[] = {
      .bytes = sizeof(((sc_cine_options *)0)->phases), .without = "all"},
     {0}};
 
-/* Leave only those phases that cine.phases names, in its order. What it names is then forgotten:
- * the job as resolved lists the files. */
+/* Leave only those phases that cine.phases names, in its order. What it names is then forgotten,
+ * as the job as resolved lists the files, but not of phases that are in one file. */
 static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
 {
     const sc_ctx silent = {.rank = ctx->rank, .alloc_budget = ctx->alloc_budget};
@@ -75,7 +78,7 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
     if (status == SC_ERR_USAGE)
         return sc_yaml_fail(ctx, sc_yaml_member(sc_yaml_member(root, "cine"), "phases"),
                             "phases is \"%s\", expected numbers from 0 to %zu, such as 0-%zu, each "
-                            "once: there are %zu volumes",
+                            "once: there are %zu phases",
                             job->cine.phases, job->phase_count - 1, job->phase_count - 1,
                             job->phase_count);
     if (status != SC_OK)
@@ -87,16 +90,67 @@ static sc_status select_phases(const sc_ctx *ctx, const sc_yaml *root, sc_job *j
     sc_free(all);
     job->phase_count = (size_t)count;
     strcpy(job->volume, job->phases[0].path);
-    job->cine.phases[0] = '\0';
+    if (!job->phases[0].phase)
+        job->cine.phases[0] = '\0';
 out:
     sc_free(chosen);
     return status;
 }
 
-sc_status sc_cine_check(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
+/* The beats per minute that are believed of a file: headers often hold a step of 1 s, or that of
+ * the pictures of the scanner. */
+#define BELIEVED_LEAST_BPM 20.0
+#define BELIEVED_MOST_BPM 300.0
+
+/* Let phases of a file follow each other in its own time, unless the job says how. */
+static void choose_bpm(const sc_ctx *ctx, const sc_yaml *cine, double step_s, sc_job *job)
+{
+    const double bpm = step_s > 0 ? 60 / (step_s * (double)job->phase_count) : 0;
+
+    if (bpm <= 0 || sc_yaml_member(cine, "bpm"))
+        return;
+    if (bpm >= BELIEVED_LEAST_BPM && bpm <= BELIEVED_MOST_BPM) {
+        job->cine.cine.bpm = bpm;
+        sc_info(ctx, "%s: its phases are %.4g s apart: %.4g beats a minute (cine.bpm)", job->volume,
+                step_s, bpm);
+    } else {
+        sc_info(ctx,
+                "%s: its phases are said to be %.4g s apart, which makes %.4g beats a minute; "
+                "taken as %g (cine.bpm)",
+                job->volume, step_s, bpm, job->cine.cine.bpm);
+    }
+}
+
+/* Make a phase of the job of each volume that its only file holds. *step_s receives the time
+ * between them. */
+static sc_status find_phases(const sc_ctx *ctx, const sc_yaml *volume, sc_job *job, double *step_s)
+{
+    int count = 1;
+    sc_status status;
+
+    SC_TRY(sc_volume_phases(ctx, job->volume, &count, step_s));
+    if (count == 1)
+        return SC_OK;
+    if (job->has_phase)
+        return sc_yaml_fail(ctx, volume,
+                            "volume: phase chooses one of the %d phases of the file, and cine "
+                            "shows all; expected one of the two, or cine.phases",
+                            count);
+    SC_TRY(sc_series_alloc(ctx, volume, (size_t)count, job));
+    for (int i = 0; i < count; i++) {
+        strcpy(job->phases[i].path, job->volume);
+        job->phases[i].phase = i + 1;
+    }
+out:
+    return status;
+}
+
+sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const sc_yaml *root,
+                        sc_job *job)
 {
     const sc_yaml *cine = sc_yaml_member(root, "cine"), *volume = sc_yaml_member(root, "volume");
-    sc_status status;
+    double step_s = 0;
+    sc_status status = SC_OK;
 
     if (!job->volume[0])
         return SC_OK; /* which has been told */
@@ -105,15 +159,20 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_yaml *root, sc_job *job)
                             "volume is a series of %zu files; expected cine, such as cine: {bpm: "
                             "60}, which shows them as the phases of a beat, or one of the files",
                             job->phase_count);
+    if (!job->phase_count && cine && sources->check_inputs && !sc_job_is_phantom(job->volume))
+        SC_TRY(find_phases(ctx, volume, job, &step_s));
     if (!job->phase_count && cine)
         return sc_yaml_fail(ctx, cine,
-                            "cine: volume is one file; expected a series of phases, such as "
-                            "volume: heart_*.nrrd, or a list of files");
+                            "cine: volume is one file, which holds one volume; expected a series "
+                            "of phases, such as volume: heart_*.nrrd, a list of files, or a file "
+                            "that holds several (4-D)");
     if (!job->has_cine) /* which may have a mistake of its own */
         return SC_OK;
     SC_TRY(select_phases(ctx, root, job));
     if (job->phase_count < 2)
         return sc_yaml_fail(ctx, cine, "cine: there is one phase, expected 2 or more");
+    choose_bpm(ctx, cine, step_s, job);
+    job->volume_phase = job->phases[0].phase;
     if (job->crop.kind == SC_CROP_VISIBLE)
         return sc_yaml_fail(ctx, volume,
                             "crop: what is visible is another part of each phase; expected a box, "

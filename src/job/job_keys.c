@@ -335,10 +335,11 @@ const sc_key sc_job_keys[] = {
      .low = 1, .high = 4096, .unit = "voxels", .given = SC_GIVEN(sc_job, has_volume_size),
      .without = "the voxels of the file", .of_film = true},
     {"cine", &sc_type_flow_map, offsetof(sc_job, cine), NULL,
-     .help = "the volume is a series of files, a list or a pattern such as heart_*.nrrd: phases of "
-             "a beat, which follow each other in the film",
+     .help = "the volume is a series, a list of files, a pattern such as heart_*.nrrd, or a file "
+             "that holds several volumes (4-D): phases of a beat, which follow each other in the "
+             "film",
      .keys = sc_cine_keys, .given = SC_GIVEN(sc_job, has_cine), .of_film = true,
-     .without = "the volume is one file"},
+     .without = "the volume is one"},
     {"color_by", &sc_type_flow_map, offsetof(sc_job, color_by), NULL,
      .help = "colours of the tissues by values of a table, or by what is measured; colours under "
              "tissues go before",

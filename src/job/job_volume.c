@@ -346,6 +346,38 @@ static const sc_value_type type_level = {
     .schema = level_schema,
 };
 
+/* Read which phase of a file is meant, counted from 0. */
+static sc_status read_phase(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    double phase;
+    sc_status status;
+
+    SC_TRY(sc_read_real(ctx, node, key->low, key->high, &phase));
+    if (phase != floor(phase))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    job->volume_phase = (int)phase + 1;
+    sc_note_where(node, job->volume_box_where, sizeof job->volume_box_where);
+out:
+    return status;
+}
+
+static sc_status write_phase(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    (void)key;
+    (void)indent;
+    return sc_text_add(ctx, text, "%d", ((const sc_job *)value)->volume_phase - 1);
+}
+
+static const sc_value_type type_phase = {
+    .name = "whole number",
+    .expected = "a whole number, 0 for the first phase",
+    .read = read_phase,
+    .write = write_phase,
+    .schema = level_schema,
+};
+
 /* Read two voxels along each axis. */
 static sc_status read_box(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
@@ -526,7 +558,7 @@ static sc_status write_path(const sc_ctx *ctx, const sc_key *key, const void *va
     const sc_job *job = value;
     sc_status status;
 
-    if (!job->phase_count)
+    if (!job->phase_count || job->phases[0].phase) /* one file */
         return sc_type_text.write(ctx, key, job->volume, indent, text);
     SC_TRY(sc_text_add(ctx, text, "["));
     for (size_t i = 0; i < job->phase_count; i++) {
@@ -558,13 +590,19 @@ const sc_key sc_volume_keys[] = {
      .help =
          "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, or prepared), a Zarr store, a "
          "volume of Neuroglancer, a directory of "
-         "masks, phantom, or for example phantom:128x96x128; for cine a list of them, or a pattern "
-         "such as heart_*.nrrd",
+         "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
+         "such as heart_*.nrrd, or a file with all phases (4-D)",
      .bytes = SC_PATH_BYTES, .required = true},
     {"level", &type_level, 0, NULL,
      .help =
          "of an image of OME-Zarr or Neuroglancer: which of its resolutions is read, 0 the finest",
      .low = 0, .high = 63, .given = SC_GIVEN(sc_job, has_level), .without = "the finest"},
+    {"phase", &type_phase, 0, NULL,
+     .help =
+         "of a file that holds several volumes, one for each time (4-D NIfTI or NRRD, a Zarr "
+         "store with an axis t): which is read, counted from 0; with cine all are shown instead",
+     .low = 0, .high = 2147483646, .given = SC_GIVEN(sc_job, has_phase),
+     .without = "the file holds one"},
     {"box", &type_box, 0, NULL,
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
@@ -615,7 +653,7 @@ static sc_status write_volume(const sc_ctx *ctx, const sc_key *key, const void *
     const sc_job *job = value;
 
     if (!job->volume_tissue_count && job->crop.kind == SC_CROP_NONE && !job->has_level &&
-        !job->has_resample && !job->has_box && !job->has_box_mm)
+        !job->has_phase && !job->has_resample && !job->has_box && !job->has_box_mm)
         return write_path(ctx, &key->keys[0], job, indent, text);
     return sc_keys_write_flow(ctx, key->keys, value, text);
 }
@@ -627,8 +665,8 @@ static json_t *volume_schema(const sc_key *key)
 
 const sc_value_type sc_type_volume = {
     .name = "text, list or map",
-    .expected = "the path of a volume, a list of paths, or a map with path, level, box, merge, "
-                "keep, crop and resample",
+    .expected = "the path of a volume, a list of paths, or a map with path, level, phase, box, "
+                "merge, keep, crop and resample",
     .read = read_volume,
     .write = write_volume,
     .schema = volume_schema,

@@ -205,8 +205,10 @@ sc_status sc_series_find(const sc_ctx *ctx, const sc_yaml *node, const char *key
 /* ---- job_cine.c ---- */
 
 /* Check that a series of volumes has its key cine, and the other way round, and leave those phases
- * that cine chooses. To be called when paths are resolved. @return the mistake, logged. */
-sc_status sc_cine_check(const sc_ctx *ctx, const sc_yaml *root, struct sc_job *job);
+ * that cine chooses. With cine, a file is opened in order to see whether it holds several, if
+ * inputs are to be looked at. To be called when paths are resolved. @return the mistake, logged. */
+sc_status sc_cine_check(const sc_ctx *ctx, const struct sc_job_sources *sources,
+                        const sc_yaml *root, struct sc_job *job);
 
 /* ---- job_overlays.c ---- */
 

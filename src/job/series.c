@@ -116,7 +116,7 @@ sc_status sc_series_alloc(const sc_ctx *ctx, const sc_yaml *node, size_t count, 
     sc_status status;
 
     if (count == 0 || count > SC_PHASES_MAX)
-        return sc_yaml_fail(ctx, node, "volume has %zu files, expected 1 to %d", count,
+        return sc_yaml_fail(ctx, node, "volume has %zu phases, expected 1 to %d", count,
                             SC_PHASES_MAX);
     SC_TRY(sc_zalloc(ctx, count, sizeof *job->phases, &block));
     sc_free(job->phases);

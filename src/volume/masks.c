@@ -164,6 +164,8 @@ sc_status sc_open_masks(const sc_ctx *ctx, const char *path, sc_source *out)
     SC_TRY(name_masks(ctx, path, &source));
     for (size_t i = 0; i < source.mask_count; i++) {
         SC_TRY(sc_open_file(i ? &errors : ctx, source.masks[i].file, true, &mask));
+        SC_TRY(
+            sc_source_choose_phase(ctx, source.masks[i].file, &(sc_read_choice){0}, true, &mask));
         if (i == 0) {
             memcpy(source.size, mask.size, sizeof source.size);
             source.to_ras_mm = mask.to_ras_mm;

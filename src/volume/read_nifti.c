@@ -136,9 +136,11 @@ static sc_status check_type(const sc_ctx *ctx, const char *path, const fields *f
                    f->datatype, nifti_datatype_string(f->datatype));
 }
 
-/* Fill size[3], with 1 for axes that the file does not have. @return SC_ERR_DATA if a number of
- * dimensions or samples or a voxel size cannot be used, or if the file is a series. */
-static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f, int64_t size[3])
+/* Fill size[3], with 1 for axes that the file does not have, and the phases of a file with several
+ * times, the fourth dimension. @return SC_ERR_DATA if a number of dimensions or samples or a voxel
+ * size cannot be used, or if a voxel has several values. */
+static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f, int64_t size[3],
+                            int *phases)
 {
     if (f->dim[0] < 1 || f->dim[0] > 7)
         return sc_fail(ctx, SC_ERR_DATA, "%s: dim[0] is %lld, expected 1 to 7", path,
@@ -147,14 +149,14 @@ static sc_status check_dims(const sc_ctx *ctx, const char *path, const fields *f
         if (f->dim[i] < 1)
             return sc_fail(ctx, SC_ERR_DATA, "%s: dim[%d] is %lld, expected at least 1", path, i,
                            (long long)f->dim[i]);
-        if (i > 3 && f->dim[i] > 1)
+        if (i > (f->dim[i] > INT32_MAX ? 3 : 4) && f->dim[i] > 1)
             return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: dim[%d] is %lld: a series, expected one volume; extract one, for "
-                           "example with FSL's `fslroi IN OUT 0 1` or nibabel's "
-                           "nibabel.four_to_three(image)[0], or all of them for cine, with FSL's "
-                           "`fslsplit IN phase-`, as volume: phase-*.nii.gz",
+                           "%s: dim[%d] is %lld: several values for a voxel, expected one volume, "
+                           "or one for each time along dim[4]; extract one, for example with "
+                           "nibabel",
                            path, i, (long long)f->dim[i]);
     }
+    *phases = f->dim[0] > 3 ? (int)f->dim[4] : 1;
     for (int i = 0; i < 3; i++) {
         size[i] = i < f->dim[0] ? f->dim[i + 1] : 1;
         if (i < f->dim[0] && (!isfinite(f->pixdim[i + 1]) || f->pixdim[i + 1] == 0))
@@ -274,6 +276,17 @@ static void geometry(const sc_ctx *ctx, const char *path, const nifti_image *nim
         source->to_ras_mm.m[i / 4][i % 4] = mm * chosen->m[i / 4][i % 4];
 }
 
+/* @return the time from one phase to the next; 0: the header does not say. */
+static double step_s(const nifti_image *nim)
+{
+    const double unit_s = nim->time_units == NIFTI_UNITS_SEC    ? 1
+                          : nim->time_units == NIFTI_UNITS_MSEC ? 1e-3
+                          : nim->time_units == NIFTI_UNITS_USEC ? 1e-6
+                                                                : 0;
+
+    return nim->dt > 0 && isfinite(nim->dt) ? nim->dt * unit_s : 0;
+}
+
 /* Set slope and intercept of @p source; a slope of 0 or that is not finite means no scaling. */
 static void scaling(const nifti_image *nim, sc_source *source)
 {
@@ -295,7 +308,8 @@ static sc_status find_voxels(const sc_ctx *ctx, char *file, const fields *f, con
 
     source->file = file;
     SC_TRY(sc_grid_voxels(ctx, file, size, each, &voxels));
-    SC_TRY(sc_check_file_bytes(ctx, file, f->voxel_offset + (double)voxels * (double)each));
+    SC_TRY(sc_check_file_bytes(ctx, file,
+                               f->voxel_offset + (double)voxels * (double)each * source->phases));
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)size[i];
     source->encoding = SC_ENCODING_GZIP;
@@ -334,7 +348,7 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
     nifti_set_debug_level(0);
     SC_TRY(parse_header(ctx, path, &f));
     SC_TRY(check_magic(ctx, path, &f, &pair));
-    SC_TRY(check_dims(ctx, path, &f, size));
+    SC_TRY(check_dims(ctx, path, &f, size, &source.phases));
     SC_TRY(check_type(ctx, path, &f, &source.type));
     SC_TRY(check_offset(ctx, path, &f, pair));
     SC_TRY(voxel_file(ctx, path, pair, &file));
@@ -345,6 +359,7 @@ sc_status sc_open_nifti(const sc_ctx *ctx, const char *path, bool header_only, s
         goto out;
     }
     source.swapped = nim->byteorder != nifti_short_order() && sc_voxel_type_bytes(source.type) > 1;
+    source.phase_step_s = step_s(nim);
     geometry(ctx, path, nim, &source);
     scaling(nim, &source);
     SC_TRY(sc_nifti_labels(ctx, path, f.version == 1 ? HEADER1_BYTES : HEADER2_BYTES,

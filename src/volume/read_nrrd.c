@@ -60,17 +60,45 @@ static sc_status voxel_type(const sc_ctx *ctx, const char *path, int type, sc_vo
                    airEnumStr(nrrdType, type));
 }
 
+/* @return the time from one sample of an axis to the next, if it is given in a unit of time; else
+ * 0. */
+static double axis_step_s(const NrrdAxisInfo *axis)
+{
+    static const struct {
+        const char *name;
+        double s;
+    } units[] = {{"s", 1},     {"sec", 1},     {"second", 1},         {"seconds", 1},
+                 {"ms", 1e-3}, {"msec", 1e-3}, {"milliseconds", 1e-3}};
+
+    for (size_t i = 0; axis->units && i < SC_COUNT_OF(units); i++) {
+        if (!strcmp(axis->units, units[i].name) && AIR_EXISTS(axis->spacing) && axis->spacing > 0)
+            return axis->spacing * units[i].s;
+    }
+    return 0;
+}
+
+/* Can an axis beside the three in space be that of the phases: the slowest of four or, where their
+ * values stand side by side, the fastest, and of a kind that can stand for times? */
+static bool is_phase_axis(const Nrrd *nrrd, unsigned i)
+{
+    const int kind = nrrd->axis[i].kind;
+
+    return nrrd->dim == 4 && (i == 0 || i == 3) && nrrd->axis[i].size <= INT32_MAX &&
+           (kind == nrrdKindTime || kind == nrrdKindList || kind == nrrdKindUnknown ||
+            kind == nrrdKindDomain);
+}
+
 /* Write to axes[3] the indices of the spatial axes, the fastest first: the first three whose
  * kind is domain, space, or not given. Further axes are left out if they have one sample. The
- * fastest may have the layers of @p segments segments, if there are any; *layers is their number,
- * or
- * 1. @return SC_ERR_DATA if other axes have more, or if fewer than three axes are found. */
+ * fastest may have the layers of @p segments segments, if there are any; layers of @p source is
+ * their number, or 1. The fastest or slowest may have the phases of a series, which @p source gets,
+ * too. @return SC_ERR_DATA if other axes have more, or if fewer than three axes are found. */
 static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
-                              size_t segments, int axes[3], int *layers)
+                              size_t segments, int axes[3], sc_source *source)
 {
     int found = 0;
 
-    *layers = 1;
+    source->layers = source->phases = 1;
 
     for (unsigned i = 0; i < nrrd->dim; i++) {
         const NrrdAxisInfo *axis = &nrrd->axis[i];
@@ -79,16 +107,19 @@ static sc_status spatial_axes(const sc_ctx *ctx, const char *path, const Nrrd *n
 
         if (spatial && found < 3)
             axes[found++] = (int)i;
-        else if (i == 0 && segments && axis->size <= SC_LAYERS_MAX)
-            *layers = (int)axis->size;
-        else if (axis->size != 1)
+        else if (i == 0 && segments && axis->kind == nrrdKindList && axis->size <= SC_LAYERS_MAX)
+            source->layers = (int)axis->size;
+        else if (axis->size != 1 && is_phase_axis(nrrd, i)) {
+            source->phases = (int)axis->size;
+            source->side_by_side = i == 0;
+            source->phase_step_s = axis_step_s(axis);
+        } else if (axis->size != 1)
             return sc_fail(ctx, SC_ERR_DATA,
-                           "%s: axis %u (%s) has %zu samples: a series, or layers without segments "
-                           "or more than "
-                           "4096, expected three spatial axes, or the layers of a .seg.nrrd as the "
-                           "fastest; in 3D Slicer's Segment Editor merge the segments "
-                           "(Export to new labelmap) and save that, or take one layer with Teem: "
-                           "`unu slice -a %u -p 0 -i IN -o OUT.nrrd`",
+                           "%s: axis %u (%s) has %zu samples, expected three spatial axes; with "
+                           "the phases of a series (time or list) as the slowest or the fastest, "
+                           "or up to 4096 layers of a .seg.nrrd as the fastest; with Teem, `unu "
+                           "axmerge` or `unu permute` bring axes to another place, and `unu slice "
+                           "-a %u -p 0 -i IN -o OUT.nrrd` takes one sample",
                            path, i, airEnumStr(nrrdKind, axis->kind), axis->size, i);
     }
     if (found != 3)
@@ -165,7 +196,7 @@ static sc_status geometry(const sc_ctx *ctx, const char *path, const Nrrd *nrrd,
     int directions = 0;
 
     source->oriented = space_signs(ctx, path, nrrd->space, signs);
-    for (int i = 0; i < 3 && nrrd->spaceDim == 3; i++)
+    for (int i = 0; i < 3 && nrrd->spaceDim >= 3; i++) /* a fourth one is the time */
         directions += AIR_EXISTS(nrrd->axis[axes[i]].spaceDirection[0]) != 0;
     if (directions == 0) {
         plain_geometry(nrrd, axes, source);
@@ -316,7 +347,7 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     if (nio->byteSkip < -1)
         return sc_fail(ctx, SC_ERR_DATA, "%s: byte skip is %ld, expected -1, 0 or more", path,
                        nio->byteSkip);
-    SC_TRY(spatial_axes(ctx, path, nrrd, header->segment_count, axes, &source->layers));
+    SC_TRY(spatial_axes(ctx, path, nrrd, header->segment_count, axes, source));
     for (int i = 0; i < 3; i++)
         size[i] =
             nrrd->axis[axes[i]].size > INT32_MAX ? INT64_MAX : (int64_t)nrrd->axis[axes[i]].size;
@@ -324,7 +355,7 @@ static sc_status check_sizes(const sc_ctx *ctx, const char *path, const sc_nrrd_
     SC_TRY(sc_grid_voxels(ctx, path, size, bytes_each, &voxels));
     for (int i = 0; i < 3; i++)
         source->size[i] = (int)size[i];
-    bytes = (double)voxels * (double)bytes_each;
+    bytes = (double)voxels * (double)bytes_each * source->phases;
     if (nio->encoding == nrrdEncodingGzip)
         limit *= SC_DEFLATE_RATIO_MAX;
     else if (nio->encoding == nrrdEncodingBzip2)
@@ -415,7 +446,7 @@ static sc_status find_voxels(const sc_ctx *ctx, const char *path, const sc_nrrd_
 {
     const bool gzip = nio->encoding == nrrdEncodingGzip;
     const uint64_t each = sc_voxel_type_bytes(source->type);
-    const uint64_t bytes = sc_source_voxels(source) * each;
+    const uint64_t bytes = sc_source_voxels(source) * (uint64_t)source->phases * each;
     sc_status status;
 
     SC_TRY(sc_path_join(ctx, "", header->attached ? path : header->first_file, &source->file));
@@ -554,6 +585,7 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
 {
     const char *file = header->attached ? path : header->first_file;
     const bool real = source->type == SC_VOXEL_FLOAT || source->type == SC_VOXEL_DOUBLE;
+    const size_t count = sc_source_voxels(source) * (size_t)source->phases;
     uint64_t offset = header->end_bytes;
     char *text = NULL;
     size_t bytes = 0;
@@ -570,10 +602,10 @@ static sc_status load_ascii(const sc_ctx *ctx, const char *path, const sc_nrrd_h
         SC_TRY(skip_lines(ctx, file, nio->lineSkip, &offset));
     offset += (uint64_t)nio->byteSkip;
     SC_TRY(sc_file_read(ctx, file, SIZE_MAX / 2, &text, &bytes));
-    SC_TRY(sc_alloc(ctx, sc_source_voxels(source), sizeof(int64_t), &source->data));
+    SC_TRY(sc_alloc(ctx, count, sizeof(int64_t), &source->data));
     source->release = sc_free;
-    SC_TRY(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, sc_source_voxels(source),
-                         source->type, real ? NULL : source->data, real ? source->data : NULL));
+    SC_TRY(parse_numbers(ctx, file, text, offset < bytes ? offset : bytes, count, source->type,
+                         real ? NULL : source->data, real ? source->data : NULL));
     source->type = real ? SC_VOXEL_DOUBLE : SC_VOXEL_INT64;
 out:
     sc_free(text);
@@ -590,7 +622,7 @@ static sc_status check_loaded(const sc_ctx *ctx, const char *path, const sc_nrrd
     const double file = ascii || header->attached ? 2 * (double)header->file_bytes : 0;
 
     return sc_volume_memory_check(ctx, path, source->size,
-                                  (double)sc_source_voxels(source) * each + file);
+                                  (double)sc_source_voxels(source) * source->phases * each + file);
 }
 
 sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out)

@@ -206,6 +206,7 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
     } else {
         SC_TRY(sc_open_file(ctx, path, header_only, &source));
     }
+    SC_TRY(sc_source_choose_phase(ctx, path, choice, header_only, &source));
     SC_TRY(sc_geometry_check(ctx, path, source.size, &source.to_ras_mm));
     if (!source.part[0])
         SC_TRY(sc_source_cut(ctx, path, choice, &source));
@@ -257,7 +258,7 @@ out:
 sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
     const sc_ctx quiet = sc_quiet(ctx);
-    const sc_read_choice whole = {0};
+    const sc_read_choice whole = {.phase = 1};
     sc_source source = {0};
     sc_status status = SC_OK;
     bool reads = sc_same_file(volume, path);

@@ -66,6 +66,13 @@ typedef struct sc_source {
     int first_slices;            /* how many instead the first time; 0: as many */
     sc_load_fn *load;            /* NULL: nothing overlaps, or masks or layers do */
     int layers;                  /* values of each voxel, side by side in the file; 0 and 1: one */
+    int phases;                  /* volumes in the file, of which this is one (4-D); 0 and 1: one */
+    bool side_by_side;   /* the values of all phases of a voxel follow each other; else one phase
+                            follows the other */
+    double phase_step_s; /* from one phase to the next; 0: the file does not say */
+    int phase;           /* that which is read, from 1; 0: all of them, or there is one */
+    const sc_phase_store *store; /* SC_ENCODING_PLAIN: the voxels are in its file; borrowed; NULL:
+                                    in file */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
@@ -93,6 +100,14 @@ const char *sc_read_where(const sc_read_choice *choice, const char *path);
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                         sc_source *source);
+/* Of a source of several phases, whose size is that of one: let it be of that which is chosen, and
+ * fill the store of the choice where that saves time. @return SC_ERR_DATA, logged, for a phase that
+ * the file has not, or if none is chosen; the errors of reading. */
+sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                                 bool header_only, sc_source *source);
+/* @return the descriptor of the file of a store that holds phases, one after the other; borrowed.
+ */
+int sc_phase_store_file(const sc_phase_store *store);
 /* @return the geometry of the voxels that are wanted. */
 sc_affine sc_source_part_to_ras(const sc_source *source);
 /* Number of voxels; size must be set. */
@@ -214,7 +229,9 @@ void sc_overlap_warn(const sc_ctx *ctx, const char *path, const char *what, sc_o
 typedef struct sc_voxel_stream sc_voxel_stream;
 enum {
     SC_STREAM_BLOCK = 16384, /* most voxels that one call of sc_stream_next delivers */
-    SC_LAYERS_MAX = 4096     /* most layers of segments; fewer than such voxels */
+    SC_LAYERS_MAX = 4096,    /* most layers of segments; fewer than such voxels */
+    SC_BATCH_BYTES = 8 << 20 /* most bytes that sc_stream_next_raw delivers of a file that is
+                                streamed; few enough to stay in a cache */
 };
 
 /* Begin at the first voxel. @p source was filled with header_only false. @p path: the volume as

@@ -18,7 +18,6 @@ enum {
     REST_BLOCKS =
         128, /* of sc_voxel_stream.raw: so much is unpacked behind the last voxel, 16 MiB */
     VOXEL_BYTES_MAX = 8,
-    BATCH_BYTES = 8 << 20, /* of what sc_stream_next_raw delivers; few enough to stay in a cache */
     BATCH_VOXELS = 8 << 20 /* the same of voxels that are in memory already */
 };
 
@@ -36,7 +35,8 @@ struct sc_voxel_stream {
     unsigned char *packed; /* [PACKED_BYTES], of SC_ENCODING_ZLIB */
     unsigned char *slab;   /* of SC_ENCODING_SLICES: the slices that were read last; owned */
     size_t slab_begin, slab_voxels; /* which voxels these are */
-    unsigned char *batch; /* [BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
+    unsigned char
+        *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
     unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];     /* one block, as stored */
     unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* the same in this byte order */
 };
@@ -79,7 +79,11 @@ static sc_status open_gzip(sc_voxel_stream *s)
 /* SC_ENCODING_PLAIN: sets s->plain. */
 static sc_status open_file(sc_voxel_stream *s)
 {
-    s->plain = fopen(s->source->file, "rb");
+    const int copy = s->source->store ? dup(sc_phase_store_file(s->source->store)) : -1;
+
+    s->plain = copy >= 0 ? fdopen(copy, "rb") : fopen(s->source->file, "rb");
+    if (!s->plain && copy >= 0)
+        close(copy);
     if (!s->plain)
         return sc_fail(s->ctx, sc_input_status(errno), "%s: %s", s->source->file, strerror(errno));
     (void)fseeko(s->plain, (off_t)s->source->offset_bytes,
@@ -257,6 +261,22 @@ static sc_status stream_status(const sc_voxel_stream *s)
     return ferror(s->plain) ? SC_ERR_WRITE : SC_OK;
 }
 
+/* Write to @p text where in a file of several phases it ends, after @p bytes bytes of the voxels
+ * that were asked for; "" for other files. */
+static void phase_note(const sc_source *source, size_t bytes, char *text, size_t text_bytes)
+{
+    const size_t all = sc_source_voxels(source) * sc_voxel_type_bytes(source->type);
+
+    text[0] = '\0';
+    if (source->phases <= 1)
+        return;
+    if (source->phase)
+        snprintf(text, text_bytes, " of phase %d", source->phase - 1);
+    else if (!source->side_by_side)
+        snprintf(text, text_bytes, ", in phase %zu of %d, counted from 0",
+                 bytes / (all / (size_t)source->phases), source->phases);
+}
+
 /* Read the next @p bytes bytes, unpacked, to @p to; for all encodings but SC_ENCODING_LOADED and
  * SC_ENCODING_SLICES. @return SC_ERR_DATA if there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if
  * unpacking or reading them failed. */
@@ -264,6 +284,7 @@ static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const char *reason = NULL;
+    char phases[64];
     size_t got = 0;
     int error = 0;
     sc_status status;
@@ -288,9 +309,10 @@ static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
                        status == SC_ERR_MEMORY ? "out of memory"
                        : reason                ? reason
                                                : "I/O error");
-    return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels, expected %zu%s%s",
-                   s->source->file, s->position * each + got, sc_source_voxels(s->source) * each,
-                   reason ? "; " : "", reason ? reason : "");
+    phase_note(s->source, s->position * each + got, phases, sizeof phases);
+    return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels%s, expected %zu%s%s",
+                   s->source->file, s->position * each + got, phases,
+                   sc_source_voxels(s->source) * each, reason ? "; " : "", reason ? reason : "");
 }
 
 /* Read on behind the last voxel of a zlib stream, so that zlib verifies the check sum if the stream
@@ -517,12 +539,12 @@ sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
 static sc_status next_batch(sc_voxel_stream *s, size_t left, const void **raw, size_t *count)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
-    const size_t most = BATCH_BYTES / each, voxels = left < most ? left : most;
+    const size_t most = SC_BATCH_BYTES / each, voxels = left < most ? left : most;
     void *block;
     sc_status status = SC_OK;
 
     if (!s->batch) {
-        status = sc_alloc(s->ctx, BATCH_BYTES, 1, &block);
+        status = sc_alloc(s->ctx, SC_BATCH_BYTES, 1, &block);
         if (status != SC_OK)
             return status;
         s->batch = block;

@@ -46,24 +46,28 @@ static sc_status add_name(const sc_ctx *ctx, int segment, const char *field, con
 }
 
 /* Append the header to @p text, without the blank line that ends it: voxels of @p type in this
- * machine's byte order, encoding gzip. The caller clears the text, also after an error. @return
- * SC_ERR_MEMORY. */
+ * machine's byte order, encoding gzip. @param series NULL: there is one volume. The caller clears
+ * the text, also after an error. @return SC_ERR_MEMORY. */
 static sc_status grid_text(const sc_ctx *ctx, const char *type, const int size[3],
-                           const sc_affine *m, sc_text *text)
+                           const sc_affine *m, const sc_volume_series *series, sc_text *text)
 {
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, text,
-                       "NRRD0005\ntype: %s\ndimension: 3\nspace: right-anterior-superior\n"
-                       "sizes: %d %d %d\n",
-                       type, size[0], size[1], size[2]));
+                       "NRRD0005\ntype: %s\ndimension: %d\nspace: right-anterior-superior\n"
+                       "sizes: %d %d %d",
+                       type, series ? 4 : 3, size[0], size[1], size[2]));
+    SC_TRY(series ? sc_text_add(ctx, text, " %d\nspacings: nan nan nan %.17g\n", series->count,
+                                series->step_s)
+                  : sc_text_add(ctx, text, "\n"));
     SC_TRY(sc_text_add(ctx, text, "space directions:"));
     for (int i = 0; i < 3; i++)
         SC_TRY(sc_text_add(ctx, text, " (%.17g,%.17g,%.17g)", m->m[0][i], m->m[1][i], m->m[2][i]));
     status = sc_text_add(ctx, text,
-                         "\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain\n"
+                         "%s\nspace origin: (%.17g,%.17g,%.17g)\nkinds: domain domain domain%s\n"
                          "endian: %s\nencoding: gzip\n",
-                         m->m[0][3], m->m[1][3], m->m[2][3],
+                         series ? " none" : "", m->m[0][3], m->m[1][3], m->m[2][3],
+                         series ? " time\nunits: \"\" \"\" \"\" \"s\"" : "",
                          __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? "big" : "little");
 out:
     return status;
@@ -71,11 +75,13 @@ out:
 
 /* Append the whole header of a label volume to @p text: type of type_for, and a segment for each
  * label but background. The caller clears the text, also after an error. @return SC_ERR_MEMORY. */
-static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume, sc_text *text)
+static sc_status header_text(const sc_ctx *ctx, const sc_volume *volume,
+                             const sc_volume_series *series, sc_text *text)
 {
     sc_status status;
 
-    SC_TRY(grid_text(ctx, types[type_for(volume)].name, volume->size, &volume->to_ras_mm, text));
+    SC_TRY(grid_text(ctx, types[type_for(volume)].name, volume->size, &volume->to_ras_mm, series,
+                     text));
     for (int i = 1; i < volume->label_count; i++) {
         const sc_label *label = &volume->labels[i];
 
@@ -120,7 +126,8 @@ static void values_of(const sc_volume *volume, size_t begin, size_t count, size_
 typedef struct content {
     const sc_volume *labels; /* NULL: grey */
     const sc_grey *grey;
-    size_t voxels, type; /* index into types; of grey values not read */
+    size_t voxels, type;            /* index into types; of grey values not read */
+    const sc_volume_series *series; /* labels is the first of its phases; NULL: there is one */
 } content;
 
 /* Write the grey values of @p count voxels from voxel @p begin on to out[count]. */
@@ -133,20 +140,15 @@ static void grey_values_of(const sc_grey *grey, size_t begin, size_t count, int1
     }
 }
 
-/* Append the voxels, gzip-compressed, to the file open as @p fd, which stands behind the header,
- * and close it. @return SC_ERR_WRITE. */
-static sc_status write_voxels(const sc_ctx *ctx, const content *from, const char *path, int fd)
+/* Append the voxels of one volume to @p file. @return whether that failed, with errno set. */
+static bool write_volume(const sc_ctx *ctx, const content *from, gzFile file)
 {
     enum { BLOCK = 1 << 14 };
     const size_t voxels = from->voxels;
     const unsigned each = from->labels ? types[from->type].bytes : sizeof(int16_t);
-    gzFile file = gzdopen(fd, "wb4");
     int64_t block[BLOCK]; /* room for the widest type */
-    bool failed = !file;
+    bool failed = false;
 
-    sc_stage_begin(ctx, "writing", 0, voxels);
-    if (!file && fd >= 0)
-        close(fd);
     for (size_t begin = 0; begin < voxels && !failed; begin += BLOCK) {
         const size_t count = voxels - begin < BLOCK ? voxels - begin : BLOCK;
         const unsigned bytes = (unsigned)count * each;
@@ -158,8 +160,53 @@ static sc_status write_voxels(const sc_ctx *ctx, const content *from, const char
         failed = gzwrite(file, block, bytes) != (int)bytes;
         sc_stage_add(ctx, count);
     }
+    return failed;
+}
+
+/* Append the phases of a series behind the first to @p file. *failed receives whether writing
+ * failed, with errno set. @return the errors of making them; SC_ERR_INTERNAL for labels that do not
+ * fit into the type of the first. */
+static sc_status write_later(const sc_ctx *ctx, const content *from, gzFile file, bool *failed)
+{
+    sc_status status = SC_OK;
+
+    for (int phase = 1; from->series && phase < from->series->count && !*failed; phase++) {
+        sc_volume volume = {0};
+        content next = *from;
+
+        status = from->series->make(from->series->user, phase, &volume);
+        if (status == SC_OK && type_for(&volume) > from->type)
+            status = sc_fail(ctx, SC_ERR_INTERNAL, "phase %d has larger labels", phase);
+        next.labels = &volume;
+        if (status == SC_OK)
+            *failed = write_volume(ctx, &next, file);
+        sc_volume_clear(&volume);
+        if (status != SC_OK)
+            return status;
+    }
+    return status;
+}
+
+/* Append the voxels, gzip-compressed, to the file open as @p fd, which stands behind the header,
+ * and close it. @return SC_ERR_WRITE; the errors of the series. */
+static sc_status write_voxels(const sc_ctx *ctx, const content *from, const char *path, int fd)
+{
+    gzFile file = gzdopen(fd, "wb4");
+    bool failed = !file;
+    sc_status status = SC_OK;
+
+    sc_stage_begin(ctx, "writing", 0,
+                   from->voxels * (size_t)(from->series ? from->series->count : 1));
+    if (!file && fd >= 0)
+        close(fd);
+    if (file)
+        failed = write_volume(ctx, from, file);
+    if (!failed)
+        status = write_later(ctx, from, file, &failed);
     if (file && gzclose_w(file) != Z_OK)
         failed = true;
+    if (status != SC_OK)
+        return status;
     return failed ? sc_fail(ctx, SC_ERR_WRITE, "%s: cannot be written: %s", path, sc_reason(errno))
                   : SC_OK;
 }
@@ -192,10 +239,29 @@ sc_status sc_volume_save_nrrd(const sc_ctx *ctx, const sc_volume *volume, const 
     sc_text text = {0};
     sc_status status;
 
-    SC_TRY(header_text(ctx, volume, &text));
+    SC_TRY(header_text(ctx, volume, NULL, &text));
     status = save(ctx, &text, &from, path, replace);
 out:
     sc_text_clear(&text);
+    return status;
+}
+
+sc_status sc_volume_save_series_nrrd(const sc_ctx *ctx, const sc_volume_series *series,
+                                     const char *path, bool replace)
+{
+    sc_volume first = {0};
+    content from = {.labels = &first, .series = series};
+    sc_text text = {0};
+    sc_status status;
+
+    SC_TRY(series->make(series->user, 0, &first));
+    from.voxels = sc_volume_voxels(&first);
+    from.type = type_for(&first);
+    SC_TRY(header_text(ctx, &first, series, &text));
+    status = save(ctx, &text, &from, path, replace);
+out:
+    sc_text_clear(&text);
+    sc_volume_clear(&first);
     return status;
 }
 
@@ -205,7 +271,7 @@ sc_status sc_grey_save_nrrd(const sc_ctx *ctx, const sc_grey *grey, const char *
     sc_text text = {0};
     sc_status status;
 
-    SC_TRY(grid_text(ctx, "int16", grey->size, &grey->to_ras_mm, &text));
+    SC_TRY(grid_text(ctx, "int16", grey->size, &grey->to_ras_mm, NULL, &text));
     SC_TRY(sc_text_add(ctx, &text, "\n"));
     status = save(ctx, &text, &from, path, replace);
 out:

@@ -86,3 +86,41 @@ grep -qx 'volume: "beat-\*.nrrd"' beat.yaml && "$SEGCAST" check beat.yaml -q | g
 "$SEGCAST" check there/job.yaml -q | grep -q 'phases: 4 volumes' || fail "init of a series in another directory"
 "$SEGCAST" orbit 'beat-*.nrrd' -o turn.mp4 -q --size 64x48 --frames 12 --fps 4 >/dev/null && "$VIDEO_PROBE" turn.mp4 | grep -q '^12 frames' || fail "orbit of a series"
 expect 64 'series of 4 files' "$SEGCAST" info 'beat-*.nrrd'
+
+# A file with all phases (4-D) is the same film as the series of files, and each of its phases the same picture
+"$SEGCAST" phantom --size 40x30x42 --beating 4 -o all.seq.nrrd -q | grep -qx all.seq.nrrd || fail "the name of the file of all phases"
+sed 's/beat-\*.nrrd/all.seq.nrrd/; s/bpm: 90//' job.yaml >all.yaml
+"$SEGCAST" render job.yaml -o files --set cine.bpm=60 -q >/dev/null
+"$SEGCAST" render all.yaml -o one >/dev/null 2>said.txt
+[ "$(hashes files)" = "$(hashes one)" ] || fail "phases of one file are another film than files"
+grep -q 'phases are 0.25 s apart: 60 beats a minute' said.txt || fail "the time of the file is not told: $(cat said.txt)"
+"$SEGCAST" render one/job.yaml -o again -q >/dev/null
+[ "$(job_hash one)" = "$(job_hash again)" ] && [ "$(hashes one)" = "$(hashes again)" ] || fail "the resolved job is another film"
+"$SEGCAST" render all.yaml -o some -q --set cine.phases=2,0 --set cine.bpm=60 >/dev/null
+"$SEGCAST" render some/job.yaml -o again2 -q >/dev/null
+"$SEGCAST" render job.yaml -o two -q --set cine.phases=2,0 --set cine.bpm=60 >/dev/null
+[ "$(hashes some)" = "$(hashes two)" ] && [ "$(hashes some)" = "$(hashes again2)" ] || fail "chosen phases of a file"
+TMPDIR=$PWD/nowhere "$SEGCAST" render all.yaml -o away >/dev/null 2>said.txt
+[ "$(hashes files)" = "$(hashes away)" ] && grep -q 'warning: .*all.seq.nrrd: its 4 phases cannot be unpacked to .*/nowhere' said.txt || fail "no room: $(cat said.txt)"
+grep -v '^cine' job.yaml | sed 's/beat-\*/beat-02/' >first.yaml
+grep -v '^cine' job.yaml | sed 's/beat-\*.nrrd/{path: all.seq.nrrd, phase: 2}/' >second.yaml
+"$SEGCAST" still first.yaml -o first.png -q --overwrite >/dev/null
+"$SEGCAST" still second.yaml -o second.png -q --overwrite >/dev/null
+"$IMAGE_DIFFERENCE" first.png second.png || fail "a phase of a file is another picture"
+"$SEGCAST" info all.seq.nrrd -q --set volume.phase=3 | grep -q '^phases    4, 0.25 s apart: 60 beats a minute; this is phase 3' || fail "info of a file of phases"
+"$SEGCAST" info all.seq.nrrd -q --json | jq -e '.phases == 4 and .phase == 0 and .phase_step_s == 0.25' >/dev/null || fail "info --json"
+"$SEGCAST" prepare all.seq.nrrd -o all.segc -q >said.txt
+printf 'all-%02d.segc\n' {0..3} | diff - said.txt || fail "the prepared files of a file of phases"
+"$SEGCAST" orbit all.seq.nrrd -o turn4.mp4 -q --size 64x48 --frames 8 --fps 4 >/dev/null || fail "orbit of a file of phases"
+"$SEGCAST" init all.seq.nrrd -q -o all4.yaml >/dev/null && "$SEGCAST" check all4.yaml -q | grep -q 'phases: 4 volumes' || fail "init of a file of phases"
+head -c 6000 all.seq.nrrd >cut.seq.nrrd
+sed 's/all.seq/cut.seq/' all.yaml >cut.yaml
+expect 65 'cut.seq.nrrd: ends after [0-9]+ bytes of voxels, in phase [0-3] of 4' "$SEGCAST" check cut.yaml
+one_error
+expect 65 'all.seq.nrrd: holds 4 volumes, one for each time' "$SEGCAST" check first.yaml --set volume=all.seq.nrrd
+one_error
+sed 's/phase: 2/phase: 4/' second.yaml >third.yaml
+expect 65 'third.yaml:1: phase: 4, but .*all.seq.nrrd holds 4, expected 0 to 3' "$SEGCAST" check third.yaml
+expect 64 'phases is "0-4", expected numbers from 0 to 3' "$SEGCAST" check all.yaml --set cine.phases=0-4
+sed 's/^volume: .*/volume: {path: all.seq.nrrd, phase: 1}/' all.yaml >both.yaml
+expect 65 'both.yaml:1: volume: phase chooses one of the 4 phases of the file, and cine shows all' "$SEGCAST" check both.yaml

@@ -196,8 +196,9 @@ static void mistakes_are_told(void **state)
     (void)state;
     expect_refused("p1 p2", "volume: p*\n",
                    "job.yaml:1: volume is a series of 2 files; expected cine");
-    expect_refused("p1 p2", "volume: p1\ncine: {bpm: 60}\n",
-                   "job.yaml:2: cine: volume is one file; expected a series");
+    expect_refused(
+        "p1 p2", "volume: p1\ncine: {bpm: 60}\n",
+        "job.yaml:2: cine: volume is one file, which holds one volume; expected a series");
     expect_refused("p1", "volume: p*\ncine: {}\n", "job.yaml:2: cine: there is one phase");
     expect_refused("q1", "volume: p*\ncine: {}\n", "job.yaml:1: volume: no file matches p*");
     expect_refused("p1 p2 p4", "volume: p*\ncine: {}\n",
@@ -211,7 +212,7 @@ static void mistakes_are_told(void **state)
     expect_refused("p1 p2", "volume: [p1, p3]\ncine: {}\n", "cine-files/p3: No such file");
     expect_refused("p1 @p2 p3", "volume: p*\ncine: {}\n",
                    "job.yaml:1: volume: cine-files/p2: No such file");
-    expect_refused("p1", "volume: []\ncine: {}\n", "volume has 0 files");
+    expect_refused("p1", "volume: []\ncine: {}\n", "volume has 0 phases");
     expect_refused("p1", "volume: [p1, [p2]]\ncine: {}\n", "expected the path of a volume");
     expect_refused("p1 p2", "volume: p*\ncine: {phases: 0-2}\n",
                    "phases is \"0-2\", expected numbers from 0 to 1");

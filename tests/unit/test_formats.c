@@ -676,7 +676,7 @@ static void layers_that_cannot_be_read_are_refused(void **state)
     (void)state;
     write_layers("f.seg.nrrd", "", "111102", "003300");
     assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
-    assert_non_null(strstr(said.text, "axis 0 (list) has 2 samples: a series, or layers without"));
+    assert_non_null(strstr(said.text, "holds 2 volumes, one for each time (4-D)"));
     write_layers("f.seg.nrrd", SEGMENT("0", "1", "0", "a"), "11", "00");
     assert_int_equal(sc_volume_read(&ctx, "f.seg.nrrd", &v), SC_ERR_DATA);
     assert_int_equal(said.errors, 2);
