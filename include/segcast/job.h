@@ -196,6 +196,7 @@ typedef struct sc_job {
     sc_output output;
     sc_render_options render;
     sc_lighting light;
+    sc_light_tracks light_tracks; /**< key frames, which replace values of light */
     sc_animation animation;
     sc_overlays overlays;
     sc_farm_options farm;

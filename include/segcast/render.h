@@ -40,7 +40,7 @@ typedef struct sc_render_settings {
     double cap_outline;     /**< width of lines between tissues on cut faces, in voxels; 0: none */
     const sc_grey *grey;    /**< NULL, or a grey volume that cut faces and slices show; borrowed */
     sc_grey_look grey_look; /**< not read without */
-    sc_lighting light;
+    sc_lighting light;      /**< where scenes have a look of their own: sc_light_of_all of them */
     bool
         local_thickness; /**< automatic opacity follows the local thickness, not the label's mean */
     sc_opacity_rule opacity_rule; /**< of the tissues, for their local thickness */

@@ -242,9 +242,16 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
                                         size_t exception_count, sc_tissue *tissues,
                                         uint32_t *clip_sets, int *clip_set_count);
 
+/** What of the settings of a renderer may change from frame to frame. */
+typedef struct sc_look {
+    sc_lighting light; /**< flat and shadows as in the settings */
+} sc_look;
+
 /** Everything that changes from frame to frame. */
 typedef struct sc_scene {
     sc_camera camera;
+    bool has_look; /**< look is that of this frame; false: it is that of the renderer's settings */
+    sc_look look;
     sc_plane planes[SC_PLANES_MAX]; /**< [plane_count] of them */
     int plane_count;
     sc_clip_mode clip_mode;

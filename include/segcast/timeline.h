@@ -42,6 +42,11 @@ typedef struct sc_track {
     sc_key_frame keys[SC_KEY_FRAMES_MAX]; /**< [count] of them, by rising time, no two at one */
 } sc_track;
 
+/** Key frames of the light; those that have any replace the member of sc_lighting of that name. */
+typedef struct sc_light_tracks {
+    sc_track ambient, key, fill, head, occlusion, edges, depth_cue;
+} sc_light_tracks;
+
 /** Where a clip plane lies along its normal. */
 typedef struct sc_plane_position {
     double value;
@@ -365,6 +370,12 @@ double sc_ease_value(sc_ease ease, double u);
 double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
 /** @return the value of a track that has key frames. @param at the time, 0 to 1. */
 sc_vec3 sc_track_value(const sc_track *track, double at);
+/** @return the light of frame @p k of @p frames. @param light what holds where there are no key
+ * frames. */
+sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);
+/** @return the light by which a renderer of all frames is made: @p light with the strongest
+ * occlusion of any of them. */
+sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks);
 /** @return the time of frame @p k of @p frames: 0 for the first, 1 for the last. @param k need not
  * be whole. */
 double sc_frame_time(double k, int frames);

@@ -228,6 +228,7 @@ static bool draws_alike(const sc_session *a, const sc_session *b)
     return !a->shot->has_card &&
            are_same_bytes(&a->job.render, &b->job.render, sizeof a->job.render) &&
            are_same_bytes(&a->job.light, &b->job.light, sizeof a->job.light) &&
+           are_same_bytes(&a->job.light_tracks, &b->job.light_tracks, sizeof a->job.light_tracks) &&
            are_same_bytes(&a->job.image.caps, &b->job.image.caps, sizeof(double)) &&
            are_same_bytes(&a->job.image.slices, &b->job.image.slices, sizeof(double)) &&
            are_same_bytes(a->tissues, b->tissues,

@@ -257,7 +257,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .cap_outline = job->render.cap_outline,
         .grey = session->grey.codes ? &session->grey : NULL,
         .grey_look = {session->grey_window, job->image.caps, job->image.slices},
-        .light = job->light,
+        .light = sc_light_of_all(&job->light, &job->light_tracks),
         .local_thickness = job->render.thickness != 0,
         .opacity_rule = (sc_opacity_rule)job->render.auto_opacity,
         .tile_px = job->farm.tile_px,
@@ -364,7 +364,11 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
+    const sc_job *job = &session->job;
 
+    scene.has_look = true;
+    scene.look.light =
+        sc_light_at(&job->light, &job->light_tracks, k, session->timeline.animation.frames);
     if (session->fade_count) {
         sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
         scene.fades = session->frame_fades;

@@ -156,24 +156,28 @@ static const sc_key render_keys[] = {
 /* ---- light ---- */
 
 #define LIGHT(member) offsetof(sc_lighting, member)
+/* A strength of the light, which may have key frames. */
+#define STRENGTH(member)                                                                           \
+    &sc_type_tracked, LIGHT(member),                                                               \
+        .track = offsetof(sc_job, light_tracks.member) - offsetof(sc_job, light.member)
 
 static const sc_key light_keys[] = {
     {"flat", &sc_type_bool, LIGHT(flat), "false", .help = "no light at all: plain colours"},
-    {"ambient", &sc_type_real, LIGHT(ambient), "0.12",
+    {"ambient", STRENGTH(ambient), .fallback = "0.12",
      .help = "strength of the light from everywhere", .low = 0, .high = 2},
-    {"key", &sc_type_real, LIGHT(key), "0.76",
+    {"key", STRENGTH(key), .fallback = "0.76",
      .help = "strength of the light from above the left shoulder of the viewer", .low = 0,
      .high = 2},
-    {"fill", &sc_type_real, LIGHT(fill), "0.1", .help = "strength of the light from the right",
+    {"fill", STRENGTH(fill), .fallback = "0.1", .help = "strength of the light from the right",
      .low = 0, .high = 2},
-    {"head", &sc_type_real, LIGHT(head), "0.3", .help = "strength of the light from the eye",
+    {"head", STRENGTH(head), .fallback = "0.3", .help = "strength of the light from the eye",
      .low = 0, .high = 2},
-    {"occlusion", &sc_type_real, LIGHT(occlusion), "1", .help = "how dark cavities are", .low = 0,
+    {"occlusion", STRENGTH(occlusion), .fallback = "1", .help = "how dark cavities are", .low = 0,
      .high = 1},
     {"shadows", &sc_type_bool, LIGHT(shadows), "false", .help = "soft shadows of the key light"},
-    {"edges", &sc_type_real, LIGHT(edges), "0.5",
+    {"edges", STRENGTH(edges), .fallback = "0.5",
      .help = "how much opacity grows where a surface is seen from the side", .low = 0, .high = 1},
-    {"depth_cue", &sc_type_real, LIGHT(depth_cue), "0",
+    {"depth_cue", STRENGTH(depth_cue), .fallback = "0",
      .help = "how much the far end fades into the background", .low = 0, .high = 1},
     {0}};
 

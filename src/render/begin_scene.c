@@ -23,10 +23,13 @@ static void to_floats(sc_vec3 v, float out[3])
 static void set_lamps(sc_renderer *r, const sc_scene *scene)
 {
     const sc_camera *c = &scene->camera;
-    const sc_lighting *l = &r->settings.light;
+    const sc_lighting *l = scene->has_look ? &scene->look.light : &r->settings.light;
     const sc_vec3 back = sc_vec3_scale(c->forward, -1);
     const bool inside = scene->inside;
 
+    r->march.light.ambient = (float)l->ambient;
+    r->march.light.edges = (float)l->edges;
+    r->march.light.cue = (float)l->depth_cue;
     r->march.light.key = inside ? 0 : (float)l->key;
     r->march.light.fill = inside ? 0 : (float)l->fill;
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);

@@ -74,3 +74,33 @@ sc_vec3 sc_track_value(const sc_track *track, double at)
                                                             (keys[next].at - keys[next - 1].at)),
                          sc_vec3_sub(keys[next].value, keys[next - 1].value));
 }
+
+/* @return the value of a number in frame @p k of @p frames. @param constant it, where the track has
+ * no key frames. */
+static double number_at(const sc_track *track, double constant, int k, int frames)
+{
+    return track->count ? sc_track_value(track, sc_frame_time(k, frames)).x : constant;
+}
+
+sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames)
+{
+    sc_lighting out = *light;
+
+    out.ambient = number_at(&tracks->ambient, light->ambient, k, frames);
+    out.key = number_at(&tracks->key, light->key, k, frames);
+    out.fill = number_at(&tracks->fill, light->fill, k, frames);
+    out.head = number_at(&tracks->head, light->head, k, frames);
+    out.occlusion = number_at(&tracks->occlusion, light->occlusion, k, frames);
+    out.edges = number_at(&tracks->edges, light->edges, k, frames);
+    out.depth_cue = number_at(&tracks->depth_cue, light->depth_cue, k, frames);
+    return out;
+}
+
+sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks)
+{
+    sc_lighting out = *light;
+
+    for (int i = 0; i < tracks->occlusion.count; i++)
+        out.occlusion = fmax(i ? out.occlusion : 0, tracks->occlusion.keys[i].value.x);
+    return out;
+}

@@ -698,6 +698,63 @@ static void values_of_the_camera_may_have_key_frames(void **state)
     sc_job_clear(&job);
 }
 
+/* Parts of jobs with key frames beside those of the camera, and how they are written again. */
+static const struct {
+    const char *part, *written;
+} scene_parts[] = {
+    {"light: {key: [{at: 10f, value: 0.5}, {at: 100%, value: 1, ease: in}], head: 0.25, "
+     "depth_cue: [{at: 0:01, value: 1}]}",
+     "  key: [{at: 10%, value: 0.5, ease: linear}, {at: 100%, value: 1, ease: in}]\n  fill: 0.1\n"
+     "  head: 0.25\n"},
+};
+
+static void values_of_the_scene_may_have_key_frames(void **state)
+{
+    char text[2048];
+    heard h;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(scene_parts); i++) {
+        sc_text first = {0}, twice = {0};
+        sc_job job, again;
+
+        snprintf(text, sizeof text, "volume: phantom\n%s\n%s", scene_parts[i].part,
+                 strstr(scene_parts[i].part, "animation:") ? "" : "animation: {frames: 101}\n");
+        if (load(text, &h, NULL, NULL, &job) != SC_OK)
+            fail_msg("%s", h.text);
+        assert_ok(sc_job_write(&quiet, &job, false, &first));
+        if (!strstr(first.data, scene_parts[i].written))
+            fail_msg("%s is not in\n%s", scene_parts[i].written, first.data);
+        if (load(first.data, &h, NULL, NULL, &again) != SC_OK)
+            fail_msg("%s", h.text);
+        assert_ok(sc_job_write(&quiet, &again, false, &twice));
+        assert_string_equal(first.data, twice.data);
+        sc_text_clear(&first);
+        sc_text_clear(&twice);
+        sc_job_clear(&job);
+        sc_job_clear(&again);
+    }
+}
+
+static void wrong_key_frames_of_the_scene_are_refused(void **state)
+{
+    static const char *const cases[][2] = {
+        {"light: {key: [{at: 1s, value: 1}, {at: 10f, value: 2}]}",
+         "job.yaml:2: key: key frame 2, at 10f, does not come after key frame 1, at 1s"},
+        {"light: {occlusion: [{at: 0s, value: 1.5}]}",
+         "value is \"1.5\", expected a number from 0 to 1"},
+        {"light: {head: [{at: 70s, value: 1}]}", "at: 70s is behind the end of the animation"},
+        {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},
+    };
+    char text[512];
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        snprintf(text, sizeof text, "volume: phantom\n%s\n", cases[i][0]);
+        refuses(text, cases[i][1]);
+    }
+}
+
 static void wrong_key_frames_are_refused(void **state)
 {
     static const struct {
@@ -1179,6 +1236,8 @@ int main(void)
         cmocka_unit_test(long_captions_are_refused),
         cmocka_unit_test(values_of_the_camera_may_have_key_frames),
         cmocka_unit_test(wrong_key_frames_are_refused),
+        cmocka_unit_test(values_of_the_scene_may_have_key_frames),
+        cmocka_unit_test(wrong_key_frames_of_the_scene_are_refused),
         cmocka_unit_test(the_command_line_beats_the_environment_beats_the_file),
         cmocka_unit_test(every_row_is_complete),
         cmocka_unit_test(nested_keys_are_set_in_every_way),

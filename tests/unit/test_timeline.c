@@ -424,6 +424,26 @@ static void a_camera_goes_over_the_pole_without_a_flip(void **state)
     }
 }
 
+static void light_follows_its_key_frames(void **state)
+{
+    const sc_lighting light = {.key = 0.5, .fill = 0.1, .occlusion = 1};
+    const sc_light_tracks tracks = {
+        .key = {2, {{0.25, {0}, {1, 0, 0}}, {0.75, {0}, {0, 0, 0}}}},
+        .occlusion = {2, {{0, {0}, {0.25, 0, 0}}, {1, {0}, {0.75, 0, 0}}}}};
+    const sc_light_tracks none = {0};
+
+    (void)state;
+    assert_near(sc_light_at(&light, &tracks, 0, 101).key, 1, 0);
+    assert_near(sc_light_at(&light, &tracks, 50, 101).key, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 100, 101).key, 0, 0);
+    assert_near(sc_light_at(&light, &tracks, 50, 101).occlusion, 0.5, 1e-12);
+    assert_near(sc_light_at(&light, &tracks, 50, 101).fill, 0.1, 0);
+    assert_near(sc_light_at(&light, &none, 50, 101).key, 0.5, 0);
+    /* What is made once has to do for all frames. */
+    assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);
+    assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
+}
+
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
 static void key_frames_move_the_camera(void **state)
 {
@@ -1009,6 +1029,7 @@ int main(void)
         cmocka_unit_test(a_bezier_curve_is_solved_for_the_time),
         cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
         cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
+        cmocka_unit_test(light_follows_its_key_frames),
         cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(a_camera_rocks_and_comes_back),
         cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
