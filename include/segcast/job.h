@@ -55,6 +55,8 @@ typedef struct sc_background {
     bool is_auto;
     bool is_none; /**< there is none: pictures have alpha; rgb is white then, for what is drawn over
                        the picture */
+    sc_track track; /**< key frames, of levels of sRGB; if there are any, rgb is the first, and
+                         is_auto and is_none are false */
 } sc_background;
 /** How pictures are drawn; see sc_render_settings. */
 typedef struct sc_render_options {
@@ -297,6 +299,8 @@ bool sc_job_has_views(const sc_job *job);
 /** Append @p value to @p text as a value or key of YAML: in double quotes, with all escapes that
  *  YAML needs. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
+/** Find the colour behind the tissues in frame @p k of @p frames. @param rgb sRGB. */
+void sc_background_at(const sc_background *background, int k, int frames, uint8_t rgb[3]);
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

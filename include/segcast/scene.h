@@ -244,7 +244,8 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
 
 /** What of the settings of a renderer may change from frame to frame. */
 typedef struct sc_look {
-    sc_lighting light; /**< flat and shadows as in the settings */
+    sc_lighting light;     /**< flat and shadows as in the settings */
+    uint8_t background[3]; /**< sRGB; not read if the settings are transparent */
 } sc_look;
 
 /** Everything that changes from frame to frame. */

@@ -370,6 +370,13 @@ double sc_ease_value(sc_ease ease, double u);
 double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
 /** @return the value of a track that has key frames. @param at the time, 0 to 1. */
 sc_vec3 sc_track_value(const sc_track *track, double at);
+/** Turn key frames of colours, whose values are levels of sRGB, into such of tones: the square
+ * roots of linear light. So that all ranks mix the same bits, one of them turns them, and sends
+ * them. */
+void sc_track_tones(const sc_track *levels, sc_track *tones);
+/** Find the colour of a track of tones, in linear light. Tones are mixed as rays are blended, so
+ * that the way from one colour to another looks even. @param at the time, 0 to 1. */
+void sc_track_color(const sc_track *tones, double at, float linear[3]);
 /** @return the light of frame @p k of @p frames. @param light what holds where there are no key
  * frames. */
 sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);

@@ -345,6 +345,8 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
                               size_t count);
 /* @return all that the overlays of a session follow from; borrowed from it. Not collective. */
 sc_annotations sc_session_annotations(const sc_session *session);
+/* The same for frame @p k, by the background of which the colour of text is chosen. */
+sc_annotations sc_session_annotations_at(const sc_session *session, int k);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
  * fonts. That of session->front, if there is one, comes first. @return as sc_annotations_letter,
@@ -440,8 +442,9 @@ void sc_shot_clear(sc_session *session);
 /* @return the scene of frame @p k of a shot, with its fades and offsets, which stay those of the
  * session. Not collective. */
 sc_scene sc_shot_scene(const sc_session *session, int k);
-/* Fill @p rows of a picture, NULL: all, with the background of the job. Not collective. */
-void sc_draw_background(const sc_job *job, const sc_rows *rows, sc_image *image);
+/* Fill @p rows of a picture, NULL: all, with the background of frame @p k of the job. Not
+ * collective. */
+void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image);
 
 /* ---- subjects.c: what the subjects of a comparison have in common ---- */
 

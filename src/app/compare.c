@@ -463,8 +463,8 @@ static sc_status draw_subject(const sc_app *app, const sc_compare *c, int s, int
                               sc_render_stats *stats)
 {
     const sc_session *subject = &c->parts[s], *plate = plate_of(c, s);
-    const sc_annotations names = sc_session_annotations(subject);
-    const sc_annotations name = sc_session_annotations(plate);
+    const sc_annotations names = sc_session_annotations_at(subject, k);
+    const sc_annotations name = sc_session_annotations_at(plate, k);
     const sc_scene scene = sc_shot_scene(subject, k);
     sc_render_stats more;
     sc_status status;
@@ -489,10 +489,10 @@ static void copy_columns(const sc_image *from, int first, const sc_rows *rows, s
     }
 }
 
-/* Draw the line of the divider at column @p x, as long as the pictures are high. */
-static void draw_line(const sc_session *front, int x, const sc_rows *rows, sc_image *image)
+/* Draw the line of the divider at column @p x in frame @p k, as long as the pictures are high. */
+static void draw_line(const sc_session *front, int k, int x, const sc_rows *rows, sc_image *image)
 {
-    const sc_annotations a = sc_session_annotations(front);
+    const sc_annotations a = sc_session_annotations_at(front, k);
     const bool is_light = sc_is_light(a.background);
     const int width = image->height_px / 360 > 1 ? image->height_px / 360 : 1;
     const int halo = width / 2 > 1 ? width / 2 : 1, height = front->panel.height_px;
@@ -519,12 +519,12 @@ static sc_status draw_divided(const sc_app *app, sc_session *session, int k, con
         if (!c->other.rgb)
             SC_TRY(sc_image_init_alpha(app->ctx, image->width_px, image->height_px, image->alpha,
                                        &c->other));
-        sc_draw_background(&c->parts[1].job, rows, &c->other);
+        sc_draw_background(&c->parts[1].job, k, rows, &c->other);
         SC_TRY(draw_subject(app, c, 1, k, &right, rows, &c->other, stats));
         copy_columns(&c->other, x, rows, image);
     }
     if (x > 0 && x < image->width_px)
-        draw_line(front_of(c), x, rows, image);
+        draw_line(front_of(c), k, x, rows, image);
 out:
     return status;
 }
@@ -533,7 +533,7 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
                           sc_image *image, sc_render_stats *stats)
 {
     const sc_compare *c = session->compare;
-    const sc_annotations over = sc_session_annotations(front_of(c));
+    const sc_annotations over = sc_session_annotations_at(front_of(c), k);
     const sc_scene scene = sc_shot_scene(&c->parts[0], k);
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const sc_rows part = {first,
@@ -541,7 +541,7 @@ sc_status sc_compare_draw(const sc_app *app, sc_session *session, int k, const s
     sc_status status = SC_OK;
 
     *stats = (sc_render_stats){0};
-    sc_draw_background(&c->parts[0].job, &part, image);
+    sc_draw_background(&c->parts[0].job, k, &part, image);
     if (session->job.compare.has_divider)
         SC_TRY(draw_divided(app, session, k, &part, image, stats));
     for (int s = 0; s < c->count && !session->job.compare.has_divider; s++)

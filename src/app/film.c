@@ -328,11 +328,11 @@ sc_status sc_session_volume(sc_app *app, sc_session *session)
 static sc_status draw_card(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                            sc_image *image, sc_render_stats *stats)
 {
-    const sc_annotations annotations = sc_session_annotations(session);
+    const sc_annotations annotations = sc_session_annotations_at(session, k);
     const sc_scene scene = {0};
 
     *stats = (sc_render_stats){0};
-    sc_draw_background(&session->job, rows, image);
+    sc_draw_background(&session->job, k, rows, image);
     return sc_annotations_draw(app->ctx, &annotations, k, &scene, image, rows);
 }
 
@@ -370,6 +370,16 @@ out:
     return status;
 }
 
+/* Fade the picture of a shot to its background. */
+static void fade(const sc_film *film, const sc_film_frame *at, const sc_rows *part, sc_image *image)
+{
+    const sc_job *job = &film->shots[at->shot].job;
+    uint8_t rgb[3];
+
+    sc_background_at(&job->render.background, at->frame, job->animation.frames, rgb);
+    sc_image_fade(&film->mixer, rgb, at->share, part->first, part->end, image);
+}
+
 sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const sc_rows *rows,
                           sc_image *image, sc_render_stats *stats)
 {
@@ -391,8 +401,7 @@ sc_status sc_session_draw(const sc_app *app, sc_session *session, int k, const s
     if (at.before >= 0)
         SC_TRY(mix_before(app, film, &at, &part, image, stats));
     else if (at.share < 1)
-        sc_image_fade(&film->mixer, shot->job.render.background.rgb, at.share, part.first, part.end,
-                      image);
+        fade(film, &at, &part, image);
 out:
     return status;
 }

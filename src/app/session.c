@@ -367,8 +367,8 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     const sc_job *job = &session->job;
 
     scene.has_look = true;
-    scene.look.light =
-        sc_light_at(&job->light, &job->light_tracks, k, session->timeline.animation.frames);
+    scene.look.light = sc_light_at(&job->light, &job->light_tracks, k, job->animation.frames);
+    sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
     if (session->fade_count) {
         sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
         scene.fades = session->frame_fades;
@@ -380,19 +380,20 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     return scene;
 }
 
-void sc_draw_background(const sc_job *job, const sc_rows *rows, sc_image *image)
+void sc_draw_background(const sc_job *job, int k, const sc_rows *rows, sc_image *image)
 {
-    const sc_background *background = &job->render.background;
     const size_t bytes = sc_pixel_bytes(image->alpha);
     const int first = rows && rows->first > 0 ? rows->first : 0;
     const int end = rows && rows->end < image->height_px ? rows->end : image->height_px;
     uint8_t *to = image->rgb + (size_t)first * (size_t)image->width_px * bytes;
+    uint8_t rgb[3];
 
+    sc_background_at(&job->render.background, k, job->animation.frames, rgb);
     for (int i = 0; i < (end - first) * image->width_px; i++, to += bytes) {
         if (image->alpha)
             memset(to, 0, bytes);
         else
-            memcpy(to, background->rgb, bytes);
+            memcpy(to, rgb, bytes);
     }
 }
 
@@ -400,7 +401,7 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
                        sc_image *image, sc_render_stats *stats)
 {
     const sc_timeline *timeline = &session->timeline;
-    const sc_annotations annotations = sc_session_annotations(session);
+    const sc_annotations annotations = sc_session_annotations_at(session, k);
     const sc_scene scene = sc_shot_scene(session, k);
     sc_renderer *renderer = sc_session_phase_renderer(session, sc_session_phase_at(session, k));
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
@@ -410,7 +411,7 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
 
     sc_status status;
 
-    memcpy(views.background, session->job.render.background.rgb, sizeof views.background);
+    memcpy(views.background, scene.look.background, sizeof views.background);
     if (session->job.output.layout == SC_LAYOUT_PICTURE)
         sc_render_frame(renderer, &scene, rows, image, stats);
     else

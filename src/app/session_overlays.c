@@ -41,6 +41,15 @@ sc_annotations sc_session_annotations(const sc_session *session)
     return out;
 }
 
+sc_annotations sc_session_annotations_at(const sc_session *session, int k)
+{
+    const sc_job *job = &session->job;
+    sc_annotations out = sc_session_annotations(session);
+
+    sc_background_at(&job->render.background, k, job->animation.frames, out.background);
+    return out;
+}
+
 /* Send a block of rank 0 to the others: *block becomes a copy there, which they own. @param bytes
  * its length; read on rank 0. Collective. */
 static sc_status share_block(sc_app *app, void **block, uint64_t bytes)

@@ -216,6 +216,11 @@ static void list_names(const char **words)
         words[i] = names[i].name;
 }
 
+#define COLOR_EXPECTED                                                                             \
+    "a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels from 0 to 255 "  \
+    "or "                                                                                          \
+    "shares from 0.0 to 1.0"
+
 /* Read a colour given as one value: a name or digits. */
 static sc_status read_word(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                            uint8_t rgb[3])
@@ -294,20 +299,71 @@ static json_t *color_schema(const sc_key *key)
 
 const sc_value_type sc_type_color = {
     .name = "colour",
-    .expected = "a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels from "
-                "0 to 255 or shares from 0.0 to 1.0",
+    .expected = COLOR_EXPECTED,
     .read = read_color,
     .write = write_color,
     .schema = color_schema,
 };
 
-/* sc_background: a colour, auto or none. */
+/* sc_vec3: a colour that is a value of key frames, in levels from 0 to 255. */
+static sc_status read_levels(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    const bool is_word = node->kind == SC_YAML_SCALAR &&
+                         (!strcmp(node->text, "auto") || !strcmp(node->text, "none"));
+    uint8_t rgb[3];
+    sc_status status;
+
+    if (is_word)
+        return sc_yaml_fail(ctx, node,
+                            "%s is \"%s\", expected a colour in key frames: auto and none hold for "
+                            "all frames",
+                            key->name, node->text);
+    status = read_color(ctx, key, node, rgb);
+    if (status == SC_OK)
+        *(sc_vec3 *)value = (sc_vec3){rgb[0], rgb[1], rgb[2]};
+    return status;
+}
+
+/* Split a colour of key frames into three levels. */
+static void to_levels(sc_vec3 from, uint8_t rgb[3])
+{
+    rgb[0] = (uint8_t)from.x;
+    rgb[1] = (uint8_t)from.y;
+    rgb[2] = (uint8_t)from.z;
+}
+
+static sc_status write_levels(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    uint8_t rgb[3];
+
+    to_levels(*(const sc_vec3 *)value, rgb);
+    return write_color(ctx, key, rgb, indent, text);
+}
+
+const sc_value_type sc_type_color_levels = {
+    .name = "colour",
+    .expected = COLOR_EXPECTED,
+    .read = read_levels,
+    .write = write_levels,
+    .schema = color_schema,
+};
+
+/* sc_background: a colour, auto, none, or key frames of colours. */
 static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
 {
     sc_background *background = value;
     sc_status status = SC_OK;
 
+    if (sc_is_track(node)) {
+        status = sc_read_track(ctx, key, node, &background->track);
+        if (status == SC_OK) {
+            background->is_auto = background->is_none = false;
+            to_levels(background->track.keys[0].value, background->rgb);
+        }
+        return status;
+    }
     background->is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
     background->is_none = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "none");
     if (background->is_none)
@@ -317,12 +373,14 @@ static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_
     return status;
 }
 
-/* "auto", "none", or a list of three levels. */
+/* "auto", "none", a list of three levels, or key frames of such. */
 static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const void *value,
                                   int indent, sc_text *text)
 {
     const sc_background *background = value;
 
+    if (background->track.count)
+        return sc_write_track(ctx, key, &background->track, text);
     if (background->is_auto)
         return sc_text_add(ctx, text, "auto");
     if (background->is_none)
@@ -330,18 +388,33 @@ static sc_status write_background(const sc_ctx *ctx, const sc_key *key, const vo
     return write_color(ctx, key, background->rgb, indent, text);
 }
 
-/* What color_schema allows, or the words auto and none. */
+/* What color_schema allows, the words auto and none, or key frames of colours. */
 static json_t *background_schema(const sc_key *key)
 {
-    return json_pack("{s:[o, {s:[s, s]}]}", "anyOf", color_schema(key), "enum", "auto", "none");
+    return json_pack("{s:[o, {s:[s, s]}, o]}", "anyOf", color_schema(key), "enum", "auto", "none",
+                     sc_track_schema(key));
 }
 
 const sc_value_type sc_type_background = {
-    .name = "colour, auto or none",
-    .expected =
-        "auto, none, a name such as red, \"#rgb\", \"#rrggbb\", or [red, green, blue] with levels "
-        "from 0 to 255 or shares from 0.0 to 1.0",
+    .name = "colour, auto, none or key frames",
+    .expected = "auto, none, key frames, " COLOR_EXPECTED,
     .read = read_background,
     .write = write_background,
     .schema = background_schema,
 };
+
+void sc_background_at(const sc_background *background, int k, int frames, uint8_t rgb[3])
+{
+    sc_srgb_table table;
+    sc_track tones;
+    float linear[3];
+
+    memcpy(rgb, background->rgb, sizeof background->rgb);
+    if (!background->track.count)
+        return;
+    sc_srgb_table_init(&table);
+    sc_track_tones(&background->track, &tones);
+    sc_track_color(&tones, sc_frame_time(k, frames), linear);
+    for (int i = 0; i < 3; i++)
+        rgb[i] = sc_srgb_level(&table, linear[i]);
+}

@@ -128,6 +128,7 @@ static const sc_key render_keys[] = {
      .help = "rays end behind what is opaque; false: they go on, to compare with; same pictures",
      .outside_identity = true},
     {"background", &sc_type_background, RENDER(background), "auto",
+     .track = offsetof(sc_background, track),
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
              "nearly white; none: pictures are transparent (PNG with alpha, .webm, .webp, .mov)"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",

@@ -121,6 +121,7 @@ static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key row
 static const sc_value_type *type_of(const sc_key *value)
 {
     return value->type == &sc_type_tracked_point ? &sc_type_point
+           : value->type == &sc_type_background  ? &sc_type_color_levels
            : value->type == &sc_type_share       ? &sc_type_share
                                                  : &sc_type_real;
 }
@@ -212,8 +213,7 @@ static sc_track *track_of(const sc_key *key, void *value)
     return (sc_track *)((char *)value + key->track);
 }
 
-/* Is this a list of key frames, and not the three numbers of a point? */
-static bool is_track(const sc_key *key, const sc_yaml *node)
+bool sc_is_track(const sc_yaml *node)
 {
     bool has_map = false;
 
@@ -221,14 +221,14 @@ static bool is_track(const sc_key *key, const sc_yaml *node)
         return false;
     for (size_t i = 0; i < node->count; i++)
         has_map = has_map || node->items[i]->kind == SC_YAML_MAP;
-    return has_map || key->type == &sc_type_tracked || node->count == 0;
+    return has_map || node->count == 0;
 }
 
 /* A number or a point, or key frames of it. */
 static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
-    if (is_track(key, node))
+    if (sc_is_track(node) || (node->kind == SC_YAML_LIST && key->type == &sc_type_tracked))
         return sc_read_track(ctx, key, node, track_of(key, value));
     if (node->kind == SC_YAML_MAP)
         return sc_wrong_type(ctx, node, key->type->expected);

@@ -46,6 +46,21 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
               r->march.light.fill_direction);
 }
 
+/* Set the colour behind the tissues, into which depth cueing fades; there may be none. */
+static void set_background(sc_renderer *r, const sc_scene *scene)
+{
+    const sc_render_settings *s = &r->settings;
+    const uint8_t *rgb = scene->has_look ? scene->look.background : s->background;
+
+    for (int i = 0; i < 3; i++) {
+        const float linear = s->transparent ? 0 : (float)sc_srgb_to_linear(rgb[i] / 255.0);
+
+        r->march.light.cue_rgb[i] = linear;
+        r->tone[i] = sqrtf(linear);
+        r->empty[i] = sc_srgb_level(&r->srgb, linear);
+    }
+}
+
 /* Set the distances from the eye between which depth cueing grows: those of the sphere around
  * what is visible. They stay as they are if nothing is. */
 static void set_depth_cue(sc_renderer *r, const sc_camera *c)
@@ -108,6 +123,7 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
 void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px)
 {
     set_lamps(r, scene);
+    set_background(r, scene);
     set_depth_cue(r, &scene->camera);
     set_rims(r, &scene->camera, height_px);
     set_planes(r, scene);

@@ -560,8 +560,8 @@ void sc_render_columns(sc_renderer *r, const sc_scene *scene, const sc_viewport 
     if (row0 >= row1 || column0 >= column1)
         return;
 
-    memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
     begin_view(&f);
+    memcpy(f.nothing.tone, r->tone, sizeof f.nothing.tone);
     memset(r->stats, 0, (size_t)r->settings.threads * sizeof *r->stats);
     sc_parallel_for(r->settings.threads, (size_t)f.tiles_x * (size_t)tiles_y, 1, draw_tiles, &f);
     for (int i = 0; i < r->settings.threads; i++) {

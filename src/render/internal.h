@@ -61,8 +61,8 @@ struct sc_renderer {
     sc_render_settings settings;
     const sc_prepared *volume; /* borrowed */
     const sc_kernel *kernel;   /* of the constant table */
-    sc_march march; /* points to the members below; light directions, depth cue and clip planes are
-                       set for each view */
+    sc_march march;     /* points to the members below; light, background, depth cue and clip planes
+                           are set for each view */
     sc_march on_white;  /* without a background, and if the far end fades: march, fading to white */
     sc_march_grey grey; /* of settings.grey */
     sc_march_tissue *tissues; /* [label_count] */
@@ -93,8 +93,8 @@ struct sc_renderer {
     sc_vec3 middle_mm;  /* middle and radius of the sphere around the volume */
     double radius_mm;
     sc_srgb_table srgb;     /* from linear light to levels of a pixel */
-    float background[3];    /* linear; black if there is none */
-    float tone[3];          /* its square roots, with which rays are blended */
+    float tone[3];          /* of the background of the present view, black if there is none: the
+                               square roots of linear light, with which rays are blended */
     uint8_t empty[4];       /* the background as a pixel, sRGB, or as one of alpha 0 */
     sc_render_stats *stats; /* [threads], of the present frame */
     sc_render_span *spans;  /* [threads] */
@@ -243,8 +243,8 @@ static inline float sc_alpha_of(const sc_render_settings *s, double opacity)
 sc_status sc_find_fades(const sc_ctx *ctx, sc_renderer *r);
 /* Set r->march.fading from r->tissues. */
 void sc_find_fading(sc_renderer *r);
-/* Set light, clip planes and the width of rims in r->march, for a picture of @p height_px that
- * shows
+/* Set light, background, clip planes and the width of rims in r->march, for a picture of @p
+ * height_px that shows
  * @p scene. */
 void sc_begin_scene(sc_renderer *r, const sc_scene *scene, int height_px);
 /* Set what of r->tissues, of the march and of the occlusion depends on how far tissues have faded.

@@ -55,7 +55,6 @@ static void fill_march(sc_renderer *r)
         .caps = s->caps,
         .cap_outline = (float)(s->cap_outline / 2),
     };
-    memcpy(r->march.light.cue_rgb, r->background, sizeof r->background);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
             r->march.grid_per_mm[i][j] = (float)r->to_voxel.m[i][j];
@@ -222,7 +221,6 @@ static sc_status find_kernel(const sc_ctx *ctx, sc_renderer *r)
 static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues, uint8_t *show,
                        float *opacity)
 {
-    const sc_render_settings *s = &r->settings;
     sc_status status;
 
     if (!sc_affine_invert(&r->volume->to_ras_mm, &r->to_voxel))
@@ -232,12 +230,6 @@ static sc_status begin(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissu
     sc_fill_tissues(r, tissues, show, opacity);
     sc_fill_boxes(r);
     sc_srgb_table_init(&r->srgb);
-    for (int i = 0; i < 3; i++)
-        r->background[i] = s->transparent ? 0 : (float)sc_srgb_to_linear(s->background[i] / 255.0);
-    for (int i = 0; i < 3; i++)
-        r->tone[i] = sqrtf(r->background[i]);
-    for (int i = 0; i < 3; i++)
-        r->empty[i] = sc_srgb_level(&r->srgb, r->background[i]);
     status = fill_grey(ctx, r);
 out:
     return status;

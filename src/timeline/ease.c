@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* How values change with time: easing, parts of the animation, and key frames. */
+#include "segcast/image.h"
 #include "segcast/timeline.h"
 
 /* @return a cubic Bezier curve from 0 to 1 at @p s. @param p, q the inner control values. */
@@ -103,4 +104,29 @@ sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tra
     for (int i = 0; i < tracks->occlusion.count; i++)
         out.occlusion = fmax(i ? out.occlusion : 0, tracks->occlusion.keys[i].value.x);
     return out;
+}
+
+/* @return the tone of a level of sRGB, 0 to 255. */
+static double tone_of(double level)
+{
+    return sqrt(sc_srgb_to_linear(level / 255));
+}
+
+void sc_track_tones(const sc_track *levels, sc_track *tones)
+{
+    *tones = *levels;
+    for (int i = 0; i < levels->count; i++) {
+        const sc_vec3 *value = &levels->keys[i].value;
+
+        tones->keys[i].value = (sc_vec3){tone_of(value->x), tone_of(value->y), tone_of(value->z)};
+    }
+}
+
+void sc_track_color(const sc_track *tones, double at, float linear[3])
+{
+    const sc_vec3 tone = sc_track_value(tones, at);
+
+    linear[0] = (float)(tone.x * tone.x);
+    linear[1] = (float)(tone.y * tone.y);
+    linear[2] = (float)(tone.z * tone.z);
 }

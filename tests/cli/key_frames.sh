@@ -13,21 +13,39 @@ EOF
 frame() { # frame DIR FRAME: print the hash of a frame
     hashes "$1" | sed -n "s/^$2 //p"
 }
+more=() # options of both
 # as_constant NAME KEY KEY_FRAMES {FRAME VALUE}...: with the key frames, the key is as if it were VALUE in FRAME
 as_constant() {
     local name=$1 key=$2 n=0
-    "$SEGCAST" render job.yaml -o "$name" -q --set "$key=$3" >/dev/null
+    "$SEGCAST" render job.yaml -o "$name" -q "${more[@]}" --set "$key=$3" >/dev/null
     shift 3
     [ "$(hashes "$name" | cut -d' ' -f2 | sort -u | wc -l)" -gt 1 ] || fail "$name: $key does not change the picture"
     while [ $# -gt 0 ]; do
         n=$((n + 1))
-        "$SEGCAST" render job.yaml -o "$name-$n" -q --frames "$1" --set "$key=$2" >/dev/null
+        "$SEGCAST" render job.yaml -o "$name-$n" -q "${more[@]}" --frames "$1" --set "$key=$2" >/dev/null
         [ "$(frame "$name" "$1")" = "$(frame "$name-$n" "$1")" ] || fail "$name: frame $1 is not as with $key=$2"
         shift 2
     done
 }
 
-# Light: frame 2 is in the middle, where the strength is the mean of both.
-for strength in ambient key fill head occlusion edges depth_cue; do
-    as_constant $strength light.$strength '[{at: 0%, value: 0}, {at: 4f, value: 0.5}]' 0 0 2 0.25 4 0.5
-done
+# Light: frame 2 is in the middle, where each strength is the mean of both.
+strengths() { # strengths VALUE: a map with this value for each
+    printf '{ambient: %s, key: %s, fill: %s, head: %s, occlusion: %s, edges: %s, depth_cue: %s}' "$1" "$1" "$1" "$1" "$1" "$1" "$1"
+}
+as_constant light light "$(strengths '[{at: 0%, value: 0}, {at: 4f, value: 0.5}]')" \
+    0 "$(strengths 0)" 2 "$(strengths 0.25)" 4 "$(strengths 0.5)"
+
+# Background: what fades into it, lies beside it or is written on it follows. Halfway from white to black is level 137,
+# whose tone is a half.
+shades='[{at: 0%, value: white}, {at: 100%, value: black, ease: smooth}]'
+background() { # background NAME [OPTION]...
+    local name=$1
+    shift
+    more=(--set light.depth_cue=0.4 --set 'overlays={time: top-left, legend: bottom-right}' "$@")
+    as_constant "$name" render.background "$shades" 2 '[137, 137, 137]' 4 black
+}
+background plain
+background views --set output.layout=views
+background divided --set 'compare={with: [phantom:57x41x61], divider: 50%}' --set overlays.legend=none
+background apart --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'

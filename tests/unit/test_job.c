@@ -706,6 +706,12 @@ static const struct {
      "depth_cue: [{at: 0:01, value: 1}]}",
      "  key: [{at: 10%, value: 0.5, ease: linear}, {at: 100%, value: 1, ease: in}]\n  fill: 0.1\n"
      "  head: 0.25\n"},
+    {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
+     "{at: "
+     "99f, value: [1.0, 0, 0]}]}",
+     "  background: [{at: 0%, value: [255, 255, 255], ease: linear}, {at: 60%, value: [16, 32, "
+     "48], "
+     "ease: smooth}, {at: 99%, value: [255, 0, 0], ease: linear}]\n"},
 };
 
 static void values_of_the_scene_may_have_key_frames(void **state)
@@ -744,6 +750,13 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
         {"light: {occlusion: [{at: 0s, value: 1.5}]}",
          "value is \"1.5\", expected a number from 0 to 1"},
         {"light: {head: [{at: 70s, value: 1}]}", "at: 70s is behind the end of the animation"},
+        {"render: {background: [{at: 0s, value: white}, {at: 1s, value: auto}]}",
+         "job.yaml:2: value is \"auto\", expected a colour in key frames: auto and none hold"},
+        {"render: {background: [{at: 0s, value: none}]}", "value is \"none\", expected a colour"},
+        {"render: {background: [{at: 0s, value: bleu}]}",
+         "unknown value \"bleu\"; did you mean \"blue\"?"},
+        {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
+        {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, key frames"},
         {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},
     };
     char text[512];

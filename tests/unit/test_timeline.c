@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "segcast/image.h"
 #include "segcast/timeline.h"
 
 enum { CORNERS = 8 };
@@ -442,6 +443,30 @@ static void light_follows_its_key_frames(void **state)
     /* What is made once has to do for all frames. */
     assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
+}
+
+static void colours_are_mixed_by_their_tones(void **state)
+{
+    const sc_track levels = {
+        3, {{0, {0}, {0, 255, 10}}, {0.5, {0}, {255, 255, 10}}, {1, {0}, {255, 0, 20}}}};
+    sc_srgb_table table;
+    sc_track tones;
+    float at[3];
+
+    (void)state;
+    sc_srgb_table_init(&table);
+    sc_track_tones(&levels, &tones);
+    for (int k = 0; k < 3; k++) { /* key frames are met to the level */
+        const sc_vec3 value = levels.keys[k].value;
+
+        sc_track_color(&tones, levels.keys[k].at, at);
+        assert_int_equal(sc_srgb_level(&table, at[0]), (int)value.x);
+        assert_int_equal(sc_srgb_level(&table, at[1]), (int)value.y);
+        assert_int_equal(sc_srgb_level(&table, at[2]), (int)value.z);
+    }
+    sc_track_color(&tones, 0.25, at);
+    assert_near(at[0], 0.25, 1e-6); /* halfway from black to white the square root is a half */
+    assert_near(at[1], 1, 0);
 }
 
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
@@ -1030,6 +1055,7 @@ int main(void)
         cmocka_unit_test(a_track_meets_its_key_frames_and_is_constant_outside),
         cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
         cmocka_unit_test(light_follows_its_key_frames),
+        cmocka_unit_test(colours_are_mixed_by_their_tones),
         cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(a_camera_rocks_and_comes_back),
         cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
