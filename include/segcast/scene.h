@@ -32,6 +32,8 @@ typedef struct sc_tissue_rule {
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];
+    int color_track; /**< 0: rgb is its colour in all frames; else the number, from 1, of its key
+                          frames in a list of the caller, and rgb that of the first of them */
     double opacity, interior_opacity; /**< 0 to 1 */
     sc_vec3 smooth;                   /**< see sc_prepare_settings.tissue_smooth */
     sc_material material;
@@ -46,7 +48,8 @@ typedef struct sc_tissue {
     bool interior_given;     /**< a rule has set the opacity of the interior */
     bool color_given;        /**< a label table or a rule has set the colour */
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
-    float rgb_linear[3];     /**< colour in linear light, 0 to 1 */
+    float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */
+    int color_track;         /**< as of sc_tissue_rule */
     sc_material material;
     uint8_t clip_set;   /**< which planes cut it: index into sc_scene.clip_sets */
     uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:
@@ -264,6 +267,8 @@ typedef struct sc_scene {
     const float *fades; /**< [label_count] by dense id: what the opacity of each tissue is
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade
                              group 0 are 1. NULL: all are 1. Borrowed. */
+    const float (*colors)[3];  /**< [label_count] by dense id: the colour of each tissue in linear
+                                    light. NULL: all are as the renderer was given them. Borrowed. */
     const sc_vec3 *offsets_mm; /**< [label_count] by dense id: how far each tissue is moved from its
                              place, RAS; those of a part (sc_tissue.part) alike, those of part 0
                              not. Clip planes move with the tissues that they cut. NULL: none is.

@@ -36,13 +36,13 @@ static void sort_ids(int *ids, int count)
     }
 }
 
-/* @return the colour of a tissue as a number: red, green and blue from the highest byte on. */
-static int32_t color_of(const sc_srgb_table *table, const sc_tissue *tissue)
+/* @return a colour, in linear light, as a number: red, green and blue from the highest byte on. */
+static int32_t color_of(const sc_srgb_table *table, const float linear[3])
 {
     int32_t out = 0;
 
     for (int c = 0; c < 3; c++)
-        out = out << 8 | sc_srgb_level(table, tissue->rgb_linear[c]);
+        out = out << 8 | sc_srgb_level(table, linear[c]);
     return out;
 }
 
@@ -68,7 +68,7 @@ sc_status sc_add_legend(const sc_ctx *ctx, const sc_annotations *a, sc_font *fon
     sort_ids(ids, rows); /* the largest, as they follow one another in the volume */
     for (int i = 0; i < rows; i++) {
         line.number = ids[i];
-        line.data = color_of(&table, &a->tissues[ids[i]]);
+        line.data = color_of(&table, a->tissues[ids[i]].rgb_linear);
         SC_TRY(sc_name_of(ctx, a, ids[i], "overlays.legend", list, &line.text));
         line.bytes = strlen(line.text);
         SC_TRY(sc_add_cut_line(ctx, font, WIDEST * a->within.width_px, &text, &line, list));
@@ -88,11 +88,11 @@ out:
 
 /* ---- drawing ---- */
 
-/* Draw the square in the colour of a row, with an outline as that of letters. */
-static void draw_square(const sc_drawing *d, const sc_word *word, int x, int y, int alpha)
+/* Draw the square in a colour, as of color_of, beside a row, with an outline as that of letters. */
+static void draw_square(const sc_drawing *d, const sc_word *word, int32_t color, int x, int y,
+                        int alpha)
 {
-    const uint8_t rgb[3] = {(uint8_t)(word->data >> 16), (uint8_t)(word->data >> 8),
-                            (uint8_t)word->data};
+    const uint8_t rgb[3] = {(uint8_t)(color >> 16), (uint8_t)(color >> 8), (uint8_t)color};
     const int side = word->capitals_px, edge = side / 8 > 1 ? side / 8 : 1;
 
     const sc_viewport edges[] = {{x - edge, y - edge, side + 2 * edge, edge},
@@ -109,8 +109,10 @@ void sc_draw_legend(sc_drawing *d, const sc_scene *scene)
 {
     const sc_lettering *lettering = d->a->lettering;
     int rows = 0, widest = 0, pitch = 0, capitals = 0, row = 0;
+    sc_srgb_table table;
     sc_viewport room;
 
+    sc_srgb_table_init(&table);
     for (uint64_t i = 0; i < lettering->count; i++) {
         const sc_word *word = &lettering->words[i];
 
@@ -135,7 +137,9 @@ void sc_draw_legend(sc_drawing *d, const sc_scene *scene)
             continue;
         if (is_tissue) {
             alpha = sc_shown_alpha(d->a, scene, word->number);
-            draw_square(d, word, room.x_px, y, alpha);
+            draw_square(d, word,
+                        scene->colors ? color_of(&table, scene->colors[word->number]) : word->data,
+                        room.x_px, y, alpha);
         }
         sc_lettering_draw(lettering, word, room.x_px + 2 * capitals, y + capitals, &d->letters,
                           alpha, d->image, d->rows);

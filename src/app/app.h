@@ -165,8 +165,11 @@ typedef struct sc_session {
                                       there are none; owned, unless borrows_renderer */
     sc_fade *fades;                /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
-    float *frame_fades; /* [label_count of the volume], of the frame being drawn; owned */
-    sc_shift *shifts;   /* [shift_count], how verbs move tissues; owned */
+    float *frame_fades;       /* [label_count of the volume], of the frame being drawn; owned */
+    sc_track *color_tones;    /* [job.color_track_count], owned: the tones of job.color_tracks */
+    float (*frame_colors)[3]; /* [label_count], as of sc_scene, of the frame being drawn; owned;
+                                 NULL: no colour changes */
+    sc_shift *shifts;         /* [shift_count], how verbs move tissues; owned */
     size_t shift_count;
     sc_vec3
         *frame_offsets_mm; /* [label_count], of the frame being drawn; owned; NULL: none moves */

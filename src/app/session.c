@@ -32,7 +32,7 @@ static void tell_volume_mistakes(sc_app *app, sc_session *session)
 }
 
 /* The arrays of a job. */
-enum { ARRAYS = 9 };
+enum { ARRAYS = 10 };
 typedef struct job_array {
     void *data;
     size_t count, size;
@@ -49,7 +49,8 @@ static void get_arrays(const sc_job *job, job_array out[ARRAYS])
         {job->overlay_tissues, job->overlay_tissue_count, sizeof *job->overlay_tissues},
         {job->volume_tissues, job->volume_tissue_count, sizeof *job->volume_tissues},
         {job->shots, job->shot_count, sizeof *job->shots},
-        {job->phases, job->phase_count, sizeof *job->phases}};
+        {job->phases, job->phase_count, sizeof *job->phases},
+        {job->color_tracks, job->color_track_count, sizeof *job->color_tracks}};
 
     memcpy(out, arrays, sizeof arrays);
 }
@@ -65,6 +66,7 @@ static void set_arrays(sc_job *job, const job_array arrays[ARRAYS])
     job->volume_tissues = arrays[6].data;
     job->shots = arrays[7].data;
     job->phases = arrays[8].data;
+    job->color_tracks = arrays[9].data;
 }
 
 /* Send a job of rank 0, without the jobs of its shots, to the others. Collective. */
@@ -206,6 +208,32 @@ out:
     return status;
 }
 
+/* Send the tones of the key frames of colours to all ranks, and make room for the colours of a
+ * frame, if there are any. Collective. */
+static sc_status share_colors(sc_app *app, sc_session *session)
+{
+    const sc_job *job = &session->job;
+    const size_t labels = (size_t)session->volume.label_count;
+    void *tones = NULL, *colors = NULL;
+    sc_status status = SC_OK;
+
+    if (!job->color_track_count)
+        return SC_OK;
+    if (sc_comm_rank(app->comm) == 0)
+        status = sc_alloc(app->ctx, job->color_track_count, sizeof *session->color_tones, &tones);
+    for (size_t i = 0; i < job->color_track_count && tones; i++)
+        sc_track_tones(&job->color_tracks[i], (sc_track *)tones + i);
+    session->color_tones = tones;
+    SC_TRY(sc_comm_agree(app->comm, status));
+    SC_TRY(sc_broadcast_array(app, &tones, job->color_track_count, sizeof *session->color_tones));
+    session->color_tones = tones;
+    status = sc_zalloc(app->ctx, labels, sizeof *session->frame_colors, &colors);
+    session->frame_colors = status == SC_OK ? colors : NULL;
+    status = sc_comm_agree(app->comm, status);
+out:
+    return status;
+}
+
 sc_status sc_session_tissues(sc_app *app, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
@@ -224,6 +252,7 @@ sc_status sc_session_tissues(sc_app *app, sc_session *session)
     SC_TRY(sc_broadcast_array(app, &fades, session->fade_count, sizeof *session->fades));
     session->fades = fades;
     SC_TRY(share_shifts(app, session));
+    SC_TRY(share_colors(app, session));
     status = sc_alloc(app->ctx, (size_t)session->volume.label_count, sizeof *session->frame_fades,
                       &frame_fades);
     session->frame_fades = status == SC_OK ? frame_fades : NULL;
@@ -361,6 +390,22 @@ sc_status sc_session_image(const sc_app *app, const sc_session *session, sc_imag
                                job->render.background.is_none, out);
 }
 
+/* Fill session->frame_colors with the colours of frame @p k. */
+static void find_colors(const sc_session *session, int k)
+{
+    const double at = sc_frame_time(k, session->job.animation.frames);
+
+    for (int id = 0; id < session->volume.label_count; id++) {
+        const sc_tissue *tissue = &session->tissues[id];
+
+        if (tissue->color_track)
+            sc_track_color(&session->color_tones[tissue->color_track - 1], at,
+                           session->frame_colors[id]);
+        else
+            memcpy(session->frame_colors[id], tissue->rgb_linear, sizeof tissue->rgb_linear);
+    }
+}
+
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
@@ -369,6 +414,10 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     scene.has_look = true;
     scene.look.light = sc_light_at(&job->light, &job->light_tracks, k, job->animation.frames);
     sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
+    if (session->frame_colors) {
+        find_colors(session, k);
+        scene.colors = (const float(*)[3])session->frame_colors;
+    }
     if (session->fade_count) {
         sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
         scene.fades = session->frame_fades;
@@ -607,6 +656,8 @@ void sc_shot_clear(sc_session *session)
     sc_free(session->tissues);
     sc_free(session->fades);
     sc_free(session->frame_fades);
+    sc_free(session->color_tones);
+    sc_free(session->frame_colors);
     sc_free(session->shifts);
     sc_free(session->frame_offsets_mm);
     sc_free(session->ways);

@@ -349,6 +349,49 @@ const sc_value_type sc_type_color_levels = {
     .schema = color_schema,
 };
 
+/* @return the track of a row. */
+static sc_track *track_of(const sc_key *key, void *value)
+{
+    return (sc_track *)((char *)value + key->track);
+}
+
+/* uint8_t[3], sRGB: a colour; or key frames of colours, of which it becomes the first. */
+static sc_status read_tracked(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                              void *value)
+{
+    sc_track *track = track_of(key, value);
+    sc_status status;
+
+    if (!sc_is_track(node))
+        return read_color(ctx, key, node, value);
+    status = sc_read_track(ctx, key, node, track);
+    if (status == SC_OK)
+        to_levels(track->keys[0].value, value);
+    return status;
+}
+
+static sc_status write_tracked(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                               sc_text *text)
+{
+    const sc_track *track = (const sc_track *)((const char *)value + key->track);
+
+    return track->count ? sc_write_track(ctx, key, track, text)
+                        : write_color(ctx, key, value, indent, text);
+}
+
+static json_t *tracked_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", color_schema(key), sc_track_schema(key));
+}
+
+const sc_value_type sc_type_tracked_color = {
+    .name = "colour or key frames",
+    .expected = COLOR_EXPECTED ", or key frames of colours",
+    .read = read_tracked,
+    .write = write_tracked,
+    .schema = tracked_schema,
+};
+
 /* sc_background: a colour, auto, none, or key frames of colours. */
 static sc_status read_background(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                                  void *value)
@@ -397,7 +440,7 @@ static json_t *background_schema(const sc_key *key)
 
 const sc_value_type sc_type_background = {
     .name = "colour, auto, none or key frames",
-    .expected = "auto, none, key frames, " COLOR_EXPECTED,
+    .expected = "auto, none, " COLOR_EXPECTED ", or key frames of colours",
     .read = read_background,
     .write = write_background,
     .schema = background_schema,

@@ -50,6 +50,12 @@ static const sc_value_type type_opacity = {
     .schema = sc_number_or_auto_schema,
 };
 
+/* What an entry of the file is read into. */
+typedef struct rule_entry {
+    sc_tissue_rule rule; /* has to be the first member */
+    sc_track color_track;
+} rule_entry;
+
 #define RULE(member) offsetof(sc_tissue_rule, member)
 /* The value of a macro as a string literal. */
 #define TEXT(macro) TEXT_OF(macro)
@@ -58,7 +64,8 @@ static const sc_value_type type_opacity = {
 #define HAS(member) .given = SC_GIVEN(sc_tissue_rule, has_##member)
 
 const sc_key sc_tissue_keys[] = {
-    {"color", &sc_type_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
+    {"color", &sc_type_tracked_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
+     .track = offsetof(rule_entry, color_track) - RULE(rgb),
      .without = "the label table's, else distinct colours"},
     {"opacity", &type_opacity, 0, NULL,
      .help = "opacity of its surface (voxel surface: per voxel length), or auto: see "
@@ -83,10 +90,35 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
-/* Read the look of one tissue into @p rule, which is zero. */
-static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item,
+/* Append the key frames of an entry, if it has any, to the list of the job. */
+static sc_status keep_track(const sc_ctx *ctx, rule_entry *entry, sc_job *job)
+{
+    const size_t count = job->color_track_count;
+    void *grown;
+    sc_status status;
+
+    if (!entry->color_track.count)
+        return SC_OK;
+    status = sc_alloc(ctx, count + 1, sizeof *job->color_tracks, &grown);
+    if (status != SC_OK)
+        return status;
+    if (count)
+        memcpy(grown, job->color_tracks, count * sizeof *job->color_tracks);
+    sc_free(job->color_tracks);
+    job->color_tracks = grown;
+    job->color_tracks[count] = entry->color_track;
+    job->color_track_count++;
+    entry->rule.color_track = (int)job->color_track_count;
+    return SC_OK;
+}
+
+/* Read the look of one tissue into @p rule, which is zero, and its key frames into the job. */
+static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *item, sc_job *job,
                            sc_tissue_rule *rule)
 {
+    rule_entry entry;
+    sc_status status;
+
     if (!item->key[0])
         return sc_yaml_fail(
             ctx, item,
@@ -99,7 +131,12 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     sc_note_where(item, rule->where, sizeof rule->where);
     if (item->kind != SC_YAML_MAP)
         return sc_wrong_type(ctx, item, "{color, opacity, visible, ...}");
-    return sc_keys_read(ctx, key->keys, item, rule);
+    entry = (rule_entry){.rule = *rule};
+    status = sc_keys_read(ctx, key->keys, item, &entry);
+    if (status == SC_OK)
+        status = keep_track(ctx, &entry, job);
+    *rule = entry.rule;
+    return status;
 }
 
 /* Read a rule for each tissue of the map into job->rules, in the order of the file. @p value is the
@@ -118,7 +155,8 @@ static sc_status read_tissues(const sc_ctx *ctx, const sc_key *key, const sc_yam
         return status;
     job->rules = rules;
     for (size_t i = 0; i < node->count; i++) {
-        if (!sc_goes_on(&status, read_rule(ctx, key, node->items[i], &job->rules[job->rule_count])))
+        if (!sc_goes_on(&status,
+                        read_rule(ctx, key, node->items[i], job, &job->rules[job->rule_count])))
             break;
         if (job->rules[job->rule_count].pattern[0])
             job->rule_count++;
@@ -133,13 +171,17 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
                                sc_text *text)
 {
     const sc_job *job = value;
+    rule_entry entry;
     sc_status status = sc_text_add(ctx, text, "%s", job->rule_count > job->film_rules ? "" : "{}");
 
     for (size_t i = job->film_rules; i < job->rule_count && status == SC_OK; i++) {
         SC_TRY(sc_text_add(ctx, text, "\n%*s", indent + 2, ""));
         SC_TRY(sc_write_quoted(ctx, job->rules[i].pattern, text));
         SC_TRY(sc_text_add(ctx, text, ": "));
-        status = sc_keys_write_flow(ctx, key->keys, &job->rules[i], text);
+        entry = (rule_entry){.rule = job->rules[i]};
+        if (entry.rule.color_track)
+            entry.color_track = job->color_tracks[entry.rule.color_track - 1];
+        status = sc_keys_write_flow(ctx, key->keys, &entry, text);
     }
 out:
     return status;

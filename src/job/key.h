@@ -92,8 +92,8 @@ json_t *sc_number_or_auto_schema(const sc_key *key);
 
 /* Types that any table may use (values.c, colors.c, sizes.c, maps.c). */
 extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text, sc_type_choice,
-    sc_type_color, sc_type_color_levels, sc_type_background, sc_type_size, sc_type_voxels,
-    sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
+    sc_type_color, sc_type_color_levels, sc_type_tracked_color, sc_type_background, sc_type_size,
+    sc_type_voxels, sc_type_point, sc_type_direction, sc_type_map, sc_type_flow_map;
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
@@ -233,10 +233,10 @@ json_t *sc_track_schema(const sc_key *value);
 
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, below animation, overlays, compare, light and render, turn parts of
- * the animation (during) and times of key frames (at) that are given in frames, seconds or minutes
- * into shares of the animation. @param job holds the defaults. @return the first mistake, all are
- * logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
+/* In the tree @p root of a job, below animation, overlays, compare, light, render and tissues, turn
+ * parts of the animation (during) and times of key frames (at) that are given in frames, seconds or
+ * minutes into shares of the animation. @param job holds the defaults. @return the first mistake,
+ * all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
 
 /* ---- settings.c ---- */

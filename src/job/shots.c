@@ -99,9 +99,16 @@ static void drop_refused(const sc_key *keys, sc_container container, sc_yaml *no
     }
 }
 
-/* Remove from the tree of the film what a title card has no use for: all of the animation but its
- * length. Times of the film may well lie behind the end of a card. */
-static void drop_animation(sc_yaml *tree)
+/* Remove the key @p name from a tree, if it is there. */
+static void drop(sc_yaml *tree, const char *name)
+{
+    if (sc_yaml_member(tree, name))
+        sc_yaml_remove(tree, sc_yaml_index(tree, name));
+}
+
+/* Remove from the tree of the film what a title card has no use for: light, tissues, and all of the
+ * animation but its length. Times of the film may well lie behind the end of a card. */
+static void drop_unused(sc_yaml *tree)
 {
     sc_yaml *animation = sc_yaml_member(tree, "animation");
 
@@ -111,6 +118,8 @@ static void drop_animation(sc_yaml *tree)
             strcmp(animation->items[i]->key, "duration"))
             sc_yaml_remove(animation, i);
     }
+    drop(tree, "light");
+    drop(tree, "tissues");
 }
 
 /* Make the tree of a shot's job: that of the film with the keys of the shot. Caller owns *out:
@@ -124,7 +133,7 @@ static sc_status merge_shot(const sc_ctx *ctx, const sc_yaml *base, const sc_yam
     SC_TRY(sc_yaml_copy(ctx, base, &tree));
     SC_TRY(sc_yaml_copy(ctx, node, &shot));
     if (sc_yaml_member(shot, "card"))
-        drop_animation(tree);
+        drop_unused(tree);
     for (size_t i = shot->count; i-- > 0;) {
         const sc_key *key = sc_key_find(sc_shot_keys, shot->items[i]->key);
 

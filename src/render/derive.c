@@ -40,6 +40,7 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
                                       .interior_opacity = tissues[id].interior_opacity,
                                       .show = show[id],
                                       .group = show[id] ? tissues[id].fade_group : 0};
+        memcpy(r->looks[id].rgb, tissues[id].rgb_linear, sizeof r->looks[id].rgb);
     }
 }
 

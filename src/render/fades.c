@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tissues that fade: their opacities, and the shade that they cast on others.
+/* Tissues that fade, or change their colour: their opacities, and the shade that they cast on
+ * others.
  *
  * What blurs the occlusion is linear in the opacities. So the occlusion of tissues that have faded
  * by some factors is that of all as they are, less what each of them adds to it times what is
@@ -172,4 +173,14 @@ void sc_set_fades(sc_renderer *r, const float *factors)
     set_occlusion(r, factors);
     fades->are_set = factors != NULL;
     sc_find_fading(r);
+}
+
+void sc_set_colors(sc_renderer *r, const float (*colors)[3])
+{
+    if (!colors && !r->colors_are_set)
+        return;
+    for (int id = 1; id < r->volume->label_count; id++)
+        memcpy(r->tissues[id].rgb, colors ? colors[id] : r->looks[id].rgb,
+               sizeof r->tissues[id].rgb);
+    r->colors_are_set = colors != NULL;
 }

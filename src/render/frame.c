@@ -519,6 +519,7 @@ static void begin_view(frame *f)
     sc_renderer *r = f->renderer;
 
     sc_set_fades(r, f->scene->fades);
+    sc_set_colors(r, f->scene->colors);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
     if (sc_fades_away(r)) {
         r->on_white = r->march;

@@ -19,9 +19,10 @@ typedef struct sc_pixel_state {
     bool sampled; /* the pixel has several rays */
 } sc_pixel_state;
 
-/* What of a tissue changes while it fades, as it is when it does not. */
+/* What of a tissue changes from frame to frame, as it is when it does not. */
 typedef struct sc_full_look {
     double opacity, interior_opacity;
+    float rgb[3];  /* linear */
     uint8_t show;  /* SC_SHOW_* */
     uint8_t group; /* as of sc_tissue.fade_group */
 } sc_full_look;
@@ -67,6 +68,7 @@ struct sc_renderer {
     sc_march_grey grey; /* of settings.grey */
     sc_march_tissue *tissues; /* [label_count] */
     sc_full_look *looks;      /* [label_count] */
+    bool colors_are_set;      /* the colours of tissues may be other than those of looks */
     sc_fades fades;
     struct sc_parts *parts;  /* NULL: no tissue moves */
     sc_team *team;           /* holds what is derived from the volume, down to the hull, unless that
@@ -179,6 +181,8 @@ typedef struct sc_parts {
 sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tissues);
 /* Free r->parts, unless it is NULL. */
 void sc_parts_free(sc_renderer *r);
+/* Set the colours of r->tissues. @param colors as of sc_scene.colors. */
+void sc_set_colors(sc_renderer *r, const float (*colors)[3]);
 /* @return bytes of memory that the rank has for itself because of them. */
 uint64_t sc_parts_bytes(const sc_renderer *r);
 /* Set all parts up for a view, for which @p r has been set up, if any is moved: what of r->parts

@@ -255,6 +255,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
                                      scene->clip_set_count);
 
         slice.fades = scene->fades;
+        slice.colors = scene->colors;
         slice.has_look = scene->has_look;
         slice.look = scene->look;
         sc_render_view(renderer, &slice, &p, rows, image, &each);

@@ -49,3 +49,16 @@ background views --set output.layout=views
 background divided --set 'compare={with: [phantom:57x41x61], divider: 50%}' --set overlays.legend=none
 background apart --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
 background faded --set 'shots=[{fade_out: 100 ms}, {card: {title: End}, animation: {frames: 2}}]'
+
+# Colours of tissues, and their squares in the legend. Two shots that differ in nothing else have one renderer.
+colors() { # colors NAME [OPTION]...
+    local name=$1
+    shift
+    more=(--set 'overlays={legend: bottom-right}' --set render.background=gray "$@")
+    as_constant "$name" 'tissues."*".color' '[{at: 0f, value: white}, {at: 2f, value: navy}, {at: 4f, value: red}]' 2 navy 4 red
+}
+colors painted
+colors slices --set output.layout=views
+colors parts --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
+more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
+as_constant shots 'tissues."*".color' '[{at: 0%, value: white}, {at: 50%, value: navy}, {at: 100%, value: red}]' 2 navy 7 navy

@@ -706,6 +706,13 @@ static const struct {
      "depth_cue: [{at: 0:01, value: 1}]}",
      "  key: [{at: 10%, value: 0.5, ease: linear}, {at: 100%, value: 1, ease: in}]\n  fill: 0.1\n"
      "  head: 0.25\n"},
+    {"tissues: {aorta: {color: [{at: 50%, value: red}, {at: 2s, value: [1, 2, 3], ease: out}], "
+     "opacity: 1}, \"*\": {color: blue}, wall: {color: [{at: 0:01, value: red}]}}",
+     "  \"aorta\": {color: [{at: 50%, value: [255, 0, 0], ease: linear}, {at: 60%, value: [1, 2, "
+     "3], "
+     "ease: out}], opacity: 1}\n  \"*\": {color: [0, 0, 255]}\n  \"wall\": {color: [{at: 30%, "
+     "value: "
+     "[255, 0, 0], ease: linear}]}\n"},
     {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
      "{at: "
      "99f, value: [1.0, 0, 0]}]}",
@@ -755,8 +762,13 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
         {"render: {background: [{at: 0s, value: none}]}", "value is \"none\", expected a colour"},
         {"render: {background: [{at: 0s, value: bleu}]}",
          "unknown value \"bleu\"; did you mean \"blue\"?"},
+        {"tissues: {aorta: {color: [{at: 1s, value: red}, {at: 1s, value: auto}]}}",
+         "value is \"auto\", expected a colour in key frames"},
+        {"tissues: {aorta: {opacity: [{at: 1s, value: 1}]}}",
+         "opacity is [{...}], expected a number from 0 to 1"},
+        {"tissues: {aorta: {color: [{at: 90s, value: red}]}}", "at: 90s is behind the end"},
         {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
-        {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, key frames"},
+        {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
         {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},
     };
     char text[512];
