@@ -93,14 +93,25 @@ typedef struct sc_sweep {
     sc_ease ease;
     bool has_active;                 /**< it cuts in a part of the animation only */
     double active_begin, active_end; /**< that part, 0 to 1; both ends belong to it */
+    /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
+     * They replace from and to, which are the first and the last. In a timeline x is in mm: along
+     * the normal from the origin or, where the normal has key frames, from the pivot. */
+    sc_track at_track;
+    sc_track normal_track; /**< key frames; normal is the first. No direction is the opposite of the
+                                one before */
+    bool has_point;        /**< where the normal has key frames, without any of the place: the plane
+                                turns about point_mm */
+    sc_vec3 point_mm;      /**< RAS; in a timeline the pivot: without has_point, the middle of what
+                                is visible */
 } sc_sweep;
 
 /** The point in which the slices of the three regular views meet. */
 typedef struct sc_slices {
     bool has_point;
-    sc_vec3 point_mm; /**< where it stays, if has_point */
-    sc_ramp share;    /**< otherwise it moves along the diagonal of the box of the visible tissues:
-                           0 is the right, posterior, inferior corner, 1 the opposite one */
+    sc_vec3 point_mm;     /**< where it stays, if has_point */
+    sc_track point_track; /**< key frames, if has_point; if there are any, they replace it */
+    sc_ramp share; /**< otherwise it moves along the diagonal of the box of the visible tissues:
+                        0 is the right, posterior, inferior corner, 1 the opposite one */
 } sc_slices;
 
 /** What a verb does: first those of the opacity of tissues, then those of the camera, then that of
@@ -383,6 +394,10 @@ sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks,
 /** @return the light by which a renderer of all frames is made: @p light with the strongest
  * occlusion of any of them. */
 sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks);
+/** @return the value of a track of unit directions, no two of which that follow each other are
+ * opposite: each turns to the next the shortest way, evenly but for the ease. @param at the time, 0
+ * to 1. */
+sc_vec3 sc_track_direction(const sc_track *track, double at);
 /** @return the time of frame @p k of @p frames: 0 for the first, 1 for the last. @param k need not
  * be whole. */
 double sc_frame_time(double k, int frames);

@@ -386,6 +386,7 @@ static json_t *tracked_schema(const sc_key *key)
 
 const sc_value_type sc_type_tracked_color = {
     .name = "colour or key frames",
+    .of_key_frames = &sc_type_color_levels,
     .expected = COLOR_EXPECTED ", or key frames of colours",
     .read = read_tracked,
     .write = write_tracked,
@@ -440,6 +441,7 @@ static json_t *background_schema(const sc_key *key)
 
 const sc_value_type sc_type_background = {
     .name = "colour, auto, none or key frames",
+    .of_key_frames = &sc_type_color_levels,
     .expected = "auto, none, " COLOR_EXPECTED ", or key frames of colours",
     .read = read_background,
     .write = write_background,

@@ -123,8 +123,9 @@ const sc_key sc_camera_keys[] = {
 /* ---- slices ---- */
 
 const sc_key sc_slices_keys[] = {
-    {"point_mm", &sc_type_point, offsetof(sc_slices, point_mm), NULL,
-     .help = "where the three slices cross, in all frames", .low = -1e6, .high = 1e6, .unit = "mm",
+    {"point_mm", &sc_type_tracked_point, offsetof(sc_slices, point_mm), NULL,
+     .track = offsetof(sc_slices, point_track) - offsetof(sc_slices, point_mm),
+     .help = "where the three slices cross", .low = -1e6, .high = 1e6, .unit = "mm",
      .given = SC_GIVEN(sc_slices, has_point), .without = "the slices move, by from and to",
      .option = &(const sc_key_option){"point", "R,A,S", "views"}},
     {"from", &sc_type_share, offsetof(sc_slices, share.from), "0%",

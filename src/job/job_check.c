@@ -227,10 +227,11 @@ static sc_status check_turn(const sc_ctx *ctx, const sc_job *job, size_t index)
 {
     const sc_verb *turn = &job->verbs[index];
     const sc_status status = check_plane(ctx, job, turn, "turn");
-    bool turned = false;
+    bool turned;
 
     if (status != SC_OK)
         return status;
+    turned = job->animation.sweeps[turn->plane - 1].normal_track.count > 0;
     for (size_t i = 0; i < job->verb_count; i++)
         turned = turned || (i != index && job->verbs[i].kind == SC_VERB_TURN &&
                             job->verbs[i].plane == turn->plane);

@@ -9,12 +9,8 @@
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)
-#define NORMAL_ROW                                                                                 \
-    {                                                                                              \
-        "normal", &sc_type_direction, PLANE(sweep.normal), NULL,                                   \
-            .help = "direction towards what the plane keeps", .low = -1e6, .high = 1e6,            \
-            .required = true                                                                       \
-    }
+#define NORMAL(type) "normal", type, PLANE(sweep.normal), NULL, .low = -1e6, .high = 1e6
+#define NORMAL_HELP .help = "direction towards what the plane keeps", .required = true
 
 #define ACTIVE_ROW                                                                                 \
     {                                                                                              \
@@ -31,8 +27,140 @@ typedef struct plane_entry {
     sc_vec3 point_mm;
 } plane_entry;
 
+/* ---- values of a plane that may have key frames ---- */
+
+/* A position that is a value of key frames: see sc_sweep.at_track. */
+static sc_status read_key_position(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                   void *value)
+{
+    sc_plane_position position;
+    const sc_status status = sc_type_plane_position.read(ctx, key, node, &position);
+
+    if (status == SC_OK)
+        *(sc_vec3 *)value = (sc_vec3){position.value, position.percent, 0};
+    return status;
+}
+
+static sc_plane_position position_of(sc_vec3 value)
+{
+    return (sc_plane_position){.value = value.x, .percent = value.y > 0};
+}
+
+static sc_status write_key_position(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                    int indent, sc_text *text)
+{
+    const sc_plane_position position = position_of(*(const sc_vec3 *)value);
+
+    return sc_type_plane_position.write(ctx, key, &position, indent, text);
+}
+
+static json_t *position_schema(const sc_key *key)
+{
+    return sc_type_plane_position.schema(key);
+}
+
+static const sc_value_type type_key_position = {
+    .name = "position",
+    .expected = "a position such as 40% or 12 mm",
+    .read = read_key_position,
+    .write = write_key_position,
+    .schema = position_schema,
+};
+
+/* A position, or key frames of positions; @p value is the whole plane_entry. */
+static sc_status read_at(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_sweep *sweep = &((plane_entry *)value)->sweep;
+    sc_status status;
+
+    if (!sc_is_track(node))
+        return sc_type_plane_position.read(ctx, key, node, &sweep->from);
+    status = sc_read_track(ctx, key, node, &sweep->at_track);
+    if (status == SC_OK)
+        sweep->from = position_of(sweep->at_track.keys[0].value);
+    return status;
+}
+
+static sc_status write_at(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                          sc_text *text)
+{
+    const sc_sweep *sweep = &((const plane_entry *)value)->sweep;
+
+    return sweep->at_track.count
+               ? sc_write_track(ctx, key, &sweep->at_track, text)
+               : sc_type_plane_position.write(ctx, key, &sweep->from, indent, text);
+}
+
+static json_t *at_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", position_schema(key), sc_track_schema(key));
+}
+
+static const sc_value_type type_at = {
+    .name = "position or key frames",
+    .expected = "a position such as 40% or 12 mm",
+    .of_key_frames = &type_key_position,
+    .read = read_at,
+    .write = write_at,
+    .schema = at_schema,
+};
+
+/* A direction, or key frames of directions, none of which is the opposite of the one before; @p
+ * value is the normal of a plane_entry, the first member of that. */
+static sc_status read_normal(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_sweep *sweep = value;
+    const sc_key_frame *keys = sweep->normal_track.keys;
+    sc_status status;
+
+    if (!sc_is_track(node))
+        return sc_type_direction.read(ctx, key, node, &sweep->normal);
+    status = sc_read_track(ctx, key, node, &sweep->normal_track);
+    for (int i = 1; i < sweep->normal_track.count && status == SC_OK; i++) {
+        if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
+            status =
+                sc_yaml_fail(ctx, node->items[i],
+                             "%s: the directions of key frames %d and %d are opposite, so that "
+                             "no way between them is the shortest; put another one between "
+                             "them",
+                             key->name, i, i + 1);
+    }
+    if (status == SC_OK)
+        sweep->normal = keys[0].value;
+    return status;
+}
+
+static sc_status write_normal(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                              sc_text *text)
+{
+    const sc_sweep *sweep = value;
+
+    return sweep->normal_track.count
+               ? sc_write_track(ctx, key, &sweep->normal_track, text)
+               : sc_type_direction.write(ctx, key, &sweep->normal, indent, text);
+}
+
+static json_t *normal_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", sc_type_direction.schema(key), sc_track_schema(key));
+}
+
+static const sc_value_type type_normal = {
+    .name = "direction or key frames",
+    .expected = "an anatomical word, [x, y, z], or key frames of such",
+    .of_key_frames = &sc_type_direction,
+    .read = read_normal,
+    .write = write_normal,
+    .schema = normal_schema,
+};
+
+_Static_assert(offsetof(plane_entry, sweep) == 0 && offsetof(sc_sweep, normal) == 0,
+               "the normal stands where its plane does");
+
+/* ---- rows of a plane ---- */
+
 static const sc_key sweep_keys[] = {
-    NORMAL_ROW,
+    {NORMAL(&sc_type_direction), NORMAL_HELP},
     {"from", &sc_type_plane_position, PLANE(sweep.from), "0%",
      .help = "where the plane begins: a share of the way through what is visible, or mm along its "
              "normal"},
@@ -45,8 +173,8 @@ static const sc_key sweep_keys[] = {
     {0}};
 
 static const sc_key plane_keys[] = {
-    NORMAL_ROW,
-    {"at", &sc_type_plane_position, PLANE(sweep.from), "50%",
+    {NORMAL(&type_normal), NORMAL_HELP},
+    {"at", &type_at, 0, "50%",
      .help = "where the plane stands: a share of the way through what is visible, or mm along its "
              "normal",
      .alternative = "at or at_point"},
@@ -188,8 +316,14 @@ static sc_status read_plane(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         return status;
     if (entry.has_point)
         sweep->from = (sc_plane_position){.value = sc_vec3_dot(sweep->normal, entry.point_mm)};
+    if (entry.has_point && sweep->normal_track.count) {
+        sweep->has_point = true;
+        sweep->point_mm = entry.point_mm;
+    }
     if (key->keys == plane_keys)
-        sweep->to = sweep->from;
+        sweep->to = sweep->at_track.count
+                        ? position_of(sweep->at_track.keys[sweep->at_track.count - 1].value)
+                        : sweep->from;
     job->animation.sweeps[job->animation.sweep_count++] = *sweep;
     return SC_OK;
 }
@@ -312,8 +446,8 @@ out:
     return status;
 }
 
-/* Write every plane as a sweep, though not all move, with the tissues that it leaves whole. @p
- * value is the whole sc_job. */
+/* Write every plane but those with key frames as a sweep, though not all move, with the tissues
+ * that it leaves whole. @p value is the whole sc_job. */
 static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
@@ -322,10 +456,12 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
 
     (void)key;
     for (int i = 0; i < job->animation.sweep_count && status == SC_OK; i++) {
-        const plane_entry entry = {.sweep = job->animation.sweeps[i]};
+        const sc_sweep *sweep = &job->animation.sweeps[i];
+        const plane_entry entry = {*sweep, sweep->has_point, sweep->point_mm};
+        const bool has_keys = sweep->at_track.count || sweep->normal_track.count;
 
-        SC_TRY(sc_text_add(ctx, text, "\n%*s- sweep: ", indent + 2, ""));
-        SC_TRY(sc_keys_write_flow(ctx, sweep_keys, &entry, text));
+        SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", has_keys ? "plane" : "sweep"));
+        SC_TRY(sc_keys_write_flow(ctx, has_keys ? plane_keys : sweep_keys, &entry, text));
         SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
         status = write_exceptions(ctx, job, i, text);
     }

@@ -28,6 +28,9 @@ typedef struct sc_value_type {
     const char *expected; /* for error messages, for example "a whole number" */
     /* Check @p node and store it in @p value; logs what is wrong with file and line. */
     sc_status (*read)(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value);
+    const struct sc_value_type *of_key_frames; /* the type of the values of key frames, each in an
+                                                  sc_vec3; NULL: a number, or a share if this is
+                                                  one */
     /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
      * NULL: the keys of the map are written as lines of their own. */
     sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,

@@ -120,11 +120,9 @@ static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key row
 /* @return the type of the values of key frames of a row. */
 static const sc_value_type *type_of(const sc_key *value)
 {
-    return value->type == &sc_type_tracked_point   ? &sc_type_point
-           : value->type == &sc_type_background    ? &sc_type_color_levels
-           : value->type == &sc_type_tracked_color ? &sc_type_color_levels
-           : value->type == &sc_type_share         ? &sc_type_share
-                                                   : &sc_type_real;
+    return value->type->of_key_frames      ? value->type->of_key_frames
+           : value->type == &sc_type_share ? &sc_type_share
+                                           : &sc_type_real;
 }
 
 /* Read key frame @p i of the list into keys[i]; it has to come after the one before it. @return the
@@ -259,6 +257,7 @@ const sc_value_type sc_type_tracked = {
 };
 const sc_value_type sc_type_tracked_point = {
     .name = "[R, A, S] or key frames",
+    .of_key_frames = &sc_type_point,
     .expected = "[R, A, S] in millimetres, or key frames such as [{at: 0s, value: [0, 0, 10]}, "
                 "{at: 4s, value: [0, 0, 60]}]",
     .read = read_tracked,

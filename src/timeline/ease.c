@@ -61,19 +61,52 @@ double sc_progress(double begin, double end, sc_ease ease, double k, int frames)
     return sc_ease_value(ease, u < 0 ? 0 : u > 1 ? 1 : u);
 }
 
-sc_vec3 sc_track_value(const sc_track *track, double at)
+/* Find between which key frames a time lies. @param share set to how far it is on the way between
+ * them. @return the index of the second of them; 0 before the first, and the count from the last
+ * one on. */
+static int next_key(const sc_track *track, double at, double *share)
 {
     const sc_key_frame *keys = track->keys;
     int next = 0;
 
+    *share = 0;
     while (next < track->count && keys[next].at <= at)
         next++;
+    if (next > 0 && next < track->count)
+        *share = sc_ease_value(keys[next].ease,
+                               (at - keys[next - 1].at) / (keys[next].at - keys[next - 1].at));
+    return next;
+}
+
+sc_vec3 sc_track_value(const sc_track *track, double at)
+{
+    const sc_key_frame *keys = track->keys;
+    double share;
+    const int next = next_key(track, at, &share);
+
     if (next == 0 || next == track->count)
         return keys[next ? next - 1 : 0].value;
-    return sc_vec3_along(keys[next - 1].value,
-                         sc_ease_value(keys[next].ease, (at - keys[next - 1].at) /
-                                                            (keys[next].at - keys[next - 1].at)),
+    return sc_vec3_along(keys[next - 1].value, share,
                          sc_vec3_sub(keys[next].value, keys[next - 1].value));
+}
+
+sc_vec3 sc_track_direction(const sc_track *track, double at)
+{
+    const sc_key_frame *keys = track->keys;
+    double share, sine;
+    const int next = next_key(track, at, &share);
+    sc_vec3 from, to, across;
+
+    if (next == 0 || next == track->count)
+        return keys[next ? next - 1 : 0].value;
+    from = keys[next - 1].value;
+    to = keys[next].value;
+    across = sc_vec3_cross(from, to);
+    sine = sc_vec3_length(across);
+    if (!(sine > 0)) /* they are the same */
+        return from;
+    return sc_vec3_rotate(from, sc_vec3_scale(across, 1 / sine),
+                          share * atan2(sine, sc_vec3_dot(from, to)));
 }
 
 /* @return the value of a number in frame @p k of @p frames. @param constant it, where the track has

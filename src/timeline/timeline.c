@@ -100,6 +100,65 @@ static void place_camera(const sc_vec3 *points, size_t point_count, double aspec
     }
 }
 
+/* @return where a plane lies, in mm, at the time @p at, to which its position holds: see
+ * sc_sweep.at_track. */
+static double resting_mm(const sc_sweep *sweep, const sc_plane_position *position, double at,
+                         const sc_vec3 *points, size_t point_count)
+{
+    const sc_vec3 normal =
+        sweep->normal_track.count ? sc_track_direction(&sweep->normal_track, at) : sweep->normal;
+    double low, high, mm;
+
+    sc_extent(points, point_count, normal, &low, &high);
+    mm = position_mm(position, low, high);
+    return sweep->normal_track.count ? mm - sc_vec3_dot(normal, sweep->point_mm) : mm;
+}
+
+/* Turn the key frames of a plane, of which there are some, into mm. One with key frames of its
+ * normal alone stays at its place, whatever its normal. */
+static void resolve_tracks(const sc_vec3 *points, size_t point_count, sc_vec3 middle_mm,
+                           sc_sweep *sweep)
+{
+    sc_track *track = &sweep->at_track;
+    const bool stays = track->count == 0;
+
+    if (!sweep->has_point)
+        sweep->point_mm = middle_mm;
+    if (stays)
+        *track = sweep->normal_track;
+    for (int i = 0; i < track->count; i++) {
+        const sc_vec3 *value = &track->keys[i].value;
+        const sc_plane_position at =
+            stays ? sweep->from : (sc_plane_position){.value = value->x, .percent = value->y > 0};
+
+        track->keys[i].value =
+            (sc_vec3){stays && sweep->has_point
+                          ? 0
+                          : resting_mm(sweep, &at, track->keys[i].at, points, point_count),
+                      0, 0};
+    }
+}
+
+/* Fill in where plane @p i lies, and where verbs bring it. */
+static void place_plane(const sc_vec3 *points, size_t point_count, int i, sc_timeline *t)
+{
+    sc_sweep *sweep = &t->animation.sweeps[i];
+    const sc_vec3 middle_mm = sc_vec3_scale(sc_vec3_add(t->low_mm, t->high_mm), 0.5);
+    double low, high;
+
+    sc_extent(points, point_count, sweep->normal, &low, &high);
+    t->from_mm[i] = position_mm(&sweep->from, low, high);
+    t->to_mm[i] = position_mm(&sweep->to, low, high);
+    if (sweep->at_track.count || sweep->normal_track.count)
+        resolve_tracks(points, point_count, middle_mm, sweep);
+    for (int m = 0; m < t->animation.move_count; m++) {
+        const sc_verb *verb = &t->moves[m].verb;
+
+        if (verb->kind == SC_VERB_SWEEP && verb->plane == i + 1)
+            t->moves[m].plane_mm = resting_mm(sweep, &verb->by, verb->end, points, point_count);
+    }
+}
+
 void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, size_t point_count,
                          double aspect, sc_timeline *out)
 {
@@ -112,17 +171,8 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     place_camera(animation->framed ? animation->framed : points,
                  animation->framed ? animation->framed_count : point_count, aspect, &t);
     for (int i = 0; i < animation->sweep_count; i++) {
-        const sc_sweep *sweep = &animation->sweeps[i];
-        double low, high;
-
-        sc_extent(points, point_count, sweep->normal, &low, &high);
-        t.from_mm[i] = position_mm(&sweep->from, low, high);
-        t.to_mm[i] = position_mm(&sweep->to, low, high);
+        place_plane(points, point_count, i, &t);
         t.clip_sets[0] |= 1u << i;
-        for (int m = 0; m < animation->move_count; m++) {
-            if (t.moves[m].verb.kind == SC_VERB_SWEEP && t.moves[m].verb.plane == i + 1)
-                t.moves[m].plane_mm = position_mm(&t.moves[m].verb.by, low, high);
-        }
     }
     *out = t;
 }
@@ -229,6 +279,8 @@ sc_vec3 sc_timeline_point(const sc_timeline *timeline, int k)
         ramp->from + (ramp->to - ramp->from) * sc_progress(ramp->begin, ramp->end, ramp->ease, k,
                                                            timeline->animation.frames);
 
+    if (slices->has_point && slices->point_track.count)
+        return sc_track_value(&slices->point_track, sc_frame_time(k, timeline->animation.frames));
     if (slices->has_point)
         return slices->point_mm;
     return sc_vec3_along(timeline->low_mm, share, sc_vec3_sub(timeline->high_mm, timeline->low_mm));

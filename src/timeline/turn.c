@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a clip plane lies: its own sweep moves it along its normal, and then the verbs sweep, each
- * from where those before have left it; then the verbs turn turn it about their lines. All go in
- * the order in which they begin. */
+/* Where a clip plane lies: its own sweep, or key frames, move it along its normal, and then the
+ * verbs sweep, each from where those before have left it; then the verbs turn turn it about their
+ * lines. All go in the order in which they begin. */
 #include "motion.h"
 
 /* An axis and a normal are parallel if the sine between them is below this. */
@@ -37,7 +37,8 @@ static sc_plane turn(const sc_timeline *t, const sc_verb *verb, int k, sc_plane 
     return plane;
 }
 
-/* @return where a plane lies along its normal in frame @p k, before it is turned, in mm. */
+/* @return where a plane lies along its normal in frame @p k, before it is turned, in mm: from the
+ * origin or, where its normal has key frames, from its pivot. */
 static double swept_mm(const sc_timeline *t, int plane, int k)
 {
     const int frames = t->animation.frames;
@@ -46,6 +47,8 @@ static double swept_mm(const sc_timeline *t, int plane, int k)
         t->from_mm[plane] + sc_progress(sweep->begin, sweep->end, sweep->ease, k, frames) *
                                 (t->to_mm[plane] - t->from_mm[plane]);
 
+    if (sweep->at_track.count)
+        at_mm = sc_track_value(&sweep->at_track, sc_frame_time(k, frames)).x;
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
 
@@ -58,8 +61,14 @@ static double swept_mm(const sc_timeline *t, int plane, int k)
 
 sc_plane sc_timeline_plane(const sc_timeline *t, int plane, int k)
 {
-    sc_plane out = {t->animation.sweeps[plane].normal, -swept_mm(t, plane, k)};
+    const sc_sweep *sweep = &t->animation.sweeps[plane];
+    sc_plane out = {sweep->normal, -swept_mm(t, plane, k)};
 
+    if (sweep->normal_track.count) {
+        out.normal =
+            sc_track_direction(&sweep->normal_track, sc_frame_time(k, t->animation.frames));
+        out.offset_mm -= sc_vec3_dot(out.normal, sweep->point_mm);
+    }
     for (int i = 0; i < t->animation.move_count; i++) {
         const sc_verb *verb = &t->moves[i].verb;
 

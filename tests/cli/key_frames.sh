@@ -62,3 +62,12 @@ colors slices --set output.layout=views
 colors parts --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
 as_constant shots 'tissues."*".color' '[{at: 0%, value: white}, {at: 50%, value: navy}, {at: 100%, value: red}]' 2 navy 7 navy
+
+# Planes, and the point of the slices.
+more=()
+as_constant place animation.clip '[{plane: {normal: left, at: [{at: 0%, value: 20%}, {at: 50%, value: 5 mm}, {at: 100%, value: 70%}]}}]' \
+    0 '[{plane: {normal: left, at: 20%}}]' 2 '[{plane: {normal: left, at: 5 mm}}]' 4 '[{plane: {normal: left, at: 70%}}]'
+as_constant normal animation.clip '[{plane: {normal: [{at: 2f, value: left}, {at: 4f, value: head, ease: smooth}]}}]' \
+    0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
+more=(--set output.layout=views)
+as_constant point animation.slices.point_mm '[{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [10, -5, 20]}]' 2 '[5, -2.5, 10]'

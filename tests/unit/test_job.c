@@ -713,6 +713,21 @@ static const struct {
      "ease: out}], opacity: 1}\n  \"*\": {color: [0, 0, 255]}\n  \"wall\": {color: [{at: 30%, "
      "value: "
      "[255, 0, 0], ease: linear}]}\n"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left, at: [{at: 1s, value: 10%}, {at: 2s, "
+     "value: -12 mm, ease: smooth}]}, except: [aorta]}, {plane: {normal: [{at: 0%, value: left}, "
+     "{at: "
+     "50f, value: [0, 2, 0]}], active: [0%, 50%]}}, {plane: {normal: [{at: 50%, value: feet}], "
+     "at_point: [1, 2, 3]}}, {plane: {normal: head}}], slices: {point_mm: [{at: 10f, value: [1, 2, "
+     "3]}]}}",
+     "- plane: {normal: [-1, 0, 0], at: [{at: 30%, value: 10%, ease: linear}, {at: 60%, value: -12 "
+     "mm, ease: smooth}]}\n      except: [\"aorta\"]\n    - plane: {normal: [{at: 0%, value: [-1, "
+     "0, "
+     "0], ease: linear}, {at: 50%, value: [0, 1, 0], ease: linear}], at: 50%, active: [0%, 50%]}\n "
+     "  "
+     "   except: []\n    - plane: {normal: [{at: 50%, value: [0, 0, -1], ease: linear}], at_point: "
+     "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
+    {"animation: {frames: 101, slices: {point_mm: [{at: 10f, value: [1, 2, 3]}]}}",
+     "slices: {point_mm: [{at: 10%, value: [1, 2, 3], ease: linear}]"},
     {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
      "{at: "
      "99f, value: [1.0, 0, 0]}]}",
@@ -767,6 +782,20 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
         {"tissues: {aorta: {opacity: [{at: 1s, value: 1}]}}",
          "opacity is [{...}], expected a number from 0 to 1"},
         {"tissues: {aorta: {color: [{at: 90s, value: red}]}}", "at: 90s is behind the end"},
+        {"animation: {clip: [plane: {normal: [{at: 0s, value: left}, {at: 1s, value: head}, {at: "
+         "2s, "
+         "value: feet}]}]}",
+         "job.yaml:2: normal: the directions of key frames 2 and 3 are opposite, so that no way"},
+        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 10}]}]}",
+         "value is \"10\", expected a unit behind the number: 10% or 10 mm"},
+        {"animation: {clip: [plane: {normal: left, at: [{at: 1s, value: 1%}, {at: 1s, value: "
+         "2%}]}]}",
+         "at: key frame 2, at 1s, does not come after key frame 1, at 1s"},
+        {"animation: {clip: [sweep: {normal: [{at: 1s, value: left}]}]}",
+         "normal is [{...}], expected an anatomical word or [x, y, z]"},
+        {"animation: {clip: [plane: {normal: [{at: 0s, value: lft}]}]}",
+         "unknown value \"lft\"; did you mean \"left\"?"},
+        {"animation: {slices: {point_mm: [{at: 0s, value: 3}]}}", "value is \"3\", expected [R, A"},
         {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
         {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},

@@ -469,6 +469,57 @@ static void colours_are_mixed_by_their_tones(void **state)
     assert_near(at[1], 1, 0);
 }
 
+/* A plane meets its key frames, and goes steadily between them, also where its normal turns far
+ * from the origin. */
+static void planes_follow_their_key_frames(void **state)
+{
+    enum { FRAMES = 101 };
+    const sc_vec3 corners[] = {{100, 200, -300}, {140, 260, -280}}; /* middle: 120, 230, -290 */
+    sc_animation a = {.frames = FRAMES, .sweep_count = 3, .camera = {.axis = {0, 0, 1}}};
+    sc_timeline t;
+
+    (void)state;
+    a.camera.fov_deg = 30;
+    a.sweeps[0] = (sc_sweep){.normal = {1, 0, 0}};
+    a.sweeps[0].at_track =
+        (sc_track){3, {{0, {0}, {25, 1, 0}}, {0.5, {0}, {130, 0, 0}}, {1, {0}, {100, 1, 0}}}};
+    a.sweeps[1] = (sc_sweep){.normal = {1, 0, 0}, .from = {50, true}};
+    a.sweeps[1].normal_track = (sc_track){2, {{0.25, {0}, {1, 0, 0}}, {0.75, {0}, {0, 1, 0}}}};
+    a.sweeps[2] = a.sweeps[1];
+    a.sweeps[2].has_point = true;
+    a.sweeps[2].point_mm = (sc_vec3){7, 8, 9};
+    sc_timeline_resolve(&a, corners, SC_COUNT_OF(corners), 1, &t);
+    assert_near(sc_timeline_plane(&t, 0, 0).offset_mm, -110, 1e-9);
+    assert_near(sc_timeline_plane(&t, 0, 25).offset_mm, -120, 1e-9);
+    assert_near(sc_timeline_plane(&t, 0, 50).offset_mm, -130, 1e-9);
+    assert_near(sc_timeline_plane(&t, 0, 100).offset_mm, -140, 1e-9);
+    for (int k = 0; k < FRAMES; k++) {
+        const double turned = k < 25 ? 0 : k > 75 ? 1 : (k - 25) / 50.0;
+        const sc_plane plane = sc_timeline_plane(&t, 1, k), about = sc_timeline_plane(&t, 2, k);
+
+        assert_near(plane.normal.x, cos(turned * M_PI / 2), 1e-12);
+        assert_near(plane.normal.y, sin(turned * M_PI / 2), 1e-12);
+        /* halfway through a box is through its middle, in any direction */
+        assert_near(sc_vec3_dot(plane.normal, (sc_vec3){120, 230, -290}) + plane.offset_mm, 0,
+                    1e-9);
+        assert_near(sc_vec3_dot(about.normal, (sc_vec3){7, 8, 9}) + about.offset_mm, 0, 1e-9);
+    }
+}
+
+static void slices_follow_their_key_frames(void **state)
+{
+    sc_animation a = {.frames = 11, .camera = {.axis = {0, 0, 1}, .fov_deg = 30}};
+    sc_timeline t;
+
+    (void)state;
+    a.slices.has_point = true;
+    a.slices.point_track = (sc_track){2, {{0, {0}, {1, 2, 3}}, {1, {0}, {11, 2, -7}}}};
+    sc_timeline_resolve(&a, NULL, 0, 1, &t);
+    assert_near(sc_timeline_point(&t, 0).x, 1, 0);
+    assert_near(sc_timeline_point(&t, 5).x, 6, 1e-12);
+    assert_near(sc_timeline_point(&t, 10).z, -7, 0);
+}
+
 /* What moves by key frames is framed in all frames, and shows what the key frames say. */
 static void key_frames_move_the_camera(void **state)
 {
@@ -1056,6 +1107,8 @@ int main(void)
         cmocka_unit_test(a_camera_goes_over_the_pole_without_a_flip),
         cmocka_unit_test(light_follows_its_key_frames),
         cmocka_unit_test(colours_are_mixed_by_their_tones),
+        cmocka_unit_test(planes_follow_their_key_frames),
+        cmocka_unit_test(slices_follow_their_key_frames),
         cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(a_camera_rocks_and_comes_back),
         cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
