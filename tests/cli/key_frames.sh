@@ -71,3 +71,12 @@ as_constant normal animation.clip '[{plane: {normal: [{at: 2f, value: left}, {at
     0 '[{plane: {normal: left}}]' 4 '[{plane: {normal: head}}]'
 more=(--set output.layout=views)
 as_constant point animation.slices.point_mm '[{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [10, -5, 20]}]' 2 '[5, -2.5, 10]'
+
+# All at once: a still is the frame of the film, whatever was drawn before it.
+keyframes=("$SOURCE/jobs/keyframes.yaml" --set volume=phantom:59x41x61 --set 'output.size=[96, 54]' --set animation.frames=9)
+"$SEGCAST" render "${keyframes[@]}" -o all -q --set output.video=none --set output.frames=png >/dev/null
+[ "$(hashes all | cut -d' ' -f2 | sort -u | wc -l)" = 9 ] || fail 'frames repeat'
+for k in 7 3; do
+    "$SEGCAST" still "${keyframes[@]}" --frame $k -o still.png -q --overwrite >/dev/null
+    "$IMAGE_DIFFERENCE" still.png all/frames/00000$k.png || fail "still --frame $k is not frame $k of the film"
+done

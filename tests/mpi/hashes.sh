@@ -53,3 +53,12 @@ for encode in rank0 segments gather; do
     mpi 3 "$SEGCAST" render job.yaml -o c$encode -q "${clear[@]}" --set farm.encode=$encode >/dev/null
     cmp crank0/v.mov c$encode/v.mov || fail "the transparent video depends on who encodes"
 done
+
+# Values by key frames are the same on all ranks, with all kernels.
+keyframes=("$SOURCE/jobs/keyframes.yaml" -q --set volume=phantom:59x41x61 --set 'output.size=[96, 54]' --set output.video=none
+    --set animation.frames=7)
+"$SEGCAST" render "${keyframes[@]}" -o keyed >/dev/null
+for cpu in c auto; do
+    mpi 2 "$SEGCAST" render "${keyframes[@]}" -o keyed-$cpu --cpu $cpu --set farm.partition=tiles --set render.skip=none >/dev/null
+    [ "$(hashes keyed)" = "$(hashes keyed-$cpu)" ] || fail "key frames: the pictures differ with two ranks, $cpu"
+done
