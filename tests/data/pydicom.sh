@@ -60,6 +60,8 @@ for volume in tilted hole; do
 done
 "$SEGCAST" orbit tilted.dcm -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt ||
     { cat stderr.txt >&2; fail "no film of a segmentation"; }
+expect 65 'tilted.dcm: is a DICOM segmentation, expected a grey volume' "$SEGCAST" orbit tilted.nrrd --set image.path=tilted.dcm -o image.mp4
+one_error
 
 # A voxel of several segments goes to the smaller one, or the last one, and it is told how many there are.
 cat >overlap.py <<'PYTHON'
