@@ -72,10 +72,13 @@ static sc_status note_dicom(const sc_ctx *ctx, const char *directory, const char
                             dicom_files *files)
 {
     sc_text path = {0};
-    bool is_dicom, is_first, is_last;
+    struct stat info;
+    bool is_dicom = false, is_first, is_last;
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, &path, "%s/%s", directory, name));
+    if (stat(path.data, &info) || !S_ISREG(info.st_mode)) /* a pipe would never end */
+        goto out;
     if (!sc_dicom_is_segmentation(path.data, &is_dicom)) {
         files->others += is_dicom;
         goto out;

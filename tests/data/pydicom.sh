@@ -63,6 +63,22 @@ done
 expect 65 'tilted.dcm: is a DICOM segmentation, expected a grey volume' "$SEGCAST" orbit tilted.nrrd --set image.path=tilted.dcm -o image.mp4
 one_error
 
+# A file of dcmqi that comes with pydicom; somebody has cut it to the pixels of its first frame, of three.
+cat >real.py <<'PYTHON'
+import pydicom, pydicom.data
+for name in 'liver_1frame', 'liver_expb_1frame':
+    data = pydicom.dcmread(pydicom.data.get_testdata_file(name + '.dcm', download=False))
+    data.NumberOfFrames, data.PixelData, data['PixelData'].VR = 3, 3 * data.PixelData, 'OB'
+    data.save_as(name + '.dcm')
+PYTHON
+if "$python" -W ignore real.py 2>python.txt; then
+    for file in liver_1frame liver_expb_1frame; do
+        expect 0 '' "$SEGCAST" info "$file.dcm" --json
+        jq -e '.size == [512, 512, 3] and [.labels[1] | .name, .voxels, .color] == ["Liver", 108699, [217, 130, 101]]' stdout.txt >/dev/null ||
+            fail "$file.dcm: $(jq -c '[.size, .labels[1]]' stdout.txt)"
+    done
+fi
+
 # A voxel of several segments goes to the smaller one, or the last one, and it is told how many there are.
 cat >overlap.py <<'PYTHON'
 from dicom_files import *
@@ -78,6 +94,7 @@ jq -e '[.labels[1:][] | [.value, .voxels]] == [[2, 721]]' stdout.txt >/dev/null 
 # The segmentation in a directory is found by its content, beside the slices of its image.
 mkdir one several image
 cp binary_explicit.dcm one/IM00001
+mkfifo one/pipe
 cp binary_explicit.dcm several/a
 cp overlap.dcm several/b
 cat >image.py <<'PYTHON'
