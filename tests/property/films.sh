@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Jobs made at random, of every verb, shots, phases of a beat, comparisons, images, values and overlays, are accepted by
-# check, and any frame of them alone, in any order, on any number of ranks and threads, in any partition, with any kernel
-# and skip method, after a run that was killed, or as a still, is that of the film, by hash.
+# check, and any frame of them alone, in any order, of the resolved job, on any number of ranks and threads, in any
+# partition, with any kernel and skip method, after a run that was killed, or as a still, is that of the film, by hash.
 # PROPERTY_SEED=N chooses other jobs, PROPERTY_JOBS=N how many, and PROPERTY_FIRST=N the number of the first. A job that
 # fails is kept in the build directory, with its inputs.
 seed=${PROPERTY_SEED:-1} first=${PROPERTY_FIRST:-0} jobs=${PROPERTY_JOBS:-24}
@@ -50,10 +50,12 @@ for ((n = first; n < first + jobs; n++)); do
         --set farm.partition="$partition" --set farm.tile="$tile" --set farm.share="$([ $((RANDOM % 2)) = 0 ] && echo true || echo false)"
     hashes two | diff one.txt - >&2 || failed "2 ranks, $partition, tiles of $tile, skip $skip and plain C make other frames"
 
-    # Some frames alone, in another order
+    # Some frames alone, in another order, of the job as it was resolved
+    cp one/job.yaml resolved.yaml
     last=$((frames - 1)) any=$((RANDOM % (frames - 1)))
-    OMP_NUM_THREADS=2 run "$SEGCAST" render job.yaml -o some -q --frames "$last,$any" --set render.skip="${skips[RANDOM % 6]}"
+    OMP_NUM_THREADS=2 run "$SEGCAST" render resolved.yaml -o some -q --frames "$last,$any" --set render.skip="${skips[RANDOM % 6]}"
     hashes some | diff <(grep -E "^($any|$last) " one.txt) - >&2 || failed "frames $last and $any alone are not those of the film"
+    [ "$(job_hash one)" = "$(job_hash some)" ] || failed "the resolved job is another one"
     for k in $last $((RANDOM % frames)); do
         run "$SEGCAST" still job.yaml --frame "$k" -o alone.png --overwrite -q
         "$IMAGE_DIFFERENCE" alone.png "one/frames/$(printf %06d "$k").png" || failed "a still of frame $k is not that of the film"

@@ -782,7 +782,7 @@ static const struct row color_by_rows[] = {
     {"map", 60, put_word, "viridis|cividis|magma|inferno|plasma|coolwarm"},
     {"range", 40, put_word, "auto|[-1, 5]|[0, 100]"},
     {"missing", 40, put_color, NULL},
-    {"title", 40, put_text, NULL},
+    {"title", 40, put_word, "The heart|\"Cœur\"|\"心\"|\"1 %: [b]\""}, /* of one line */
 };
 static const struct row image_rows[] = {
     {"path", 100, put_word, "phantom|phantom:16x12x20|ct.nrrd"},
