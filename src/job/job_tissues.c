@@ -33,7 +33,7 @@ static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void 
     (void)indent;
     if (rule->opacity_auto)
         return sc_text_add(ctx, text, "auto");
-    return sc_text_add(ctx, text, "%.12g", rule->opacity);
+    return sc_write_number(ctx, rule->opacity, 1, "", text);
 }
 
 json_t *sc_number_or_auto_schema(const sc_key *key)

@@ -133,8 +133,8 @@ static sc_status write_target(const sc_ctx *ctx, const sc_key *key, const void *
 
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "%.12g%s", verb->to_factor ? 100 * verb->to : verb->to,
-                       verb->to_factor ? "%" : "");
+    return sc_write_number(ctx, verb->to, verb->to_factor ? 100 : 1, verb->to_factor ? "%" : "",
+                           text);
 }
 
 static json_t *target_schema(const sc_key *key)

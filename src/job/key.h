@@ -282,6 +282,12 @@ bool sc_parse_number(const sc_yaml *node, double *out);
 /* Read a number from @p low to @p high; anything else is logged as an error. */
 sc_status sc_read_real(const sc_ctx *ctx, const sc_yaml *node, double low, double high,
                        double *out);
+/* Append @p value * @p scale and @p unit, with as many digits, 12 or more, as it takes to read the
+ * same @p value again. @param scale 1, or 100 of a share in percent. */
+sc_status sc_write_number(const sc_ctx *ctx, double value, double scale, const char *unit,
+                          sc_text *text);
+/* Append "[a, b, c]", each as sc_write_number. */
+sc_status sc_write_numbers(const sc_ctx *ctx, const double *values, size_t count, sc_text *text);
 /* Read @p count numbers in the range of the row into @p out: a list "[a, b, c]", or one text with
  * commas between the numbers. */
 sc_status sc_read_numbers(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, size_t count,

@@ -52,7 +52,7 @@ static sc_status write_plane_position(const sc_ctx *ctx, const sc_key *key, cons
 
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "%.12g%s", position->value, position->percent ? "%" : " mm");
+    return sc_write_number(ctx, position->value, 1, position->percent ? "%" : " mm", text);
 }
 
 static json_t *plane_position_schema(const sc_key *key)
@@ -85,7 +85,7 @@ static sc_status write_share(const sc_ctx *ctx, const sc_key *key, const void *v
 {
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "%.12g%%", 100 * *(const double *)value);
+    return sc_write_number(ctx, *(const double *)value, 100, "%", text);
 }
 
 /* Read begin and end of a part of the animation: two shares, stored as two doubles in a row. Other
@@ -115,10 +115,15 @@ static sc_status write_span(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const double *span = value;
+    sc_status status;
 
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "[%.12g%%, %.12g%%]", 100 * span[0], 100 * span[1]);
+    SC_TRY(sc_text_add(ctx, text, "["));
+    SC_TRY(sc_write_number(ctx, span[0], 100, "%, ", text));
+    status = sc_write_number(ctx, span[1], 100, "%]", text);
+out:
+    return status;
 }
 
 static json_t *span_schema(const sc_key *key)
@@ -164,7 +169,7 @@ static sc_status write_duration(const sc_ctx *ctx, const sc_key *key, const void
 {
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "%.12g s", *(const double *)value);
+    return sc_write_number(ctx, *(const double *)value, 1, " s", text);
 }
 
 static json_t *duration_schema(const sc_key *key)

@@ -49,8 +49,8 @@ static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void
     (void)key;
     (void)indent;
     if (sc_strength_is_same(*s, (sc_vec3){s->x, s->x, s->x}))
-        return sc_text_add(ctx, text, "%.12g", s->x);
-    return sc_text_add(ctx, text, "[%.12g, %.12g, %.12g]", s->x, s->y, s->z);
+        return sc_write_number(ctx, s->x, 1, "", text);
+    return sc_write_numbers(ctx, (double[]){s->x, s->y, s->z}, 3, text);
 }
 
 static json_t *strength_schema(const sc_key *key)

@@ -39,13 +39,12 @@ static sc_status write_ease(const sc_ctx *ctx, const sc_key *key, const void *va
                             sc_text *text)
 {
     const sc_ease *ease = value;
-    const double *b = ease->bezier;
 
     (void)key;
     (void)indent;
     if (ease->kind != SC_EASE_BEZIER)
         return sc_text_add(ctx, text, "%s", ease_words[ease->kind]);
-    return sc_text_add(ctx, text, "[%.12g, %.12g, %.12g, %.12g]", b[0], b[1], b[2], b[3]);
+    return sc_write_numbers(ctx, ease->bezier, 4, text);
 }
 
 static json_t *ease_schema(const sc_key *key)

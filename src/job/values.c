@@ -181,12 +181,38 @@ static sc_status read_real(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     return sc_read_real(ctx, node, key->low, key->high, value);
 }
 
+sc_status sc_write_number(const sc_ctx *ctx, double value, double scale, const char *unit,
+                          sc_text *text)
+{
+    char digits[40];
+
+    for (int count = 12; count <= 17; count++) { /* 17 are enough for any number */
+        snprintf(digits, sizeof digits, "%.*g", count, value * scale);
+        if (strtod(digits, NULL) / scale == value)
+            break;
+    }
+    return sc_text_add(ctx, text, "%s%s", digits, unit);
+}
+
+sc_status sc_write_numbers(const sc_ctx *ctx, const double *values, size_t count, sc_text *text)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < count; i++) {
+        SC_TRY(sc_text_add(ctx, text, i ? ", " : "["));
+        SC_TRY(sc_write_number(ctx, values[i], 1, "", text));
+    }
+    status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
 static sc_status write_real(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                             sc_text *text)
 {
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "%.12g", *(const double *)value);
+    return sc_write_number(ctx, *(const double *)value, 1, "", text);
 }
 
 static json_t *real_schema(const sc_key *key)
@@ -397,7 +423,7 @@ static sc_status write_point(const sc_ctx *ctx, const sc_key *key, const void *v
 
     (void)key;
     (void)indent;
-    return sc_text_add(ctx, text, "[%.12g, %.12g, %.12g]", p->x, p->y, p->z);
+    return sc_write_numbers(ctx, (double[]){p->x, p->y, p->z}, 3, text);
 }
 
 static json_t *point_schema(const sc_key *key)
@@ -425,7 +451,11 @@ static sc_status read_direction(const sc_ctx *ctx, const sc_key *key, const sc_y
         return status;
     if (sc_vec3_length(direction) < 1e-9)
         return sc_yaml_fail(ctx, node, "%s has length zero, expected a direction", key->name);
-    *(sc_vec3 *)value = sc_vec3_unit(direction);
+    /* One that has been written by write_point stays as it is: the square of a unit vector's length
+     * is rounded, so that dividing by it once more may change the last bit. */
+    if (fabs(sc_vec3_dot(direction, direction) - 1) > 2e-15)
+        direction = sc_vec3_unit(direction);
+    *(sc_vec3 *)value = direction;
     return SC_OK;
 }
 

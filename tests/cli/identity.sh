@@ -47,3 +47,24 @@ expect 0 '' "$SEGCAST" render job.yaml -q
 expect 0 '' "$SEGCAST" verify out
 expect 0 '' "$SEGCAST" render out/job.yaml -o again -q
 [ "$(hashes out)" = "$(hashes again)" ] || fail "the job as resolved makes other pictures"
+
+# The resolved job is the same job to the last bit, also where its numbers have been computed: unit vectors, a plane
+# through a point, thirds.
+cat >oblique.yaml <<'YAML'
+volume: phantom:24x18x24
+output: {size: [48, 32], fps: 7, video: none}
+tissues: {aorta: {opacity: 0.3333333333333333}}
+animation:
+  frames: 4
+  camera: {orbit: {axis: [0.6, -0.5, 0.4], turns: 0.784, target_mm: [1.00000000000003, 2, 0.1]}}
+  clip: [{plane: {normal: [1, 2, 3], at_point: [1, 2, -4]}}]
+  slices: {from: 33.3333333333333%}
+  verbs:
+    - frame: {tissues: interventricular septum, during: [33.3333333333333%, 240 ms]}
+    - explode: {tissues: aorta, along: [1, 1, 1]}
+YAML
+"$SEGCAST" render oblique.yaml -o oblique -q >/dev/null
+cp oblique/job.yaml resolved.yaml
+"$SEGCAST" render resolved.yaml -o resolved -q >/dev/null
+[ "$(job_hash oblique)" = "$(job_hash resolved)" ] || fail "the resolved job is another one"
+cmp oblique/job.yaml resolved/job.yaml || fail "the resolved job is written in another way when it is resolved again"
