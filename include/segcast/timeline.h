@@ -65,7 +65,8 @@ typedef struct sc_ramp {
 
 /** The way of the camera: an orbit about an axis, or a still camera. */
 typedef struct sc_orbit {
-    bool fixed;           /**< a still camera at position_mm, which looks at target_mm */
+    bool fixed;           /**< a still camera at position_mm, which looks at target_mm; by key
+                               frames it goes its way without an orbit */
     sc_vec3 axis;         /**< of an orbit: unit, RAS; points upwards in the picture */
     double turns;         /**< during the whole animation, right-handed about the axis; of no
                                meaning where has_angle is set */
@@ -83,6 +84,7 @@ typedef struct sc_orbit {
     sc_ramp zoom; /**< scales the picture; above 0; 1: as framed */
     /** Key frames; those that have any replace the member of that name. */
     sc_track angle_track, elevation_track, target_track, distance_track, fov_track, zoom_track;
+    sc_track position_track, up_track; /**< likewise, of a still camera, as is target_track */
 } sc_orbit;
 
 /** A clip plane that moves along its normal. */
@@ -388,6 +390,10 @@ void sc_track_tones(const sc_track *levels, sc_track *tones);
 /** Find the colour of a track of tones, in linear light. Tones are mixed as rays are blended, so
  * that the way from one colour to another looks even. @param at the time, 0 to 1. */
 void sc_track_color(const sc_track *tones, double at, float linear[3]);
+/** Find where a camera without an orbit (sc_orbit.fixed) is at a time, 0 to 1, but for what verbs
+ * do. @param position_mm, target_mm, up as of sc_orbit. */
+void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
+                        sc_vec3 *up);
 /** @return the light of frame @p k of @p frames. @param light what holds where there are no key
  * frames. */
 sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);

@@ -97,12 +97,15 @@ static const sc_key orbit_keys[] = {
     {0}};
 
 static const sc_key fixed_keys[] = {
-    {"position_mm", &sc_type_point, CAMERA(position_mm), NULL, .help = "where the camera stands",
-     .low = -1e6, .high = 1e6, .unit = "mm", .required = true},
-    {"target_mm", &sc_type_point, CAMERA(target_mm), NULL, .help = "point that the camera looks at",
-     .low = -1e6, .high = 1e6, .unit = "mm", .required = true},
-    {"up", &sc_type_direction, CAMERA(up), "superior",
-     .help = "direction that points up in the picture", .low = -1e6, .high = 1e6},
+    {"position_mm", &sc_type_tracked_point, CAMERA(position_mm), NULL,
+     .help = "where the camera stands", .low = -1e6, .high = 1e6, .unit = "mm", .required = true,
+     .track = TRACK(position_mm, position_track)},
+    {"target_mm", &sc_type_tracked_point, CAMERA(target_mm), NULL,
+     .help = "point that the camera looks at", .low = -1e6, .high = 1e6, .unit = "mm",
+     .required = true, .track = TRACK(target_mm, target_track)},
+    {"up", &sc_type_tracked_direction, CAMERA(up), "superior",
+     .help = "direction that points up in the picture", .low = -1e6, .high = 1e6,
+     .track = TRACK(up, up_track)},
     {"fov", &sc_type_tracked, CAMERA(fov_deg), "30", .help = FOV_HELP, .low = 0.1, .high = 170,
      .unit = "degrees", .track = TRACK(fov_deg, fov_track)},
     {0}};
@@ -110,8 +113,9 @@ static const sc_key fixed_keys[] = {
 const sc_key sc_camera_keys[] = {
     {"orbit", &sc_type_flow_map, 0, NULL, .help = "a camera that turns about what is visible",
      .keys = orbit_keys, .alternative = "orbit or fixed"},
-    {"fixed", &sc_type_flow_map, 0, NULL, .help = "a camera that stands still", .keys = fixed_keys,
-     .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
+    {"fixed", &sc_type_flow_map, 0, NULL,
+     .help = "a camera without an orbit, which stands still or goes by key frames",
+     .keys = fixed_keys, .alternative = "orbit or fixed", .given = SC_GIVEN(sc_orbit, fixed)},
     {"projection", &sc_type_choice, CAMERA(projection), "perspective",
      .help = "perspective, or orthographic: parallel rays", .choices = projections},
     {"zoom", &sc_type_zoom, CAMERA(zoom), NULL,

@@ -130,16 +130,27 @@ static sc_status check_not_empty(const sc_ctx *ctx, const sc_yaml *root, const c
     return is_empty ? sc_wrong_type(ctx, node, "a path") : SC_OK;
 }
 
-/* A still camera needs a direction of view. Not checked after another mistake in it. */
+/* A camera without an orbit needs a direction of view, in all frames. Not checked after another
+ * mistake in it. */
 static sc_status check_fixed(const sc_ctx *ctx, const sc_yaml *root, const sc_job *job)
 {
     const sc_orbit *camera = &job->animation.camera;
+    const bool moves = camera->position_track.count || camera->target_track.count;
+    char when[48] = "";
 
-    if (!camera->fixed ||
-        sc_vec3_length(sc_vec3_sub(camera->position_mm, camera->target_mm)) >= 1e-6)
-        return SC_OK;
-    return sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.fixed"),
-                        "position_mm and target_mm are the same point");
+    for (int k = 0; camera->fixed && k < (moves ? job->animation.frames : 1); k++) {
+        sc_vec3 position_mm, target_mm, up;
+
+        sc_fixed_camera_at(camera, sc_frame_time(k, job->animation.frames), &position_mm,
+                           &target_mm, &up);
+        if (sc_vec3_length(sc_vec3_sub(position_mm, target_mm)) >= 1e-6)
+            continue;
+        if (moves)
+            snprintf(when, sizeof when, " in frame %d", k);
+        return sc_yaml_fail(ctx, sc_key_node(root, "animation.camera.fixed"),
+                            "position_mm and target_mm are the same point%s", when);
+    }
+    return SC_OK;
 }
 
 /* ---- verbs of the camera ---- */

@@ -9,8 +9,9 @@
 /* ---- rows ---- */
 
 #define PLANE(member) offsetof(plane_entry, member)
-#define NORMAL(type) "normal", type, PLANE(sweep.normal), NULL, .low = -1e6, .high = 1e6
-#define NORMAL_HELP .help = "direction towards what the plane keeps", .required = true
+#define NORMAL(type)                                                                               \
+    "normal", type, PLANE(sweep.normal), NULL, .help = "direction towards what the plane keeps",   \
+                                               .low = -1e6, .high = 1e6, .required = true
 
 #define ACTIVE_ROW                                                                                 \
     {                                                                                              \
@@ -105,62 +106,10 @@ static const sc_value_type type_at = {
     .schema = at_schema,
 };
 
-/* A direction, or key frames of directions, none of which is the opposite of the one before; @p
- * value is the normal of a plane_entry, the first member of that. */
-static sc_status read_normal(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
-{
-    sc_sweep *sweep = value;
-    const sc_key_frame *keys = sweep->normal_track.keys;
-    sc_status status;
-
-    if (!sc_is_track(node))
-        return sc_type_direction.read(ctx, key, node, &sweep->normal);
-    status = sc_read_track(ctx, key, node, &sweep->normal_track);
-    for (int i = 1; i < sweep->normal_track.count && status == SC_OK; i++) {
-        if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
-            status =
-                sc_yaml_fail(ctx, node->items[i],
-                             "%s: the directions of key frames %d and %d are opposite, so that "
-                             "no way between them is the shortest; put another one between "
-                             "them",
-                             key->name, i, i + 1);
-    }
-    if (status == SC_OK)
-        sweep->normal = keys[0].value;
-    return status;
-}
-
-static sc_status write_normal(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
-                              sc_text *text)
-{
-    const sc_sweep *sweep = value;
-
-    return sweep->normal_track.count
-               ? sc_write_track(ctx, key, &sweep->normal_track, text)
-               : sc_type_direction.write(ctx, key, &sweep->normal, indent, text);
-}
-
-static json_t *normal_schema(const sc_key *key)
-{
-    return json_pack("{s:[o, o]}", "anyOf", sc_type_direction.schema(key), sc_track_schema(key));
-}
-
-static const sc_value_type type_normal = {
-    .name = "direction or key frames",
-    .expected = "an anatomical word, [x, y, z], or key frames of such",
-    .of_key_frames = &sc_type_direction,
-    .read = read_normal,
-    .write = write_normal,
-    .schema = normal_schema,
-};
-
-_Static_assert(offsetof(plane_entry, sweep) == 0 && offsetof(sc_sweep, normal) == 0,
-               "the normal stands where its plane does");
-
 /* ---- rows of a plane ---- */
 
 static const sc_key sweep_keys[] = {
-    {NORMAL(&sc_type_direction), NORMAL_HELP},
+    {NORMAL(&sc_type_direction)},
     {"from", &sc_type_plane_position, PLANE(sweep.from), "0%",
      .help = "where the plane begins: a share of the way through what is visible, or mm along its "
              "normal"},
@@ -173,7 +122,8 @@ static const sc_key sweep_keys[] = {
     {0}};
 
 static const sc_key plane_keys[] = {
-    {NORMAL(&type_normal), NORMAL_HELP},
+    {NORMAL(&sc_type_tracked_direction),
+     .track = offsetof(sc_sweep, normal_track) - offsetof(sc_sweep, normal)},
     {"at", &type_at, 0, "50%",
      .help = "where the plane stands: a share of the way through what is visible, or mm along its "
              "normal",

@@ -263,3 +263,38 @@ const sc_value_type sc_type_tracked_point = {
     .write = write_tracked,
     .schema = tracked_schema,
 };
+
+/* sc_vec3 of length 1: a direction; or key frames of directions, of which it becomes the first, and
+ * none of which is the opposite of the one before. */
+static sc_status read_tracked_direction(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                        void *value)
+{
+    sc_track *track = track_of(key, value);
+    const sc_key_frame *keys = track->keys;
+    sc_status status;
+
+    if (!sc_is_track(node))
+        return sc_type_direction.read(ctx, key, node, value);
+    status = sc_read_track(ctx, key, node, track);
+    for (int i = 1; i < track->count && status == SC_OK; i++) {
+        if (sc_vec3_length(sc_vec3_add(keys[i].value, keys[i - 1].value)) < 1e-6)
+            status =
+                sc_yaml_fail(ctx, node->items[i],
+                             "%s: the directions of key frames %d and %d are opposite, so that "
+                             "no way between them is the shortest; put another one between "
+                             "them",
+                             key->name, i, i + 1);
+    }
+    if (status == SC_OK)
+        *(sc_vec3 *)value = keys[0].value;
+    return status;
+}
+
+const sc_value_type sc_type_tracked_direction = {
+    .name = "direction or key frames",
+    .expected = "an anatomical word, [x, y, z], or key frames of such",
+    .of_key_frames = &sc_type_direction,
+    .read = read_tracked_direction,
+    .write = write_tracked,
+    .schema = tracked_schema,
+};

@@ -93,15 +93,29 @@ static void add_swings(const sc_timeline *t, double k, double *angle_deg, double
     }
 }
 
-/* Set away and up of a camera that stands where the job says, but for what verbs do. */
-static void set_direction_of_fixed(const sc_timeline *t, double k, sc_sight *out)
+void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
+                        sc_vec3 *up)
 {
-    const sc_orbit *fixed = &t->animation.camera;
-    const sc_camera camera =
-        sc_camera_look(fixed->position_mm, fixed->target_mm, fixed->up, fixed->projection, 1);
-    const sc_vec3 axis = sc_vec3_unit(fixed->up);
-    double angle_deg = 0, elevation_deg = 0;
+    const sc_orbit *c = camera;
 
+    *position_mm =
+        c->position_track.count ? sc_track_value(&c->position_track, at) : c->position_mm;
+    *target_mm = c->target_track.count ? sc_track_value(&c->target_track, at) : c->target_mm;
+    *up = c->up_track.count ? sc_track_direction(&c->up_track, at) : c->up;
+}
+
+/* Set distance, away and up of a camera that stands where the job says, but for what verbs do. */
+static void set_sight_of_fixed(const sc_timeline *t, double k, sc_sight *out)
+{
+    sc_vec3 position_mm, target_mm, up, axis;
+    double angle_deg = 0, elevation_deg = 0;
+    sc_camera camera;
+
+    sc_fixed_camera_at(&t->animation.camera, sc_frame_time(k, t->animation.frames), &position_mm,
+                       &target_mm, &up);
+    camera = sc_camera_look(position_mm, target_mm, up, t->animation.camera.projection, 1);
+    axis = sc_vec3_unit(up);
+    out->distance_mm = sc_vec3_length(sc_vec3_sub(position_mm, target_mm));
     add_swings(t, k, &angle_deg, &elevation_deg);
     out->away = sc_vec3_rotate(sc_vec3_scale(camera.forward, -1), camera.right,
                                -elevation_deg * M_PI / 180);
@@ -125,8 +139,7 @@ sc_sight sc_sight_at(const sc_timeline *t, double k)
     double elevation_deg = number_at(&orbit->elevation_track, orbit->elevation_deg, at);
 
     if (orbit->fixed) {
-        out.distance_mm = sc_vec3_length(sc_vec3_sub(orbit->position_mm, orbit->target_mm));
-        set_direction_of_fixed(t, k, &out);
+        set_sight_of_fixed(t, k, &out);
         return out;
     }
     add_swings(t, k, &turned, &elevation_deg);

@@ -249,7 +249,7 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
     const sc_orbit *orbit = &t->animation.camera;
     view v = {.sight = sc_sight_at(t, k),
               .zoom = sc_ramp_value(&orbit->zoom, &orbit->zoom_track, k, t->animation.frames)};
-    sc_vec3 base_mm, position_mm;
+    sc_vec3 base_mm, position_mm, target_mm, up;
     double half_height;
     sc_camera camera;
 
@@ -260,9 +260,11 @@ static sc_camera camera_at(const sc_timeline *t, int k, bool *inside)
     *inside = sc_fly_camera(t, k, v.zoom, &camera);
     if (*inside)
         return camera;
-    if (orbit->fixed && !t->animation.move_count)
-        return sc_camera_look(orbit->position_mm, orbit->target_mm, orbit->up, orbit->projection,
-                              half_height);
+    if (orbit->fixed && !t->animation.move_count) {
+        sc_fixed_camera_at(orbit, sc_frame_time(k, t->animation.frames), &position_mm, &target_mm,
+                           &up);
+        return sc_camera_look(position_mm, target_mm, up, orbit->projection, half_height);
+    }
     if (orbit->projection == SC_ORTHOGRAPHIC && !orbit->fixed) /* rays begin outside of all */
         v.sight.distance_mm =
             orbit->distance_mm + sc_vec3_length(sc_vec3_sub(v.sight.target_mm, base_mm));

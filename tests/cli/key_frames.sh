@@ -72,6 +72,12 @@ as_constant normal animation.clip '[{plane: {normal: [{at: 2f, value: left}, {at
 more=(--set output.layout=views)
 as_constant point animation.slices.point_mm '[{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [10, -5, 20]}]' 2 '[5, -2.5, 10]'
 
+# A camera without an orbit.
+more=()
+as_constant fixed animation.camera.fixed '{position_mm: [{at: 0%, value: [0, 400, 0]}, {at: 100%, value: [100, 380, 0]}],
+    target_mm: [{at: 0%, value: [0, 0, 0]}, {at: 100%, value: [0, 0, 10]}], up: [{at: 0%, value: head}, {at: 4f, value: left}]}' \
+    2 '{position_mm: [50, 390, 0], target_mm: [0, 0, 5], up: [-1, 0, 1]}' 4 '{position_mm: [100, 380, 0], target_mm: [0, 0, 10], up: left}'
+
 # All at once: a still is the frame of the film, whatever was drawn before it.
 keyframes=("$SOURCE/jobs/keyframes.yaml" --set volume=phantom:59x41x61 --set 'output.size=[96, 54]' --set animation.frames=9)
 "$SEGCAST" render "${keyframes[@]}" -o all -q --set output.video=none --set output.frames=png >/dev/null

@@ -728,6 +728,13 @@ static const struct {
      "[1, 2, 3]}\n      except: []\n    - sweep: {normal: [0, 0, 1], from: 50%, to: 50%, "},
     {"animation: {frames: 101, slices: {point_mm: [{at: 10f, value: [1, 2, 3]}]}}",
      "slices: {point_mm: [{at: 10%, value: [1, 2, 3], ease: linear}]"},
+    {"animation: {frames: 101, camera: {fixed: {position_mm: [{at: 0s, value: [1, 2, 3]}, {at: 2s, "
+     "value: [1, 2, 4]}], target_mm: [0, 0, 0], up: [{at: 0s, value: left}, {at: 60f, value: head, "
+     "ease: out}]}}}",
+     "fixed: {position_mm: [{at: 0%, value: [1, 2, 3], ease: linear}, {at: 60%, value: [1, 2, 4], "
+     "ease: linear}], target_mm: [0, 0, 0], up: [{at: 0%, value: [-1, 0, 0], ease: linear}, {at: "
+     "60%, "
+     "value: [0, 0, 1], ease: out}], fov: 30}"},
     {"render: {background: [{at: 0s, value: white}, {at: 2s, value: \"#102030\", ease: smooth}, "
      "{at: "
      "99f, value: [1.0, 0, 0]}]}",
@@ -796,6 +803,13 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
         {"animation: {clip: [plane: {normal: [{at: 0s, value: lft}]}]}",
          "unknown value \"lft\"; did you mean \"left\"?"},
         {"animation: {slices: {point_mm: [{at: 0s, value: 3}]}}", "value is \"3\", expected [R, A"},
+        {"animation: {frames: 11, camera: {fixed: {position_mm: [{at: 0%, value: [10, 0, 0]}, {at: "
+         "100%, "
+         "value: [-10, 0, 0]}], target_mm: [0, 0, 0]}}}",
+         "job.yaml:2: position_mm and target_mm are the same point in frame 5"},
+        {"animation: {camera: {fixed: {position_mm: [1, 2, 3], target_mm: [0, 0, 0], up: [{at: 0s, "
+         "value: head}, {at: 1s, value: feet}]}}}",
+         "up: the directions of key frames 1 and 2 are opposite"},
         {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
         {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},

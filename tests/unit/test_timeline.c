@@ -506,6 +506,36 @@ static void planes_follow_their_key_frames(void **state)
     }
 }
 
+static void a_camera_without_an_orbit_goes_by_key_frames(void **state)
+{
+    sc_animation a = {.frames = 11, .camera = {.fixed = true, .up = {0, 0, 1}, .fov_deg = 30}};
+    sc_timeline t;
+
+    (void)state;
+    a.camera.position_track = (sc_track){2, {{0, {0}, {0, 100, 0}}, {1, {0}, {100, 100, 0}}}};
+    a.camera.target_track = (sc_track){2, {{0, {0}, {0, 0, 0}}, {0.5, {0}, {50, 0, 0}}}};
+    a.camera.up_track = (sc_track){2, {{0.5, {0}, {0, 0, 1}}, {1, {0}, {1, 0, 0}}}};
+    a.camera.zoom = (sc_ramp){.from = 1, .to = 1, .end = 1};
+    for (int moves = 0; moves < 2; moves++) { /* verbs start from there, too */
+        const sc_move zoom = {.verb = {.kind = SC_VERB_ZOOM, .to = 1, .end = 1}};
+        sc_camera c;
+
+        a.moves = &zoom;
+        a.move_count = moves;
+        sc_timeline_resolve(&a, NULL, 0, 1, &t);
+        c = sc_timeline_scene(&t, 5).camera;
+        assert_near(c.position_mm.x, 50, 1e-9);
+        assert_near(c.position_mm.y, 100, 1e-9);
+        assert_near(c.forward.y, -1, 1e-12);
+        assert_near(c.up.z, 1, 1e-12);
+        c = sc_timeline_scene(&t, 10).camera;
+        assert_near(c.position_mm.x, 100, 1e-9);
+        assert_near(c.forward.x / c.forward.y, 0.5, 1e-9);
+        assert_near(c.up.z, 0, 1e-9);
+        assert_true(c.up.x > 0.5);
+    }
+}
+
 static void slices_follow_their_key_frames(void **state)
 {
     sc_animation a = {.frames = 11, .camera = {.axis = {0, 0, 1}, .fov_deg = 30}};
@@ -1109,6 +1139,7 @@ int main(void)
         cmocka_unit_test(colours_are_mixed_by_their_tones),
         cmocka_unit_test(planes_follow_their_key_frames),
         cmocka_unit_test(slices_follow_their_key_frames),
+        cmocka_unit_test(a_camera_without_an_orbit_goes_by_key_frames),
         cmocka_unit_test(key_frames_move_the_camera),
         cmocka_unit_test(a_camera_rocks_and_comes_back),
         cmocka_unit_test(a_camera_flies_evenly_and_without_flips),
