@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The input is a volume of Neuroglancer's precomputed format with one scale, "s": the file "info", a
- * NUL byte, the properties of its segments, a NUL byte, and the only chunk of a volume of 8 x 8 x 8
- * voxels, which is also the only shard. */
+/* The input is a volume of Neuroglancer's precomputed format with one scale, "s": the file "info",
+ * a NUL byte, the properties of its segments, a NUL byte, and the only chunk of a volume of 8 x 8 x
+ * 8 voxels, which is also the only shard. */
 #include "volume.h"
 
 #include <sys/stat.h>
