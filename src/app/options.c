@@ -131,7 +131,9 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
 
     for (int i = optind; i < argc; i++) {
         if ((options->input && !several) || !command->argument[0])
-            return sc_fail(ctx, SC_ERR_USAGE, "unexpected argument \"%s\"", argv[i]);
+            return sc_fail(ctx, SC_ERR_USAGE,
+                           "unexpected argument \"%s\"; `segcast help %s` explains the command",
+                           argv[i], command->name);
         if (!argv[i][0])
             return sc_fail(ctx, SC_ERR_USAGE,
                            "the argument is empty, expected %s; is a variable of the script not "
@@ -143,7 +145,8 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
     options->inputs = (const char *const *)(argv + optind);
     if (command->argument[0] && command->argument[0] != '[' && !options->input && !options->help &&
         !options->version)
-        return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s", command->name, command->argument);
+        return sc_fail(ctx, SC_ERR_USAGE, "segcast %s needs %s; `segcast help %s` explains it",
+                       command->name, command->argument, command->name);
     return SC_OK;
 }
 
