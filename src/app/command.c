@@ -37,17 +37,18 @@ sc_status sc_command_unknown(const sc_ctx *ctx, const sc_command *commands, cons
                    nearest ? "\"?" : "");
 }
 
-const sc_exit_code sc_exit_codes[] = {{SC_OK, 0, "complete"},
-                                      {SC_ERR_USAGE, 64, "wrong use: command line or settings"},
-                                      {SC_ERR_DATA, 65, "an input is broken"},
-                                      {SC_ERR_MISSING, 66, "an input is missing"},
-                                      {SC_ERR_INTERNAL, 70, "internal error"},
-                                      {SC_ERR_MEMORY, 70, "out of memory"},
-                                      {SC_ERR_SYSTEM, 71, "a limit of the system is reached"},
-                                      {SC_ERR_CREATE, 73, "an output cannot be created"},
-                                      {SC_ERR_WRITE, 74, "an output cannot be written"},
-                                      {SC_ERR_INCOMPLETE, 75, "incomplete: run again"},
-                                      {0}};
+const sc_exit_code sc_exit_codes[] = {
+    {SC_OK, 0, "complete"},
+    {SC_ERR_USAGE, 64, "wrong use: command line or settings"},
+    {SC_ERR_DATA, 65, "an input is wrong or damaged"},
+    {SC_ERR_MISSING, 66, "an input is missing"},
+    {SC_ERR_INTERNAL, 70, "an error inside segcast"},
+    {SC_ERR_MEMORY, 70, "out of memory"},
+    {SC_ERR_SYSTEM, 71, "a limit of the system is reached"},
+    {SC_ERR_CREATE, 73, "an output cannot be created, or exists already"},
+    {SC_ERR_WRITE, 74, "an output cannot be written, or an input not be read"},
+    {SC_ERR_INCOMPLETE, 75, "incomplete: run again with --resume"},
+    {0}};
 
 int sc_exit_code_of(sc_status status)
 {

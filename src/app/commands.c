@@ -14,7 +14,9 @@ const sc_command sc_commands[] = {
      "--overwrite.",
      sc_cmd_render, true},
     {"check", "JOB.yaml", "say whether a job can run",
-     "Reads the job file, the label table and the labels of the volume; draws nothing.",
+     "Reads the job file, the label table and the labels of the volume, and names every mistake "
+     "with its "
+     "file, its line and the nearest valid name. Draws and writes nothing.",
      sc_cmd_check, false},
     {"plan", "JOB.yaml", "estimate core hours, wall time, memory and disk of a job",
      "Prepares the volume, draws and encodes a few frames of the job itself, and computes what all "
@@ -29,18 +31,32 @@ const sc_command sc_commands[] = {
      "($XDG_CACHE_HOME/segcast, or ~/.cache/segcast), for this processor and version; segcast plan "
      "reads them. Run it once on the machine where jobs are to run.",
      sc_cmd_calibrate, true},
-    {"still", "JOB.yaml", "draw one frame of a job as PNG", NULL, sc_cmd_still, false},
+    {"still", "JOB.yaml", "draw one frame of a job as PNG",
+     "Draws the first frame, unless --frame or --time names another. Example: segcast still "
+     "heart.yaml --time 50% -o middle.png",
+     sc_cmd_still, false},
     {"storyboard", "JOB.yaml", "draw frames of the whole film on one sheet as PNG",
      "The pictures are small, with few rays per pixel, so that the sheet takes a second or two "
      "once "
      "the volume is prepared. Below each stand its number and its time in the film, which segcast "
      "still takes as --frame and --time.",
      sc_cmd_storyboard, false},
-    {"views", "VOLUME", "draw the three regular slices beside the picture as PNG", NULL,
+    {"views", "VOLUME", "draw the three regular slices beside the picture as PNG",
+     "The slices are transverse, coronal and sagittal, in radiological convention (the patient's "
+     "right is on the left). Example: segcast views heart.nrrd -o views.png",
      sc_cmd_views, false},
     {"orbit", "VOLUME", "make a video of a volume without a job file",
-     "Leaves nothing but the video.", sc_cmd_orbit, true},
-    {"info", "VOLUME", "geometry, labels, boundary voxels, thickness and surface of a volume", NULL,
+     "All tissues are shown, in the colours of the label table, while the camera turns once about "
+     "them. Writes only the video, in the format that the ending of its name tells. VOLUME is a "
+     "file, "
+     "an OME-Zarr, or a directory of masks, one for each tissue. Example: segcast orbit heart.nrrd "
+     "-o turn.mp4 --size 1080p --duration 8s",
+     sc_cmd_orbit, true},
+    {"info", "VOLUME", "print geometry and labels of a volume, with thickness and surface of each",
+     "Has a line for each tissue: its number, voxels, share of boundary voxels, mean thickness, "
+     "area "
+     "of its surface, the opacity that opacity: auto gives it, and the name by which a job calls "
+     "it.",
      sc_cmd_info, false},
     {"init", "VOLUME", "write a job to begin with, with all tissues of a volume",
      "The job names every tissue with its number, volume and measured thickness, by system of the "
@@ -49,13 +65,22 @@ const sc_command sc_commands[] = {
      "replaced; -o - writes to standard output.",
      sc_cmd_init, false},
     {"prepare", "VOLUME|JOB.yaml", "prepare a volume as a file that later jobs map",
-     "A prepared file holds one strength of smoothing and one set of hidden tissues; give the job "
-     "instead of the volume to get the file that fits the job.",
+     "Preparing finds the surfaces in a volume, which takes seconds to minutes; a job whose volume "
+     "is "
+     "a prepared file begins at once. The file holds one strength of smoothing and one set of "
+     "hidden "
+     "tissues; give the job instead of the volume to get the file that fits the job.",
      sc_cmd_prepare, false},
-    {"join", "DIR", "make the video of a job whose frames were drawn in slices", NULL, sc_cmd_join,
-     false},
+    {"join", "DIR", "make the video of a job whose frames were drawn in slices",
+     "DIR is the output directory that all runs with --slice or --frames share. The run that draws "
+     "the last frame makes the video by itself; this command makes it at any later time.",
+     sc_cmd_join, false},
     {"verify", "DIR", "check every frame and the video of a finished job against the manifest",
-     NULL, sc_cmd_verify, false},
+     "DIR is the output directory of segcast render. Compares the hashes of all files, and decodes "
+     "the PNG files and the video. The exit code is 0 if all is right, 65 if something is changed "
+     "or "
+     "missing, 75 if the job is incomplete.",
+     sc_cmd_verify, false},
     {"status", "DIR|JOB.yaml", "say whether the job of a directory is complete",
      "Prints one line, or JSON with --json. The exit code is 0 only if the job is complete, 75 if "
      "it "
@@ -92,7 +117,11 @@ const sc_command sc_commands[] = {
      "x_mm,y_mm,z_mm,radius_mm, in RAS and about a voxel apart, or JSON with --json. The verb fly "
      "of a job takes its way through tissues from the same line.",
      sc_cmd_path, false},
-    {"phantom", "", "write the built-in synthetic heart", NULL, sc_cmd_phantom, false},
+    {"phantom", "", "write the built-in synthetic heart as a label volume",
+     "The heart has 20 tissues, to try segcast without a volume of your own. Example: segcast "
+     "phantom "
+     "-o heart.nrrd --size 128x96x128",
+     sc_cmd_phantom, false},
     {"keys", "[PREFIX]", "list the keys of a job file: type, range, default and meaning",
      "With a prefix, such as render or animation.camera, only the keys below it.", sc_cmd_keys,
      false},

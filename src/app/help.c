@@ -10,11 +10,12 @@ void sc_print_help(const sc_command *commands, FILE *stream)
             "Usage: segcast COMMAND [ARGUMENT] [OPTION]...   alone, or under mpirun or srun\n\n"
             "Videos of segmented volumes, ray-cast on CPUs under MPI and OpenMP.\n\n");
     for (const sc_command *c = commands; c->name; c++)
-        fprintf(stream, "  segcast %-7s %-15s  %s\n", c->name, c->argument, c->help);
-    fprintf(stream, "\n  segcast help COMMAND      the options of a command\n"
-                    "  segcast keys              the keys of a job file\n"
-                    "  segcast --version         version, commit, compiler, libraries\n\n"
-                    "Exit codes:\n");
+        fprintf(stream, "  segcast %-10s %-15s  %s\n", c->name, c->argument, c->help);
+    fprintf(
+        stream,
+        "\n`segcast orbit VOLUME` makes a first video, `segcast init VOLUME` a job to begin with.\n"
+        "`segcast help COMMAND` explains a command and its options.\n\n"
+        "Exit codes:\n");
     for (const sc_exit_code *row = sc_exit_codes; row->meaning; row++)
         fprintf(stream, "  %2d  %s\n", row->code, row->meaning);
 }

@@ -40,10 +40,9 @@ static const sc_key output_keys[] = {
     {"fps", &sc_type_int, OUTPUT(fps), "30", .help = "frames per second of the video", .low = 1,
      .high = 240, .option = &(const sc_key_option){"fps", "N", "orbit"}, .of_film = true},
     {"video", &sc_type_text, OUTPUT(video), "video.mp4",
-     .help =
-         "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
-         ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, for "
-         "slides and web pages; also transparent), or none",
+     .help = "name of the video: ending in .mp4 or .mkv (H.264), .webm (VP9; also transparent), "
+             ".mov (ProRes 4444, for editing; also transparent) or .webp (a picture that moves, "
+             "for slides and web pages; also transparent) or .gif; or none",
      .bytes = SC_PATH_BYTES, .outside_identity = true, .of_film = true},
     {"codec", &sc_type_choice, OUTPUT(codec), "auto",
      .help = "what encodes the video; auto: what is usual for the extension of its name; .mp4 can "
@@ -104,8 +103,9 @@ static const sc_key render_keys[] = {
              "paper-accelerated",
      .choices = modes, .of_film = true},
     {"surface", &sc_type_choice, RENDER(surface), "smooth",
-     .help = "smooth: below the size of voxels, from the labels; or voxel", .choices = surfaces,
-     .of_film = true},
+     .help = "smooth: smooth surfaces, placed more finely than voxels; voxel: those of the paper, "
+             "with the corners of voxels",
+     .choices = surfaces, .of_film = true},
     {"smooth", &sc_type_smooth, RENDER(smooth), "auto",
      .help = "strength of the smoothing of surfaces, from 0 (crisp), by which the lengths of its "
              "filter are multiplied; one for all, or three along the axes of the volume; auto: 1, "
@@ -114,12 +114,14 @@ static const sc_key render_keys[] = {
      .low = 0, .high = SC_SMOOTH_MAX,
      .option = &(const sc_key_option){"smooth", "S", ORBIT_AND_VIEWS}, .of_film = true},
     {"skip", &sc_type_choice, RENDER(skip), "leap",
-     .help = "how empty space is skipped: leap (fastest), none or interior (the paper's plain and "
+     .help = "how empty space is skipped: leap (fast, with little memory), none or interior (the "
+             "paper's plain and "
              "accelerated methods), octree, proximity or chessboard (methods of others, to compare "
              "with); same pictures",
      .choices = skips, .outside_identity = true, .of_film = true},
     {"cpu", &sc_type_choice, RENDER(cpu), "auto",
-     .help = "kernels for this instruction set, c for plain C; same pictures",
+     .help = "instruction set of the program that draws: auto (the best that the processor has), "
+             "avx512, avx2, sse4, or c for plain C; same pictures",
      .words = sc_cpu_names, .outside_identity = true,
      .option =
          &(const sc_key_option){"cpu", "NAME", "render check plan still storyboard orbit views"},
@@ -132,7 +134,9 @@ static const sc_key render_keys[] = {
      .help = "colour behind the tissues; auto: white, or dark slate where much of what is seen is "
              "nearly white; none: pictures are transparent (PNG with alpha, .webm, .webp, .mov)"},
     {"caps", &sc_type_choice, RENDER(caps), "solid",
-     .help = "faces that clip planes cut into tissues: solid or none", .choices = caps},
+     .help = "faces where clip planes cut tissues: solid, in the colour of the tissue; none: "
+             "tissues are hollow there",
+     .choices = caps},
     {"cap_outline", &sc_type_real, RENDER(cap_outline), "0",
      .help = "width of the lines between tissues on cut faces", .low = 0, .high = 1,
      .unit = "voxels"},
@@ -227,15 +231,16 @@ static const sc_choice encodes[] = {{"auto", SC_ENCODE_AUTO},
 
 static const sc_key farm_keys[] = {
     {"partition", &sc_type_choice, FARM(partition), "auto",
-     .help = "frames: each drawn by one rank; tiles: each by all; auto: frames, but the last ones, "
-             "and those "
-             "too large for rank 0 to hold many, by several ranks",
+     .help = "frames: each frame is drawn by one rank; tiles: each by all ranks; auto: as frames, "
+             "but the last frames, and those so large that rank 0 holds only a few, are drawn by "
+             "several ranks",
      .choices = partitions},
     {"encode", &sc_type_choice, FARM(encode), "auto",
-     .help = "rank0, or segments: ranks draw and encode a second of video each, rank 0 joins them; "
-             "gather: some ranks encode seconds whose frames all ranks draw; auto: segments from "
-             "four ranks on, if there are three for each, and gather from 64 ranks on, if not "
-             "(segments gathers then, too); same bytes",
+     .help = "who encodes the video. rank0: rank 0; segments: each rank draws and encodes a second "
+             "of video at a time, and rank 0 joins them; gather: some ranks encode seconds whose "
+             "frames all ranks draw; auto: segments from four ranks on if there are three seconds "
+             "for each rank, gather from 64 ranks on if not (segments does the same then), else "
+             "rank0; same bytes",
      .choices = encodes},
     {"share", &sc_type_bool, FARM(share), "true",
      .help = "ranks on the node of rank 0 draw into its memory where /dev/shm has room; false: "
@@ -270,10 +275,11 @@ static const sc_choice appearances[] = {{"table", SC_APPEARANCE_TABLE},
  * with. */
 const sc_key sc_shot_keys[] = {
     {"name", &sc_type_text, SHOT(name), "\"\"",
-     .help = "of the shot: a chapter of the video begins with each shot that has one",
+     .help = "name of the shot; each shot that has one begins a chapter of the video",
      .bytes = sizeof(((sc_shot *)0)->name), .without = "none"},
     {"transition", &sc_type_transition, SHOT(transition), "cut",
-     .help = "how it follows the shot before: cut, or one of these", .keys = sc_transition_keys},
+     .help = "how the shot follows the one before: cut, cross_fade or fade",
+     .keys = sc_transition_keys},
     {"fade_out", &sc_type_duration, SHOT(fade_out_s), NULL,
      .given = SC_GIVEN(sc_shot, has_fade_out), .without = "it does not",
      .help =
@@ -289,7 +295,7 @@ const sc_key sc_shot_keys[] = {
      .help = "caps and slices of the image of the file, of this shot", .keys = sc_image_keys,
      .given = SC_GIVEN(sc_job, has_image), .of_job = true, .without = "those of the file"},
     {"output", &sc_type_map, offsetof(sc_job, output), NULL,
-     .help = "layout alone: that of this shot", .keys = output_keys, .of_job = true,
+     .help = "layout of this shot; no other key of output", .keys = output_keys, .of_job = true,
      .without = "that of the file"},
     {"render", &sc_type_map, offsetof(sc_job, render), NULL,
      .help = "as render of the file, of this shot; not mode, surface, smooth, skip and cpu",
@@ -298,7 +304,7 @@ const sc_key sc_shot_keys[] = {
      .help = "as light of the file, of this shot", .keys = light_keys, .of_job = true,
      .without = "that of the file"},
     {"tissues", &sc_type_tissues, 0, NULL,
-     .help = "as tissues of the file, behind which they come, so that they win",
+     .help = "as tissues of the file, after which they are applied, so that they win",
      .keys = sc_tissue_keys, .of_job = true, .without = "those of the file"},
     {"animation", &sc_type_map, 0, NULL,
      .help = "as animation of the file, of this shot: its frames or duration are those of the shot",
@@ -317,21 +323,22 @@ const sc_key sc_job_keys[] = {
      .outside_identity = true, .without = "names and colours of the volume's file",
      .option = &(const sc_key_option){"labels", "FILE", LABEL_COMMANDS}, .of_film = true},
     {"labels_format", &sc_type_choice, offsetof(sc_job, labels_format), "auto",
-     .help = "format of the label table; auto: by its content", .choices = table_formats,
-     .outside_identity = true,
+     .help = "format of the label table: slicer, freesurfer, itksnap, xml, csv or json; auto: by "
+             "its content",
+     .choices = table_formats, .outside_identity = true,
      .option = &(const sc_key_option){"labels-format", "NAME", LABEL_COMMANDS " tables"},
      .of_film = true},
     {"overlap", &sc_type_choice, offsetof(sc_job, overlap), "smaller",
      .help = "which tissue has a voxel that several masks of a directory, or segments of a "
-             ".seg.nrrd or DICOM SEG, "
-             "cover: the one with fewer voxels, or the last",
+             ".seg.nrrd or DICOM SEG, cover; smaller: the one with fewer voxels, order: the last "
+             "of them",
      .choices = overlaps, .outside_identity = true,
      .option = &(const sc_key_option){"overlap", "NAME", LABEL_COMMANDS}, .of_film = true},
     {"appearance", &sc_type_choice, offsetof(sc_job, appearance), "table",
-     .help = "colours of the tissues: those of the label table; anatomy: those that anatomists "
-             "expect, where the name of a tissue is known, also instead of the table's; distinct: "
-             "such as can be told apart best; what the table gives no colour has that of anatomy, "
-             "or else a distinct one",
+     .help = "colours of the tissues. table: those of the label table; a tissue without one there "
+             "has that of anatomy, or else a distinct one. anatomy: those that anatomists expect, "
+             "where the name of a tissue is known, also instead of the table's. distinct: colours "
+             "that differ as much as possible",
      .choices = appearances, .of_film = true},
     {"volume_size", &sc_type_voxels, offsetof(sc_job, volume_size), NULL,
      .help =
