@@ -20,7 +20,9 @@ typedef struct zarr_worker {
 typedef struct zarr_reading {
     sc_zarr_node node;
     sc_zarr_array array;
-    int axis[3]; /* the dimensions that are x, y, z; -1: z of a picture */
+    int axis[3];   /* the dimensions that are x, y, z; -1: z of a picture */
+    int time_axis; /* the dimension along which phases follow each other; -1: none */
+    size_t phase;  /* that which is read */
     size_t packed_bytes, chunk_bytes;
     size_t shard_chunks; /* chunks of a file; 1 without shards */
     sc_chunked chunked;
@@ -145,27 +147,42 @@ static bool read_packed(const zarr_reading *r, zarr_worker *w, sc_chunk_failure 
                          errno ? "cannot be read: I/O error" : "has become shorter");
 }
 
-/* How far apart neighbours along x, y, z lie in an unpacked chunk, in values. */
-static void strides_of(const zarr_reading *r, size_t out[3])
+/* How far apart neighbours along each dimension lie in an unpacked chunk, in values. */
+static void steps_of(const sc_zarr_array *a, size_t out[SC_ZARR_RANK_MAX])
 {
-    const sc_zarr_array *a = &r->array;
-    size_t step = 1, steps[SC_ZARR_RANK_MAX];
+    size_t step = 1;
 
     for (int i = a->rank - 1; i >= 0; i--) {
-        steps[a->pipeline.order[i]] = step;
+        out[a->pipeline.order[i]] = step;
         step *= (size_t)a->chunk[a->pipeline.order[i]];
     }
+}
+
+/* Describe the chunk unpacked at @p values to *out: its voxels in the phase that is read. */
+static void describe_chunk(const zarr_reading *r, const unsigned char *values, sc_chunk *out)
+{
+    static const uint16_t one = 1;
+    const bool little = *(const unsigned char *)&one == 1;
+    const sc_zarr_array *a = &r->array;
+    const int t = r->time_axis;
+    size_t steps[SC_ZARR_RANK_MAX];
+
+    steps_of(a, steps);
     for (int i = 0; i < 3; i++)
-        out[i] = r->axis[i] < 0 ? 0 : steps[r->axis[i]];
+        out->strides[i] = r->axis[i] < 0 ? 0 : steps[r->axis[i]];
+    out->values = values;
+    if (t >= 0)
+        out->values += r->phase % (size_t)a->chunk[t] * steps[t] * r->chunked.voxel_bytes;
+    out->swapped = r->chunked.voxel_bytes > 1 && a->pipeline.big_endian == little;
+    out->absent = false;
 }
 
 /* sc_chunk_load_fn of this format; @p user is a zarr_reading. */
 static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_failure *failure,
                        sc_chunk *out)
 {
-    static const uint16_t one = 1;
-    const bool little = *(const unsigned char *)&one == 1;
     const zarr_reading *r = user;
+    const unsigned char *values;
     zarr_worker *w = &r->workers[thread];
     size_t at[SC_ZARR_RANK_MAX] = {0}, number;
     char key[SC_CHUNK_KEY_BYTES], reason[SC_CHUNK_WHY_BYTES];
@@ -177,6 +194,8 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
         if (r->axis[i] >= 0)
             at[r->axis[i]] = at_xyz[i];
     }
+    if (r->time_axis >= 0)
+        at[r->time_axis] = r->phase / (size_t)r->array.chunk[r->time_axis];
     *out = (sc_chunk){.values = r->array.fill, .absent = true};
     name_file(r, at, key, &number);
     fd = sc_chunk_open_file(r->node.fd, key, &bytes);
@@ -186,12 +205,11 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
     close(fd);
     if (!read || bytes == UINT64_MAX)
         return read;
-    strides_of(r, out->strides);
-    out->absent = false;
-    out->swapped = r->chunked.voxel_bytes > 1 && r->array.pipeline.big_endian == little;
-    return sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
-                          &out->values, reason) ||
-           sc_chunk_note(failure, SC_ERR_DATA, key, reason);
+    if (!sc_zarr_unpack(&r->array.pipeline, w->packed, (size_t)bytes, w->chunk, r->chunk_bytes,
+                        &values, reason))
+        return sc_chunk_note(failure, SC_ERR_DATA, key, reason);
+    describe_chunk(r, values, out);
+    return true;
 }
 
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
@@ -238,7 +256,8 @@ static bool is_axis(const char *name, char wanted)
 }
 
 /* Find the dimensions that are x, y and z: by their names, if x and y are among them, else the last
- * three, z first. All others have the size 1. */
+ * three, z first; and that of time, by its name, if it has several entries. All others have the
+ * size 1. */
 static sc_status find_axes(const sc_ctx *ctx, const sc_zarr_choice *choice, zarr_reading *r)
 {
     const sc_zarr_array *a = &r->array;
@@ -250,7 +269,7 @@ static sc_status find_axes(const sc_ctx *ctx, const sc_zarr_choice *choice, zarr
                        "%s: has %d dimensions, but its group names %d axes (OME-Zarr); expected as "
                        "many",
                        choice->array.path, a->rank, choice->axes);
-    axis[0] = axis[1] = axis[2] = -1;
+    axis[0] = axis[1] = axis[2] = r->time_axis = -1;
     for (int i = 0; i < a->rank; i++) {
         for (int k = 0; k < 3; k++)
             axis[k] = is_axis(names[i], "xyz"[k]) ? i : axis[k];
@@ -260,10 +279,14 @@ static sc_status find_axes(const sc_ctx *ctx, const sc_zarr_choice *choice, zarr
             axis[k] = a->rank - 1 - k;
     }
     for (int i = 0; i < a->rank; i++) {
-        if (i != axis[0] && i != axis[1] && i != axis[2] && a->shape[i] != 1)
+        if (i == axis[0] || i == axis[1] || i == axis[2] || a->shape[i] == 1)
+            continue;
+        if (r->time_axis < 0 && (is_axis(names[i], 't') || !strcmp(names[i], "time")))
+            r->time_axis = i;
+        else
             return sc_fail(ctx, SC_ERR_DATA,
                            "%s: has %lld entries along dimension %d%s%s%s, expected one beside x, "
-                           "y and z; write one channel or time as an array of its own",
+                           "y, z and t; write one channel as an array of its own",
                            choice->array.path, (long long)a->shape[i], i, names[i][0] ? " (" : "",
                            names[i], names[i][0] ? ")" : "");
     }
@@ -299,6 +322,20 @@ static void geometry(const sc_ctx *ctx, const sc_zarr_choice *choice, const zarr
                 "%s: its axes have no known unit of length (\"unit\", such as \"micrometer\"); "
                 "taken as mm",
                 path);
+}
+
+/* Set which of several phases of @p source is read. */
+static void choose_phase(const sc_zarr_choice *choice, const sc_read_choice *read, zarr_reading *r,
+                         sc_source *source)
+{
+    const int t = r->time_axis;
+
+    if (t < 0)
+        return;
+    source->phases = (int)r->array.shape[t];
+    source->phase_step_s = choice->scaled ? choice->scale[t] * choice->unit_s[t] : 0;
+    /* sc_source_choose_phase refuses one that is not there. */
+    r->phase = read->phase > 0 && read->phase <= source->phases ? (size_t)read->phase - 1 : 0;
 }
 
 /* Set the size of @p source, that of the whole array. */
@@ -370,6 +407,7 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
         status = layout(ctx, r);
     if (status == SC_OK)
         geometry(ctx, &choice, r, &source);
+    choose_phase(&choice, read, r, &source);
     if (status == SC_OK)
         status = sc_chunked_cut(ctx, path, read, &r->chunked, &source);
     if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */

@@ -115,6 +115,7 @@ typedef struct sc_zarr_choice {
     int axes;             /* if so: how many */
     char names[SC_ZARR_RANK_MAX][32];
     double unit_mm[SC_ZARR_RANK_MAX]; /* of the axes; 0: not given, or not known */
+    double unit_s[SC_ZARR_RANK_MAX];  /* the same for times */
     bool scaled;                      /* a scale is given */
     double scale[SC_ZARR_RANK_MAX], shift[SC_ZARR_RANK_MAX]; /* of the axes, in their units */
 } sc_zarr_choice;

@@ -44,7 +44,10 @@ for name, codec in dict(zstd=numcodecs.Zstd(), lz4=numcodecs.LZ4(), gzip=numcode
 ome('fortran.zarr', compressor=numcodecs.Zlib(), order='F')
 ome('one_chunk.zarr', compressor=numcodecs.Zlib(), chunks=labels.shape)
 ome('tczyx.zarr', labels[None, None], 'tczyx', compressor=numcodecs.Zstd())
-ome('times.zarr', numpy.stack([labels, labels])[:, None], 'tczyx')
+halves = numpy.stack([labels, numpy.where(labels == 17, 0, labels), labels])[:, None]
+ome('times.zarr', halves, 'tczyx')
+ome('times_together.zarr', halves, 'tczyx', chunks=(2, 1, 3, 16, 25), compressor=numcodecs.Zstd(), order='F')
+ome('channels.zarr', halves.swapaxes(0, 1), 'tczyx')
 ome('no_unit.zarr', unit=None)
 for kind in '<i4', '>u2', '>i8', '<u8', '<f4', '>f8':
     ome('type_%s%s.zarr' % ('big' if kind[0] == '>' else 'little', kind[1:]), labels.astype(kind), compressor=numcodecs.Zlib())
@@ -186,6 +189,16 @@ jq -e '[.labels[1:][] | [.value, .voxels]] == [[9, 19800], [17, 1200]]' info.jso
 grep -q 'sparse.zarr: 35 of 36 chunks are not there; they count as full of the fill value' stderr.txt || { cat stderr.txt >&2; fail "chunks that are not there are not told"; }
 "$SEGCAST" info no_unit.zarr >stdout.txt 2>stderr.txt || fail "no_unit.zarr cannot be read"
 grep -q 'its axes have no known unit of length ("unit", such as "micrometer"); taken as mm' stderr.txt || { cat stderr.txt >&2; fail "the missing unit is not told"; }
+
+# Of several times one is read, whether chunks hold one of them or more.
+for store in times.zarr times_together.zarr; do
+    for phase in 0:1800 1:null 2:1800; do
+        "$SEGCAST" info "$store" --set volume.phase="${phase%:*}" --json >info.json 2>stderr.txt || { cat stderr.txt >&2; fail "$store: phase ${phase%:*} cannot be read"; }
+        jq -e --argjson voxels "${phase#*:}" '([.labels[] | select(.value == 17).voxels][0] == $voxels) and ([.labels[] | select(.value == 530).voxels] == [1710])' info.json >/dev/null ||
+            fail "$store, phase $phase: $(jq -c '[.labels[] | [.value, .voxels]]' info.json)"
+    done
+    expect 65 'phase: 3, but .*zarr holds 3, expected 0 to 2' "$SEGCAST" info "$store" --set volume.phase=3
+done
 
 # A label image becomes a film without any further word; the picture does not depend on format, version or threads.
 "$SEGCAST" orbit zstd.zarr -o film.mp4 --size 64x48 --set animation.frames=2 -q >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "no film of a label image"; }
@@ -335,7 +348,7 @@ done <<'TABLE'
 65 groups.zarr is a group of Zarr without images
 65 lzma.zarr stored by the codec "lzma", expected blosc, zstd, lz4, gzip, zlib or crc32c
 65 filter.zarr "filters" is .*delta.*expected null: write it anew without filters
-65 times.zarr has 2 entries along dimension 0 \(t\), expected one beside x, y and z
+65 channels.zarr has 3 entries along dimension 1 \(c\), expected one beside x, y, z and t; write one channel
 TABLE
 expect 71 'more than the limit' "$SEGCAST" info raw.zarr --max-memory 1K
 # Where a level does not fit, the next is named, which does.
