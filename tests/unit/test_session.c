@@ -83,18 +83,19 @@ static void a_job_that_one_rank_has_no_memory_for_is_cleared_on_all(void **state
     FILE *file = fopen("session.yaml", "w");
 
     (void)state;
-    fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6}\nanimation:\n  "
+    fputs("volume: {path: phantom, keep: '*'}\ntissues:\n  \"*\": {opacity: 0.6, color: [{at: 0%, "
+          "value: red}]}\nanimation:\n  "
           "frames: 7\n  clip:\n"
           "    - sweep: {normal: posterior, from: 0%, to: 60%}\n"
           "      except: [coronary arteries]\n  verbs: [fade: {tissues: myocardium, to: 0}]\n"
           "overlays: {caption: The heart, names: aorta}\nshots: [{name: One}, {name: Two}]\n",
           file);
     fclose(file);
-    for (long budget = 0; budget < 29; budget++) { /* nine arrays of the film and of each shot */
+    for (long budget = 0; budget < 32; budget++) { /* ten arrays of the film and of each shot */
         scenario s = {.poor_rank = 2, .budget = budget};
 
         run_ranks(RANKS, false, load_job, &s);
-        assert_int_equal(s.outcomes[0], budget < 27 ? SC_ERR_MEMORY : SC_OK);
+        assert_int_equal(s.outcomes[0], budget < 30 ? SC_ERR_MEMORY : SC_OK);
         assert_int_equal(s.outcomes[1], s.outcomes[0]);
         assert_int_equal(s.outcomes[2], s.outcomes[0]);
     }
