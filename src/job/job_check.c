@@ -21,11 +21,6 @@ const sc_yaml *sc_key_node(const sc_yaml *root, const char *path)
     return root;
 }
 
-bool sc_job_is_phantom(const char *volume)
-{
-    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
-}
-
 /* ---- values that depend on each other ---- */
 
 /* A video of pictures without a background, whose format must hold alpha. */

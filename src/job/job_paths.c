@@ -8,6 +8,11 @@
 #include <string.h>
 #include <unistd.h>
 
+bool sc_job_is_phantom(const char *volume)
+{
+    return !strcmp(volume, "phantom") || !strncmp(volume, "phantom:", 8);
+}
+
 /* @return the value of HOME, or NULL. @param environment as of sc_job_sources. */
 static const char *home_of(const char *const *environment)
 {

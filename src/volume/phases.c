@@ -6,8 +6,9 @@
 #include "source.h"
 
 #include <errno.h>
-#include <stdlib.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/random.h>
 #include <unistd.h>
 
 struct sc_phase_store {
@@ -44,11 +45,6 @@ void sc_phase_store_free(sc_phase_store *store)
     sc_free(store);
 }
 
-int sc_phase_store_file(const sc_phase_store *store)
-{
-    return fileno(store->file);
-}
-
 /* ---- all phases, once ---- */
 
 /* Make a file without a name in a folder. @return NULL, with errno set, if that cannot be. */
@@ -56,10 +52,14 @@ static FILE *open_unnamed(const sc_ctx *ctx, const char *folder)
 {
     sc_text name = {0};
     FILE *file = NULL;
+    uint64_t random;
     int fd = -1, error = ENOMEM;
 
-    if (sc_text_add(ctx, &name, "%s/.segcast-phases-XXXXXX", folder) == SC_OK) {
-        fd = mkstemp(name.data);
+    if (getentropy(&random, sizeof random))
+        return NULL;
+    if (sc_text_add(ctx, &name, "%s/.segcast-phases.%ld.%016llx", folder, (long)getpid(),
+                    (unsigned long long)random) == SC_OK) {
+        fd = open(name.data, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
         error = errno;
     }
     if (fd >= 0) {
@@ -294,7 +294,7 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
             return status;
         if (!store->failed) {
             source->encoding = SC_ENCODING_PLAIN;
-            source->store = store;
+            source->unpacked = store->file;
             source->offset_bytes = before;
             return SC_OK;
         }
@@ -303,20 +303,5 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
         return pick(ctx, path, phase, source);
     *(source->encoding == SC_ENCODING_PLAIN ? &source->offset_bytes : &source->skip_bytes) +=
         before;
-    return SC_OK;
-}
-
-sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, double *step_s)
-{
-    const sc_ctx quiet = sc_quiet(ctx);
-    const sc_read_choice first = {.phase = 1};
-    sc_source source = {0};
-    const sc_status status = sc_open_source(&quiet, path, &first, true, &source);
-
-    if (status != SC_OK && !sc_is_of_input(status))
-        return status;
-    *count = status == SC_OK && source.phases > 1 ? source.phases : 1;
-    *step_s = *count > 1 ? source.phase_step_s : 0;
-    sc_source_clear(&source);
     return SC_OK;
 }

@@ -258,6 +258,21 @@ out:
     return status;
 }
 
+sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, double *step_s)
+{
+    const sc_ctx quiet = sc_quiet(ctx);
+    const sc_read_choice first = {.phase = 1};
+    sc_source source = {0};
+    const sc_status status = sc_open_source(&quiet, path, &first, true, &source);
+
+    if (status != SC_OK && !sc_is_of_input(status))
+        return status;
+    *count = status == SC_OK && source.phases > 1 ? source.phases : 1;
+    *step_s = *count > 1 ? source.phase_step_s : 0;
+    sc_source_clear(&source);
+    return SC_OK;
+}
+
 sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
     const sc_ctx quiet = sc_quiet(ctx);

@@ -71,8 +71,8 @@ typedef struct sc_source {
                             follows the other */
     double phase_step_s; /* from one phase to the next; 0: the file does not say */
     int phase;           /* that which is read, from 1; 0: all of them, or there is one */
-    const sc_phase_store *store; /* SC_ENCODING_PLAIN: the voxels are in its file; borrowed; NULL:
-                                    in file */
+    FILE *unpacked; /* SC_ENCODING_PLAIN: the voxels are in this file of a store; borrowed; NULL:
+                       in file */
     struct sc_segment *segments; /* [table.count] if there are several layers, else NULL; owned */
     struct sc_mask *masks;       /* [mask_count]; of a directory of masks, else NULL; owned */
     size_t mask_count;
@@ -105,9 +105,6 @@ sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choic
  * the file has not, or if none is chosen; the errors of reading. */
 sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                                  bool header_only, sc_source *source);
-/* @return the descriptor of the file of a store that holds phases, one after the other; borrowed.
- */
-int sc_phase_store_file(const sc_phase_store *store);
 /* @return the geometry of the voxels that are wanted. */
 sc_affine sc_source_part_to_ras(const sc_source *source);
 /* Number of voxels; size must be set. */

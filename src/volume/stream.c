@@ -79,7 +79,7 @@ static sc_status open_gzip(sc_voxel_stream *s)
 /* SC_ENCODING_PLAIN: sets s->plain. */
 static sc_status open_file(sc_voxel_stream *s)
 {
-    const int copy = s->source->store ? dup(sc_phase_store_file(s->source->store)) : -1;
+    const int copy = s->source->unpacked ? dup(fileno(s->source->unpacked)) : -1;
 
     s->plain = copy >= 0 ? fdopen(copy, "rb") : fopen(s->source->file, "rb");
     if (!s->plain && copy >= 0)

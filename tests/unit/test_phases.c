@@ -163,13 +163,13 @@ static void phases_of_nrrd_are_read(void **state)
     unlink("phases.nrrd");
 }
 
-/* More voxels than are read at a time, which are no whole number of voxels with all their phases. */
+/* More voxels than are read at a time, which are no whole number of voxels with all their phases.
+ */
 static void phases_of_a_large_file_are_sorted(void **state)
 {
     enum { SIDE = 115, LARGE = SIDE * SIDE * SIDE };
-    static const char head[] =
-        "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 6 115 115 115\n"
-        "kinds: list domain domain domain\nencoding: raw\n\n";
+    static const char head[] = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 6 115 115 115\n"
+                               "kinds: list domain domain domain\nencoding: raw\n\n";
     FILE *file = fopen("large.nrrd", "wb");
     sc_phase_store *store = NULL;
 
@@ -234,9 +234,9 @@ static void expect_refused(const char *path, int phase, sc_phase_store *store, c
     sc_ctx ctx = listening(&said);
     sc_volume v = {0};
 
-    assert_int_equal(sc_volume_read_by(&ctx, path,
-                                       &(sc_read_choice){.phase = phase, .store = store}, &v),
-                     SC_ERR_DATA);
+    assert_int_equal(
+        sc_volume_read_by(&ctx, path, &(sc_read_choice){.phase = phase, .store = store}, &v),
+        SC_ERR_DATA);
     if (!strstr(said.text, message))
         print_error("expected \"%s\", found \"%s\"\n", message, said.text);
     assert_non_null(strstr(said.text, message));
