@@ -460,11 +460,14 @@ sc_film_frame sc_film_frame_at(const sc_shot_span *shots, int count, int k);
 
 /** How the phases of a beating heart, which are volumes of the same grid, follow each other. */
 typedef struct sc_cine {
-    double bpm; /**< beats per minute, above 0; in one, all phases are shown */
-    int beats;  /**< after so many the last phase stays; 0: they go on and on */
+    double bpm;  /**< beats per minute, above 0; in one, all phases are shown */
+    int beats;   /**< after so many the last phase stays; 0: they go on and on */
+    int between; /**< so many phases behind each are interpolated: behind the last, too, towards the
+                      first of the next beat, so that it is not they that stay */
 } sc_cine;
 /** @return which phase, from 0, frame @p k of a film shows: a closed function of k. Phase p of n is
- *  shown from p / n of a beat on. @param phases at least 1. @param fps frames per second. */
+ *  shown from p / n of a beat on. @param phases at least 1, interpolated ones among them. @param
+ * fps frames per second. */
 int sc_cine_phase(const sc_cine *cine, int phases, int fps, int k);
 
 #endif

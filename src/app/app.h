@@ -153,6 +153,10 @@ typedef struct sc_session {
     sc_drawn_grid drawn; /* the grid on which the volume was drawn, if it was measured: drawn_known;
                             set before it is loaded, it is not measured again */
     bool drawn_known;
+    /* Of a phase that is interpolated, on rank 0: its voxels, which are taken from here instead of
+     * a file; as_given is set on all ranks. Borrowed, taken over when they are read. */
+    sc_volume *given;
+    bool as_given;
     bool is_later_phase;   /* it holds the volume of a phase, but not of the first, whose colours
                               count */
     sc_label *labels;      /* labels of a mapped or inspected volume with the job's names; owned */

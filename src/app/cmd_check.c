@@ -153,11 +153,14 @@ static void print_phases(const sc_session *session)
     const sc_cine *cine = &job->cine.cine;
     const double beats = job->animation.frames * cine->bpm / (60.0 * job->output.fps);
     const bool ends = cine->beats && beats > cine->beats;
+    char between[48] = "";
 
     if (!session->phases)
         return;
-    printf("phases: %d volumes of this size, %g beats a minute: the film shows %.4g beat%s%s\n",
-           sc_session_phase_count(session), cine->bpm, ends ? cine->beats : beats,
+    if (cine->between)
+        snprintf(between, sizeof between, ", and %d between each two", cine->between);
+    printf("phases: %d volumes of this size%s, %g beats a minute: the film shows %.4g beat%s%s\n",
+           sc_session_phase_count(session), between, cine->bpm, ends ? cine->beats : beats,
            (ends ? cine->beats : beats) == 1 ? "" : "s", ends ? ", and then the last phase" : "");
 }
 

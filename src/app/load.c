@@ -200,6 +200,11 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
     sc_read_choice choice;
     sc_status status;
 
+    if (session->given) { /* it was read, edited and named as its neighbours */
+        *volume = *session->given;
+        *session->given = (sc_volume){0};
+        return SC_OK;
+    }
     SC_TRY(sc_read_choice_of(app, job, &choice));
     if (session->mapped)
         SC_TRY(unpack_volume(app, session, volume));
@@ -281,7 +286,7 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
                           sc_volume_input *out, sc_rank_record *times)
 {
     const double wall_s = sc_wall_s(), cpu_s = sc_cpu_s();
-    const bool resampled = session->mapped && session->volume.resampled;
+    const bool resampled = (session->mapped || session->as_given) && session->volume.resampled;
     sc_volume *volume = &out->volume;
     sc_needs n = {0};
     sc_status status;
@@ -290,11 +295,12 @@ sc_status sc_session_read(const sc_app *app, const sc_session *session, bool mea
     SC_TRY(sc_needs_find(app, session, volume->labels, volume->label_count, &n));
     out->hidden = n.hidden;
     out->tissue_smooth = n.tissue_smooth;
-    out->resample = n.resample && !resampled;
+    out->resample = n.resample && !resampled && !session->as_given;
     sc_volume_hide(volume, n.hidden, app->threads);
     out->settings = (sc_prepare_settings){.smooth = n.smooth,
                                           .tissue_smooth = n.tissue_smooth,
                                           .resampled = resampled,
+                                          .as_drawn = session->as_given && session->volume.as_drawn,
                                           .thickness = n.thickness || measure_all,
                                           .local_thickness = n.local_thickness,
                                           .surface = n.surface || measure_all,

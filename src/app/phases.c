@@ -3,6 +3,7 @@
  * session, and decides how tissues look; of the others, each has a session of its own, which holds
  * nothing but its volume. */
 #include "app.h"
+#include "segcast/resample.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -78,14 +79,16 @@ typedef struct phase_name {
 
 void sc_session_begin_phase(const sc_session *session, int phase, sc_session *out)
 {
+    const sc_volume_path *file = &session->job.phases[phase];
+
     *out = (sc_session){.measure = session->measure,
                         .job = session->job,
                         .drawn = session->drawn,
                         .drawn_known = session->drawn_known,
                         .is_later_phase = phase > 0,
                         .times = {.threads = session->times.threads}};
-    memcpy(out->job.volume, session->job.phases[phase].path, sizeof out->job.volume);
-    out->job.volume_phase = session->job.phases[phase].phase;
+    memcpy(out->job.volume, file->path, sizeof out->job.volume);
+    out->job.volume_phase = file->phase;
     out->job.has_cine = false;
     out->job.phases = NULL;
     out->job.phase_count = 0;
@@ -107,10 +110,10 @@ void sc_phases_free(sc_phases *phases)
     sc_free(phases);
 }
 
-/* Make room for the phases of a session. */
-static sc_status new_phases(const sc_ctx *ctx, sc_session *session)
+/* Make room for the phases of a session: @p each for each volume of the job. */
+static sc_status new_phases(const sc_ctx *ctx, int each, sc_session *session)
 {
-    const size_t count = session->job.phase_count - 1;
+    const size_t count = session->job.phase_count * (size_t)each - 1;
     void *block = NULL, *all = NULL;
     sc_status status;
 
@@ -169,9 +172,9 @@ static void name_phase(const sc_session *session, int phase, phase_name *out)
 
 /* Refuse a phase whose grid or labels are not those of the first. @param all labels of volumes
  * whose voxels were read, so that the lack of one is known. @return SC_ERR_DATA. */
-static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, int index, bool all)
+static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, const sc_session *phase,
+                             int index, bool all)
 {
-    const sc_session *phase = &session->phases->all[index - 1];
     const sc_prepared *a = &session->volume, *b = &phase->volume;
     const char *where = session->job.cine.where, *colon = *where ? ": " : "";
     const sc_label *lost = all ? missing_label(a, b) : NULL;
@@ -225,11 +228,83 @@ static sc_status load_prepared(sc_app *app, bool header_only, sc_session *sessio
     return sc_session_load_one(app, session);
 }
 
-/* Load the volumes of all phases but the first by @p load. What is to be said of all of them has
- * been said of the first: only errors are logged. Collective. */
+/* ---- phases between those of files ---- */
+
+/* Copy the voxels and labels of a phase. Caller owns *out: sc_volume_clear. */
+static sc_status copy_phase(const sc_ctx *ctx, const sc_prepared *phase, sc_volume *out)
+{
+    const sc_volume from = sc_volume_of_prepared(phase);
+    const size_t bytes = sc_volume_voxels(&from) * (size_t)from.label_bytes;
+    sc_volume v = from;
+    void *labels;
+    sc_status status;
+
+    v.ids = v.labels = NULL;
+    SC_TRY(sc_alloc(ctx, bytes, 1, &v.ids));
+    memcpy(v.ids, from.ids, bytes);
+    SC_TRY(sc_alloc(ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
+    v.labels = labels;
+    memcpy(v.labels, from.labels, (size_t)v.label_count * sizeof *v.labels);
+    *out = v;
+    return SC_OK;
+out:
+    sc_volume_clear(&v);
+    return status;
+}
+
+/* Prepare the phases between phase @p from of a session and that @p each behind it, or the first
+ * behind the last, which are loaded. Collective. */
+static sc_status load_gap(sc_app *app, int from, int each, sc_session *session)
+{
+    const bool first = sc_comm_rank(app->comm) == 0;
+    const int next = (from + each) % (session->phases->count + 1);
+    const sc_prepared *a = sc_session_phase_volume(session, from);
+    const sc_volume low = sc_volume_of_prepared(a);
+    const sc_volume high = sc_volume_of_prepared(sc_session_phase_volume(session, next));
+    sc_between *between = NULL;
+    sc_volume volume = {0};
+    sc_status status = SC_OK;
+
+    sc_stage_begin(app->ctx, "interpolating phases", 0, 0);
+    if (first)
+        status = sc_between_find(app->ctx, &low, &high, app->threads, &between);
+    SC_TRY(sc_comm_agree(app->comm, status));
+    for (int i = 1; i < each; i++) {
+        sc_session *phase = &session->phases->all[from + i - 1];
+
+        sc_session_begin_phase(session, from / each, phase);
+        phase->volume.resampled = a->resampled;
+        phase->volume.as_drawn = a->as_drawn;
+        phase->as_given = true;
+        phase->given = first ? &volume : NULL;
+        if (first)
+            status = copy_phase(app->ctx, a, &volume);
+        SC_TRY(sc_comm_agree(app->comm, status));
+        if (first)
+            sc_between_at(between, (double)i / each, &volume);
+        SC_TRY(sc_session_load_one(app, phase));
+        phase->given = NULL;
+        add_times(session, phase);
+        session->shared_bytes += phase->shared_bytes;
+    }
+out:
+    sc_volume_clear(&volume);
+    sc_between_free(between);
+    return status;
+}
+
+/* @return how many phases of a session come of each volume of its job, where voxels are read. */
+static int phases_each(const sc_session *session, load_fn *load)
+{
+    return load == load_prepared ? 1 + session->job.cine.cine.between : 1;
+}
+
+/* Load the volumes of all phases but the first by @p load, and then those between them. What is to
+ * be said of all of them has been said of the first: only errors are logged. Collective. */
 static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_session *session)
 {
     const bool first = sc_comm_rank(app->comm) == 0;
+    const int each = phases_each(session, load), count = (int)session->job.phase_count;
     sc_ctx errors = *app->ctx;
     sc_app quieter = *app;
     sc_status status;
@@ -237,19 +312,22 @@ static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_se
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
     quieter.label_source = NULL;
-    SC_TRY(sc_comm_agree(app->comm, new_phases(app->ctx, session)));
+    SC_TRY(sc_comm_agree(app->comm, new_phases(app->ctx, each, session)));
     sc_comm_broadcast(app->comm, &session->drawn, sizeof session->drawn);
     sc_comm_broadcast(app->comm, &session->drawn_known, sizeof session->drawn_known);
-    for (int i = 0; i < session->phases->count; i++) {
-        sc_session *phase = &session->phases->all[i];
+    for (int i = 1; i < count; i++) {
+        sc_session *phase = &session->phases->all[i * each - 1];
 
-        sc_session_begin_phase(session, i + 1, phase);
+        sc_session_begin_phase(session, i, phase);
         SC_TRY(load(&quieter, header_only, phase));
-        SC_TRY(sc_comm_agree(app->comm,
-                             first ? check_phase(app->ctx, session, i + 1, !header_only) : SC_OK));
+        if (first)
+            status = check_phase(app->ctx, session, phase, i, !header_only);
+        SC_TRY(sc_comm_agree(app->comm, status));
         add_times(session, phase);
         session->shared_bytes += phase->shared_bytes;
     }
+    for (int i = 0; i < count && each > 1; i++)
+        SC_TRY(load_gap(&quieter, i * each, each, session));
 out:
     return status;
 }
@@ -261,8 +339,8 @@ out:
  * in files: more than half of the memory. The same on all ranks. */
 static bool are_for_files(const sc_app *app, const sc_session *session)
 {
-    const double bytes =
-        WITH_DERIVED * (double)session->shared_bytes * (double)session->job.phase_count;
+    const double bytes = WITH_DERIVED * (double)session->shared_bytes *
+                         (double)session->job.phase_count * (1 + session->job.cine.cine.between);
     const uint64_t limit = app->ctx->memory_max_bytes, machine = sc_machine_memory();
     uint8_t prefers = bytes > 0.5 * (double)(limit && limit < machine ? limit : machine);
 
@@ -330,7 +408,7 @@ out:
     return status;
 }
 
-/* Tell, on rank 0, which volumes are the phases, and in which order. */
+/* Tell, on rank 0, which volumes are the phases, in which order, and what comes between. */
 static void tell_phases(const sc_app *app, const sc_session *session)
 {
     const sc_job *job = &session->job;
@@ -348,6 +426,9 @@ static void tell_phases(const sc_app *app, const sc_session *session)
         sc_info(app->ctx, "%d phases, from %s to %s; %g beats a minute", count,
                 first ? first + 1 : job->phases[0].path,
                 last ? last + 1 : job->phases[count - 1].path, job->cine.cine.bpm);
+    if (job->cine.cine.between)
+        sc_info(app->ctx, "borders move between phases: %d are interpolated behind each of %d",
+                job->cine.cine.between, count);
 }
 
 /* Load all phases by @p load. */

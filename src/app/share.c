@@ -286,7 +286,7 @@ sc_status sc_session_load_one(sc_app *app, sc_session *session)
     sc_status status;
 
     if (sc_comm_rank(app->comm) == 0)
-        is_prepared = sc_is_prepared_file(session->job.volume);
+        is_prepared = !session->as_given && sc_is_prepared_file(session->job.volume);
     sc_comm_broadcast(app->comm, &is_prepared, sizeof is_prepared);
     if (!is_prepared)
         return share_volume(app, session);

@@ -56,6 +56,10 @@ const sc_key sc_cine_keys[] = {
      .help = "true: beat follows beat; false, or a number: after one, or so many, the last phase "
              "stays",
      .low = 1, .high = 1000000},
+    {"between", &sc_type_int, offsetof(sc_cine_options, cine.between), "0",
+     .help = "so many phases more between each two, and between the last and the first: borders "
+             "move from the one to the other, instead of jumping; each is prepared as a phase is",
+     .low = 0, .high = 100},
     {"phases", &sc_type_text, offsetof(sc_cine_options, phases), "\"\"",
      .help = "those that are shown, in this order, counted from 0: 0-9, 0-18:2, or 5-9,0-4",
      .bytes = sizeof(((sc_cine_options *)0)->phases), .without = "all"},
@@ -171,6 +175,12 @@ sc_status sc_cine_check(const sc_ctx *ctx, const sc_job_sources *sources, const 
     SC_TRY(select_phases(ctx, root, job));
     if (job->phase_count < 2)
         return sc_yaml_fail(ctx, cine, "cine: there is one phase, expected 2 or more");
+    if (job->phase_count * (size_t)(1 + job->cine.cine.between) > SC_PHASES_MAX)
+        return sc_yaml_fail(ctx, sc_yaml_member(cine, "between"),
+                            "cine: %zu phases, and %d between each two, are %zu; expected at most "
+                            "%d",
+                            job->phase_count, job->cine.cine.between,
+                            job->phase_count * (size_t)(1 + job->cine.cine.between), SC_PHASES_MAX);
     choose_bpm(ctx, cine, step_s, job);
     job->volume_phase = job->phases[0].phase;
     if (job->crop.kind == SC_CROP_VISIBLE)

@@ -10,7 +10,7 @@ int sc_cine_phase(const sc_cine *cine, int phases, int fps, int k)
      * rate that is no binary fraction. */
     const double passed = floor((double)k * cine->bpm * phases / (60.0 * fps) + 1e-9);
 
-    if (cine->beats && passed >= (double)cine->beats * phases)
-        return phases - 1;
+    if (cine->beats && passed >= (double)cine->beats * phases - 1 - cine->between)
+        return phases - 1 - cine->between;
     return (int)fmod(passed, phases);
 }

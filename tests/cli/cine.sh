@@ -124,3 +124,24 @@ expect 65 'third.yaml:1: phase: 4, but .*all.seq.nrrd holds 4, expected 0 to 3' 
 expect 64 'phases is "0-4", expected numbers from 0 to 3' "$SEGCAST" check all.yaml --set cine.phases=0-4
 sed 's/^volume: .*/volume: {path: all.seq.nrrd, phase: 1}/' all.yaml >both.yaml
 expect 65 'both.yaml:1: volume: phase chooses one of the 4 phases of the file, and cine shows all' "$SEGCAST" check both.yaml
+
+# Phases between those of the file: these stay what they are, each other picture is one of its own, and the end of beats is
+# a phase of the file
+"$SEGCAST" render job.yaml -o still4 -q --set cine.bpm=60 --set output.fps=4 --frames 0-3 >/dev/null
+"$SEGCAST" render job.yaml -o moving --set cine.bpm=60 --set output.fps=12 --set cine.between=2 >/dev/null 2>said.txt
+grep -q 'borders move between phases: 2 are interpolated behind each of 4' said.txt || fail "phases between are not told: $(cat said.txt)"
+for k in 0 1 2 3; do
+    "$IMAGE_DIFFERENCE" "still4/frames/$(printf %06d $k).png" "moving/frames/$(printf %06d $((3 * k))).png" || fail "phase $k is another picture"
+done
+[ "$(hashes moving | cut -d' ' -f2 | head -12 | sort -u | wc -l)" = 12 ] || fail "not every phase between is a picture of its own"
+[ "$(hashes moving | cut -d' ' -f2 | head -8)" = "$(hashes moving | cut -d' ' -f2 | tail -8)" ] || fail "moving beats differ"
+mpi 2 "$SEGCAST" render moving/job.yaml -o moving2 -q --cpu c --max-memory 1M >/dev/null 2>&1
+[ "$(hashes moving)" = "$(hashes moving2)" ] || fail "phases between depend on ranks, or on where they are held"
+"$SEGCAST" render all.yaml -o moving3 -q --set output.fps=12 --set cine.between=2 --threads 1 >/dev/null
+[ "$(hashes moving)" = "$(hashes moving3)" ] || fail "phases between those of one file, or with one thread, are others"
+"$SEGCAST" prepare all.yaml -o kept.segc -q >/dev/null
+sed 's/all.seq.nrrd/kept-*.segc/' all.yaml >kept.yaml
+"$SEGCAST" render kept.yaml -o moving4 -q --set output.fps=12 --set cine.between=2 --set cine.bpm=60 >/dev/null
+[ "$(hashes moving)" = "$(hashes moving4)" ] || fail "phases between prepared ones are others"
+"$SEGCAST" check job.yaml -q --set cine.between=2 | grep -q 'phases: 4 volumes of this size, and 2 between each two' || fail "check of phases between"
+expect 64 'cine: 4 phases, and 100 between each two|between' "$SEGCAST" check job.yaml --set cine.between=400

@@ -793,6 +793,7 @@ static const struct row image_rows[] = {
 static const struct row cine_rows[] = {
     {"bpm", 100, put_number, "20:240"},
     {"loop", 60, put_word, "true|false|1|2"},
+    {"between", 40, put_word, "1|2"},
     {"phases", 50, put_word, "0-2|\"2,0\"|0-2:2"},
 };
 static const struct row divider_rows[] = {

@@ -52,6 +52,19 @@ static void beats_end(void **state)
         assert_int_equal(sc_cine_phase(&cine, 5, 20, k), 4);
 }
 
+/* Phases that lie behind the last, towards the next beat, are not what stays. */
+static void beats_end_with_a_phase_of_a_file(void **state)
+{
+    const sc_cine cine = {.bpm = 60, .beats = 2, .between = 2}, on = {.bpm = 60, .between = 2};
+
+    (void)state;
+    for (int k = 0; k < 24; k++) { /* 4 phases, with 8 between: 12 frames for a beat */
+        assert_int_equal(sc_cine_phase(&on, 12, 12, k), k % 12);
+        assert_int_equal(sc_cine_phase(&cine, 12, 12, k), k < 21 ? k % 12 : 9);
+    }
+    assert_int_equal(sc_cine_phase(&cine, 12, 12, 100), 9);
+}
+
 static void names_sort_by_numbers(void **state)
 {
     static const char *const names[] = {"heart-2.nrrd",   "heart-9.nrrd",  "heart-10.nrrd",
@@ -233,6 +246,7 @@ int main(void)
         cmocka_unit_test(phases_follow_each_other),
         cmocka_unit_test(rates_are_exact),
         cmocka_unit_test(beats_end),
+        cmocka_unit_test(beats_end_with_a_phase_of_a_file),
         cmocka_unit_test(names_sort_by_numbers),
         cmocka_unit_test(series_are_found),
         cmocka_unit_test(phases_are_chosen),

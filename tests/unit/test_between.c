@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What lies between two phases of a series, against shapes that are known. */
+#include "check.h"
+
+#include "segcast/phantom.h"
+#include "segcast/resample.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { SIDE = 40, VOXELS = SIDE * SIDE * SIDE };
+
+static const int phantom_size[3] = {90, 63, 93};
+
+/* The phantom at a phase of its beat. Caller owns it. */
+static sc_volume phantom_at(double phase)
+{
+    sc_phantom *phantom = NULL;
+    sc_volume v = {0};
+
+    assert_ok(sc_phantom_new_beating(&quiet, phase, &phantom));
+    assert_ok(sc_phantom_volume(&quiet, phantom, phantom_size, 2, &v));
+    sc_phantom_free(phantom);
+    return v;
+}
+
+static sc_volume copy_of(const sc_volume *v)
+{
+    const size_t bytes = sc_volume_voxels(v) * (size_t)v->label_bytes;
+    sc_volume copy = *v;
+
+    copy.ids = malloc(bytes);
+    assert_non_null(copy.ids);
+    memcpy(copy.ids, v->ids, bytes);
+    return copy;
+}
+
+static int id_at(const sc_volume *v, size_t at)
+{
+    return ((const uint8_t *)v->ids)[at];
+}
+
+/* How many voxels differ. */
+static size_t differing(const sc_volume *a, const sc_volume *b)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < sc_volume_voxels(a); i++)
+        count += id_at(a, i) != id_at(b, i);
+    return count;
+}
+
+/* The sum over all labels of how many voxels more or less they have. */
+static double volume_error(const sc_volume *a, const sc_volume *b)
+{
+    double count[256] = {0}, sum = 0;
+
+    for (size_t i = 0; i < sc_volume_voxels(a); i++) {
+        count[id_at(a, i)]++;
+        count[id_at(b, i)]--;
+    }
+    for (int id = 0; id < 256; id++)
+        sum += fabs(count[id]);
+    return sum;
+}
+
+/* Halfway between two phases of the phantom, while it moves evenly, and from the last phase to the
+ * first of the next beat, the labels are nearer to the truth than those of the phase that would be
+ * held. */
+static void a_beat_is_met_better_than_by_holding(void **state)
+{
+    static const double phases[] = {0.15, 0.2, 0.25, 0.5, 0.55, 0.85, 0.95};
+    size_t held = 0, moved = 0;
+    double held_volume = 0, moved_volume = 0;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(phases); i++) {
+        sc_volume a = phantom_at(phases[i]), b = phantom_at(phases[i] + 0.05);
+        sc_volume truth = phantom_at(phases[i] + 0.025), middle = copy_of(&a);
+        sc_between *between = NULL;
+
+        assert_ok(sc_between_find(&quiet, &a, &b, 2, &between));
+        sc_between_at(between, 0.5, &middle);
+        held += differing(&a, &truth);
+        moved += differing(&middle, &truth);
+        held_volume += volume_error(&a, &truth);
+        moved_volume += volume_error(&middle, &truth);
+        sc_between_free(between);
+        free(middle.ids);
+        sc_volume_clear(&truth);
+        sc_volume_clear(&a);
+        sc_volume_clear(&b);
+    }
+    print_message("voxels that differ from the truth: held %zu, moved %zu; of volumes: held %.0f, "
+                  "moved %.0f\n",
+                  held, moved, held_volume, moved_volume);
+    assert_true(1.6 * (double)moved < (double)held);
+    assert_true(1.6 * moved_volume < held_volume);
+}
+
+/* A cube of background in which the layers [first, first + thick) along x are of label 2, and all
+ * before them of label 1; behind them is label 3. */
+static sc_volume wall_at(int first, int thick, uint8_t ids[VOXELS], sc_label labels[4])
+{
+    sc_volume v = {.size = {SIDE, SIDE, SIDE},
+                   .label_bytes = 1,
+                   .ids = ids,
+                   .label_count = 4,
+                   .labels = labels,
+                   .to_ras_mm = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+
+    for (int i = 0; i < VOXELS; i++) {
+        const int x = i % SIDE, y = i / SIDE % SIDE;
+        const bool inside = y > 4 && y < SIDE - 5;
+
+        ids[i] = (uint8_t)(!inside ? 0 : x < first ? 1 : x < first + thick ? 2 : 3);
+    }
+    return v;
+}
+
+/* A wall that moves by more than its thickness is whole at all moments, and moves evenly. */
+static void a_thin_wall_moves_whole(void **state)
+{
+    static uint8_t ids[4][VOXELS];
+    sc_label labels[4] = {{.value = 0}, {.value = 1}, {.value = 2}, {.value = 3}};
+    const sc_volume a = wall_at(10, 2, ids[0], labels), b = wall_at(20, 2, ids[1], labels);
+    sc_between *between = NULL;
+
+    (void)state;
+    assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
+    for (int step = 0; step <= 10; step++) {
+        const sc_volume truth = wall_at(10 + step, 2, ids[2], labels);
+        sc_volume v = wall_at(10, 2, ids[3], labels);
+
+        sc_between_at(between, step / 10.0, &v);
+        if (differing(&v, &truth))
+            print_error("%zu voxels differ at step %d\n", differing(&v, &truth), step);
+        assert_int_equal(differing(&v, &truth), 0);
+    }
+    sc_between_free(between);
+}
+
+/* At the ends are the two phases, little else than what changes is touched, and nothing depends on
+ * threads. */
+static void ends_are_the_phases(void **state)
+{
+    sc_volume a = phantom_at(0), b = phantom_at(0.2), first = copy_of(&a), other = copy_of(&a);
+    sc_between *between = NULL, *again = NULL;
+    size_t carried;
+
+    (void)state;
+    assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
+    assert_ok(sc_between_find(&quiet, &a, &b, 3, &again));
+    sc_between_at(between, 0, &first);
+    assert_int_equal(differing(&first, &a), 0);
+    sc_between_at(between, 1, &first);
+    assert_int_equal(differing(&first, &b), 0);
+    for (double t = 0.1; t < 1; t += 0.2) {
+        sc_between_at(between, t, &first);
+        sc_between_at(again, t, &other);
+        assert_int_equal(differing(&first, &other), 0);
+        carried = 0;
+        for (size_t i = 0; i < sc_volume_voxels(&a); i++)
+            carried += id_at(&a, i) == id_at(&b, i) && id_at(&first, i) != id_at(&a, i);
+        assert_true(carried < sc_volume_voxels(&a) / 200); /* thin tissue that passes by */
+    }
+    sc_between_free(between);
+    sc_between_free(again);
+    assert_ok(sc_between_find(&quiet, &a, &a, 2, &between)); /* nothing moves */
+    sc_between_at(between, 0.5, &other);
+    sc_between_free(between);
+    free(first.ids);
+    free(other.ids);
+    sc_volume_clear(&a);
+    sc_volume_clear(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_beat_is_met_better_than_by_holding),
+        cmocka_unit_test(a_thin_wall_moves_whole),
+        cmocka_unit_test(ends_are_the_phases),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
