@@ -4,14 +4,14 @@
 #include "label_table.h"
 #include "precomputed.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCALES_SHOWN = 12, BLOCK_VOXELS_MAX = 1 << 20 };
+enum { SCALES_SHOWN = 12, BLOCK_VOXELS_MAX = 1 << 20, FILES_LOOKED_AT = 64 };
 static const double nm_in_mm = 1e-6;
 
 /* What one thread works on. */
@@ -86,29 +86,15 @@ typedef struct chunk_file {
 static int open_chunk(const precomputed_reading *r, sc_chunk_failure *failure,
                       char key[SC_CHUNK_KEY_BYTES], uint64_t *bytes, bool *good)
 {
-    static const char *const packers[] = {".br", ".zstd", ".zst", ".xz", ".bz2", ".lz4"};
     const size_t length = strlen(key);
     int fd = sc_chunk_open_file(r->fd, key, bytes);
 
-    *good = true;
     if (fd < 0 && errno == ENOENT) {
         snprintf(key + length, SC_CHUNK_KEY_BYTES - length, ".gz");
         fd = sc_chunk_open_file(r->fd, key, bytes);
     }
-    if (fd >= 0)
-        return fd;
-    if (errno != ENOENT)
-        *good = sc_chunk_note_unopened(failure, key);
-    for (size_t i = 0; i < SC_COUNT_OF(packers) && *good; i++) {
-        struct stat info;
-
-        snprintf(key + length, SC_CHUNK_KEY_BYTES - length, "%s", packers[i]);
-        if (!fstatat(r->fd, key, &info, AT_SYMLINK_NOFOLLOW))
-            *good = sc_chunk_note(failure, SC_ERR_DATA, key,
-                                  "is packed in a way that is not read, expected chunks as they "
-                                  "are, or packed by gzip (\".gz\")");
-    }
-    return -1;
+    *good = fd >= 0 || errno == ENOENT || sc_chunk_note_unopened(failure, key);
+    return fd;
 }
 
 /* Write the name that the file of the chunk @p number has without shards to @p key. */
@@ -418,6 +404,37 @@ static sc_status read_scale(const sc_ctx *ctx, const char *path, const json_t *s
     return read_encoding(ctx, path, scale, source->type, r);
 }
 
+/* Refuse a directory of chunks that are packed otherwise than by gzip, which would look as if they
+ * were not there. The first files tell. */
+static sc_status check_packing(const sc_ctx *ctx, const precomputed_reading *r)
+{
+    static const char *const packers[] = {".br", ".zstd", ".zst", ".xz", ".bz2", ".lz4"};
+    const int copy = dup(r->fd);
+    DIR *stream = copy >= 0 ? fdopendir(copy) : NULL;
+    const struct dirent *entry;
+    sc_status status = SC_OK;
+
+    if (!stream) {
+        if (copy >= 0)
+            close(copy);
+        return sc_fail(ctx, sc_input_status(errno), "%s: %s", r->path, strerror(errno));
+    }
+    rewinddir(stream);
+    for (int n = 0; n < FILES_LOOKED_AT && status == SC_OK && (entry = readdir(stream)); n++) {
+        const char *dot = strrchr(entry->d_name, '.');
+
+        for (size_t i = 0; i < SC_COUNT_OF(packers) && dot && status == SC_OK; i++) {
+            if (!strcmp(dot, packers[i]))
+                status = sc_fail(ctx, SC_ERR_DATA,
+                                 "%s/%s: is packed in a way that is not read, expected chunks as "
+                                 "they are, or packed by gzip (\".gz\")",
+                                 r->path, entry->d_name);
+        }
+    }
+    closedir(stream);
+    return status;
+}
+
 /* Open the directory of a scale. */
 static sc_status open_scale(const sc_ctx *ctx, int directory, const char *path, const json_t *scale,
                             precomputed_reading *r)
@@ -435,7 +452,7 @@ static sc_status open_scale(const sc_ctx *ctx, int directory, const char *path, 
         return status;
     r->fd = sc_chunk_open_directory(directory, key);
     if (r->fd >= 0)
-        return SC_OK;
+        return check_packing(ctx, r);
     return sc_fail(ctx, errno == ENOENT ? SC_ERR_MISSING : SC_ERR_DATA,
                    "%s: %s, but %s/info names it; expected a directory, no link", r->path,
                    errno == ENOENT ? "is not there" : "is no directory", path);
