@@ -9,7 +9,10 @@
 #include <string.h>
 #include <strings.h>
 
-enum { FONTS_MAX = 64 }; /* that stand in for one another */
+enum {
+    FONTS_MAX = 64,             /* that stand in for one another */
+    FONTCONFIG_BYTES = 32 << 20 /* more than it needs to read its configuration and caches */
+};
 
 struct sc_font {
     FcConfig *config;
@@ -127,25 +130,70 @@ static void add_font(sc_font *font, const FcPattern *pattern)
     font->fonts[font->count++].index = index;
 }
 
+/* Free what find_fonts has found. */
+static void forget_fonts(sc_font *font)
+{
+    if (font->sorted)
+        FcFontSetDestroy(font->sorted);
+    if (font->config)
+        FcConfigDestroy(font->config);
+    font->sorted = NULL;
+    font->config = NULL;
+    font->count = 0;
+}
+
+/* Look for the fonts of this machine. @return false if there is no memory. */
+static bool find_fonts(sc_font *font, const char *family)
+{
+    forget_fonts(font);
+    font->config = FcInitLoadConfigAndFonts();
+    if (!font->config || !sort_fonts(font, family))
+        return false;
+    for (int i = 0; i < font->sorted->nfont; i++)
+        add_font(font, font->sorted->fonts[i]);
+    return true;
+}
+
+static bool is_found(const sc_font *font, const char *family)
+{
+    return font->count && is_of_family(font->sorted->fonts[0], family);
+}
+
+/* Find out whether there is memory for what fontconfig reads. Without it fontconfig 2.14 may wait
+ * for ever for a lock of its own, which it does not release then (FcCacheInsert). */
+static sc_status check_memory(const sc_ctx *ctx)
+{
+    void *block;
+    const sc_status status = sc_alloc(ctx, FONTCONFIG_BYTES, 1, &block);
+
+    if (status == SC_OK)
+        sc_free(block);
+    return status;
+}
+
 sc_status sc_font_open(const sc_ctx *ctx, const char *family, const char *where, sc_font **out)
 {
     sc_font *font;
     void *block;
-    sc_status status = sc_zalloc(ctx, 1, sizeof *font, &block);
+    bool found;
+    sc_status status = check_memory(ctx);
 
+    if (status == SC_OK)
+        status = sc_zalloc(ctx, 1, sizeof *font, &block);
     if (status != SC_OK)
         return status;
     font = block;
-    font->config = FcInitLoadConfigAndFonts();
-    if (!font->config || !sort_fonts(font, family))
+    found = find_fonts(font, family);
+    if (found &&
+        !is_found(font, family)) /* without memory fontconfig leaves out fonts, in silence */
+        found = find_fonts(font, family);
+    if (!found)
         status = sc_fail(ctx, SC_ERR_MEMORY, "finding a font: out of memory");
-    for (int i = 0; status == SC_OK && i < font->sorted->nfont; i++)
-        add_font(font, font->sorted->fonts[i]);
-    if (status == SC_OK && !font->count)
+    else if (!font->count)
         status = sc_fail(ctx, SC_ERR_SYSTEM,
                          "fontconfig finds no font on this machine, so no text can be drawn; "
                          "install one (Debian: fonts-dejavu-core), or leave out overlays");
-    else if (status == SC_OK && !is_of_family(font->sorted->fonts[0], family))
+    else if (!is_found(font, family))
         status = no_such_family(ctx, font, family, where);
     if (status != SC_OK) {
         sc_font_close(font);
@@ -163,10 +211,7 @@ void sc_font_close(sc_font *font)
         if (font->fonts[i].face)
             cairo_font_face_destroy(font->fonts[i].face);
     }
-    if (font->sorted)
-        FcFontSetDestroy(font->sorted);
-    if (font->config)
-        FcConfigDestroy(font->config);
+    forget_fonts(font);
     sc_free(font);
 }
 
