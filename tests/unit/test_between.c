@@ -140,6 +140,48 @@ static void a_thin_wall_moves_whole(void **state)
     sc_between_free(between);
 }
 
+/* Fill a cube with a ball of label 1 of a radius in voxels, in a shell of label 2, in label 3. */
+static sc_volume shell_at(double radius, uint8_t ids[VOXELS], sc_label labels[4])
+{
+    sc_volume v = wall_at(0, 0, ids, labels);
+
+    for (int i = 0; i < VOXELS; i++) {
+        const int row = i / SIDE, slice = row / SIDE;
+        const double x = i % SIDE - 19.5, y = row % SIDE - 19.5, z = slice - 19.5;
+        const double r = sqrt(x * x + y * y + z * z);
+
+        ids[i] = (uint8_t)(r < radius ? 1 : r < radius + 2 ? 2 : 3);
+    }
+    return v;
+}
+
+/* A thin shell that grows by more than its thickness keeps its inside and its outside apart. */
+static void a_thin_shell_grows_whole(void **state)
+{
+    static const int steps[3] = {1, SIDE, SIDE * SIDE};
+    static uint8_t ids[3][VOXELS];
+    sc_label labels[4] = {{.value = 0}, {.value = 1}, {.value = 2}, {.value = 3}};
+    const sc_volume a = shell_at(8, ids[0], labels), b = shell_at(14, ids[1], labels);
+    sc_between *between = NULL;
+
+    (void)state;
+    assert_ok(sc_between_find(&quiet, &a, &b, 1, &between));
+    for (int step = 1; step < 10; step++) {
+        sc_volume v = shell_at(8, ids[2], labels);
+        int leaks = 0;
+
+        sc_between_at(between, step / 10.0, &v);
+        for (int i = 0; i < VOXELS - steps[2]; i++) {
+            for (int k = 0; k < 3; k++)
+                leaks += ids[2][i] + ids[2][i + steps[k]] == 4 && ids[2][i] != 2;
+        }
+        if (leaks)
+            print_error("%d leaks at step %d\n", leaks, step);
+        assert_int_equal(leaks, 0);
+    }
+    sc_between_free(between);
+}
+
 /* At the ends are the two phases, little else than what changes is touched, and nothing depends on
  * threads. */
 static void ends_are_the_phases(void **state)
@@ -155,7 +197,9 @@ static void ends_are_the_phases(void **state)
     assert_int_equal(differing(&first, &a), 0);
     sc_between_at(between, 1, &first);
     assert_int_equal(differing(&first, &b), 0);
-    for (double t = 0.1; t < 1; t += 0.2) {
+    for (int step = 1; step < 10; step += 2) {
+        const double t = step / 10.0;
+
         sc_between_at(between, t, &first);
         sc_between_at(again, t, &other);
         assert_int_equal(differing(&first, &other), 0);
@@ -180,6 +224,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_beat_is_met_better_than_by_holding),
         cmocka_unit_test(a_thin_wall_moves_whole),
+        cmocka_unit_test(a_thin_shell_grows_whole),
         cmocka_unit_test(ends_are_the_phases),
     };
 
