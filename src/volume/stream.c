@@ -481,13 +481,14 @@ sc_status sc_stream_refuse(const sc_voxel_stream *s, const void *raw, size_t ind
 {
     const sc_source *source = s->source;
     const size_t nx = (size_t)source->size[0], ny = (size_t)source->size[1];
+    const size_t each = sc_voxel_type_bytes(source->type);
     unsigned char room[VOXEL_BYTES_MAX];
     const char *why;
     int64_t stored = 0;
     double value;
 
-    if (source->swapped) {
-        swap_bytes(raw, 1, sc_voxel_type_bytes(source->type), room);
+    if (source->swapped && each <= sizeof room) { /* always: the compiler does not know it */
+        swap_bytes(raw, 1, each, room);
         raw = room;
     }
     widen(source->type, raw, 1, &stored);
