@@ -91,14 +91,16 @@ SC_MUST_USE sc_status sc_resample_votes(const sc_ctx *ctx, sc_volume *volume,
 /** How the borders of labels move from one phase of a series to the next (between.c). */
 typedef struct sc_between sc_between;
 /** Find how borders move from volume @p a to @p b, which have the same size, geometry and labels.
- * It takes 32 bytes for each voxel that changes and, while it is found, 8 for each of the largest
- * box around the changes of a label, and 12 for each that changes. @param threads as of
+ * The result takes 80 bytes for each voxel whose label changes. The search takes 12 bytes more for
+ * each of these, and 16 bytes for each voxel of a box: the largest of the boxes that enclose, for
+ * each label, the voxels that change from or to it. @param threads as of
  *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY. Caller owns *out:
  *  sc_between_free. */
 SC_MUST_USE sc_status sc_between_find(const sc_ctx *ctx, const sc_volume *a, const sc_volume *b,
                                       int threads, sc_between **out);
-/** Write the labels at a moment between the two volumes to @p volume, which holds those of either.
- *  @param share 0, where it is the first, to 1, the second. Threads: any. */
+/** Change @p volume, a copy of the first or of the second volume, to the labels at a moment between
+ *  them. @param share the moment: 0 is that of the first volume, 1 that of the second. Threads:
+ * any, on volumes of their own. */
 void sc_between_at(const sc_between *between, double share, sc_volume *volume);
 /** Free it; NULL is allowed. */
 void sc_between_free(sc_between *between);

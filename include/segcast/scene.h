@@ -268,7 +268,8 @@ typedef struct sc_scene {
                              multiplied by, at least 0; opacities above 1 become 1. Those of fade
                              group 0 are 1. NULL: all are 1. Borrowed. */
     const float (*colors)[3];  /**< [label_count] by dense id: the colour of each tissue in linear
-                                    light. NULL: all are as the renderer was given them. Borrowed. */
+                                    light. NULL: the colours with which the renderer was made.
+                                    Borrowed. */
     const sc_vec3 *offsets_mm; /**< [label_count] by dense id: how far each tissue is moved from its
                              place, RAS; those of a part (sc_tissue.part) alike, those of part 0
                              not. Clip planes move with the tissues that they cut. NULL: none is.

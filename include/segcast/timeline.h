@@ -101,8 +101,8 @@ typedef struct sc_sweep {
     sc_track at_track;
     sc_track normal_track; /**< key frames; normal is the first. No direction is the opposite of the
                                 one before */
-    bool has_point;        /**< where the normal has key frames, without any of the place: the plane
-                                turns about point_mm */
+    bool has_point;        /**< only if the normal has key frames and at_track has none: the plane
+                                always contains point_mm, and turns about it */
     sc_vec3 point_mm;      /**< RAS; in a timeline the pivot: without has_point, the middle of what
                                 is visible */
 } sc_sweep;
@@ -390,8 +390,9 @@ void sc_track_tones(const sc_track *levels, sc_track *tones);
 /** Find the colour of a track of tones, in linear light. Tones are mixed as rays are blended, so
  * that the way from one colour to another looks even. @param at the time, 0 to 1. */
 void sc_track_color(const sc_track *tones, double at, float linear[3]);
-/** Find where a camera without an orbit (sc_orbit.fixed) is at a time, 0 to 1, but for what verbs
- * do. @param position_mm, target_mm, up as of sc_orbit. */
+/** Find where a camera without an orbit (sc_orbit.fixed) is by its key frames; verbs, which move it
+ * further, are not applied. @param at the time, from 0, the beginning of the film, to 1, its end.
+ * @param position_mm, target_mm, up the results, as the members of sc_orbit with these names. */
 void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm, sc_vec3 *target_mm,
                         sc_vec3 *up);
 /** @return the light of frame @p k of @p frames. @param light what holds where there are no key
@@ -462,8 +463,9 @@ sc_film_frame sc_film_frame_at(const sc_shot_span *shots, int count, int k);
 typedef struct sc_cine {
     double bpm;  /**< beats per minute, above 0; in one, all phases are shown */
     int beats;   /**< after so many the last phase stays; 0: they go on and on */
-    int between; /**< so many phases behind each are interpolated: behind the last, too, towards the
-                      first of the next beat, so that it is not they that stay */
+    int between; /**< number of interpolated phases after each phase of the files; those after the
+                      last lead to the first of the next beat. When the beats have ended, the last
+                      phase of the files stays, not an interpolated one */
 } sc_cine;
 /** @return which phase, from 0, frame @p k of a film shows: a closed function of k. Phase p of n is
  *  shown from p / n of a beat on. @param phases at least 1, interpolated ones among them. @param

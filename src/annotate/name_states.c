@@ -91,7 +91,8 @@ static bool is_beside_divider(const sc_name_film *film, int k, double x_px)
                                 : x_px < a->divider_px[k] - margin_px;
 }
 
-/* @return whether a point lies in the picture of frame @p k, between the columns. */
+/* @return whether the point @p at, in pixels, lies in the part of the picture of frame @p k that is
+ * between the two columns of names. */
 static bool is_between(const sc_name_film *film, int k, const double at[2])
 {
     const sc_viewport *within = &film->a->within;

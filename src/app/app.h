@@ -356,7 +356,7 @@ sc_annotations sc_session_annotations(const sc_session *session);
 sc_annotations sc_session_annotations_at(const sc_session *session, int k);
 /* Fill session->lettering, session->logo and, unless the voxels are not known, session->names, if
  * the job has overlays, after sc_session_timeline: rank 0 makes them, so that other ranks need no
- * fonts. That of session->front, if there is one, comes first. @return as sc_annotations_letter,
+ * fonts. If session->front is set, its lettering is made before. @return as sc_annotations_letter,
  * sc_annotations_logo and sc_annotations_plan_names. */
 sc_status sc_session_letter(sc_app *app, sc_session *session);
 /* A volume that was read for a job, and how it is to be prepared. */

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Files that hold the volumes of several phases (4-D): which of them is read, and from where.
- * In the file one phase follows the other, or the values of all phases of a voxel stand side by
- * side. Where they are compressed or side by side, each phase alone would cost reading all of the
- * file: a store unpacks them once, to a file without a name, phase after phase. */
+ * Such a file holds the phases one after the other, or the values of all phases of a voxel next to
+ * each other. To read one phase of a compressed file, or of one of the second kind, the file would
+ * have to be read from its beginning. An sc_phase_store therefore unpacks such a file once into an
+ * unlinked temporary file, in which the phases follow one another. */
 #include "source.h"
 
 #include <errno.h>

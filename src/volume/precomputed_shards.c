@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Neuroglancer's sharded format: many chunks in one file. A shard begins with the places of the
- * indices of its minishards; an index has the places of the chunks. */
+/* Neuroglancer's sharded format: a file, the shard, holds many chunks, in groups called minishards.
+ * It begins with a table that tells where the index of each minishard lies. That index tells where
+ * each chunk of the minishard lies. */
 #include "precomputed.h"
 
 #include <errno.h>

@@ -307,7 +307,8 @@ static void names_leave_room_for_what_is_written_over_all(void **state)
     }
 }
 
-/* Check the names of a frame beside a divider. @return how many are seen. */
+/* Check that each name of frame @p k is on the side of the divider that shows its tissue. @return
+ * the number of visible names. */
 static int check_beside(const film *f, int k)
 {
     const sc_annotations *a = &f->annotations;
