@@ -195,7 +195,7 @@ void sc_volume_formats(char *text, size_t size)
                    {", blosc", SC_HAVE_BLOSC},
                    {", zstd", SC_HAVE_ZSTD},
                    {", lz4", SC_HAVE_LZ4},
-                   {")", true}};
+                   {"), Neuroglancer", true}};
     size_t used = 0;
 
     text[0] = '\0';
