@@ -59,8 +59,9 @@ typedef struct sc_work_unit {
 /** What there is to do: numbers of ranks, of whole GOPs, and of frames to be drawn one by one. */
 typedef struct sc_work {
     int ranks, gops, frames;
-    int gathered;   /**< number of GOPs that are gathered; not counted in gops and frames */
-    int gop_frames; /**< of a gathered GOP; all have the same number */
+    int gathered;      /**< number of GOPs that are gathered; not counted in gops and frames */
+    int gop_frames;    /**< of a gathered GOP; all have the same number */
+    int encoders_most; /**< so many GOPs are gathered at a time at most; 0: there is no limit */
     int width_px, height_px;
     bool alpha; /**< pixels have four bytes */
     sc_partition partition;
@@ -85,7 +86,7 @@ typedef struct sc_handout {
     int out;      /**< work units handed out and not yet back */
     bool stopped; /**< the caller sets it to end: no more GOPs and frames are begun */
     /* gathered GOPs */
-    int ranks, gathered, gop_frames; /**< as in sc_work */
+    int ranks, gathered, gop_frames, encoders_most; /**< as in sc_work */
     int encoders; /**< wanted for the next group; the caller may change it as it learns of costs */
     int group_first, group_gops; /**< the group: its first GOP (from 0) and number of GOPs */
     int group_begun;             /**< index of its first frame */
@@ -169,9 +170,10 @@ typedef struct sc_farm {
     int frame_count;
     const int *gops; /**< numbers of the first frames of the GOPs to draw whole, rising */
     int gop_count;
-    bool gather;      /**< GOPs are gathered (all have gop_frames frames); not with a single rank */
-    int gop_frames;   /**< length of a GOP; the last one of the animation may be shorter */
-    int total_frames; /**< length of the animation */
+    bool gather; /**< GOPs are gathered (all have gop_frames frames); not with a single rank */
+    int encoders_most; /**< so many GOPs are gathered at a time at most; 0: there is no limit */
+    int gop_frames;    /**< length of a GOP; the last one of the animation may be shorter */
+    int total_frames;  /**< length of the animation */
     /** Draw rows [row, row + rows) of frame @p frame into @p image, which is that of the whole
      *  frame and whose other rows hold anything. @p result has frame and wait_s and is zero
      *  otherwise; times and numbers are for draw to fill, rank and hash for the farm. After an

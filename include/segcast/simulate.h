@@ -20,6 +20,7 @@ typedef struct sc_sim_film {
      *  sc_handout_gops), and how many, the last of it, are gathered (see sc_handout_gathered); all
      *  frames between them go to rank 0, which encodes them one after the other. */
     int gops, gathered;
+    int encoders_most;        /**< as in sc_farm */
     const double *draw_cpu_s; /**< [frames], borrowed: CPU seconds of drawing each frame */
     double band_rows;         /**< rows that every band costs beside its own */
     double encode_cpu_s;      /**< of a frame in the video, and as PNG file if asked for */

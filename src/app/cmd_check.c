@@ -176,6 +176,7 @@ sc_status sc_cmd_check(sc_app *app)
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(check_cpu(app, job));
     SC_TRY(sc_run_check_encoder(app->ctx, job));
+    SC_TRY(sc_run_check_encode_key(app->ctx, job));
     sc_warn_of_outputs(app, job);
     app->label_source = &source;
     SC_TRY(sc_session_inspect_all(app, app->options.fast, &session));

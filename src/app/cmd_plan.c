@@ -254,6 +254,7 @@ sc_status sc_cmd_plan(sc_app *app)
                        ranks, SC_PLAN_RANKS_MOST);
     SC_TRY(sc_session_job(app, app->options.input, &session));
     SC_TRY(sc_run_check_encoder(app->ctx, &session.job));
+    SC_TRY(sc_run_check_encode_key(app->ctx, &session.job));
     SC_TRY(sc_session_volume(app, &session));
     SC_TRY(sc_plan_measure(app, &session, program_bytes, &plan.probe));
     plan.costs = sc_calibration_load(app->ctx);

@@ -124,51 +124,27 @@ out:
 
 /* ---- the plan ---- */
 
-/* Warn, or with farm.encode: gather refuse, if there is too little memory for encoders of gathered
- * GOPs. @param gathered how many GOPs would be gathered without a limit, by @p ranks ranks. @return
- * SC_ERR_SYSTEM. */
-static sc_status check_gathering(const sc_run *run, int gathered, int ranks)
-{
-    static const double gib = 1024.0 * 1024 * 1024;
-    const sc_ctx *ctx = run->app->ctx;
-    const sc_job *job = &run->session.job;
-    const double bytes = sc_run_gathering_bytes(job, gathered, ranks),
-                 limit = (double)ctx->memory_max_bytes;
-
-    if (ctx->memory_max_bytes == 0 || bytes <= limit)
-        return SC_OK;
-    if (job->farm.encode == SC_ENCODE_GATHER)
-        return sc_fail(ctx, SC_ERR_SYSTEM,
-                       "farm.encode is gather: each rank that encodes holds frames of %d x %d for "
-                       "%.1f GiB with its encoder, over the limit of %.1f GiB; choose farm.encode: "
-                       "auto, or raise the limit where there is more memory: --max-memory %.0fG",
-                       job->output.size_px[0], job->output.size_px[1], bytes / gib, limit / gib,
-                       ceil(bytes / gib));
-    sc_warn(ctx,
-            "farm.encode: frames of a second are not gathered to be encoded by several ranks: each "
-            "of these would hold %.1f GiB, over the limit of %.1f GiB (--max-memory)",
-            bytes / gib, limit / gib);
-    return SC_OK;
-}
-
 /* Choose, on rank 0, of @p gops [whole], which no run has begun, those that other ranks encode;
- * they are put at the beginning of the array. @return as of check_gathering. */
+ * they are put at the beginning of the array. @return as of sc_run_check_gathering. */
 static sc_status choose_gops(sc_run *run, int *gops, int whole)
 {
     sc_draw_plan *plan = &run->plan;
-    const uint64_t limit = run->app->ctx->memory_max_bytes;
-    const int ranks = sc_comm_size(run->app->comm);
+    const sc_run_ranks where = {.ranks = sc_comm_size(run->app->comm),
+                                .nodes = sc_comm_node_count(run->app->comm),
+                                .memory_max_bytes = run->app->ctx->memory_max_bytes};
+    const sc_run_ranks unlimited = {.ranks = where.ranks, .nodes = where.nodes};
     const int frames = run->session.job.animation.frames;
     const int full = whole - (whole > 0 && gops[whole - 1] + plan->gop_frames > frames);
-    const sc_run_encoding encoding =
-        sc_run_encoding_of(&run->session.job, whole, full, ranks, limit);
-    const sc_run_encoding wanted = sc_run_encoding_of(&run->session.job, whole, full, ranks, 0);
+    const sc_run_encoding encoding = sc_run_encoding_of(&run->session.job, whole, full, &where);
+    const sc_run_encoding wanted = sc_run_encoding_of(&run->session.job, whole, full, &unlimited);
 
     plan->gop_count = encoding.gops;
     plan->gather = encoding.gather;
+    plan->encoders_most = encoding.encoders_most;
     if (encoding.gather)
         memmove(gops, gops + full - encoding.gops, (size_t)encoding.gops * sizeof *gops);
-    return check_gathering(run, wanted.gather ? wanted.gops : 0, ranks);
+    return sc_run_check_gathering(run->app->ctx, &run->session.job, wanted.gather ? wanted.gops : 0,
+                                  &where);
 }
 
 /* Find out, on rank 0, what is left to be drawn, from run->wanted and the store: fills run->plan,
@@ -294,6 +270,7 @@ static sc_status run_farm(sc_run *run, sc_farm_times *times)
                           .gops = run->gops,
                           .gop_count = run->plan.gop_count,
                           .gather = run->plan.gather,
+                          .encoders_most = run->plan.encoders_most,
                           .gop_frames = run->plan.gop_frames,
                           .total_frames = job->animation.frames,
                           .draw = sc_run_draw,

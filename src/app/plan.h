@@ -62,6 +62,7 @@ typedef struct sc_plan_run {
     int nodes, ranks, threads; /* ranks: of a node; threads: of a rank */
     int gops;                  /* how many GOPs are encoded by ranks other than rank 0, */
     bool gather;               /* which gather them; otherwise each by the rank that drew it */
+    int encoders_most;         /* as in sc_farm */
     double wall_s;             /* of the whole run: prepare_s + max(draw_s, encode_s), or as
                                 * simulated */
     double efficiency;         /* simulated: drawing and encoding over the time of all cores */

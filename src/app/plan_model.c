@@ -95,7 +95,9 @@ static uint64_t encoders_per_node(const sc_job *job, const sc_plan_probe *p, con
     const int frames = job->animation.frames;
     const int wanted = sc_handout_encoders(run->nodes * run->ranks, p->draw_cpu_s / run->threads,
                                            cost_of(job, p, frames).wall_s / frames);
-    const int both = 2 * wanted < run->gops ? 2 * wanted : run->gops;
+    const int group =
+        run->encoders_most > 0 && run->encoders_most < wanted ? run->encoders_most : wanted;
+    const int both = 2 * group < run->gops ? 2 * group : run->gops;
     const int each = (both + run->nodes - 1) / run->nodes;
 
     return (uint64_t)(each < run->ranks ? each : run->ranks);
@@ -147,12 +149,15 @@ sc_plan_run sc_plan_run_on(const sc_job *job, const sc_plan_probe *p, int nodes,
     const int own = threads ? threads : cores > ranks ? cores / ranks : 1;
     const double busy = (double)nodes * (ranks * own < cores ? ranks * own : cores);
     const int full = sc_run_has_video(job) ? frames / gop_frames(job) : 0;
-    const sc_run_encoding encoding = sc_run_encoding_of(job, whole, full, all, p->memory_max_bytes);
+    const sc_run_ranks where = {
+        .ranks = all, .nodes = nodes, .memory_max_bytes = p->memory_max_bytes};
+    const sc_run_encoding encoding = sc_run_encoding_of(job, whole, full, &where);
     sc_plan_run run = {.nodes = nodes,
                        .ranks = ranks,
                        .threads = own,
                        .gops = encoding.gops,
-                       .gather = encoding.gather};
+                       .gather = encoding.gather,
+                       .encoders_most = encoding.encoders_most};
     const int of_ranks = run.gops * gop_frames(job) < frames ? run.gops * gop_frames(job) : frames;
     const int rest = frames - of_ranks;
     const sc_plan_cost ranks_encode = cost_of(job, p, of_ranks), root = cost_of(job, p, rest);

@@ -49,6 +49,7 @@ static sc_sim_film film_of(const sc_job *job, const sc_plan_probe *p, const sc_p
         .partition = (sc_partition)job->farm.partition,
         .gops = run->gather ? 0 : run->gops,
         .gathered = run->gather ? run->gops : 0,
+        .encoders_most = run->encoders_most,
         .draw_cpu_s = costs,
         .band_rows = BAND_ROWS_MORE,
         .encode_cpu_s = factor * (firsts * first->cpu_s + (1 - firsts) * next->cpu_s + png->cpu_s),

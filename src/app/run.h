@@ -10,6 +10,7 @@
 typedef struct sc_draw_plan {
     int frame_count, gop_count;
     int gop_frames;
+    int encoders_most; /* as in sc_farm */
     int kept;          /* number of wanted frames that earlier runs have done */
     uint64_t identity; /* see sc_store_identity */
     uint8_t gather;    /* GOPs are gathered: see sc_farm */
@@ -97,16 +98,30 @@ typedef struct sc_run_encoding {
     int gops;    /* how many GOPs ranks encode; rank 0 encodes the rest */
     bool gather; /* they are gathered, the last ones of those with the full length; otherwise each
                   * is drawn by the rank that encodes it, the first ones */
+    int encoders_most; /* as in sc_farm */
 } sc_run_encoding;
+/* Where GOPs are encoded. */
+typedef struct sc_run_ranks {
+    int ranks, nodes;
+    uint64_t memory_max_bytes; /* for the encoders of gathered GOPs on each node; 0: no limit */
+} sc_run_ranks;
 /* @return who encodes the GOPs that no run has begun: @p whole of them, @p full of which have the
- * full length (the last one of an animation may be shorter), with @p ranks ranks that do a job with
- * all its records. With farm.encode: auto none are gathered if encoders of gathered GOPs need more
- * than @p memory_max_bytes; 0: there is no limit. */
-sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks,
-                                   uint64_t memory_max_bytes);
+ * full length (the last one of an animation may be shorter), with ranks that do a job with all its
+ * records. As many GOPs are gathered at a time as the memory of all nodes allows, to which ranks
+ * are taken to be spread evenly; with farm.encode: auto none if it does not allow the two groups
+ * that overlap, of one GOP each. */
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full,
+                                   const sc_run_ranks *where);
+/* Warn, or with farm.encode: gather refuse, if there is too little memory for the encoders of @p
+ * gathered GOPs, so many as would be gathered without a limit. @return SC_ERR_SYSTEM. */
+SC_MUST_USE sc_status sc_run_check_gathering(const sc_ctx *ctx, const sc_job *job, int gathered,
+                                             const sc_run_ranks *where);
 /* @return how many bytes a rank needs at least that encodes one of @p gathered gathered GOPs, with
  * @p ranks ranks: the frames that it holds, and its encoder; 0 without GOPs. */
 double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks);
+/* Refuse farm.encode: gather where the encoder of one GOP is too large for any node, however many
+ * ranks and nodes the job gets. @return SC_ERR_SYSTEM. */
+SC_MUST_USE sc_status sc_run_check_encode_key(const sc_ctx *ctx, const sc_job *job);
 
 /* ---- directory.c ---- */
 

@@ -2,6 +2,7 @@
 /* The callbacks of the farm: frames and GOPs are drawn on any rank and accepted on rank 0. */
 #include "run.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,19 +96,78 @@ double sc_run_gathering_bytes(const sc_job *job, int gathered, int ranks)
            sc_video_encoder_bytes_least(job->output.video, &settings);
 }
 
-sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full, int ranks,
-                                   uint64_t memory_max_bytes)
+/* @return how many encoders of gathered GOPs the memory of all nodes allows. */
+static long encoders_allowed(const sc_job *job, int gathered, const sc_run_ranks *where)
+{
+    const double each = sc_run_gathering_bytes(job, gathered, where->ranks);
+
+    if (gathered == 0 || where->memory_max_bytes == 0)
+        return LONG_MAX;
+    return where->nodes * (long)((double)where->memory_max_bytes / each);
+}
+
+/* @return how many encoders work at the same time at least: two groups of GOPs overlap. */
+static int encoders_least(int gathered)
+{
+    return gathered < 2 ? gathered : 2;
+}
+
+sc_run_encoding sc_run_encoding_of(const sc_job *job, int whole, int full,
+                                   const sc_run_ranks *where)
 {
     const int encode = job->farm.encode;
-    const int gathered = sc_handout_gathered(full, ranks, encode == SC_ENCODE_GATHER);
+    const int gathered = sc_handout_gathered(full, where->ranks, encode == SC_ENCODE_GATHER);
+    const long allowed = encoders_allowed(job, gathered, where);
 
     if (encode == SC_ENCODE_ROOT)
         return (sc_run_encoding){0};
-    if (encode == SC_ENCODE_GATHER ||
-        (gathered > 0 && (memory_max_bytes == 0 || sc_run_gathering_bytes(job, gathered, ranks) <=
-                                                       (double)memory_max_bytes)))
-        return (sc_run_encoding){gathered, true};
-    return (sc_run_encoding){sc_handout_gops(whole, ranks, encode == SC_ENCODE_SEGMENTS), false};
+    if (encode == SC_ENCODE_GATHER || (gathered > 0 && allowed >= encoders_least(gathered)))
+        return (sc_run_encoding){.gops = gathered,
+                                 .gather = true,
+                                 .encoders_most = allowed < 2              ? 1
+                                                  : allowed / 2 < gathered ? (int)(allowed / 2)
+                                                                           : 0};
+    return (sc_run_encoding){
+        .gops = sc_handout_gops(whole, where->ranks, encode == SC_ENCODE_SEGMENTS)};
+}
+
+sc_status sc_run_check_gathering(const sc_ctx *ctx, const sc_job *job, int gathered,
+                                 const sc_run_ranks *where)
+{
+    static const double gib = 1024.0 * 1024 * 1024;
+    const double each = sc_run_gathering_bytes(job, gathered, where->ranks),
+                 limit = (double)where->memory_max_bytes;
+    const int least = (encoders_least(gathered) + where->nodes - 1) / where->nodes;
+
+    if (encoders_allowed(job, gathered, where) >= encoders_least(gathered))
+        return SC_OK;
+    if (job->farm.encode == SC_ENCODE_GATHER)
+        return sc_fail(ctx, SC_ERR_SYSTEM,
+                       "farm.encode is gather: each rank that encodes holds frames of %d x %d for "
+                       "%.1f GiB with its encoder, and %d of them on a node are over the limit of "
+                       "%.1f GiB; choose farm.encode: auto, or raise the limit where there is more "
+                       "memory: --max-memory %.0fG",
+                       job->output.size_px[0], job->output.size_px[1], each / gib, least,
+                       limit / gib, ceil(least * each / gib));
+    sc_warn(ctx,
+            "farm.encode: frames of a second are not gathered to be encoded by several ranks: each "
+            "of these would hold %.1f GiB, and %d of them on a node are over the limit of %.1f GiB "
+            "(--max-memory)",
+            each / gib, least, limit / gib);
+    return SC_OK;
+}
+
+sc_status sc_run_check_encode_key(const sc_ctx *ctx, const sc_job *job)
+{
+    const sc_video_settings settings = sc_run_video_settings(job);
+    const int gops = job->animation.frames / sc_video_gop_frames(&settings);
+    const sc_run_ranks anywhere = {
+        .ranks = 2, .nodes = 2, .memory_max_bytes = ctx->memory_max_bytes};
+
+    if (job->farm.encode != SC_ENCODE_GATHER || !sc_run_has_video(job))
+        return SC_OK;
+    return sc_run_check_gathering(ctx, job, sc_handout_gathered(gops, anywhere.ranks, true),
+                                  &anywhere);
 }
 
 /* Add to the trace when each thread drew, since the last call. */

@@ -101,6 +101,7 @@ sc_handout sc_handout_begin(const sc_work *work)
                         .ranks = work->ranks,
                         .gathered = work->gathered,
                         .gop_frames = work->gop_frames,
+                        .encoders_most = work->encoders_most,
                         .encoders = sc_handout_encoders(work->ranks, 0, 0),
                         .gather_window = window_for(work, gathered, GATHER_MOST_MIB),
                         .gather_window_least = window_for(work, gathered, WINDOW_MOST_MIB),
@@ -177,7 +178,8 @@ static sc_work_unit cut(const sc_handout *h, int split_from, int band_rows, int 
 static void begin_group(sc_handout *h)
 {
     const int first = h->group_first + h->group_gops, left = h->gathered - first;
-    const int most = max_int(min_int(min_int(h->encoders, left), h->ranks - 1), 1);
+    const int wanted = h->encoders_most > 0 ? min_int(h->encoders, h->encoders_most) : h->encoders;
+    const int most = max_int(min_int(min_int(wanted, left), h->ranks - 1), 1);
     const int groups = (left + most - 1) / most;
 
     h->group_first = first;

@@ -17,6 +17,7 @@ static sc_work work_of(const sc_farm *farm, int ranks)
                      .frames = farm->frame_count,
                      .gathered = gathers ? farm->gop_count : 0,
                      .gop_frames = farm->gop_frames,
+                     .encoders_most = farm->encoders_most,
                      .alpha = farm->alpha,
                      .width_px = farm->width_px,
                      .height_px = farm->height_px,

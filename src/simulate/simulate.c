@@ -87,6 +87,7 @@ static sc_status open_farm(const sc_ctx *ctx, sim_farm *f)
                           .frames = film->frames - (film->gops + film->gathered) * film->gop_frames,
                           .gathered = film->gathered,
                           .gop_frames = film->gop_frames,
+                          .encoders_most = film->encoders_most,
                           .width_px = film->width_px,
                           .height_px = film->height_px,
                           .alpha = film->alpha,

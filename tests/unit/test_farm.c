@@ -395,6 +395,31 @@ static void a_group_waits_until_the_one_before_it_has_begun(void **state)
     assert_int_equal(sc_handout_next(&h, &unit), SC_HANDOUT_END);
 }
 
+/* However many encoders are wanted, no more GOPs are gathered at a time than there is memory for.
+ */
+static void groups_are_no_larger_than_allowed(void **state)
+{
+    const sc_work work = {.ranks = 9,
+                          .gathered = 8,
+                          .gop_frames = 3,
+                          .encoders_most = 3,
+                          .width_px = 64,
+                          .height_px = 64,
+                          .partition = SC_PARTITION_FRAMES};
+    sc_handout h = sc_handout_begin(&work);
+    sc_work_unit unit;
+    int most = 0;
+
+    (void)state;
+    while (sc_handout_next(&h, &unit) == SC_HANDOUT_UNIT) {
+        h.encoders = 8;
+        most = h.group_gops > most ? h.group_gops : most;
+        h.taken = h.next_gathered;
+    }
+    assert_int_equal(h.next_gathered, 24);
+    assert_int_equal(most, 3);
+}
+
 /* @return the rows of the next band of a gathered GOP, with all frames before it taken. */
 static int next_band(sc_handout *h)
 {
@@ -669,6 +694,7 @@ int main(void)
         cmocka_unit_test(gops_go_out_first_and_leave_frames_for_the_end),
         cmocka_unit_test(every_gathered_frame_goes_to_the_encoder_of_its_gop_in_order),
         cmocka_unit_test(a_group_waits_until_the_one_before_it_has_begun),
+        cmocka_unit_test(groups_are_no_larger_than_allowed),
         cmocka_unit_test(bands_of_gathered_gops_get_thinner_towards_the_end),
         cmocka_unit_test(there_are_as_many_encoders_as_costs_ask_for),
         cmocka_unit_test(a_rank_asks_ahead_only_if_it_knows_what_a_unit_costs),

@@ -5,6 +5,7 @@
 #include "plan.h"
 #include "run.h"
 
+#include <math.h>
 #include <string.h>
 
 /* A job of 20 GOPs of 30 frames of 1920 x 1080. */
@@ -242,22 +243,33 @@ static void the_table_of_nodes_has_the_best_ways_and_says_where_they_stop_to_pay
     }
 }
 
-/* With auto, GOPs are not gathered where their encoders have too little memory. */
+/* With auto, GOPs are not gathered where their encoders have too little memory; and never more at a
+ * time than the nodes have memory for. */
 static void gathering_needs_memory(void **state)
 {
     sc_job job = {.output = {.size_px = {3840, 2160}, .fps = 30, .crf = 18},
                   .animation.frames = 1800,
                   .farm.encode = SC_ENCODE_AUTO};
-    const uint64_t all = (uint64_t)sc_run_gathering_bytes(&job, 59, 1000);
+    const uint64_t each = (uint64_t)ceil(sc_run_gathering_bytes(&job, 59, 1000));
+    const sc_run_ranks any = {.ranks = 1000, .nodes = 1};
+    const sc_run_ranks two = {.ranks = 1000, .nodes = 1, .memory_max_bytes = 2 * each};
+    const sc_run_ranks few = {.ranks = 1000, .nodes = 1, .memory_max_bytes = 2 * each - 2};
+    const sc_run_ranks nodes = {.ranks = 1000, .nodes = 2, .memory_max_bytes = 2 * each - 2};
+    const sc_run_ranks many = {.ranks = 1000, .nodes = 3, .memory_max_bytes = 7 * each};
 
     (void)state;
-    assert_true(all > 60ull * 3840 * 2160 * 3); /* the frames of two GOPs, and an encoder */
+    assert_true(each > 60ull * 3840 * 2160 * 3); /* the frames of two GOPs, and an encoder */
     assert_true(sc_run_gathering_bytes(&job, 0, 1000) == 0);
-    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, 0).gather);
-    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, all + 1).gather);
-    assert_false(sc_run_encoding_of(&job, 60, 60, 1000, all - 1).gather);
+    assert_true(sc_run_encoding_of(&job, 60, 60, &any).gather);
+    assert_int_equal(sc_run_encoding_of(&job, 60, 60, &any).encoders_most, 0);
+    assert_true(sc_run_encoding_of(&job, 60, 60, &two).gather); /* groups of one GOP overlap */
+    assert_int_equal(sc_run_encoding_of(&job, 60, 60, &two).encoders_most, 1);
+    assert_false(sc_run_encoding_of(&job, 60, 60, &few).gather);
+    assert_true(sc_run_encoding_of(&job, 60, 60, &nodes).gather); /* one on each */
+    assert_int_equal(sc_run_encoding_of(&job, 60, 60, &nodes).encoders_most, 1);
+    assert_int_equal(sc_run_encoding_of(&job, 60, 60, &many).encoders_most, 10);
     job.farm.encode = SC_ENCODE_GATHER; /* is refused instead, when it runs */
-    assert_true(sc_run_encoding_of(&job, 60, 60, 1000, all - 1).gather);
+    assert_true(sc_run_encoding_of(&job, 60, 60, &few).gather);
 }
 
 int main(void)
