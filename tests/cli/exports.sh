@@ -20,6 +20,8 @@ mkv vp9 none 8
 webp auto white 8
 webp auto none 8
 gif auto white 8'
+# The encoders are libraries, which AddressSanitizer does not look into: there one kind for each way to write a file.
+case $BUILD in */asan) kinds=$(grep -E '^(mp4 h264|webm vp9 none|mov prores none|webp auto none|gif)' <<<"$kinds") ;; esac
 for background in white none; do
     "$SEGCAST" render job.yaml -o "$background" -q --set render.background=$background --set output.video=none --set output.frames=png >/dev/null
 done
