@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# A run on two hosts, by sbatch with jobs/slurm/many-nodes.sbatch.
+# A run on two hosts, by sbatch with jobs/slurm/many-nodes.sbatch; and the network between them, measured.
 . "$SOURCE/tests/support/cluster.sh"
 make_job 4
 submit "${SMALL[@]}" "$SOURCE/jobs/slurm/many-nodes.sbatch" job.yaml -o out
@@ -12,3 +12,7 @@ same_as_ref
 rm -rf out
 on_head salloc -Q "${SMALL[@]}" mpirun segcast render job.yaml -o out -q >/dev/null
 same_as_ref
+# The network between the hosts is measured, not assumed.
+on_head env XDG_CACHE_HOME="$PWD/cache" salloc -Q "${SMALL[@]}" mpirun segcast calibrate --json -q >costs.json
+jq -e '.messages_measured and .network_measured and .latency_s > 0 and .link_bytes_per_s > 0' costs.json >/dev/null ||
+    fail "the network is not measured: $(cat costs.json)"
