@@ -5,6 +5,7 @@
 small_job job.yaml
 sed -i "s|^volume.*|volume: $PWD/heart.nrrd|; s|frames: 7|frames: 2|; s|video: none|video: film.mp4, frames: png|" job.yaml
 "$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
+printf 'set: {volume: %s, output: {size: 32x32}, threads: 1}\nleast: 1\nmost: 1\n' "$PWD/heart.nrrd" >study.yaml
 
 strangers() { # strangers DIR [links]: a folder of files that are not ours; segments/ and frames/ may be links
     mkdir -p "$1" outside/segments outside/frames
@@ -14,13 +15,14 @@ strangers() { # strangers DIR [links]: a folder of files that are not ours; segm
         ln -s "$PWD/outside/film" "$1/film.mp4"
         ln -s "$PWD/outside/nowhere" "$1/stats.json"
     fi
-    mkdir -p "$1/segments" "$1/frames"
+    mkdir -p "$1/segments" "$1/frames" "$1/segcast"
     local name
     for name in segments/patient7.seg.nrrd segments/000000.seg segments/000000.host.1.part \
         segments/.000000.seg.tmp.host.1.0123456789abcdef frames/000000.png frames/000003.png frames/a.png \
         stats.json status.json frames.csv trace.json report.html job.yaml film.mp4 film.partial.mp4 video.mp4 manifest.jsonl.bak \
         manifest.0.jsonl.old .film.mp4.tmp.host.1 film.mp4.tmp notes.tmp still.png views.png orbit.mp4 \
-        orbit.partial.mp4 prepared.segc phantom.nrrd heart.yaml; do
+        orbit.partial.mp4 prepared.segc phantom.nrrd heart.yaml measurements.jsonl cells.csv extrap.jsonl study.yaml \
+        segcast/calibration.json segcast/notes.txt; do
         [ -e "$1/$name" ] || [ -L "$1/$name" ] || echo "mine: $name" >"$1/$name"
     done
 }
@@ -68,6 +70,11 @@ ways() {
     phantom) echo "phantom --size 20x20x20"; echo "phantom --size 20x20x20 -o segments/patient7.seg.nrrd"
         echo "phantom --size 20x20x20 --beating 3 -o sub/heart.nrrd" ;;
     keys) echo "keys --schema"; echo "keys --markdown" ;;
+    study) for more in "" --overwrite --resume; do
+        echo "study ../study.yaml -o . $more"
+        echo "study ../study.yaml -o sub $more"
+    done ;;
+    calibrate) echo calibrate ;; # XDG_CACHE_HOME is this folder
     help) echo "help --man"; echo "help render" ;;
     version) echo version ;;
     *) fail "the command $1 is new: say here how it may write" ;;
@@ -82,10 +89,12 @@ for kind in plain links; do
     before=$(snapshot "$top/strangers" "$top/outside")
     cd strangers
     for command in $commands; do
+        ways "$command" >"$top/ways.txt" # not $(...), in which a failure would end the subshell alone
+        [ -s "$top/ways.txt" ] || fail "the command $command has no way to write"
         while read -ra words; do
-            run "${words[@]}"
+            XDG_CACHE_HOME=$PWD run "${words[@]}"
             unchanged "$before" "$top/strangers" "$top/outside"
-        done <<<"$(ways "$command")"
+        done <"$top/ways.txt"
     done
     cd "$top"
     [ ! -e outside/nowhere ] || fail "a file was made behind a dangling link"
