@@ -24,23 +24,47 @@ out:
     return status;
 }
 
+/* Refuse the names of those files that each shot may have its own of. */
+static sc_status check_looks(const sc_app *app, const char *path, const sc_job *job)
+{
+    sc_status status;
+
+    SC_TRY(check_input(app, path, job->has_color_by ? job->color_by.table : NULL, false));
+    SC_TRY(check_input(app, path, job->overlays.logo, false));
+out:
+    return status;
+}
+
+/* Refuse the names of all files that a job reads. */
+static sc_status check_job(const sc_app *app, const char *path, const sc_job *job)
+{
+    sc_status status;
+
+    SC_TRY(check_input(app, path, job->volume, true));
+    SC_TRY(check_input(app, path, job->labels, false));
+    SC_TRY(check_input(app, path, job->has_image ? job->image.path : NULL, true));
+    for (size_t i = 0; i < job->phase_count; i++)
+        SC_TRY(check_input(app, path, job->phases[i].path, true));
+    for (int i = 0; i < job->compare.count; i++) {
+        SC_TRY(check_input(app, path, job->compare.others[i].volume, true));
+        SC_TRY(check_input(app, path, job->compare.others[i].labels, false));
+    }
+    SC_TRY(check_looks(app, path, job));
+    for (size_t i = 0; i < job->shot_count; i++)
+        SC_TRY(check_looks(app, path, &job->shots[i].job));
+out:
+    return status;
+}
+
 sc_status sc_check_output(const sc_app *app, const sc_session *session, const char *path,
                           bool can_replace)
 {
-    const sc_job *job = session ? &session->job : NULL;
     sc_status status;
 
     if (access(path, F_OK) == 0) {
         SC_TRY(check_input(app, path, app->options.input, false));
-        SC_TRY(check_input(app, path, job ? job->volume : NULL, true));
-        SC_TRY(check_input(app, path, job ? job->labels : NULL, false));
-        SC_TRY(check_input(app, path, job && job->has_image ? job->image.path : NULL, true));
-        for (size_t i = 0; job && i < job->phase_count; i++)
-            SC_TRY(check_input(app, path, job->phases[i].path, true));
-        for (int i = 0; job && i < job->compare.count; i++) {
-            SC_TRY(check_input(app, path, job->compare.others[i].volume, true));
-            SC_TRY(check_input(app, path, job->compare.others[i].labels, false));
-        }
+        if (session)
+            SC_TRY(check_job(app, path, &session->job));
     }
     return sc_outfile_check(app->ctx, path, app->options.overwrite,
                             can_replace ? ", or --overwrite to replace it" : "");

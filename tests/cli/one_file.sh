@@ -45,6 +45,26 @@ cp voxels.segc voxels.copy
 expect 73 'voxels.segc: is an input' "$SEGCAST" prepare detached.nhdr -o voxels.segc --overwrite; one_error
 cmp voxels.segc voxels.copy || fail "the voxels of a detached header were replaced"
 
+# What a job or a shot reads beside the volume: a logo, a table of values, an image.
+"$SEGCAST" phantom --ct --size 24x20x26 -o ct.nrrd -q >/dev/null
+"$SEGCAST" still job.yaml -o logo.png -q >/dev/null
+mv ct.nrrd ct.png # formats are told by content
+printf 'name,mm\naorta,3\n' >values.png
+more=('overlays: {logo: logo.png}' 'color_by: {table: values.png}' 'image: {path: ct.png}')
+sums=$(sha256sum logo.png values.png ct.png)
+for keys in "${more[@]}"; do
+    file=$(grep -o '[a-z]*[.]png' <<<"$keys")
+    { cat job.yaml; echo "$keys"; } >more.yaml
+    { cat job.yaml; echo "shots: [{name: a}, {name: b, $keys}]"; } >shots.yaml
+    for name in more shots; do
+        [[ $name != shots || $keys != image* ]] || continue # of the whole film
+        expect 73 "$file: is an input" "$SEGCAST" still $name.yaml -o "$file" --overwrite; one_error
+        expect 73 "$file: is an input" "$SEGCAST" storyboard $name.yaml -o "$PWD/folder/../$file" --overwrite
+    done
+done
+[ "$(sha256sum logo.png values.png ct.png)" = "$sums" ] || fail "a file that a job reads was replaced"
+rm logo.png values.png ct.png more.yaml shots.yaml
+
 # An output that exists.
 write() { # write FILE [OPTION]...: let the command that makes such a file write it
     local file=$1
