@@ -175,6 +175,25 @@ static void choose_slices(const sc_chunked *chunked, sc_source *source)
         source->first_slices = (int)(slices - (int64_t)(chunked->low[2] % chunked->chunk[2]));
 }
 
+sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_chunked *chunked)
+{
+    double count = 1;
+
+    for (int i = 0; i < 3; i++) {
+        const size_t last = chunked->low[i] + chunked->part[i] - 1;
+
+        count *= (double)(last / chunked->chunk[i] - chunked->low[i] / chunked->chunk[i] + 1);
+    }
+    if (count <= SC_CHUNKS_MAX)
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "%s: what is to be read lies in %.0f chunks of %zu x %zu x %zu voxels, expected "
+                   "at most %d; choose a part (volume.box) or a coarser level (volume.level), or "
+                   "write it anew with larger chunks",
+                   path, count, chunked->chunk[0], chunked->chunk[1], chunked->chunk[2],
+                   SC_CHUNKS_MAX);
+}
+
 sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          sc_chunked *chunked, sc_source *source)
 {

@@ -15,6 +15,8 @@ enum {
     SC_CHUNK_BYTES_MAX = 1750 << 20,    /* of values; what packed chunks then take fits the
                                            libraries' numbers */
     SC_CHUNK_JSON_BYTES_MAX = 16 << 20, /* longer metadata are refused */
+    SC_CHUNKS_MAX = 1 << 20, /* that are read of a volume: each is looked for, even if none is
+                                there, so that a few bytes of metadata could take hours */
 };
 
 /* ---- files (chunk_files.c) ---- */
@@ -89,6 +91,8 @@ sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double neede
  * @return the errors of sc_source_cut and sc_geometry_check. */
 sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          sc_chunked *chunked, sc_source *source);
+/* Check that the part does not lie in more than SC_CHUNKS_MAX chunks. @return SC_ERR_DATA, logged. */
+sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_chunked *chunked);
 /* Read slices [first, first + count) of the part to @p out, x fastest, in this byte order. With the
  * last of them it is told how many chunks of the part are not there, if any. @return
  * SC_ERR_MEMORY; what load has noted, logged: the first that is missing, whatever the threads. */

@@ -574,6 +574,7 @@ sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read
     SC_TRY(sc_chunked_cut(ctx, path, read, &r->chunked, &source));
     if (!header_only) /* a directory without any chunk may promise a tebibyte */
         SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
+    SC_TRY(sc_chunked_count_check(ctx, path, &r->chunked));
     SC_TRY(sc_path_join(ctx, path, "info", &source.file));
     *out = source;
     source = (sc_source){0};

@@ -412,6 +412,8 @@ sc_status sc_open_zarr(const sc_ctx *ctx, const char *path, const sc_read_choice
         status = sc_chunked_cut(ctx, path, read, &r->chunked, &source);
     if (status == SC_OK && !header_only) /* a store without any chunk may promise a tebibyte */
         status = sc_volume_memory_check(ctx, path, source.size, 0);
+    if (status == SC_OK)
+        status = sc_chunked_count_check(ctx, path, &r->chunked);
     if (status == SC_ERR_SYSTEM && choice.coarser)
         sc_info(ctx, "%s is a coarser level of the same image, and may fit", choice.coarser);
     choice.array.path = NULL;

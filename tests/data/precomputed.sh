@@ -227,6 +227,7 @@ change raw jpeg "scales(encoding='jpeg')"
 change raw negative "scales(size=[-60, 50, 7])"
 change raw huge "scales(size=[7000, 5000, 2000])"
 change raw huge_chunks "scales(chunk_sizes=[[100000, 100000, 10]], size=[100000, 100000, 10])"
+change raw many_chunks "scales(chunk_sizes=[[1, 1, 1]], size=[1024, 1024, 2])"
 change raw parent "scales(key='../raw/500_500_1250')"
 change raw names_parent "info(segment_properties='/etc')"
 change raw mesh "info(**{'@type': 'neuroglancer_legacy_mesh'})"
@@ -267,6 +268,7 @@ done <<'TABLE'
 65 negative "size" is not as expected: three numbers of voxels, from 1 to 2147483647
 71 huge 7000 x 5000 x 2000 voxels take about .* GiB of memory, more than the limit .* --max-memory
 65 huge_chunks has chunks of up to 800000000000 bytes, expected at most
+65 many_chunks what is to be read lies in 2097152 chunks of 1 x 1 x 1 voxels, expected at most 1048576; choose a part
 65 parent "key" of a scale is "../raw/500_500_1250": outside the header's directory
 65 names_parent "segment_properties" is "/etc": an absolute path
 65 mesh is of type "neuroglancer_legacy_mesh", expected "neuroglancer_multiscale_volume": meshes
@@ -277,6 +279,7 @@ done <<'TABLE'
 65 no_json info:2: is no JSON
 65 escape its "encoding" is ".*31m", which is not read
 TABLE
+"$SEGCAST" info many_chunks --set 'volume={box: [[0, 8], [0, 8], [0, 2]]}' >stdout.txt 2>stderr.txt || { cat stderr.txt >&2; fail "a part of many chunks cannot be read"; }
 expect 65 'has no resolution level 2, expected one of 2: 0 ."500_500_1250" of .60, 50, 7.., 1 ."1000_1000_1250" of .30, 25, 7..; 0 is the finest' \
     "$SEGCAST" info raw --set volume.level=2
 "$SEGCAST" info raw >stdout.txt 2>stderr.txt || fail "raw cannot be read"

@@ -293,6 +293,7 @@ change zlib.zarr small_chunks.zarr "meta('$array/.zarray', chunks=[1, 16, 25])"
 change zstd.zarr negative.zarr "meta('$array/.zarray', shape=[7, -50, 60])"
 change zstd.zarr huge.zarr "meta('$array/.zarray', shape=[7000, 5000, 2000])"
 change zstd.zarr huge_chunks.zarr "meta('$array/.zarray', chunks=[70000, 50000, 60000])"
+change zstd.zarr many_chunks.zarr "meta('$array/.zarray', chunks=[1, 1, 1], shape=[100, 1000, 1000])"
 change zstd.zarr loop.zarr "os.remove('$array/1/1/1'); os.symlink('1', '$array/1/1/1')"
 change zstd.zarr link.zarr "os.rename('$array/1', 'outside'); os.symlink('../../../outside', '$array/1')"
 change zstd.zarr label_link.zarr "os.rename('labels/cells', 'outside'); os.symlink('../outside', 'labels/cells')"
@@ -326,6 +327,7 @@ done <<'TABLE'
 65 negative.zarr \.zarray: "shape" is \[7,-50,60\], expected a number from 1 to 2147483647
 71 huge.zarr 2000 x 5000 x 7000 voxels take about .* GiB of memory, more than the limit .* --max-memory
 65 huge_chunks.zarr \.zarray: "chunks" is \[70000,50000,60000\], expected chunks of at most 2\^30 values
+65 many_chunks.zarr what is to be read lies in 100000000 chunks of 1 x 1 x 1 voxels, expected at most 1048576
 65 loop.zarr 0/1/1/1: is no regular file; links in the directory of a volume are not followed
 65 link.zarr 0/1/0/0: is no regular file; links in the directory of a volume are not followed
 65 label_link.zarr labels/cells: is no directory, but .*labels names it; expected a directory, no link
