@@ -180,9 +180,10 @@ sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_c
     double count = 1;
 
     for (int i = 0; i < 3; i++) {
-        const size_t last = chunked->low[i] + chunked->part[i] - 1;
+        const size_t first = chunked->low[i] / chunked->chunk[i];
+        const size_t last = (chunked->low[i] + chunked->part[i] - 1) / chunked->chunk[i];
 
-        count *= (double)(last / chunked->chunk[i] - chunked->low[i] / chunked->chunk[i] + 1);
+        count *= (double)(last - first + 1);
     }
     if (count <= SC_CHUNKS_MAX)
         return SC_OK;

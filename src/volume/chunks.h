@@ -91,7 +91,8 @@ sc_status sc_chunked_threads(const sc_ctx *ctx, double chunk_bytes, double neede
  * @return the errors of sc_source_cut and sc_geometry_check. */
 sc_status sc_chunked_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
                          sc_chunked *chunked, sc_source *source);
-/* Check that the part does not lie in more than SC_CHUNKS_MAX chunks. @return SC_ERR_DATA, logged. */
+/* Check that the part does not lie in more than SC_CHUNKS_MAX chunks. @return SC_ERR_DATA, logged.
+ */
 sc_status sc_chunked_count_check(const sc_ctx *ctx, const char *path, const sc_chunked *chunked);
 /* Read slices [first, first + count) of the part to @p out, x fastest, in this byte order. With the
  * last of them it is told how many chunks of the part are not there, if any. @return
