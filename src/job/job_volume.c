@@ -25,12 +25,11 @@ static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
     return SC_OK;
 }
 
-/* Append a tissue, for which there is room. Those that are kept stand behind the others. */
-static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
-                            const sc_yaml *item, const char *into, sc_job *job)
+/* Write a tissue to place *at, for which there is room, and count *at up. */
+static sc_status put_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
+                            const sc_yaml *item, const char *into, sc_job *job, size_t *at)
 {
-    size_t at = job->volume_tissue_count;
-    sc_volume_tissue *all = job->volume_tissues;
+    sc_volume_tissue *tissue = &job->volume_tissues[*at];
 
     if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
         sc_yaml named = *item;
@@ -38,34 +37,36 @@ static sc_status add_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
         named.key = list->key; /* for the message: items of a list have no key of their own */
         return sc_wrong_type(ctx, &named, key->type->expected);
     }
-    for (; at && into[0] && !all[at - 1].into[0]; at--)
-        all[at] = all[at - 1];
-    all[at] = (sc_volume_tissue){0};
-    strcpy(all[at].pattern, item->text);
-    strcpy(all[at].into, into);
-    sc_note_where(item, all[at].where, sizeof all[at].where);
-    job->volume_tissue_count++;
+    *tissue = (sc_volume_tissue){0};
+    strcpy(tissue->pattern, item->text);
+    strcpy(tissue->into, into);
+    sc_note_where(item, tissue->where, sizeof tissue->where);
+    ++*at;
     return SC_OK;
 }
 
-/* Read a tissue or a list of some. @param into as of sc_volume_tissue. @return the first mistake;
- * all are logged. */
+/* @return how many tissues read_list writes at most. */
+static size_t list_length(const sc_yaml *node)
+{
+    return node->kind == SC_YAML_SCALAR ? 1 : node->count;
+}
+
+/* Read a tissue or a list of some to place *at and behind it, for which there is room. @param into
+ * as of sc_volume_tissue. @return the first mistake; all are logged. */
 static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
-                           const char *into, sc_job *job)
+                           const char *into, sc_job *job, size_t *at)
 {
     const bool is_one = node->kind == SC_YAML_SCALAR;
-    const size_t count = is_one ? 1 : node->count;
+    const size_t count = list_length(node);
     sc_status status = SC_OK;
 
     if (node->kind == SC_YAML_MAP || !count)
         return sc_wrong_type(ctx, node, key->type->expected);
-    SC_TRY(grow(ctx, job, count));
     for (size_t i = 0; i < count; i++) {
         if (!sc_goes_on(&status,
-                        add_tissue(ctx, key, node, is_one ? node : node->items[i], into, job)))
+                        put_tissue(ctx, key, node, is_one ? node : node->items[i], into, job, at)))
             break;
     }
-out:
     return status;
 }
 
@@ -92,7 +93,10 @@ static size_t write_list(const sc_ctx *ctx, const sc_job *job, size_t begin, sc_
 /* @p value is the whole sc_job, as of all types of this file. */
 static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
 {
-    return read_list(ctx, key, node, "", value);
+    sc_job *job = value;
+    const sc_status status = grow(ctx, job, list_length(node));
+
+    return status == SC_OK ? read_list(ctx, key, node, "", job, &job->volume_tissue_count) : status;
 }
 
 /* @return the index of the first tissue that is kept. */
@@ -136,12 +140,12 @@ static const sc_value_type type_keep = {
     .schema = keep_schema,
 };
 
-static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+/* Read the map of merged tissues to place *at and behind it, for which there is room. */
+static sc_status read_merged(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, sc_job *job,
+                             size_t *at)
 {
     sc_status status = SC_OK;
 
-    if (node->kind != SC_YAML_MAP || !node->count)
-        return sc_wrong_type(ctx, node, key->type->expected);
     for (size_t i = 0; i < node->count; i++) {
         const sc_yaml *item = node->items[i];
 
@@ -154,9 +158,32 @@ static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml 
                                 "the name of a merged tissue is the number %s, which means the "
                                 "tissue with that label; expected a name",
                                 item->key);
-        if (!sc_goes_on(&status, read_list(ctx, key, item, item->key, value)))
+        if (!sc_goes_on(&status, read_list(ctx, key, item, item->key, job, at)))
             break;
     }
+    return status;
+}
+
+/* Tissues that are kept stand behind those that are merged: they make room, all at once. */
+static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    const size_t begin = first_kept(job), kept = job->volume_tissue_count - begin;
+    size_t at = begin, most = 0;
+    sc_volume_tissue *behind;
+    sc_status status;
+
+    if (node->kind != SC_YAML_MAP || !node->count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < node->count; i++)
+        most += list_length(node->items[i]);
+    SC_TRY(grow(ctx, job, most));
+    behind = job->volume_tissues + begin + most;
+    memmove(behind, job->volume_tissues + begin, kept * sizeof *behind);
+    status = read_merged(ctx, key, node, job, &at);
+    memmove(job->volume_tissues + at, behind, kept * sizeof *behind);
+    job->volume_tissue_count = at + kept;
+out:
     return status;
 }
 

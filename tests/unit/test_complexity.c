@@ -9,11 +9,15 @@
 #include "internal.h"
 #include "options.h"
 #include "segcast/job.h"
+#include "segcast/measurements.h"
 #include "segcast/resample.h"
 #include "segcast/study.h"
+#include "segcast/study_file.h"
+#include "segcast/value_table.h"
 #include "segcast/volume.h"
 
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -142,6 +146,185 @@ static void parse_nifti(const parser *p, int n)
     assert_int_equal(sc_volume_read(&ctx, "c.nii.gz", &v), p->wanted);
     sc_volume_clear(&v);
     unlink("c.nii.gz");
+}
+
+static void parse_values(const parser *p, int n)
+{
+    sc_value_table table = {0};
+
+    write_input(p, n, 0, "c.csv");
+    sc_test_operations = 0;
+    assert_int_equal(sc_value_table_read(&ctx, "c.csv", "", &table), p->wanted);
+    sc_value_table_clear(&table);
+    unlink("c.csv");
+}
+
+static void parse_study(const parser *p, int n)
+{
+    sc_study study = {0};
+
+    write_input(p, n, 0, "c.yaml");
+    sc_test_operations = 0;
+    assert_int_equal(sc_study_load(&ctx, "c.yaml", &study), p->wanted);
+    sc_study_clear(&study);
+    unlink("c.yaml");
+}
+
+static void parse_measurements(const parser *p, int n)
+{
+    sc_measurements read = {0};
+    uint64_t bytes = 0;
+
+    write_input(p, n, 0, "c.jsonl");
+    sc_test_operations = 0;
+    assert_int_equal(sc_measurements_read(&ctx, "c.jsonl", &read, &bytes), p->wanted);
+    assert_int_equal(read.count, n);
+    sc_measurements_clear(&read);
+    unlink("c.jsonl");
+}
+
+/* Write a text to a file of a directory. */
+static void write_text(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+}
+
+/* A directory of n masks of two voxels. */
+static void parse_masks(const parser *p, int n)
+{
+    char path[64];
+    sc_volume v = {0};
+
+    mkdir("c.masks", 0777);
+    for (int i = 0; i < n; i++) {
+        snprintf(path, sizeof path, "c.masks/t%d.nrrd", i * 7919 % n);
+        write_text(path, "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n"
+                         "0 1 0 0 0 1 0 0\n");
+    }
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.masks", &v), p->wanted);
+    sc_volume_clear(&v);
+    for (int i = 0; i < n; i++) {
+        snprintf(path, sizeof path, "c.masks/t%d.nrrd", i);
+        unlink(path);
+    }
+    rmdir("c.masks");
+}
+
+/* A store of OME-Zarr whose attributes have n parts. */
+static void parse_zarr(const parser *p, int n)
+{
+    sc_label_scan scan = {0};
+
+    mkdir("c.zarr", 0777);
+    mkdir("c.zarr/0", 0777);
+    write_text("c.zarr/.zgroup", "{\"zarr_format\": 2}");
+    write_text("c.zarr/0/.zarray",
+               "{\"zarr_format\": 2, \"shape\": [4, 4, 4], \"chunks\": [4, 4, 4], \"dtype\": "
+               "\"|u1\", \"compressor\": null, \"fill_value\": 0, \"order\": \"C\", \"filters\": "
+               "null}");
+    write_input(p, n, 0, "c.zarr/.zattrs");
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read_header(&ctx, "c.zarr", &scan), p->wanted);
+    sc_label_scan_clear(&scan);
+    unlink("c.zarr/.zattrs");
+    unlink("c.zarr/.zgroup");
+    unlink("c.zarr/0/.zarray");
+    rmdir("c.zarr/0");
+    rmdir("c.zarr");
+}
+
+/* A volume of Neuroglancer with the properties of n segments. */
+static void parse_properties(const parser *p, int n)
+{
+    sc_label_scan scan = {0};
+
+    mkdir("c.pc", 0777);
+    mkdir("c.pc/s", 0777);
+    mkdir("c.pc/p", 0777);
+    write_text("c.pc/info",
+               "{\"@type\": \"neuroglancer_multiscale_volume\", \"data_type\": \"uint8\", "
+               "\"num_channels\": 1, \"segment_properties\": \"p\", \"scales\": [{\"key\": "
+               "\"s\", \"size\": [4, 4, 4], \"encoding\": \"raw\", \"chunk_sizes\": [[4, 4, 4]], "
+               "\"resolution\": [1, 1, 1]}]}");
+    write_input(p, n, 0, "c.pc/p/info");
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read_header(&ctx, "c.pc", &scan), p->wanted);
+    sc_label_scan_clear(&scan);
+    unlink("c.pc/info");
+    unlink("c.pc/p/info");
+    rmdir("c.pc/s");
+    rmdir("c.pc/p");
+    rmdir("c.pc");
+}
+
+/* Put a number of 8 bytes, the least first. */
+static void put64(uint64_t number, FILE *file)
+{
+    for (int i = 0; i < 8; i++)
+        fputc((int)(number >> 8 * i & 255), file);
+}
+
+/* A volume of Neuroglancer whose n chunks lie in one minishard. */
+static void parse_shard(const parser *p, int n)
+{
+    enum { CHUNK_BYTES = 4 };
+    char info[512];
+    FILE *file;
+    sc_volume v = {0};
+
+    mkdir("c.pc", 0777);
+    mkdir("c.pc/s", 0777);
+    snprintf(info, sizeof info, p->head, n * CHUNK_BYTES);
+    write_text("c.pc/info", info);
+    file = fopen("c.pc/s/0.shard", "wb");
+    assert_non_null(file);
+    put64((uint64_t)n * CHUNK_BYTES, file);
+    put64((uint64_t)n * (CHUNK_BYTES + 24), file);
+    for (int i = 0; i < n * CHUNK_BYTES; i++)
+        fputc(i / 3 % 7, file);
+    for (int i = 0; i < 3 * n; i++) /* numbers, places, bytes */
+        put64(i < n ? i > 0 : i < 2 * n ? 0 : CHUNK_BYTES, file);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.pc", &v), p->wanted);
+    assert_int_equal(v.label_count, 7);
+    sc_volume_clear(&v);
+    unlink("c.pc/s/0.shard");
+    unlink("c.pc/info");
+    rmdir("c.pc/s");
+    rmdir("c.pc");
+}
+
+/* Put a number of @p bytes bytes, the greatest first. */
+static void put_big(uint32_t number, int bytes, FILE *file)
+{
+    for (int i = bytes - 1; i >= 0; i--)
+        fputc((int)(number >> 8 * i & 255), file);
+}
+
+static void parse_mgh(const parser *p, int n)
+{
+    const uint32_t head[] = {1, 16, 16, (uint32_t)n, 1, 0, 0}; /* version, size, frames, type, - */
+    FILE *file = fopen("c.mgh", "wb");
+    sc_volume v = {0};
+
+    assert_non_null(file);
+    for (size_t i = 0; i < SC_COUNT_OF(head); i++)
+        put_big(head[i], 4, file);
+    for (int i = 28; i < 284; i++)
+        fputc(0, file);
+    for (int i = 0; i < n * 256; i++)
+        fputc(i / 3 % 7, file);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.mgh", &v), p->wanted);
+    sc_volume_clear(&v);
+    unlink("c.mgh");
 }
 
 /* Labels of @p count voxels of a row: @p pattern again and again, or random ones if it is empty. */
@@ -457,6 +640,34 @@ static const parser parsers[] = {
     {"items of a list", parse_job, "volume: [", "%d, ", "1]\n", 0, SC_ERR_DATA, 20000},
     {"a long text", parse_job, "volume: phantom\noutput: {title: \"", "%d ", "\"}\n", 0,
      SC_ERR_DATA, 30000},
+    {"captions", parse_job, "volume: phantom\noverlays:\n  caption:\n",
+     "    - {text: a%d, during: [0%%, 50%%]}\n", "", 0, SC_ERR_DATA, 2000},
+    {"shots", parse_job, "volume: phantom\nshots:\n", "  - {name: a%d, animation: {frames: 3}}\n",
+     "", 0, SC_ERR_DATA, 1000},
+    {"keys of shots", parse_job,
+     "volume: phantom\nshots:\n  - animation: {frames: 3}\n    tissues:\n",
+     "      t%d: {opacity: 0.5}\n", "", 0, SC_OK, 2000},
+    {"key frames", parse_job, "volume: phantom\nlight:\n  key:\n", "    - {at: %df, value: 0.5}\n",
+     "", 0, SC_ERR_DATA, 2000},
+    {"verbs", parse_job, "volume: phantom\nanimation:\n  verbs:\n",
+     "    - fade: {tissues: t%d, to: 0.5}\n", "", 0, SC_ERR_DATA, 1000},
+    {"tissues of a verb", parse_job,
+     "volume: phantom\nanimation: {verbs: [{fade: {to: 0.5, tissues: [", "t%d, ", "a]}}]}\n", 0,
+     SC_OK, 2000},
+    {"tissues to keep", parse_job, "volume: {path: phantom, keep: [", "t%d, ", "a]}\n", 0, SC_OK,
+     2000},
+    {"tissues to merge", parse_job, "volume:\n  path: phantom\n  merge:\n", "    m%d: [a%d, b%d]\n",
+     "", 0, SC_OK, 2000},
+    {"tissues of the legend", parse_job, "volume: phantom\noverlays: {legend_tissues: [", "t%d, ",
+     "a]}\n", 0, SC_OK, 2000},
+    {"phases of a beat", parse_job, "cine: {bpm: 60}\nvolume: [", "p%d.nrrd, ", "a.nrrd]\n", 0,
+     SC_OK, 400},
+    {"too many phases", parse_job, "cine: {bpm: 60}\nvolume: [", "p%d.nrrd, ", "a.nrrd]\n", 0,
+     SC_ERR_DATA, 2000},
+    {"chosen phases", parse_job, "cine: {bpm: 60, phases: [", "%d, ", "1]}\nvolume: [a, b]\n", 0,
+     SC_ERR_DATA, 2000},
+    {"volumes to compare", parse_job, "volume: phantom\ncompare: {with: [", "v%d.nrrd, ",
+     "a.nrrd]}\n", 0, SC_ERR_DATA, 2000},
     {"exceptions of a clip plane", parse_job,
      "volume: phantom\nanimation: {clip: [{plane: {normal: left, at: 50%}, except: [", "t%d, ",
      "a]}]}\n", 0, SC_OK, 2000},
@@ -473,6 +684,50 @@ static const parser parsers[] = {
     {"files of a forged manifest", parse_forged_manifest, "files", "", "", 0, SC_OK, 3000},
     {"names in the head of a forged manifest", parse_forged_manifest, "names", "", "", 0, SC_OK,
      3000},
+    {"values of tissues", parse_values, "name,mm\n", "t%d,1.5\n", "", 0, SC_OK, 3000},
+    {"values of tissues by number", parse_values, "index\tvolume\n", "%d\t%d\n", "", 0, SC_OK,
+     3000},
+    {"columns of a table of values", parse_values, "name,mm", ",c%d", "\na,1\n", 0, SC_ERR_DATA,
+     1500},
+    {"values that are no numbers", parse_values, "name,mm\n", ",%d\n", "a,1\n", 0, SC_OK, 3000},
+    {"masks of a directory", parse_masks, "", "", "", 0, SC_OK, 200},
+    {"labels of OME-Zarr", parse_zarr,
+     "{\"multiscales\": [{\"axes\": [{\"name\": \"z\"}, {\"name\": \"y\"}, {\"name\": \"x\"}], "
+     "\"datasets\": [{\"path\": \"0\"}]}], \"image-label\": {\"properties\": [",
+     "{\"label-value\": %d, \"name\": \"n%d\"},", "{\"label-value\": 0}]}}", 0, SC_OK, 3000},
+    {"levels of OME-Zarr", parse_zarr,
+     "{\"multiscales\": [{\"axes\": [{\"name\": \"z\"}, {\"name\": \"y\"}, {\"name\": \"x\"}], "
+     "\"datasets\": [{\"path\": \"0\"}",
+     ",{\"path\": \"%d\"}", "]}]}", 0, SC_OK, 3000},
+    {"properties of segments", parse_properties,
+     "{\"@type\": \"neuroglancer_segment_properties\", \"inline\": {\"ids\": [", "\"%d\",",
+     "\"999999\"], \"properties\": []}}", 0, SC_OK, 3000},
+    {"chunks of a minishard", parse_shard,
+     "{\"data_type\": \"uint8\", \"num_channels\": 1, \"scales\": [{\"key\": \"s\", \"size\": "
+     "[%d, 1, 1], \"encoding\": \"raw\", \"chunk_sizes\": [[4, 1, 1]], \"resolution\": [1, 1, 1], "
+     "\"sharding\": {\"@type\": \"neuroglancer_uint64_sharded_v1\", \"hash\": \"identity\", "
+     "\"preshift_bits\": 0, \"minishard_bits\": 0, \"shard_bits\": 0}}]}",
+     "", "", 0, SC_OK, 2000},
+    {"voxels of MGH", parse_mgh, "", "", "", 0, SC_OK, 5000},
+    {"values of an axis of a study", parse_study,
+     "set: {volume: phantom}\nsweep: {render.samples: [", "%d, ", "1]}\n", 0, SC_ERR_DATA, 2000},
+    {"axes of a study", parse_study, "set: {volume: phantom}\nsweep:\n", "  a%d: [%d]\n", "", 0,
+     SC_ERR_DATA, 2000},
+    {"settings of a study", parse_study, "set:\n  volume: phantom\n", "  k%d: %d\n", "", 0,
+     SC_ERR_DATA, 2000},
+    {"measurements", parse_measurements,
+     "{\"schema\":\"segcast-study-1\",\"study\":\"c8d8dd75985d3986\",\"title\":\"small\","
+     "\"measure\":\"frames\",\"metric\":\"cpu\",\"axes\":[{\"name\":\"ranks\",\"values\":[\"1\","
+     "\"2\"]}]}\n",
+     "{\"measurement\":{\"cell\":0,\"round\":%d,\"passes\":3,\"frames\":2,\"ranks\":1,\"nodes\":1,"
+     "\"threads\":2,\"begin_unix_s\":1795386060,\"wall_s\":0.03,\"cpu_s\":0.01,\"draw_cpu_s\":0.01,"
+     "\"draw_most_s\":0.02,\"draw_mean_s\":0.02,\"idle_mean_s\":0.003,\"gather_mean_s\":3e-5,"
+     "\"accept_s\":2e-6,\"read_s\":0.7,\"prepare_s\":0.8,\"share_s\":0.1,\"prepare_cpu_s\":0.5,"
+     "\"derive_s\":0.2,\"derive_cpu_s\":0.06,\"rays\":3833,\"samples\":93319,\"contributions\":"
+     "10418,"
+     "\"peak_rss_most_bytes\":31604736,\"peak_rss_sum_bytes\":31604736,\"prepared_bytes\":36736,"
+     "\"energy_j\":-1.0,\"pixels_hash\":\"47c157909320e184\"}}\n",
+     "", 0, SC_OK, 1000},
     {"statistics of many runs", parse_statistics, "", "", "", 0, SC_OK, 3000},
     {"voxels that all differ", find_copies, "12", "12", "1", 0, SC_OK, 3000},
     {"voxels drawn at random", find_copies, "", "", "1", 0, SC_OK, 3000},
