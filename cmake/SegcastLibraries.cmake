@@ -98,6 +98,45 @@ if(NOT SC_WITH_DICOM STREQUAL "OFF")
 endif()
 target_compile_definitions(Dcmtk::dcmdata INTERFACE SC_HAVE_DICOM=${SC_HAVE_DICOM})
 
+# Optional: volumes in HDF5, read by a program of its own. SC_HAVE_HDF5 tells the code. A library that needs MPI does not
+# fit: the program is no rank. H5_USE_110_API: newer versions keep what version 1.10 has.
+add_library(Hdf::hdf5 INTERFACE IMPORTED)
+set(SC_HAVE_HDF5 0)
+if(NOT SC_WITH_HDF5 STREQUAL "OFF")
+  pkg_check_modules(HDF5_SERIAL hdf5-serial) # Debian's name beside libraries that need MPI
+  find_path(HDF5_INCLUDE_DIR hdf5.h HINTS ${HDF5_SERIAL_INCLUDE_DIRS})
+  find_library(HDF5_LIBRARY hdf5 HINTS ${HDF5_SERIAL_LIBRARY_DIRS})
+  if(HDF5_INCLUDE_DIR AND HDF5_LIBRARY)
+    include(CheckCSourceCompiles)
+    set(CMAKE_REQUIRED_INCLUDES ${HDF5_INCLUDE_DIR})
+    set(CMAKE_REQUIRED_LIBRARIES ${HDF5_LIBRARY})
+    check_c_source_compiles("#include <hdf5.h>
+      #if defined(H5_HAVE_PARALLEL) || !H5_VERSION_GE(1, 10, 0)
+      #error
+      #endif
+      int main(void) { return H5open(); }" SC_HDF5_FITS)
+    unset(CMAKE_REQUIRED_INCLUDES)
+    unset(CMAKE_REQUIRED_LIBRARIES)
+  endif()
+  if(SC_HDF5_FITS)
+    set(SC_HAVE_HDF5 1)
+    target_include_directories(Hdf::hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIR})
+    target_link_libraries(Hdf::hdf5 INTERFACE ${HDF5_LIBRARY})
+    target_compile_definitions(Hdf::hdf5 INTERFACE H5_USE_110_API=1)
+  elseif(SC_WITH_HDF5 STREQUAL "ON")
+    message(FATAL_ERROR "libhdf5 1.10 or newer, built without MPI, is not here (Debian: libhdf5-dev), and SC_WITH_HDF5 is ON")
+  else()
+    message(WARNING "libhdf5 1.10 or newer, built without MPI, is not here (Debian: libhdf5-dev): volumes in HDF5 will not be read")
+  endif()
+endif()
+# Where that program is installed: seen from the directory of segcast, and, where a program cannot know its own place,
+# from the root.
+set(SC_PROGRAMS_DIR ${CMAKE_INSTALL_LIBEXECDIR}/segcast)
+file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBEXECDIR}/segcast)
+add_library(segcast_hdf5_place INTERFACE)
+target_compile_definitions(segcast_hdf5_place INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5} SC_HDF5_FROM_BIN="${from_bin}"
+  SC_HDF5_INSTALLED="${CMAKE_INSTALL_FULL_LIBEXECDIR}/segcast")
+
 # Teem and nifticlib install CMake files that differ between versions: look for the library itself.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
 find_library(TEEM_LIBRARY teem REQUIRED)

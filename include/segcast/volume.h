@@ -94,6 +94,14 @@ SC_MUST_USE sc_status sc_geometry_check(const sc_ctx *ctx, const char *path, con
  * at a time. */
 SC_MUST_USE sc_status sc_volume_read(const sc_ctx *ctx, const char *path, sc_volume *out);
 
+/** @return how many bytes of the path of a volume are that of its file: fewer than all if a colon
+ *  and a path inside that file follow ("cells.h5:/labels", of HDF5). A file or directory of the
+ *  whole name goes before. */
+size_t sc_volume_file_length(const char *path);
+/** As realpath, of the path of a volume, which may go on inside of its file. @return NULL with
+ *  errno. Caller owns: free(). */
+char *sc_volume_real_path(const char *path);
+
 /** Write the names of all formats that this build can read, separated by commas, to text[size], cut
  *  off if there is no room. */
 void sc_volume_formats(char *text, size_t size);
@@ -142,10 +150,10 @@ SC_MUST_USE sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int 
                                        double *step_s);
 /** As sc_volume_read, of a part or another resolution. The volume is as if its file held nothing
  *  else: labels that occur elsewhere are not among its labels, and voxels stay where they were in
- *  patient space. Of a Zarr store only those chunks are read in which the box has voxels; files of
- *  other formats are read as a whole, but only the box is kept. @return also SC_ERR_DATA for a
- *  level that the file has not, and for a box that lies outside of the volume, or in voxels reaches
- *  beyond it. */
+ *  patient space. Of a Zarr store or a HDF5 file only those chunks are read in which the box has
+ * voxels; files of other formats are read as a whole, but only the box is kept. @return also
+ * SC_ERR_DATA for a level that the file has not, and for a box that lies outside of the volume, or
+ * in voxels reaches beyond it. */
 SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path,
                                         const sc_read_choice *choice, sc_volume *out);
 

@@ -80,7 +80,7 @@ out:
 static sc_status add_path(const sc_ctx *ctx, const char *key, const char *path, bool is_here,
                           sc_text *out)
 {
-    char *absolute = is_here || sc_job_is_phantom(path) ? NULL : realpath(path, NULL);
+    char *absolute = is_here || sc_job_is_phantom(path) ? NULL : sc_volume_real_path(path);
     sc_status status;
 
     SC_TRY(sc_text_add(ctx, out, "%s: ", key));

@@ -32,8 +32,8 @@ static bool begins_as_volume(const char *path)
     return count == sizeof head &&
            (!memcmp(head, "NRRD000", 7) || !memcmp(head, nifti1, 4) || !memcmp(head, nifti2, 4) ||
             !memcmp(head, "ObjectType", 10) || !memcmp(head, "II*\0", 4) ||
-            !memcmp(head, "MM\0*", 4) || !memcmp(head, "II+\0", 4) || !memcmp(head, "MM\0+", 4) ||
-            sc_is_prepared_file(path));
+            !memcmp(head, "\x89HDF\r\n\x1a\n", 8) || !memcmp(head, "MM\0*", 4) ||
+            !memcmp(head, "II+\0", 4) || !memcmp(head, "MM\0+", 4) || sc_is_prepared_file(path));
 }
 
 /* @return what @p path names: by the end of the name, else by the first bytes. @param exists
@@ -48,12 +48,17 @@ static kind kind_of(const char *path, bool *exists)
                     {".nii", KIND_VOLUME},    {".nii.gz", KIND_VOLUME}, {".mha", KIND_VOLUME},
                     {".mhd", KIND_VOLUME},    {".segc", KIND_VOLUME},   {".hdr", KIND_VOLUME},
                     {".img.gz", KIND_VOLUME}, {".img", KIND_VOLUME},    {".tif", KIND_VOLUME},
-                    {".tiff", KIND_VOLUME},   {".dcm", KIND_VOLUME}};
+                    {".tiff", KIND_VOLUME},   {".dcm", KIND_VOLUME},    {".h5", KIND_VOLUME},
+                    {".hdf5", KIND_VOLUME},   {".mnc", KIND_VOLUME}};
     struct stat info;
 
     *exists = stat(path, &info) == 0;
     if (*exists && S_ISDIR(info.st_mode))
         return KIND_DIRECTORY;
+    if (!*exists && path[sc_volume_file_length(path)]) { /* a path inside a file */
+        *exists = true;
+        return KIND_VOLUME;
+    }
     for (size_t i = 0; i < SC_COUNT_OF(suffixes); i++) {
         if (ends_with(path, suffixes[i].suffix))
             return suffixes[i].kind;

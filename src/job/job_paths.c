@@ -2,6 +2,7 @@
 /* The paths of a job: found from where they are written, and made absolute. */
 #include "key.h"
 #include "segcast/job.h"
+#include "segcast/volume.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -71,7 +72,7 @@ sc_status sc_resolve_path(const sc_ctx *ctx, const sc_job_sources *sources, cons
     if (!node || !path[0])
         return SC_OK;
     SC_TRY(locate(ctx, sources, node, path, &joined));
-    absolute = realpath(joined, NULL);
+    absolute = use == SC_PATH_INPUT ? sc_volume_real_path(joined) : realpath(joined, NULL);
     error = absolute ? 0 : errno;
     no_memory = error && sc_input_status(error) == SC_ERR_MEMORY;
     if (!absolute && !no_memory && path[0] == '~' &&

@@ -615,7 +615,8 @@ static const sc_value_type type_path = {
 const sc_key sc_volume_keys[] = {
     {"path", &type_path, 0, NULL,
      .help =
-         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, or prepared), a Zarr store, a "
+         "a file (NRRD, NIfTI, MGH, MetaImage, TIFF, DICOM SEG, HDF5 as FILE:/PATH, or prepared), "
+         "a Zarr store, a "
          "volume of Neuroglancer, a directory of "
          "masks, phantom, or for example phantom:128x96x128; for cine a list of them, a pattern "
          "such as heart_*.nrrd, or a file with all phases (4-D)",
@@ -633,7 +634,8 @@ const sc_key sc_volume_keys[] = {
     {"box", &type_box, 0, NULL,
      .help =
          "the part of the file that is read, in voxels of the level: the first along each axis, "
-         "and the one behind the last. Of a Zarr store only the chunks in it are read",
+         "and the one behind the last. Of Zarr, Neuroglancer and HDF5 only the chunks in it are "
+         "read",
      .low = 0, .high = 2147483647, .unit = "voxels", .given = SC_GIVEN(sc_job, has_box),
      .alternative = "box", .without = "all of it"},
     {"box_mm", &type_box_mm, 0, NULL,

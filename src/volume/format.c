@@ -125,8 +125,9 @@ static const struct {
      "is a macOS companion file (AppleDouble), not the volume itself; use the file without \"._\" "
      "before its name"},
     {"\x89HDF", 4, 0,
-     "is HDF5; write its label array as NRRD, for example in Python with h5py and pynrrd: "
-     "nrrd.write(\"labels.nrrd\", h5py.File(\"FILE\")[\"NAME\"][:].T)"},
+     "is HDF5, which is read as a volume of its own, but not as one mask of several; write it as "
+     "NRRD, for example in Python with h5py and pynrrd: nrrd.write(\"labels.nrrd\", "
+     "h5py.File(\"FILE\")[\"NAME\"][:].T)"},
     {"PK\x03\x04", 4, 0, "is a ZIP archive; unpack it and use the volume in it"},
     {"BZh", 3, 0, "is packed by bzip2; unpack it with \"bunzip2\""},
     {"\xfd"
@@ -191,6 +192,7 @@ void sc_volume_formats(char *text, size_t size)
     } formats[] = {{"NRRD, NIfTI, MGH, MetaImage", true},
                    {", TIFF", SC_HAVE_TIFF},
                    {", DICOM SEG", SC_HAVE_DICOM},
+                   {", HDF5", SC_HAVE_HDF5},
                    {", Zarr (gzip, zlib", true},
                    {", blosc", SC_HAVE_BLOSC},
                    {", zstd", SC_HAVE_ZSTD},

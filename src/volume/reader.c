@@ -202,6 +202,14 @@ sc_status sc_open_source(const sc_ctx *ctx, const char *path, const sc_read_choi
                          "OME-Zarr or Neuroglancer, which may have several",
                          sc_read_where(choice, path), path);
         goto out;
+    } else if (sc_is_hdf5(path)) {
+        SC_TRY(sc_open_hdf5(ctx, path, choice, header_only, &source));
+    } else if (path[sc_volume_file_length(path)]) {
+        status = sc_fail(ctx, SC_ERR_MISSING,
+                         "%s: its file is no HDF5, in which volumes have paths; expected the path "
+                         "of a file alone",
+                         path);
+        goto out;
     } else if (!stat(path, &info) && S_ISDIR(info.st_mode)) {
         SC_TRY(sc_open_masks(ctx, path, &source));
         if (source.mask_count == 0)

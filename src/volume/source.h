@@ -177,6 +177,12 @@ bool sc_is_precomputed(const char *path);
 /* As sc_open_zarr, of such a directory. */
 sc_status sc_open_precomputed(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
                               bool header_only, sc_source *out);
+/* Is @p path a HDF5 file, or one with a path inside? By its mark. */
+bool sc_is_hdf5(const char *path);
+/* As sc_open_zarr, of such a file; of several resolutions it knows nothing. @return also
+ * SC_ERR_SYSTEM if the program that reads it cannot be started. */
+sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice *read,
+                       bool header_only, sc_source *out);
 sc_status sc_open_meta(const sc_ctx *ctx, const char *path, bool header_only, sc_source *out);
 
 /* Read the header of a file of any format, of a Zarr store, or of a directory of masks, into *out,

@@ -20,6 +20,7 @@ name_library() {
     Expat::expat) echo Expat ;;
     Tiff::tiff) echo libtiff ;;
     Dcmtk::dcmdata) echo DCMTK ;;
+    Hdf::hdf5) echo libhdf5 ;;
     Blosc::blosc) echo c-blosc ;;
     Zstd::zstd) echo zstd ;;
     Lz::lz4) echo lz4 ;;
