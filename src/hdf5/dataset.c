@@ -200,6 +200,12 @@ static bool check_storage(const char *path, volume *v, answer *a)
             done = say_filter(filter, name, path, a);
     }
     if (done && layout == H5D_CHUNKED && H5Pget_chunk(creation, RANK_MAX, chunk) == v->rank) {
+        const hid_t type = H5Dget_type(v->dataset);
+
+        v->chunk_bytes = (double)H5Tget_size(type);
+        H5Tclose(type);
+        for (int i = 0; i < v->rank; i++)
+            v->chunk_bytes *= (double)chunk[i];
         for (int i = 0; i < 3; i++)
             v->chunk[i] = chunk[v->axis[i]];
     }

@@ -94,6 +94,16 @@ static void limit(int resource, rlim_t value)
     (void)setrlimit(resource, &(struct rlimit){value, value}); /* to lower it is always allowed */
 }
 
+void limit_memory(double bytes)
+{
+#if !SC_SANITIZED /* sanitizers need many addresses */
+    if (bytes < 1e18)
+        limit(RLIMIT_AS, (rlim_t)bytes);
+#else
+    (void)bytes;
+#endif
+}
+
 /* Take from the process what it does not need to read its file. @param voxel_bytes of the part that
  * is wanted. */
 static void set_limits(uint64_t memory_bytes, double voxel_bytes)
@@ -110,12 +120,8 @@ static void set_limits(uint64_t memory_bytes, double voxel_bytes)
     limit(RLIMIT_FSIZE, 0);
     limit(RLIMIT_NOFILE, DESCRIPTORS);
     limit(RLIMIT_CPU, cpu_s < 1e9 ? (rlim_t)cpu_s : (rlim_t)1e9);
-#if !SC_SANITIZED /* sanitizers need many addresses */
-    if (memory_bytes && memory_bytes < (uint64_t)1 << 62)
-        limit(RLIMIT_AS, (rlim_t)memory_bytes + ADDRESSES_BYTES);
-#else
-    (void)memory_bytes;
-#endif
+    if (memory_bytes)
+        limit_memory((double)memory_bytes + ADDRESSES_BYTES);
 }
 
 /* Let the process end when segcast does. @return false if it is gone already. */

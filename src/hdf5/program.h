@@ -29,7 +29,8 @@ typedef struct volume {
     char names[3]; /* what the file calls them: 'x', 'y', 'z' */
     size_t each;   /* bytes of a voxel in the stream */
     sc_hdf5_type type;
-    hsize_t chunk[3]; /* voxels of a chunk along x, y, z; 0: no chunks */
+    hsize_t chunk[3];   /* voxels of a chunk along x, y, z; 0: no chunks */
+    double chunk_bytes; /* of a chunk, unpacked, of the type that is stored; 0: no chunks */
 } volume;
 
 /* Which voxels are wanted. */
@@ -60,6 +61,8 @@ bool find_geometry(hid_t file, const char *path, const volume *v, answer *a);
 /* Send the voxels of a part to segcast. @param memory_bytes as the argument of the program.
  * @return false, said, if they cannot be read; also if segcast is gone. */
 bool send_voxels(const volume *v, const part *p, uint64_t memory_bytes, answer *a);
+/* Let the process have no more than so many bytes of addresses; it may have less already. */
+void limit_memory(double bytes);
 /* Send bytes to segcast. @return false if it is gone. */
 bool send_bytes(const void *bytes, size_t count);
 

@@ -8,6 +8,9 @@
 
 #define SLAB_BYTES ((double)(4 << 20)) /* at least so much at a time, where chunks allow it */
 #define SLAB_MOST_BYTES 2147483648.0   /* whole chunks or not: more stands still for too long */
+#define BASE_BYTES 268435456.0 /* libraries, and what of the file's own structure is in memory */
+#define CHUNK_COPIES 8         /* filters double what they unpack to while it does not fit */
+#define CHUNK_NOTES_BYTES 8192 /* what the library notes of a chunk that it is going to read */
 
 /* How many slices are read at a time: whole layers of chunks, so that each chunk is unpacked once,
  * unless these need more than half of the memory. */
@@ -25,6 +28,20 @@ static hsize_t slab_slices(const volume *v, const part *p, uint64_t memory_bytes
     if (slices < 1)
         slices = 1;
     return slices < (double)p->count[2] ? (hsize_t)slices : p->count[2];
+}
+
+/* Let the process take no more memory than slices and chunks of the sizes that the file promises
+ * need, so that a chunk which unpacks to more is an error. */
+static void expect_no_more(const volume *v, const part *p, hsize_t slices)
+{
+    double bytes =
+        BASE_BYTES + (double)slices * (double)p->count[0] * (double)p->count[1] * (double)v->each;
+    double chunks = v->chunk_bytes > 0;
+
+    for (int i = 0; i < 3 && chunks > 0; i++)
+        chunks *= (i < 2 ? (double)p->count[i] : (double)slices) / (double)v->chunk[i] + 2;
+    bytes += CHUNK_COPIES * v->chunk_bytes + CHUNK_NOTES_BYTES * chunks;
+    limit_memory(bytes);
 }
 
 /* Say that the next slices cannot be read. @return false always. */
@@ -45,9 +62,11 @@ bool send_voxels(const volume *v, const part *p, uint64_t memory_bytes, answer *
     const hid_t space = H5Dget_space(v->dataset);
     const hsize_t end = p->low[2] + p->count[2];
     hsize_t start[RANK_MAX] = {0}, count[RANK_MAX];
-    void *slab = malloc((size_t)slices * slice_bytes);
+    void *slab;
     bool done = true;
 
+    expect_no_more(v, p, slices);
+    slab = malloc((size_t)slices * slice_bytes);
     if (!slab)
         done = say(a, SC_HDF5_LIMIT,
                    "%llu slices of %zu bytes, which are read at a time, do not fit into memory",

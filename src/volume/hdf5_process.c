@@ -23,6 +23,7 @@ enum {
     ARGUMENTS = SC_HDF5_ARGUMENTS + 6
 };
 #define SILENCE_S 60.0
+#define LAST_S 2.0 /* from the end of the pipe to that of the process */
 
 /* ---- where the program is ---- */
 
@@ -199,12 +200,17 @@ static sc_status tell_end(const sc_ctx *ctx, sc_hdf5_process *process)
 {
     static const char advice[] = "the file is damaged, or meets a bug of the library; get it anew, "
                                  "or write its labels in another format, such as NRRD";
+    const double begin_s = sc_wall_s();
     int status = -1;
 
     close(process->out);
     process->out = -1;
-    if (process->pid > 0)
-        status = wait_for(process, 0);
+    while (process->pid > 0 && sc_wall_s() - begin_s < LAST_S) {
+        status = wait_for(process, WNOHANG);
+        if (process->pid > 0)
+            sc_sleep_s(0.005);
+    }
+    sc_hdf5_end(process); /* which goes on although it has closed the pipe */
     if (status >= 0 && WIFSIGNALED(status) &&
         (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
         return sc_fail(ctx, SC_ERR_DATA,
@@ -240,11 +246,11 @@ static sc_status tell_nonsense(const sc_ctx *ctx, sc_hdf5_process *process, cons
 static bool read_bytes(const sc_ctx *ctx, sc_hdf5_process *process, size_t bytes, void *out,
                        sc_status *status)
 {
+    const double begin_s = sc_wall_s();
     unsigned char *to = out;
 
     while (bytes) {
         struct pollfd wait = {.fd = process->out, .events = POLLIN};
-        const double begin_s = sc_wall_s();
         ssize_t got = -1;
         int ready;
 
@@ -256,7 +262,7 @@ static bool read_bytes(const sc_ctx *ctx, sc_hdf5_process *process, size_t bytes
         if (ready == 0) {
             sc_hdf5_end(process);
             *status = sc_fail(ctx, SC_ERR_DATA,
-                              "%s: the HDF5 library has sent nothing for %.0f s; the file is "
+                              "%s: the HDF5 library was awaited for %.0f s in vain; the file is "
                               "damaged, or its disk does not answer",
                               process->path, process->silence_s);
             return false;

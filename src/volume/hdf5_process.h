@@ -14,7 +14,7 @@ typedef struct sc_hdf5_process {
     pid_t pid;            /* 0: none, or it has ended */
     int out;              /* what it sends is read here; -1: closed */
     const char *path;     /* of the volume, for messages; borrowed */
-    double silence_s;     /* it is given up if it sends nothing for so long */
+    double silence_s;     /* it is given up if what is awaited does not come in so long */
     uint64_t block_bytes; /* left of the block of voxels that is read */
 } sc_hdf5_process;
 
