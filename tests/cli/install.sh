@@ -11,6 +11,18 @@ for file in bin/segcast share/man/man1/segcast.1 share/man/man5/segcast-job.5 \
 done
 to/bin/segcast --version | grep -q '^segcast 0' || fail "the installed program does not run"
 
+# The program that reads HDF5, where segcast has it, is found from the place of segcast.
+if to/bin/segcast --version | grep -q '^volumes .*HDF5'; then
+    [ -x to/libexec/segcast/segcast-hdf5 ] || fail "segcast-hdf5 is not installed: $(find to -name 'segcast-*')"
+    expect 65 'hdf5-crash-1.h5: ' to/bin/segcast info "$SOURCE/tests/data/hdf5-crash-1.h5"
+    mv to moved
+    expect 65 'hdf5-crash-1.h5: ' moved/bin/segcast info "$SOURCE/tests/data/hdf5-crash-1.h5"
+    mv moved/libexec moved/other
+    expect 71 'the program that reads HDF5, .*libexec/segcast/segcast-hdf5, cannot be started' moved/bin/segcast info "$SOURCE/tests/data/hdf5-crash-1.h5"
+    mv moved to
+    mv to/other to/libexec
+fi
+
 # The manual pages: every command, option and key is in them, and groff finds nothing wrong.
 for command in render check keys; do grep -q "^.SS segcast $command" to/share/man/man1/segcast.1 || fail "$command"; done
 grep -q 'output.size' to/share/man/man5/segcast-job.5 || fail "no keys in segcast-job(5)"

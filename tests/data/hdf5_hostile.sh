@@ -53,9 +53,25 @@ chmod -x bin/segcast-hdf5
 expect 71 'the program that reads HDF5, .*segcast-hdf5, cannot be started: ' bin/segcast info small_old.h5
 one_error
 
+# Two files that crash libhdf5 1.10.8 (a byte or a few changed): a newer library may refuse or even read them.
+for path in "$SOURCE"/tests/data/hdf5-crash-*.h5; do
+    code=0
+    "$SEGCAST" info "$path" >stdout.txt 2>stderr.txt || code=$?
+    case $code in
+    0) ;;
+    65 | 66) one_error ;;
+    *) cat stderr.txt >&2; fail "$path: exit code $code" ;;
+    esac
+done
+
 # A chunk that unpacks to more than it may: with room for it, the library takes what the chunk has; else it is refused.
-expect 65 'large.h5:/bomb: slices 0 to 63 .of the axis z. cannot be read: .*; the file is damaged' "$SEGCAST" info large.h5:/bomb --max-memory 64M
-one_error
+case $BUILD in
+*san*) echo "the sanitizers leave no limit of memory" ;;
+*)
+    expect 65 'large.h5:/bomb: slices 0 to 63 .of the axis z. cannot be read: .*; the file is damaged' "$SEGCAST" info large.h5:/bomb --max-memory 64M
+    one_error
+    ;;
+esac
 
 # Ctrl-C and the death of segcast: the program goes with it. The dataset has 8 GB.
 for signal in INT TERM KILL; do
