@@ -67,7 +67,7 @@ typedef struct sc_march_light {
                                          fill light, and from the eye */
     float edges;     /**< 0 to 1: how much more opaque a surface gets when seen from the side */
     float occlusion; /**< 0 to 1: how dark places enclosed by tissue get */
-    float shadow;    /**< 1: the key light casts shadows; 0: none */
+    float shadow;    /**< 0 to 1: how dark the shadows of the key light are; 0: it casts none */
     float cue;       /**< 0 to 1: share of the background colour at cue_far_mm and beyond */
     float cue_near_mm,
         cue_far_mm;   /**< distances from the eye between which that share grows from 0 */

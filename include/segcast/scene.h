@@ -164,7 +164,7 @@ typedef struct sc_lighting {
     double fill;      /**< from the right, to soften the shade of the key light */
     double head;      /**< from the eye */
     double occlusion; /**< 0 to 1: how much cavities and folds are darkened */
-    bool shadows;     /**< soft shadows of the key light */
+    double shadows;   /**< 0 to 1: how dark the soft shadows of the key light are */
     double edges;     /**< 0 to 1: how much opacity grows where a surface is seen from the side */
     double depth_cue; /**< 0 to 1: how much the far end fades into the background */
 } sc_lighting;
@@ -247,8 +247,11 @@ SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *vo
 
 /** What of the settings of a renderer may change from frame to frame. */
 typedef struct sc_look {
-    sc_lighting light;     /**< flat and shadows as in the settings */
+    sc_lighting light;     /**< flat as in the settings */
     uint8_t background[3]; /**< sRGB; not read if the settings are transparent */
+    /** Shares, 0 to 1, of the grey volume in the colour of cut faces, and on slices; not read
+     * without one. */
+    double grey_caps, grey_slices;
 } sc_look;
 
 /** Everything that changes from frame to frame. */

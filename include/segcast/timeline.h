@@ -44,7 +44,7 @@ typedef struct sc_track {
 
 /** Key frames of the light; those that have any replace the member of sc_lighting of that name. */
 typedef struct sc_light_tracks {
-    sc_track ambient, key, fill, head, occlusion, edges, depth_cue;
+    sc_track ambient, key, fill, head, occlusion, shadows, edges, depth_cue;
 } sc_light_tracks;
 
 /** Where a clip plane lies along its normal. */
@@ -399,7 +399,7 @@ void sc_fixed_camera_at(const sc_orbit *camera, double at, sc_vec3 *position_mm,
  * frames. */
 sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks, int k, int frames);
 /** @return the light by which a renderer of all frames is made: @p light with the strongest
- * occlusion of any of them. */
+ * occlusion and the darkest shadows of any of them. */
 sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tracks);
 /** @return the value of a track of unit directions, no two of which that follow each other are
  * opposite: each turns to the next the shortest way, evenly but for the ease. @param at the time, 0

@@ -406,6 +406,23 @@ static void find_colors(const sc_session *session, int k)
     }
 }
 
+/* @return whether the opacity of any tissue changes in the film. */
+static bool fades(const sc_session *session)
+{
+    for (int id = 1; id < session->volume.label_count; id++) {
+        if (session->tissues[id].fade_group)
+            return true;
+    }
+    return false;
+}
+
+/* @return a share in frame @p k. @param constant it, where the track has no key frames. */
+static double share_at(const sc_track *track, double constant, const sc_job *job, int k)
+{
+    return track->count ? sc_track_value(track, sc_frame_time(k, job->animation.frames)).x
+                        : constant;
+}
+
 sc_scene sc_shot_scene(const sc_session *session, int k)
 {
     sc_scene scene = sc_timeline_scene(&session->timeline, k);
@@ -414,11 +431,13 @@ sc_scene sc_shot_scene(const sc_session *session, int k)
     scene.has_look = true;
     scene.look.light = sc_light_at(&job->light, &job->light_tracks, k, job->animation.frames);
     sc_background_at(&job->render.background, k, job->animation.frames, scene.look.background);
+    scene.look.grey_caps = share_at(&job->image.caps_track, job->image.caps, job, k);
+    scene.look.grey_slices = share_at(&job->image.slices_track, job->image.slices, job, k);
     if (session->frame_colors) {
         find_colors(session, k);
         scene.colors = (const float(*)[3])session->frame_colors;
     }
-    if (session->fade_count) {
+    if (fades(session)) {
         sc_timeline_fades(&session->timeline, k, session->frame_fades, session->volume.label_count);
         scene.fades = session->frame_fades;
     }

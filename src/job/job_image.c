@@ -55,6 +55,9 @@ static const sc_value_type type_window = {
 };
 
 #define IMAGE(member) offsetof(sc_grey_options, member)
+/* A share, which may have key frames. */
+#define SHARE(member)                                                                              \
+    &sc_type_tracked, IMAGE(member), .track = IMAGE(member##_track) - IMAGE(member)
 
 const sc_key sc_image_keys[] = {
     {"path", &sc_type_text, IMAGE(path), NULL,
@@ -66,11 +69,11 @@ const sc_key sc_image_keys[] = {
      .help = "values from black to white, as viewers count them: the middle, and the difference of "
              "the ends; auto: from the 1st to the 99th percentile of what the tissues hold",
      .of_film = true},
-    {"caps", &sc_type_real, IMAGE(caps), "0.7",
+    {"caps", SHARE(caps), .fallback = "0.7",
      .help = "share of the image in the colour of faces that clip planes cut into tissues; 0: it "
              "is not shown there",
      .low = 0, .high = 1},
-    {"slices", &sc_type_real, IMAGE(slices), "0.7",
+    {"slices", SHARE(slices), .fallback = "0.7",
      .help = "share of the image in the colour of tissues on slices (output.layout: views), which "
              "show nothing else beside them; 0: slices do not show it",
      .low = 0, .high = 1},

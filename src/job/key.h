@@ -31,6 +31,8 @@ typedef struct sc_value_type {
     const struct sc_value_type *of_key_frames; /* the type of the values of key frames, each in an
                                                   sc_vec3; NULL: a number, or a share if this is
                                                   one */
+    bool steps; /* of values of key frames: there is nothing between two of them, so that the first
+                   holds until the time of the second; there is no ease */
     /* Append the value to @p text as YAML that `read` accepts. @p indent: blanks before its key.
      * NULL: the keys of the map are written as lines of their own. */
     sc_status (*write)(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
@@ -100,7 +102,8 @@ extern const sc_value_type sc_type_bool, sc_type_int, sc_type_real, sc_type_text
 /* Types that only the animation and the tissues use. */
 extern const sc_value_type sc_type_plane_position, sc_type_duration, sc_type_span, sc_type_zoom,
     sc_type_clip, sc_type_verbs, sc_type_tissues, sc_type_share, sc_type_smooth, sc_type_strength,
-    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction, sc_type_volume,
+    sc_type_ease, sc_type_tracked, sc_type_tracked_point, sc_type_tracked_direction,
+    sc_type_tracked_bool, sc_type_tracked_strength, sc_type_time, sc_type_volume,
     sc_type_caption_text, sc_type_divider;
 /* Types of a film of shots. */
 extern const sc_value_type sc_type_shots, sc_type_transition;
@@ -228,6 +231,9 @@ bool sc_is_track(const sc_yaml *node);
  * of a number, a point or a colour. @return the first mistake; all are logged. */
 sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
                         struct sc_track *track);
+/* Log that key frame @p i of a list, above 0, does not come after the one before it. @return as
+ * sc_yaml_fail. */
+sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i);
 /* Append a track to @p text as sc_read_track reads it. */
 sc_status sc_write_track(const sc_ctx *ctx, const sc_key *value, const struct sc_track *track,
                          sc_text *text);
@@ -236,10 +242,10 @@ json_t *sc_track_schema(const sc_key *value);
 
 /* ---- job_times.c ---- */
 
-/* In the tree @p root of a job, below animation, overlays, compare, light, render and tissues, turn
- * parts of the animation (during) and times of key frames (at) that are given in frames, seconds or
- * minutes into shares of the animation. @param job holds the defaults. @return the first mistake,
- * all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
+/* In the tree @p root of a job, below animation, overlays, compare, image, light, render and
+ * tissues, turn parts of the animation (during) and times of key frames (at) that are given in
+ * frames, seconds or minutes into shares of the animation. @param job holds the defaults. @return
+ * the first mistake, all are logged: a time behind the end of the animation; or SC_ERR_MEMORY. */
 sc_status sc_times_resolve(const sc_ctx *ctx, const struct sc_job *job, sc_yaml *root);
 
 /* ---- settings.c ---- */

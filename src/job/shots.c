@@ -106,8 +106,8 @@ static void drop(sc_yaml *tree, const char *name)
         sc_yaml_remove(tree, sc_yaml_index(tree, name));
 }
 
-/* Remove from the tree of the film what a title card has no use for: light, tissues, and all of the
- * animation but its length. Times of the film may well lie behind the end of a card. */
+/* Remove from the tree of the film what a title card has no use for: image, light, tissues, and all
+ * of the animation but its length. Times of the film may well lie behind the end of a card. */
 static void drop_unused(sc_yaml *tree)
 {
     sc_yaml *animation = sc_yaml_member(tree, "animation");
@@ -118,6 +118,7 @@ static void drop_unused(sc_yaml *tree)
             strcmp(animation->items[i]->key, "duration"))
             sc_yaml_remove(animation, i);
     }
+    drop(tree, "image");
     drop(tree, "light");
     drop(tree, "tissues");
 }

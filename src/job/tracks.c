@@ -87,7 +87,7 @@ static json_t *time_schema(const sc_key *key)
                      "^([0-9.]+ *(%|f|frames?|s|ms|min)|[0-9]+:[0-5][0-9](\\.[0-9]+)?)$");
 }
 
-static const sc_value_type type_time = {
+const sc_value_type sc_type_time = {
     .name = "time",
     .expected = "a time of the animation with its unit, such as 2s, 0:10, 45f or 50%",
     .read = read_time,
@@ -103,7 +103,7 @@ enum { ROWS = 4 };
 static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key rows[ROWS])
 {
     rows[0] =
-        (sc_key){"at", &type_time, offsetof(sc_key_frame, at), .help = "when", .required = true};
+        (sc_key){"at", &sc_type_time, offsetof(sc_key_frame, at), .help = "when", .required = true};
     rows[1] = (sc_key){"value",
                        type,
                        offsetof(sc_key_frame, value),
@@ -113,7 +113,7 @@ static void fill_rows(const sc_key *value, const sc_value_type *type, sc_key row
                        .required = true};
     rows[2] = (sc_key){"ease", &sc_type_ease, offsetof(sc_key_frame, ease), "linear",
                        .help = "how the change from the key frame before begins and ends"};
-    rows[3] = (sc_key){0};
+    rows[type->steps ? 2 : 3] = (sc_key){0};
 }
 
 /* @return the type of the values of key frames of a row. */
@@ -124,13 +124,27 @@ static const sc_value_type *type_of(const sc_key *value)
                                            : &sc_type_real;
 }
 
+sc_status sc_track_disorder(const sc_ctx *ctx, const sc_yaml *list, size_t i)
+{
+    const char *texts[2] = {"", ""};
+
+    for (size_t j = 0; j < 2; j++) {
+        const sc_yaml *at = sc_yaml_member(list->items[i - 1 + j], "at");
+
+        texts[j] = !at ? "" : at->given ? at->given : at->text;
+    }
+    return sc_yaml_fail(ctx, list->items[i],
+                        "%s: key frame %zu, at %s, does not come after key frame %zu, at %s; "
+                        "expected rising times, each once",
+                        list->key, i + 1, texts[1], i, texts[0]);
+}
+
 /* Read key frame @p i of the list into keys[i]; it has to come after the one before it. @return the
  * first mistake; all are logged. */
 static sc_status read_key_frame(const sc_ctx *ctx, const sc_key *rows, const sc_yaml *list,
                                 size_t i, sc_key_frame *keys)
 {
     const sc_yaml *node = list->items[i];
-    const char *texts[2] = {"", ""};
     sc_status status;
 
     if (node->kind != SC_YAML_MAP) {
@@ -142,15 +156,7 @@ static sc_status read_key_frame(const sc_ctx *ctx, const sc_key *rows, const sc_
     status = sc_keys_read(ctx, rows, node, &keys[i]);
     if (status != SC_OK || i == 0 || keys[i].at > keys[i - 1].at)
         return status;
-    for (size_t j = 0; j < 2; j++) {
-        const sc_yaml *at = sc_yaml_member(list->items[i - 1 + j], "at");
-
-        texts[j] = !at ? "" : at->given ? at->given : at->text;
-    }
-    return sc_yaml_fail(ctx, node,
-                        "%s: key frame %zu, at %s, does not come after key frame %zu, at %s; "
-                        "expected rising times, each once",
-                        list->key, i + 1, texts[1], i, texts[0]);
+    return sc_track_disorder(ctx, list, i);
 }
 
 sc_status sc_read_track(const sc_ctx *ctx, const sc_key *value, const sc_yaml *node,
@@ -263,6 +269,133 @@ const sc_value_type sc_type_tracked_point = {
     .write = write_tracked,
     .schema = tracked_schema,
 };
+
+/* ---- true or false ---- */
+
+/* A bool in the place of a number: 1 or 0. */
+static sc_status read_key_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    bool on = false;
+    const sc_status status = sc_type_bool.read(ctx, key, node, &on);
+
+    if (status == SC_OK)
+        *(sc_vec3 *)value = (sc_vec3){on, 0, 0};
+    return status;
+}
+
+static sc_status write_key_bool(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const bool on = ((const sc_vec3 *)value)->x > 0;
+
+    return sc_type_bool.write(ctx, key, &on, indent, text);
+}
+
+static json_t *key_bool_schema(const sc_key *key)
+{
+    return sc_type_bool.schema(key);
+}
+
+static const sc_value_type type_key_bool = {
+    .name = "true or false",
+    .expected = "true or false",
+    .steps = true,
+    .read = read_key_bool,
+    .write = write_key_bool,
+    .schema = key_bool_schema,
+};
+
+/* bool; or key frames of such, of which it becomes whether any of them is true. */
+static sc_status read_tracked_bool(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                                   void *value)
+{
+    sc_track *track = track_of(key, value);
+    bool any = false;
+    sc_status status;
+
+    if (!sc_is_track(node))
+        return sc_type_bool.read(ctx, key, node, value);
+    status = sc_read_track(ctx, key, node, track);
+    for (int i = 0; i < track->count; i++)
+        any = any || track->keys[i].value.x > 0;
+    *(bool *)value = any;
+    return status;
+}
+
+static sc_status write_tracked_bool(const sc_ctx *ctx, const sc_key *key, const void *value,
+                                    int indent, sc_text *text)
+{
+    const sc_track *track = (const sc_track *)((const char *)value + key->track);
+
+    return track->count ? sc_write_track(ctx, key, track, text)
+                        : sc_type_bool.write(ctx, key, value, indent, text);
+}
+
+const sc_value_type sc_type_tracked_bool = {
+    .name = "true, false or key frames",
+    .expected = "true, false, or key frames such as [{at: 0s, value: true}, {at: 4s, value: "
+                "false}]",
+    .of_key_frames = &type_key_bool,
+    .read = read_tracked_bool,
+    .write = write_tracked_bool,
+    .schema = tracked_schema,
+};
+
+/* double: a number, or true for 1 and false for 0. */
+static sc_status read_strength(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                               void *value)
+{
+    double number;
+
+    if (node->kind == SC_YAML_SCALAR &&
+        (!strcmp(node->text, "true") || !strcmp(node->text, "false"))) {
+        *(double *)value = !strcmp(node->text, "true");
+        return SC_OK;
+    }
+    if (!sc_parse_number(node, &number) || !(number >= key->low && number <= key->high))
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(double *)value = number;
+    return SC_OK;
+}
+
+/* As they have always been written, so that the identity of jobs stays the same. */
+static sc_status write_strength(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                                sc_text *text)
+{
+    const double number = *(const double *)value;
+
+    (void)key;
+    (void)indent;
+    if (number == 0 || number == 1)
+        return sc_text_add(ctx, text, number > 0 ? "true" : "false");
+    return sc_write_number(ctx, number, 1, "", text);
+}
+
+static json_t *strength_schema(const sc_key *key)
+{
+    return json_pack("{s:[{s:s}, {s:s, s:f, s:f}]}", "anyOf", "type", "boolean", "type", "number",
+                     "minimum", key->low, "maximum", key->high);
+}
+
+static const sc_value_type type_strength = {
+    .name = "true, false or number",
+    .expected = "true, false, or a number from 0 to 1",
+    .read = read_strength,
+    .write = write_strength,
+    .schema = strength_schema,
+};
+const sc_value_type sc_type_tracked_strength = {
+    .name = "true, false, number or key frames",
+    .expected = "true, false, a number from 0 to 1, or key frames such as [{at: 0s, value: 0}, "
+                "{at: 4s, value: 1}]",
+    .of_key_frames = &type_strength,
+    .read = read_tracked,
+    .write = write_tracked,
+    .schema = tracked_schema,
+};
+
+/* ---- directions ---- */
 
 /* sc_vec3 of length 1: a direction; or key frames of directions, of which it becomes the first, and
  * none of which is the opposite of the one before. */

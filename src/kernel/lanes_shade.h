@@ -306,7 +306,7 @@ static inline vf v_unshadowed(const sc_march *m, const v_spot *spot, vm on)
                                    v_share_kept(m, at, (float)o->narrow_mm));
         through = f_pick(m_and(on, f_below(f_set(SC_SHADOW_FILLED_MIN), filled)), after, through);
     }
-    return through;
+    return through + (1 - m->light.shadow) * (1 - through);
 }
 
 /* The first half of sc_light, all that does not depend on the tissue: sets key, fill, head,

@@ -278,7 +278,8 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 }
 
 /* How much of the key light reaches a spot, 0 to 1: the narrow blur is sampled along the way to
- * the light, and what is filled there absorbs. m->occlusion must not be NULL. */
+ * the light, and what is filled there absorbs. Of what it absorbs, the share m->light.shadow
+ * counts; with 1 the rest adds nothing, to the last bit. m->occlusion must not be NULL. */
 static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
@@ -297,7 +298,7 @@ static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
                                sc_clamp01((filled - SC_SHADOW_FILLED_MIN) * SC_SHADOW_GAIN) *
                                sc_share_kept(m, at, (float)o->narrow_mm);
     }
-    return through;
+    return through + (1 - m->light.shadow) * (1 - through);
 }
 
 /* Blend the linear colour @p rgb, in place, with the background by degree: by nothing up to

@@ -33,7 +33,7 @@ static void set_lamps(sc_renderer *r, const sc_scene *scene)
     r->march.light.key = inside ? 0 : (float)l->key;
     r->march.light.fill = inside ? 0 : (float)l->fill;
     r->march.light.head = (float)(inside ? l->key + l->fill + l->head : l->head);
-    r->march.light.shadow = l->shadows && !inside;
+    r->march.light.shadow = inside ? 0 : (float)l->shadows;
     r->march.light.occlusion = inside ? 0 : (float)l->occlusion;
     if (inside) {
         to_floats(back, r->march.light.key_direction);
@@ -104,8 +104,11 @@ static void set_planes(sc_renderer *r, const sc_scene *scene)
     r->march.only_caps = scene->slice;
     r->march.caps = scene->slice || r->settings.caps;
     if (r->settings.grey) {
-        r->march.grey_share =
-            (float)(scene->slice ? r->settings.grey_look.slices : r->settings.grey_look.caps);
+        const sc_grey_look *all = &r->settings.grey_look;
+        const double caps = scene->has_look ? scene->look.grey_caps : all->caps;
+        const double slices = scene->has_look ? scene->look.grey_slices : all->slices;
+
+        r->march.grey_share = (float)(scene->slice ? slices : caps);
         r->march.grey = r->march.grey_share > 0 ? &r->grey : NULL;
     }
     for (int i = 0; i < scene->plane_count; i++) {

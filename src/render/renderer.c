@@ -49,7 +49,7 @@ static void fill_march(sc_renderer *r)
         .visible_layer = sc_framed_layer(v->bricks),
         .tissues = r->tissues,
         .step_mm = (float)(s->step_voxels * voxel_length_mm(v)),
-        .light = {.flat = l->flat, .shadow = l->shadows},
+        .light = {.flat = l->flat},
         .occlusion = r->occlusion.filled ? &r->occlusion : NULL,
         .opaque_below = s->to_the_end ? 0 : SC_OPAQUE,
         .caps = s->caps,
@@ -163,7 +163,7 @@ static sc_status derive(const sc_ctx *ctx, sc_renderer *r, const uint8_t *show,
     else
         SC_TRY(find_hull_and_visible(ctx, r, show));
     measure_hull(r);
-    if (!light->flat && (light->occlusion > 0 || light->shadows))
+    if (!light->flat && (light->occlusion > 0 || light->shadows > 0))
         SC_TRY(sc_occlusion_build(ctx, r->team, v, opacity, &r->occlusion));
     SC_TRY(sc_find_fades(ctx, r));
     sc_decide_cover(r);

@@ -125,6 +125,7 @@ sc_lighting sc_light_at(const sc_lighting *light, const sc_light_tracks *tracks,
     out.fill = number_at(&tracks->fill, light->fill, k, frames);
     out.head = number_at(&tracks->head, light->head, k, frames);
     out.occlusion = number_at(&tracks->occlusion, light->occlusion, k, frames);
+    out.shadows = number_at(&tracks->shadows, light->shadows, k, frames);
     out.edges = number_at(&tracks->edges, light->edges, k, frames);
     out.depth_cue = number_at(&tracks->depth_cue, light->depth_cue, k, frames);
     return out;
@@ -136,6 +137,8 @@ sc_lighting sc_light_of_all(const sc_lighting *light, const sc_light_tracks *tra
 
     for (int i = 0; i < tracks->occlusion.count; i++)
         out.occlusion = fmax(i ? out.occlusion : 0, tracks->occlusion.keys[i].value.x);
+    for (int i = 0; i < tracks->shadows.count; i++)
+        out.shadows = fmax(i ? out.shadows : 0, tracks->shadows.keys[i].value.x);
     return out;
 }
 
