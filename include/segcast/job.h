@@ -205,9 +205,9 @@ typedef struct sc_job {
     sc_farm_options farm;
     sc_tissue_rule *rules; /**< [rule_count], owned */
     size_t rule_count;
-    sc_track *color_tracks; /**< [color_track_count], owned: key frames of colours of the rules, of
-                                 levels of sRGB */
-    size_t color_track_count;
+    sc_track *tissue_tracks; /**< [tissue_track_count], owned: key frames of the rules; those of
+                                  colours are of levels of sRGB */
+    size_t tissue_track_count;
     sc_clip_exception *exceptions; /**< [exception_count], owned */
     size_t exception_count;
     sc_verb *verbs; /**< [verb_count], owned */

@@ -28,14 +28,17 @@ typedef struct sc_tissue_rule {
     char pattern[SC_NAME_BYTES]; /**< a name, a glob (* ? [...]), or a label number */
     char where[160];             /**< "file:line" of the rule, for messages; may be empty */
     bool has_color, has_opacity, has_interior_opacity, has_visible;
-    bool has_smooth, has_diffuse, has_specular, has_shininess;
+    bool has_smooth, has_diffuse, has_specular, has_shininess, has_offset;
     bool visible;
     bool opacity_auto; /**< the opacity follows the measured thickness; opacity is not read */
     uint8_t rgb[3];
-    int color_track; /**< 0: rgb is its colour in all frames; else the number, from 1, of its key
-                          frames in a list of the caller, and rgb that of the first of them */
     double opacity, interior_opacity; /**< 0 to 1 */
-    sc_vec3 smooth;                   /**< see sc_prepare_settings.tissue_smooth */
+    sc_vec3 offset_mm;                /**< how far it is moved from its place, RAS */
+    /** Numbers, from 1, of key frames in a list of the caller; 0: there are none, and the value is
+     * the same in all frames. With key frames rgb is the first of them, opacity the greatest,
+     * visible whether any of them is, and offset_mm not read. */
+    int color_track, opacity_track, visible_track, offset_track;
+    sc_vec3 smooth; /**< see sc_prepare_settings.tissue_smooth */
     sc_material material;
 } sc_tissue_rule;
 
@@ -50,6 +53,9 @@ typedef struct sc_tissue {
     double interior_opacity; /**< of interior voxels, per voxel length; 0 unless a rule sets it */
     float rgb_linear[3];     /**< colour in linear light, 0 to 1; of key frames that of the first */
     int color_track;         /**< as of sc_tissue_rule */
+    int opacity_track;       /**< likewise; 0 also if the greatest opacity is 0 */
+    int visible_track, offset_track; /**< likewise */
+    sc_vec3 offset_mm;               /**< as of sc_tissue_rule */
     sc_material material;
     uint8_t clip_set;   /**< which planes cut it: index into sc_scene.clip_sets */
     uint8_t fade_group; /**< 0: its opacity is the same in all frames; else 1 to SC_FADE_GROUPS_MAX:
@@ -222,7 +228,9 @@ int sc_clip_ray(const sc_plane *planes, uint32_t which, sc_clip_mode mode, sc_ve
 
 /** Tissues that one clip plane does not cut. */
 typedef struct sc_clip_exception {
-    int plane;                   /**< index of the plane */
+    int plane; /**< index of the plane */
+    int span; /**< index of the key frame of the exceptions of the plane: it holds from there to the
+                   next; 0 if they have none */
     char pattern[SC_NAME_BYTES]; /**< as sc_tissue_rule.pattern */
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_clip_exception;
@@ -232,18 +240,27 @@ typedef struct sc_clip_exception {
 SC_MUST_USE sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
                                                const sc_clip_exception *exceptions, size_t count);
 
-/** Find the clip sets: the different sets of clip planes by which tissues are cut. Tissues with the
- *  same planes share one. Set 0 holds all planes, even if no tissue uses it.
+/** Which clip planes cut the tissues of a clip set, and when. */
+typedef struct sc_clip_set {
+    uint64_t spares[SC_PLANES_MAX]; /**< of each plane: if bit s is set it does not cut them in span
+                                       s, as of sc_clip_exception.span */
+} sc_clip_set;
+/** The most spans of the exceptions of a plane. */
+enum { SC_CLIP_SPANS_MAX = 64 };
+
+/** Find the clip sets: the different sets of clip planes by which tissues are cut. Tissues that are
+ *  cut by the same planes at all times share one. All planes cut those of set 0 at all times, even
+ * if there are none.
  *  @param tissues [label_count] by dense id; clip_set of all but the background is set.
- *  @param clip_sets room for SC_CLIP_SETS_MAX: the planes of each set, as bits.
+ *  @param clip_sets room for SC_CLIP_SETS_MAX.
  *  @param clip_set_count how many sets there are, at least 1.
  *  @return SC_ERR_DATA as of sc_clip_exceptions_check, SC_ERR_USAGE for more than
  *  SC_CLIP_SETS_MAX sets (both logged), SC_ERR_MEMORY; @p clip_set_count is not written then, the
  *  others may be in part. */
 SC_MUST_USE sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
-                                        int plane_count, const sc_clip_exception *exceptions,
-                                        size_t exception_count, sc_tissue *tissues,
-                                        uint32_t *clip_sets, int *clip_set_count);
+                                        const sc_clip_exception *exceptions, size_t exception_count,
+                                        sc_tissue *tissues, sc_clip_set *clip_sets,
+                                        int *clip_set_count);
 
 /** What of the settings of a renderer may change from frame to frame. */
 typedef struct sc_look {

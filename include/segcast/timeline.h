@@ -93,8 +93,12 @@ typedef struct sc_sweep {
     sc_plane_position from, to;
     double begin, end; /**< as of sc_ramp */
     sc_ease ease;
-    bool has_active;                 /**< it cuts in a part of the animation only */
-    double active_begin, active_end; /**< that part, 0 to 1; both ends belong to it */
+    /** Key frames of which tissues it does not cut (sc_clip_exception.span): when they are. 0:
+     * there are none, the tissues are the same in all frames. */
+    int except_count;
+    double except_at[SC_CLIP_SPANS_MAX]; /**< [except_count], rising, as of sc_key_frame.at */
+    bool has_active;                     /**< it cuts in a part of the animation only */
+    double active_begin, active_end;     /**< that part, 0 to 1; both ends belong to it */
     /** Key frames of where the plane lies: x and, if y is 1, in percent, as of sc_plane_position.
      * They replace from and to, which are the first and the last. In a timeline x is in mm: along
      * the normal from the origin or, where the normal has key frames, from the pivot. */
@@ -236,12 +240,13 @@ typedef struct sc_verb_tissue {
     char where[160];             /**< "file:line" for messages; may be empty */
 } sc_verb_tissue;
 
-/** The verbs of an animation with their tissues. Borrows both. */
+/** The verbs of an animation with their tissues, and the key frames of tissues. Borrows all. */
 typedef struct sc_verbs {
     const sc_verb *verbs; /**< [verb_count] */
     size_t verb_count;
     const sc_verb_tissue *list; /**< [list_count], in the order of the verbs */
     size_t list_count;
+    const sc_track *tracks; /**< those that tissues name by their numbers; NULL: none does */
 } sc_verbs;
 
 /** What one verb does to one tissue. */
@@ -250,11 +255,14 @@ typedef struct sc_fade {
     sc_verb_kind kind;
     double begin, end; /**< as of sc_ramp */
     sc_ease ease;
-    double to; /**< what the opacity of the tissue is multiplied by then, at least 0 */
-    int times; /**< pulse */
+    double to;     /**< what the opacity of the tissue, of key frames the greatest, is multiplied by
+                        then, at least 0 */
+    int times;     /**< pulse */
+    bool replaces; /**< the opacity is the same then, whatever the key frames of the tissue say */
 } sc_fade;
 
-/** How one verb moves one tissue. */
+/** How one verb moves one tissue, or its offset does, or the way from a key frame of that to the
+ * next. */
 typedef struct sc_shift {
     int id;            /**< dense id */
     double begin, end; /**< as of sc_ramp */
@@ -283,7 +291,7 @@ typedef struct sc_timeline {
     sc_animation animation; /**< its camera has a target and a distance now */
     double from_mm[SC_PLANES_MAX], to_mm[SC_PLANES_MAX]; /**< plane positions along the normals */
     double half_height;                                  /**< as of sc_camera, before the zoom */
-    uint32_t clip_sets[SC_CLIP_SETS_MAX];                /**< as of sc_scene */
+    sc_clip_set clip_sets[SC_CLIP_SETS_MAX];             /**< [clip_set_count] */
     int clip_set_count;
     sc_vec3 low_mm, high_mm;     /**< bounding box of the visible tissues, RAS */
     sc_move moves[SC_VERBS_MAX]; /**< [animation.move_count] of them, by the time at which they
@@ -294,6 +302,10 @@ typedef struct sc_timeline {
         *shifts; /**< [shift_count] of sc_explodes_resolve, borrowed; set by the caller */
     size_t shift_count;
     const sc_way_point *ways; /**< [SC_WAY_POINTS] for each fly, borrowed; set by the caller */
+    /** Tissues, by dense id, and the list of their key frames, borrowed; set by the caller. NULL:
+     * no tissue has key frames. */
+    const sc_tissue *tissues;
+    const sc_track *tissue_tracks;
 } sc_timeline;
 
 /** Log all tissues of verbs that match no label, or not clearly one (sc_pattern_check).
@@ -307,7 +319,8 @@ int sc_verb_members(const sc_prepared *volume, const sc_tissue *tissues, const s
                     size_t v, bool *out);
 
 /** Find what verbs do to each tissue; those that move the camera do nothing.
- *  @param tissues [label_count] by dense id, resolved; fade_group of all is set.
+ *  @param tissues [label_count] by dense id, resolved; fade_group of all is set, by verbs and key
+ *  frames.
  *  @param out [*count], by rising id and, of one tissue, by the time at which they begin. Caller
  *  owns: sc_free.
  *  @return SC_ERR_DATA as of sc_verb_tissues_check, or if nothing of the tissues of a verb is
@@ -316,7 +329,8 @@ SC_MUST_USE sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *vol
                                        sc_tissue *tissues, const sc_verbs *verbs, sc_fade **out,
                                        size_t *count);
 
-/** Find how the verbs explode move each tissue, and which move together: sets part of all.
+/** Find how the verbs explode and offsets move each tissue, and which move together: sets part of
+ *  all.
  *  @param tissues [label_count] by dense id, resolved. @param verbs have passed sc_verbs_resolve.
  *  @param out [*count], by rising id and, of one tissue, in the order of the verbs. Caller owns:
  *  sc_free. @return SC_ERR_DATA if there are more than SC_PARTS_MAX parts (logged), SC_ERR_MEMORY.
@@ -346,7 +360,9 @@ void sc_way_make(const sc_vec3 *points, size_t count, double ahead, sc_way_point
 /** Fill @p out [label_count] with what the opacity of each tissue is multiplied by in frame @p k in
  *  [0, frames): see sc_scene.fades. Verbs of one tissue follow one another by the time at which
  * they begin: a fade goes on from where those before it have left the opacity, and a tissue is not
- * seen before it appears, unless another verb has been at work before. Pulses multiply. */
+ * seen before it appears, unless another verb has been at work before. Pulses multiply. Key frames
+ * of the opacity come first: verbs change what they give in the frame, and a fade to an opacity,
+ * and not to a share of it, replaces them. */
 void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count);
 
 /** Write a copy of @p animation to @p out, with what it leaves open filled in from the extent of
@@ -381,6 +397,9 @@ double sc_progress(double begin, double end, sc_ease ease, double k, int frames)
 double sc_ease_value(sc_ease ease, double u);
 /** @return the value, in frame @p k of @p frames, of a track, or without key frames of a ramp. */
 double sc_ramp_value(const sc_ramp *ramp, const sc_track *track, int k, int frames);
+/** @return the value of the last key frame that is not behind a time, or of the first: of values
+ * that jump, such as true and false. @param at the time, 0 to 1. */
+sc_vec3 sc_track_step(const sc_track *track, double at);
 /** @return the value of a track that has key frames. @param at the time, 0 to 1. */
 sc_vec3 sc_track_value(const sc_track *track, double at);
 /** Turn key frames of colours, whose values are levels of sRGB, into such of tones: the square

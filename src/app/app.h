@@ -170,14 +170,15 @@ typedef struct sc_session {
     sc_fade *fades;                /* [fade_count], what verbs do to tissues; owned */
     size_t fade_count;
     float *frame_fades;       /* [label_count of the volume], of the frame being drawn; owned */
-    sc_track *color_tones;    /* [job.color_track_count], owned: the tones of job.color_tracks */
+    sc_track *color_tones;    /* [job.tissue_track_count], owned: the tones of those of
+                                      job.tissue_tracks that are of colours; NULL: none is */
     float (*frame_colors)[3]; /* [label_count], as of sc_scene, of the frame being drawn; owned;
                                  NULL: no colour changes */
     sc_shift *shifts;         /* [shift_count], how verbs move tissues; owned */
     size_t shift_count;
     sc_vec3
         *frame_offsets_mm; /* [label_count], of the frame being drawn; owned; NULL: none moves */
-    uint32_t clip_sets[SC_CLIP_SETS_MAX]; /* planes of each, as bits; see sc_clip_sets_find */
+    sc_clip_set clip_sets[SC_CLIP_SETS_MAX]; /* [clip_set_count] */
     int clip_set_count;
     sc_timeline timeline;
     sc_way_point *ways; /* of the timeline, the same on all ranks; owned */

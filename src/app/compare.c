@@ -387,6 +387,8 @@ sc_status sc_compare_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
         part->timeline.fade_count = part->fade_count;
         part->timeline.shifts = part->shifts;
         part->timeline.shift_count = part->shift_count;
+        part->timeline.tissues = part->tissues;
+        part->timeline.tissue_tracks = part->job.tissue_tracks;
     }
     SC_TRY(sc_comm_agree(app->comm, fill_front(app->ctx, c)));
     if (session->job.compare.has_divider)

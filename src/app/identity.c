@@ -53,6 +53,31 @@ static sc_status add_moves(const sc_ctx *ctx, const sc_timeline *t, sc_text *tex
     return status;
 }
 
+/* @return the planes that cut a tissue, as bits; of key frames, those of the first. */
+static uint32_t planes_of(const sc_session *s, int id)
+{
+    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    uint32_t planes = 0;
+
+    for (int i = 0; i < s->timeline.animation.sweep_count; i++)
+        planes |= (uint32_t)(~set->spares[i] & 1) << i;
+    return planes;
+}
+
+/* Append to @p text in which spans planes cut a tissue, of those whose exceptions have key frames.
+ */
+static sc_status add_spans(const sc_ctx *ctx, const sc_session *s, int id, sc_text *text)
+{
+    const sc_clip_set *set = &s->timeline.clip_sets[s->tissues[id].clip_set];
+    sc_status status = SC_OK;
+
+    for (int i = 0; i < s->timeline.animation.sweep_count && status == SC_OK; i++) {
+        if (s->timeline.animation.sweeps[i].except_count)
+            status = sc_text_add(ctx, text, "%llx\n", (unsigned long long)set->spares[i]);
+    }
+    return status;
+}
+
 /* Append to @p text how each tissue looks and which planes cut it. Both may follow from names in a
  * label table, which the keys of the job do not hold. */
 static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *text)
@@ -61,14 +86,17 @@ static sc_status add_tissues(const sc_ctx *ctx, const sc_session *s, sc_text *te
 
     for (int id = 1; id < s->volume.label_count && status == SC_OK; id++) {
         const sc_tissue *t = &s->tissues[id];
-        const uint32_t planes = s->timeline.clip_sets[t->clip_set];
 
         SC_TRY(sc_text_add(ctx, text, "%lld %d %.17g %d %.17g %.9g %.9g %.9g",
                            (long long)s->volume.labels[id].value, t->visible, t->opacity,
                            t->opacity_auto, t->interior_opacity, t->rgb_linear[0], t->rgb_linear[1],
                            t->rgb_linear[2]));
-        status = sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
-                             t->material.specular, t->material.shininess, planes);
+        SC_TRY(sc_text_add(ctx, text, " %.17g %.17g %d %x\n", t->material.diffuse,
+                           t->material.specular, t->material.shininess, planes_of(s, id)));
+        if (t->color_track || t->opacity_track || t->visible_track || t->offset_track)
+            SC_TRY(sc_text_add(ctx, text, "%d %d %d %d\n", t->color_track, t->opacity_track,
+                               t->visible_track, t->offset_track));
+        status = add_spans(ctx, s, id, text);
     }
 out:
     return status;

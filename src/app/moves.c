@@ -144,7 +144,8 @@ static sc_status add_framed(const sc_app *app, const sc_session *session, size_t
                             sc_vec3 **points, size_t *count)
 {
     const sc_job *job = &session->job;
-    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
+    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
+                            job->tissue_tracks};
     const sc_prepared *volume = &session->volume;
     void *members = NULL, *all = NULL;
     sc_vec3 *found = NULL;

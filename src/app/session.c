@@ -50,7 +50,7 @@ static void get_arrays(const sc_job *job, job_array out[ARRAYS])
         {job->volume_tissues, job->volume_tissue_count, sizeof *job->volume_tissues},
         {job->shots, job->shot_count, sizeof *job->shots},
         {job->phases, job->phase_count, sizeof *job->phases},
-        {job->color_tracks, job->color_track_count, sizeof *job->color_tracks}};
+        {job->tissue_tracks, job->tissue_track_count, sizeof *job->tissue_tracks}};
 
     memcpy(out, arrays, sizeof arrays);
 }
@@ -66,7 +66,7 @@ static void set_arrays(sc_job *job, const job_array arrays[ARRAYS])
     job->volume_tissues = arrays[6].data;
     job->shots = arrays[7].data;
     job->phases = arrays[8].data;
-    job->color_tracks = arrays[9].data;
+    job->tissue_tracks = arrays[9].data;
 }
 
 /* Send a job of rank 0, without the jobs of its shots, to the others. Collective. */
@@ -152,7 +152,8 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
 {
     const sc_ctx *ctx = app->ctx;
     const sc_job *job = &session->job;
-    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count};
+    const sc_verbs verbs = {job->verbs, job->verb_count, job->verb_tissues, job->verb_tissue_count,
+                            job->tissue_tracks};
     sc_prepared colored = session->volume;
     sc_label *labels = NULL;
     void *block = NULL;
@@ -174,15 +175,13 @@ static sc_status resolve_tissues(sc_app *app, sc_session *session)
         sc_part_from_background(session->volume.label_count, session->job.render.background.rgb,
                                 session->tissues);
     sc_take_looks(session);
-    SC_TRY(sc_clip_sets_find(ctx, &session->volume, job->animation.sweep_count, job->exceptions,
-                             job->exception_count, session->tissues, session->clip_sets,
-                             &session->clip_set_count));
-    if (job->verb_count)
+    SC_TRY(sc_clip_sets_find(ctx, &session->volume, job->exceptions, job->exception_count,
+                             session->tissues, session->clip_sets, &session->clip_set_count));
+    if (job->verb_count || job->tissue_track_count)
         SC_TRY(sc_verbs_resolve(ctx, &session->volume, session->tissues, &verbs, &session->fades,
                                 &session->fade_count));
-    if (job->verb_count)
-        status = sc_explodes_resolve(ctx, &session->volume, session->tissues, &verbs,
-                                     &session->shifts, &session->shift_count);
+    status = sc_explodes_resolve(ctx, &session->volume, session->tissues, &verbs, &session->shifts,
+                                 &session->shift_count);
 out:
     sc_free(labels);
     return status;
@@ -215,17 +214,24 @@ static sc_status share_colors(sc_app *app, sc_session *session)
     const sc_job *job = &session->job;
     const size_t labels = (size_t)session->volume.label_count;
     void *tones = NULL, *colors = NULL;
+    bool has_any = false;
     sc_status status = SC_OK;
 
-    if (!job->color_track_count)
+    for (size_t id = 0; id < labels; id++)
+        has_any = has_any || session->tissues[id].color_track;
+    if (!has_any)
         return SC_OK;
     if (sc_comm_rank(app->comm) == 0)
-        status = sc_alloc(app->ctx, job->color_track_count, sizeof *session->color_tones, &tones);
-    for (size_t i = 0; i < job->color_track_count && tones; i++)
-        sc_track_tones(&job->color_tracks[i], (sc_track *)tones + i);
+        status = sc_zalloc(app->ctx, job->tissue_track_count, sizeof *session->color_tones, &tones);
+    for (size_t id = 0; id < labels && tones; id++) {
+        const int track = session->tissues[id].color_track;
+
+        if (track)
+            sc_track_tones(&job->tissue_tracks[track - 1], (sc_track *)tones + track - 1);
+    }
     session->color_tones = tones;
     SC_TRY(sc_comm_agree(app->comm, status));
-    SC_TRY(sc_broadcast_array(app, &tones, job->color_track_count, sizeof *session->color_tones));
+    SC_TRY(sc_broadcast_array(app, &tones, job->tissue_track_count, sizeof *session->color_tones));
     session->color_tones = tones;
     status = sc_zalloc(app->ctx, labels, sizeof *session->frame_colors, &colors);
     session->frame_colors = status == SC_OK ? colors : NULL;
@@ -609,6 +615,8 @@ sc_status sc_session_timeline(sc_app *app, sc_session *session, const sc_vec3 *p
     session->timeline.fade_count = session->fade_count;
     session->timeline.shifts = session->shifts;
     session->timeline.shift_count = session->shift_count;
+    session->timeline.tissues = session->tissues;
+    session->timeline.tissue_tracks = session->job.tissue_tracks;
     SC_TRY(share_ways(app, session));
     if (count > 0 && first) {
         sc_warn_of_planes(app, session);

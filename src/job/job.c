@@ -262,7 +262,7 @@ void sc_job_clear(sc_job *job)
 {
     sc_free(job->phases);
     sc_free(job->rules);
-    sc_free(job->color_tracks);
+    sc_free(job->tissue_tracks);
     sc_free(job->exceptions);
     sc_free(job->verbs);
     sc_free(job->verb_tissues);

@@ -181,18 +181,53 @@ static const sc_key box_keys[] = {{"from", &type_corner, offsetof(box_entry, fro
                                    .help = "the corner at the patient's right, front and head"},
                                   {0}};
 
+/* ---- exceptions ---- */
+
 static json_t *tissue_list_schema(const sc_key *key)
 {
     (void)key;
     return json_pack("{s:s, s:{s:s}}", "type", "array", "items", "type", "string");
 }
 
-/* It has no read function: read_entry reads it with read_exceptions, for each plane of the entry.
- */
-static const sc_value_type type_tissue_list = {
+/* A key frame of the exceptions of a plane. */
+typedef struct except_entry {
+    double at;
+    const sc_yaml *list; /* borrowed */
+} except_entry;
+
+static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    if (node->kind != SC_YAML_LIST)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    *(const sc_yaml **)value = node;
+    return SC_OK;
+}
+
+static const sc_value_type type_key_list = {
     .name = "list of tissues",
-    .expected = "a list of tissues",
+    .expected = "a list of tissues, such as [aorta] or []",
+    .read = read_list,
     .schema = tissue_list_schema,
+};
+
+static const sc_key except_keys[] = {
+    {"at", &sc_type_time, offsetof(except_entry, at), .help = "when", .required = true},
+    {"value", &type_key_list, offsetof(except_entry, list),
+     .help = "tissues that stay whole from then on", .required = true},
+    {0}};
+
+static json_t *except_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, {s:s, s:i, s:i, s:o}]}", "anyOf", tissue_list_schema(key), "type",
+                     "array", "minItems", 1, "maxItems", SC_CLIP_SPANS_MAX, "items",
+                     sc_keys_schema(except_keys));
+}
+
+/* It has no read function: read_entry reads it with read_except, for each plane of the entry. */
+static const sc_value_type type_except = {
+    .name = "list of tissues, or key frames",
+    .expected = "a list of tissues, or key frames of such",
+    .schema = except_schema,
 };
 
 const sc_key sc_clip_keys[] = {
@@ -202,21 +237,21 @@ const sc_key sc_clip_keys[] = {
      .alternative = "sweep, plane or box", .required = true},
     {"box", &sc_type_map, 0, NULL, .help = "six planes around what is kept", .keys = box_keys,
      .alternative = "sweep, plane or box", .required = true},
-    {"except", &type_tissue_list, 0, NULL,
-     .help = "tissues that stay whole: names, globs or label numbers", .without = "none"},
+    {"except", &type_except, 0, NULL,
+     .help = "tissues that stay whole: names, globs or label numbers; may have key frames",
+     .without = "none"},
     {0}};
 
 /* ---- reading ---- */
 
 /* Append the tissues of @p list to job->exceptions, as exceptions of the plane with that index in
- * job->animation.sweeps. @return the first mistake; all are logged. */
-static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
+ * job->animation.sweeps, in one of its spans. @return the first mistake; all are logged. */
+static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int plane, int span,
+                                 sc_job *job)
 {
     void *grown;
     sc_status status;
 
-    if (list->kind != SC_YAML_LIST)
-        return sc_wrong_type(ctx, list, "a list of tissues");
     status = sc_zalloc(ctx, job->exception_count + list->count, sizeof *job->exceptions, &grown);
     if (status != SC_OK)
         return status;
@@ -232,14 +267,58 @@ static sc_status read_exceptions(const sc_ctx *ctx, const sc_yaml *list, int pla
             sc_yaml named = *item;
 
             named.key = list->key; /* for the message: items of a list have no key of their own */
-            (void)sc_goes_on(&status, sc_wrong_type(ctx, &named, "the name of a tissue"));
+            (void)sc_goes_on(
+                &status, sc_wrong_type(ctx, &named, "the name of a tissue, or key frames alone"));
             continue;
         }
         exception->plane = plane;
+        exception->span = span;
         strcpy(exception->pattern, item->text);
         sc_note_where(item, exception->where, sizeof exception->where);
         job->exception_count++;
     }
+    return status;
+}
+
+/* Read key frame @p i of the exceptions of a plane; it has to come after the one before it. @return
+ * the first mistake; all are logged. */
+static sc_status read_span(const sc_ctx *ctx, const sc_yaml *list, size_t i, int plane,
+                           sc_sweep *sweep, sc_job *job)
+{
+    const sc_yaml *node = list->items[i];
+    except_entry entry = {0};
+    sc_status status;
+
+    if (node->kind != SC_YAML_MAP)
+        return sc_yaml_fail(ctx, node,
+                            "except has tissues beside key frames; expected either a list of "
+                            "tissues, or key frames such as {at: 2s, value: [aorta]}");
+    status = sc_keys_read(ctx, except_keys, node, &entry);
+    if (status != SC_OK)
+        return status;
+    if (i > 0 && entry.at <= sweep->except_at[i - 1])
+        return sc_track_disorder(ctx, list, i);
+    sweep->except_at[i] = entry.at;
+    sweep->except_count = (int)i + 1;
+    return read_exceptions(ctx, entry.list, plane, (int)i, job);
+}
+
+/* Read the exceptions of the plane with that index: a list of tissues, or key frames of such lists.
+ * @return the first mistake; all are logged. */
+static sc_status read_except(const sc_ctx *ctx, const sc_yaml *list, int plane, sc_job *job)
+{
+    sc_sweep *sweep = &job->animation.sweeps[plane];
+    sc_status status = SC_OK;
+
+    if (list->kind != SC_YAML_LIST)
+        return sc_wrong_type(ctx, list, type_except.expected);
+    if (list->count == 0 || list->items[0]->kind != SC_YAML_MAP)
+        return read_exceptions(ctx, list, plane, 0, job);
+    if (list->count > SC_CLIP_SPANS_MAX)
+        return sc_yaml_fail(ctx, list, "except has %zu key frames, expected 1 to %d", list->count,
+                            SC_CLIP_SPANS_MAX);
+    for (size_t i = 0; i < list->count && status == SC_OK; i++)
+        status = read_span(ctx, list, i, plane, sweep, job);
     return status;
 }
 
@@ -355,7 +434,7 @@ static sc_status read_entry(const sc_ctx *ctx, const sc_key *keys, const sc_yaml
     last = job->animation.sweep_count - 1;
     plane = last < first ? 0 : first;
     do {
-        if (except && !sc_goes_on(&status, read_exceptions(ctx, except, plane, job)))
+        if (except && !sc_goes_on(&status, read_except(ctx, except, plane, job)))
             return status;
     } while (status == SC_OK && ++plane <= last);
     return status;
@@ -378,20 +457,40 @@ static sc_status read_clip(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
 
 /* ---- writing ---- */
 
-/* Write the exceptions of one plane as a list in one line. */
-static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
+/* Write the exceptions of one plane, in one of its spans, as a list in one line. */
+static sc_status write_exceptions(const sc_ctx *ctx, const sc_job *job, int plane, int span,
+                                  sc_text *text)
 {
     const char *comma = "";
     sc_status status = sc_text_add(ctx, text, "[");
 
     for (size_t e = 0; e < job->exception_count && status == SC_OK; e++) {
-        if (job->exceptions[e].plane != plane)
+        if (job->exceptions[e].plane != plane || job->exceptions[e].span != span)
             continue;
         SC_TRY(sc_text_add(ctx, text, "%s", comma));
         SC_TRY(sc_write_quoted(ctx, job->exceptions[e].pattern, text));
         comma = ", ";
     }
     status = sc_text_add(ctx, text, "]");
+out:
+    return status;
+}
+
+/* Write the exceptions of one plane in one line: a list of tissues, or key frames of such. */
+static sc_status write_except(const sc_ctx *ctx, const sc_job *job, int plane, sc_text *text)
+{
+    const sc_sweep *sweep = &job->animation.sweeps[plane];
+    sc_status status;
+
+    if (!sweep->except_count)
+        return write_exceptions(ctx, job, plane, 0, text);
+    for (int i = 0; i < sweep->except_count; i++) {
+        SC_TRY(sc_text_add(ctx, text, i ? "}, {at: " : "[{at: "));
+        SC_TRY(sc_type_time.write(ctx, &except_keys[0], &sweep->except_at[i], 0, text));
+        SC_TRY(sc_text_add(ctx, text, ", value: "));
+        SC_TRY(write_exceptions(ctx, job, plane, i, text));
+    }
+    status = sc_text_add(ctx, text, "}]");
 out:
     return status;
 }
@@ -413,7 +512,7 @@ static sc_status write_clip(const sc_ctx *ctx, const sc_key *key, const void *va
         SC_TRY(sc_text_add(ctx, text, "\n%*s- %s: ", indent + 2, "", has_keys ? "plane" : "sweep"));
         SC_TRY(sc_keys_write_flow(ctx, has_keys ? plane_keys : sweep_keys, &entry, text));
         SC_TRY(sc_text_add(ctx, text, "\n%*sexcept: ", indent + 4, ""));
-        status = write_exceptions(ctx, job, i, text);
+        status = write_except(ctx, job, i, text);
     }
 out:
     return status;

@@ -3,17 +3,33 @@
 #include "key.h"
 #include "segcast/job.h"
 
+#include <math.h>
 #include <string.h>
 
-/* Read a number or "auto". @param value the whole sc_tissue_rule (the offset of the row is 0),
- * because "auto" is stored in a flag of its own. */
+/* What an entry of the file is read into. */
+typedef struct rule_entry {
+    sc_tissue_rule rule;
+    sc_track color_track, opacity_track, visible_track, offset_track;
+} rule_entry;
+
+/* Read a number, "auto" or key frames of numbers, of which the greatest becomes the opacity of the
+ * rule. @param value the whole rule_entry (the offset of the row is 0), because "auto" is stored in
+ * a flag of its own. */
 static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
                               void *value)
 {
-    sc_tissue_rule *rule = value;
+    rule_entry *entry = value;
+    sc_tissue_rule *rule = &entry->rule;
     const bool is_auto = node->kind == SC_YAML_SCALAR && !strcmp(node->text, "auto");
     sc_status status = SC_OK;
 
+    if (sc_is_track(node)) {
+        status = sc_read_track(ctx, key, node, &entry->opacity_track);
+        rule->opacity = 0;
+        for (int i = 0; i < entry->opacity_track.count; i++)
+            rule->opacity = fmax(rule->opacity, entry->opacity_track.keys[i].value.x);
+        return status;
+    }
     if (node->kind == SC_YAML_SCALAR && !is_auto && !strchr("0123456789.", node->text[0]))
         return sc_wrong_type(ctx, node, key->type->expected);
     if (!is_auto)
@@ -23,14 +39,16 @@ static sc_status read_opacity(const sc_ctx *ctx, const sc_key *key, const sc_yam
     return status;
 }
 
-/* Write what read_opacity reads: "auto" or a number. */
+/* Write what read_opacity reads: key frames, "auto" or a number. */
 static sc_status write_opacity(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
                                sc_text *text)
 {
-    const sc_tissue_rule *rule = value;
+    const rule_entry *entry = value;
+    const sc_tissue_rule *rule = &entry->rule;
 
-    (void)key;
     (void)indent;
+    if (entry->opacity_track.count)
+        return sc_write_track(ctx, key, &entry->opacity_track, text);
     if (rule->opacity_auto)
         return sc_text_add(ctx, text, "auto");
     return sc_write_number(ctx, rule->opacity, 1, "", text);
@@ -42,26 +60,26 @@ json_t *sc_number_or_auto_schema(const sc_key *key)
                      key->low, "maximum", key->high, "enum", "auto");
 }
 
+static json_t *opacity_schema(const sc_key *key)
+{
+    return json_pack("{s:[o, o]}", "anyOf", sc_number_or_auto_schema(key), sc_track_schema(key));
+}
+
 static const sc_value_type type_opacity = {
-    .name = "number or auto",
-    .expected = "auto or a number from 0 to 1",
+    .name = "number, auto or key frames",
+    .expected = "auto, a number from 0 to 1, or key frames such as [{at: 0s, value: 1}, {at: 4s, "
+                "value: 0.2}]",
     .read = read_opacity,
     .write = write_opacity,
-    .schema = sc_number_or_auto_schema,
+    .schema = opacity_schema,
 };
 
-/* What an entry of the file is read into. */
-typedef struct rule_entry {
-    sc_tissue_rule rule; /* has to be the first member */
-    sc_track color_track;
-} rule_entry;
-
-#define RULE(member) offsetof(sc_tissue_rule, member)
+#define RULE(member) (offsetof(rule_entry, rule) + offsetof(sc_tissue_rule, member))
 /* The value of a macro as a string literal. */
 #define TEXT(macro) TEXT_OF(macro)
 #define TEXT_OF(number) #number
 
-#define HAS(member) .given = SC_GIVEN(sc_tissue_rule, has_##member)
+#define HAS(member) .given = 1 + RULE(has_##member)
 
 const sc_key sc_tissue_keys[] = {
     {"color", &sc_type_tracked_color, RULE(rgb), NULL, .help = "colour of the tissue", HAS(color),
@@ -69,13 +87,19 @@ const sc_key sc_tissue_keys[] = {
      .without = "the label table's, else distinct colours"},
     {"opacity", &type_opacity, 0, NULL,
      .help = "opacity of its surface (voxel surface: per voxel length), or auto: see "
-             "render.auto_opacity",
+             "render.auto_opacity; may have key frames",
      .low = 0, .high = 1, HAS(opacity), .without = "the label table's, else auto"},
     {"interior_opacity", &sc_type_real, RULE(interior_opacity), NULL,
      .help = "opacity of its other voxels, per voxel length; only for surface: voxel", .low = 0,
      .high = 1, HAS(interior_opacity), .without = "0"},
-    {"visible", &sc_type_bool, RULE(visible), NULL, .help = "whether the tissue is shown at all",
-     HAS(visible), .without = "the label table's, else true"},
+    {"visible", &sc_type_tracked_bool, RULE(visible), NULL,
+     .help = "whether the tissue is shown at all; may have key frames, at which it comes and goes",
+     HAS(visible), .track = offsetof(rule_entry, visible_track) - RULE(visible),
+     .without = "the label table's, else true"},
+    {"offset", &sc_type_tracked_point, RULE(offset_mm), NULL,
+     .help = "how far the tissue is moved from its place; may have key frames", .low = -1e6,
+     .high = 1e6, .unit = "mm", HAS(offset),
+     .track = offsetof(rule_entry, offset_track) - RULE(offset_mm), .without = "not at all"},
     {"smooth", &sc_type_strength, RULE(smooth), NULL,
      .help = "strength of the smoothing of its surface, as render.smooth; the border between two "
              "tissues has the weaker of theirs",
@@ -90,26 +114,34 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
-/* Append the key frames of an entry, if it has any, to the list of the job. */
-static sc_status keep_track(const sc_ctx *ctx, rule_entry *entry, sc_job *job)
+/* Append key frames, if there are any, to the list of the job. @param number set to their number,
+ * from 1, in that list. */
+static sc_status keep_track(const sc_ctx *ctx, const sc_track *track, sc_job *job, int *number)
 {
-    const size_t count = job->color_track_count;
+    const size_t count = job->tissue_track_count;
     void *grown;
     sc_status status;
 
-    if (!entry->color_track.count)
+    if (!track->count)
         return SC_OK;
-    status = sc_alloc(ctx, count + 1, sizeof *job->color_tracks, &grown);
+    status = sc_alloc(ctx, count + 1, sizeof *job->tissue_tracks, &grown);
     if (status != SC_OK)
         return status;
     if (count)
-        memcpy(grown, job->color_tracks, count * sizeof *job->color_tracks);
-    sc_free(job->color_tracks);
-    job->color_tracks = grown;
-    job->color_tracks[count] = entry->color_track;
-    job->color_track_count++;
-    entry->rule.color_track = (int)job->color_track_count;
+        memcpy(grown, job->tissue_tracks, count * sizeof *job->tissue_tracks);
+    sc_free(job->tissue_tracks);
+    job->tissue_tracks = grown;
+    job->tissue_tracks[count] = *track;
+    job->tissue_track_count++;
+    *number = (int)job->tissue_track_count;
     return SC_OK;
+}
+
+/* Take key frames from the list of the job, if @p number says that there are any. */
+static void take_track(const sc_job *job, int number, sc_track *track)
+{
+    if (number)
+        *track = job->tissue_tracks[number - 1];
 }
 
 /* Read the look of one tissue into @p rule, which is zero, and its key frames into the job. */
@@ -134,7 +166,13 @@ static sc_status read_rule(const sc_ctx *ctx, const sc_key *key, const sc_yaml *
     entry = (rule_entry){.rule = *rule};
     status = sc_keys_read(ctx, key->keys, item, &entry);
     if (status == SC_OK)
-        status = keep_track(ctx, &entry, job);
+        status = keep_track(ctx, &entry.color_track, job, &entry.rule.color_track);
+    if (status == SC_OK)
+        status = keep_track(ctx, &entry.opacity_track, job, &entry.rule.opacity_track);
+    if (status == SC_OK)
+        status = keep_track(ctx, &entry.visible_track, job, &entry.rule.visible_track);
+    if (status == SC_OK)
+        status = keep_track(ctx, &entry.offset_track, job, &entry.rule.offset_track);
     *rule = entry.rule;
     return status;
 }
@@ -179,8 +217,10 @@ static sc_status write_tissues(const sc_ctx *ctx, const sc_key *key, const void 
         SC_TRY(sc_write_quoted(ctx, job->rules[i].pattern, text));
         SC_TRY(sc_text_add(ctx, text, ": "));
         entry = (rule_entry){.rule = job->rules[i]};
-        if (entry.rule.color_track)
-            entry.color_track = job->color_tracks[entry.rule.color_track - 1];
+        take_track(job, entry.rule.color_track, &entry.color_track);
+        take_track(job, entry.rule.opacity_track, &entry.opacity_track);
+        take_track(job, entry.rule.visible_track, &entry.visible_track);
+        take_track(job, entry.rule.offset_track, &entry.offset_track);
         status = sc_keys_write_flow(ctx, key->keys, &entry, text);
     }
 out:

@@ -39,7 +39,8 @@ void sc_fill_tissues(sc_renderer *r, const sc_tissue *tissues, uint8_t *show, fl
         r->looks[id] = (sc_full_look){.opacity = tissues[id].opacity,
                                       .interior_opacity = tissues[id].interior_opacity,
                                       .show = show[id],
-                                      .group = show[id] ? tissues[id].fade_group : 0};
+                                      .group = show[id] ? tissues[id].fade_group : 0,
+                                      .clip_set = tissues[id].clip_set};
         memcpy(r->looks[id].rgb, tissues[id].rgb_linear, sizeof r->looks[id].rgb);
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tissues that fade, or change their colour: their opacities, and the shade that they cast on
- * others.
+/* Tissues that fade, or change their colour or the planes that cut them: their opacities, and the
+ * shade that they cast on others.
  *
  * What blurs the occlusion is linear in the opacities. So the occlusion of tissues that have faded
  * by some factors is that of all as they are, less what each of them adds to it times what is
@@ -183,4 +183,20 @@ void sc_set_colors(sc_renderer *r, const float (*colors)[3])
         memcpy(r->tissues[id].rgb, colors ? colors[id] : r->looks[id].rgb,
                sizeof r->tissues[id].rgb);
     r->colors_are_set = colors != NULL;
+}
+
+void sc_set_clip_sets(sc_renderer *r, const sc_scene *scene)
+{
+    uint8_t same[SC_CLIP_SETS_MAX];
+
+    for (int g = 0; g < SC_CLIP_SETS_MAX; g++) {
+        int first = 0;
+
+        while (first < g &&
+               (g >= scene->clip_set_count || scene->clip_sets[first] != scene->clip_sets[g]))
+            first++;
+        same[g] = (uint8_t)first;
+    }
+    for (int id = 1; id < r->volume->label_count; id++)
+        r->tissues[id].clip_set = same[r->looks[id].clip_set];
 }

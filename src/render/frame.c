@@ -520,6 +520,7 @@ static void begin_view(frame *f)
 
     sc_set_fades(r, f->scene->fades);
     sc_set_colors(r, f->scene->colors);
+    sc_set_clip_sets(r, f->scene);
     sc_begin_scene(r, f->scene, f->viewport->height_px);
     if (sc_fades_away(r)) {
         r->on_white = r->march;

@@ -25,6 +25,7 @@ typedef struct sc_full_look {
     float rgb[3];  /* linear */
     uint8_t show;  /* SC_SHOW_* */
     uint8_t group; /* as of sc_tissue.fade_group */
+    uint8_t clip_set;
 } sc_full_look;
 
 /* How tissues fade. Owns mixed; the arrays of filled belong to the team, base to it or to the
@@ -183,6 +184,9 @@ sc_status sc_parts_make(const sc_ctx *ctx, sc_renderer *r, const sc_tissue *tiss
 void sc_parts_free(sc_renderer *r);
 /* Set the colours of r->tissues. @param colors as of sc_scene.colors. */
 void sc_set_colors(sc_renderer *r, const float (*colors)[3]);
+/* Set the clip sets of r->tissues: sets that are the same in the scene become one, so that seams of
+ * tissues which the same planes cut are smooth even if others cut them in other frames. */
+void sc_set_clip_sets(sc_renderer *r, const sc_scene *scene);
 /* @return bytes of memory that the rank has for itself because of them. */
 uint64_t sc_parts_bytes(const sc_renderer *r);
 /* Set all parts up for a view, for which @p r has been set up, if any is moved: what of r->parts

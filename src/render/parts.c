@@ -336,6 +336,7 @@ static void begin_view(sc_renderer *r, int p, const sc_scene *scene, const sc_vi
     set_march(r, own);
     sc_set_fades(own, scene->fades);
     sc_set_colors(own, scene->colors);
+    sc_set_clip_sets(own, scene);
     set_neighbours(r, share, own);
     sc_find_fading(own);
     set_occlusion(r, p, share, scene);

@@ -4,17 +4,17 @@
 
 #include <string.h>
 
-/* Find the clip set with these planes, and append it to clip_sets [*count] if it is new. @return
- * its index; -1 if there are already SC_CLIP_SETS_MAX others. */
-static int find_or_add(uint32_t planes, uint32_t *clip_sets, int *count)
+/* Find the clip set that is the same, and append it to clip_sets [*count] if it is new. @return its
+ * index; -1 if there are already SC_CLIP_SETS_MAX others. */
+static int find_or_add(const sc_clip_set *set, sc_clip_set *clip_sets, int *count)
 {
     for (int i = 0; i < *count; i++) {
-        if (clip_sets[i] == planes)
+        if (!memcmp(clip_sets[i].spares, set->spares, sizeof set->spares))
             return i;
     }
     if (*count == SC_CLIP_SETS_MAX)
         return -1;
-    clip_sets[*count] = planes;
+    clip_sets[*count] = *set;
     return (*count)++;
 }
 
@@ -49,40 +49,36 @@ sc_status sc_clip_exceptions_check(const sc_ctx *ctx, const sc_prepared *volume,
     return mistakes ? SC_ERR_DATA : SC_OK;
 }
 
-/* Take the planes of an exception from the sets of planes of the tissues that it names. @param cut
- * [label_count] the planes that cut each, as bits. */
+/* Note an exception in the sets of the tissues that it names. @param sets [label_count] of each. */
 static void apply_exception(const sc_prepared *volume, const sc_clip_exception *exception,
-                            uint32_t *cut)
+                            sc_clip_set *sets)
 {
     const sc_pattern pattern = sc_pattern_of(exception->pattern);
     const sc_match best = sc_pattern_match(volume->labels, volume->label_count, &pattern);
 
     for (int id = 1; id < volume->label_count && best != SC_MATCH_NONE; id++) {
         if (sc_label_match(&volume->labels[id], &pattern) == best)
-            cut[id] &= ~(1u << exception->plane);
+            sets[id].spares[exception->plane] |= (uint64_t)1 << exception->span;
     }
 }
 
-sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume, int plane_count,
+sc_status sc_clip_sets_find(const sc_ctx *ctx, const sc_prepared *volume,
                             const sc_clip_exception *exceptions, size_t exception_count,
-                            sc_tissue *tissues, uint32_t *clip_sets, int *clip_set_count)
+                            sc_tissue *tissues, sc_clip_set *clip_sets, int *clip_set_count)
 {
-    const uint32_t all = (1u << plane_count) - 1;
-    uint32_t *cut = NULL;
+    sc_clip_set *sets = NULL;
     void *block = NULL;
     int count = 1;
     sc_status status;
 
     SC_TRY(sc_clip_exceptions_check(ctx, volume, exceptions, exception_count));
-    SC_TRY(sc_alloc(ctx, (size_t)volume->label_count, sizeof *cut, &block));
-    cut = block;
-    for (int id = 1; id < volume->label_count; id++)
-        cut[id] = all;
+    SC_TRY(sc_zalloc(ctx, (size_t)volume->label_count, sizeof *sets, &block));
+    sets = block;
     for (size_t i = 0; i < exception_count; i++)
-        apply_exception(volume, &exceptions[i], cut);
-    clip_sets[0] = all;
+        apply_exception(volume, &exceptions[i], sets);
+    clip_sets[0] = (sc_clip_set){{0}};
     for (int id = 1; id < volume->label_count; id++) {
-        const int set = find_or_add(cut[id], clip_sets, &count);
+        const int set = find_or_add(&sets[id], clip_sets, &count);
 
         if (set < 0) {
             status = sc_fail(ctx, SC_ERR_USAGE,

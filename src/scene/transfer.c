@@ -54,8 +54,14 @@ static sc_tissue tissue_of_table(const sc_label *label)
 /* Overwrite what a rule sets in @p tissue. Whether the rule matches is up to the caller. */
 static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
 {
-    if (rule->has_visible)
+    if (rule->has_visible) {
         tissue->visible = rule->visible;
+        tissue->visible_track = rule->visible_track;
+    }
+    if (rule->has_offset) {
+        tissue->offset_mm = rule->offset_mm;
+        tissue->offset_track = rule->offset_track;
+    }
     if (rule->has_color) {
         color_of(rule->rgb, tissue->rgb_linear);
         tissue->color_track = rule->color_track;
@@ -64,6 +70,7 @@ static void apply_rule(const sc_tissue_rule *rule, sc_tissue *tissue)
     if (rule->has_opacity) {
         tissue->opacity = rule->opacity;
         tissue->opacity_auto = rule->opacity_auto;
+        tissue->opacity_track = rule->opacity > 0 ? rule->opacity_track : 0;
     }
     if (rule->has_diffuse)
         tissue->material.diffuse = rule->material.diffuse;

@@ -78,6 +78,15 @@ static int next_key(const sc_track *track, double at, double *share)
     return next;
 }
 
+sc_vec3 sc_track_step(const sc_track *track, double at)
+{
+    int last = 0;
+
+    while (last + 1 < track->count && track->keys[last + 1].at <= at)
+        last++;
+    return track->keys[last].value;
+}
+
 sc_vec3 sc_track_value(const sc_track *track, double at)
 {
     const sc_key_frame *keys = track->keys;

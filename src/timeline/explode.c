@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The verb explode: how far it moves each tissue, and which tissues move together. */
+/* How far the verb explode, offsets and their key frames move each tissue, and which tissues move
+ * together. */
 #include "segcast/timeline.h"
 
 #include <string.h>
@@ -39,16 +40,23 @@ static sc_vec3 middle_of(const sc_prepared *volume, const voxel_box *box)
     return sc_affine_point(&volume->to_ras_mm, (sc_vec3){at[0], at[1], at[2]});
 }
 
-/* What verbs explode are resolved from and to. */
+/* What is resolved, and what comes of it. */
 typedef struct resolving {
     const sc_prepared *volume;
     const sc_tissue *tissues;
     const sc_verbs *verbs;
     bool *members;     /* [label_count]: of the present verb */
     sc_vec3 middle_mm; /* of all that is visible */
-    sc_shift *shifts;  /* [count], with room for [explodes][label_count] */
+    sc_shift *shifts;  /* [count], with room for all */
     size_t count;
 } resolving;
+
+/* Append a shift, unless it leads nowhere. */
+static void add_shift(resolving *r, const sc_shift *shift)
+{
+    if (sc_vec3_length(shift->by_mm) > 0)
+        r->shifts[r->count++] = *shift;
+}
 
 /* @return how far a verb moves what has its middle at @p middle_mm. */
 static sc_vec3 way_of(const resolving *r, const sc_verb *verb, sc_vec3 middle_mm)
@@ -87,12 +95,40 @@ static void add_shifts(resolving *r, size_t v)
         if (!verb->together)
             add_tissue(r->volume, id, &box);
         by_mm = way_of(r, verb, middle_of(r->volume, &box));
-        if (sc_vec3_length(by_mm) > 0)
-            r->shifts[r->count++] = (sc_shift){.id = id,
-                                               .begin = verb->begin,
-                                               .end = verb->end,
-                                               .ease = verb->ease,
-                                               .by_mm = by_mm};
+        add_shift(r, &(sc_shift){.id = id,
+                                 .begin = verb->begin,
+                                 .end = verb->end,
+                                 .ease = verb->ease,
+                                 .by_mm = by_mm});
+    }
+}
+
+/* @return the key frames of the offset of a tissue; NULL: it has none. */
+static const sc_track *offsets_of(const resolving *r, const sc_tissue *tissue)
+{
+    return tissue->offset_track && r->verbs->tracks ? &r->verbs->tracks[tissue->offset_track - 1]
+                                                    : NULL;
+}
+
+/* Append the shifts by which a tissue has its offset: the constant one, or the first, from the
+ * beginning on, and those from each key frame to the next. */
+static void add_offset(resolving *r, int id)
+{
+    const sc_tissue *tissue = &r->tissues[id];
+    const sc_track *track = offsets_of(r, tissue);
+
+    if (!tissue->visible || !(tissue->opacity + tissue->interior_opacity > 0) ||
+        !r->volume->stats[id].voxels)
+        return;
+    add_shift(r, &(sc_shift){.id = id, .by_mm = track ? track->keys[0].value : tissue->offset_mm});
+    for (int i = 1; track && i < track->count; i++) {
+        const sc_key_frame *from = &track->keys[i - 1], *to = &track->keys[i];
+
+        add_shift(r, &(sc_shift){.id = id,
+                                 .begin = from->at,
+                                 .end = to->at,
+                                 .ease = to->ease,
+                                 .by_mm = sc_vec3_sub(to->value, from->value)});
     }
 }
 
@@ -149,6 +185,42 @@ static int find_part(const resolving *r, const sc_tissue *tissues, size_t at, si
     return (*parts)++;
 }
 
+/* Say that more tissues move each by itself than there may be parts. @return SC_ERR_DATA. */
+static sc_status too_many(const sc_ctx *ctx, const resolving *r)
+{
+    for (size_t v = 0; v < r->verbs->verb_count; v++) {
+        const sc_verb *verb = &r->verbs->verbs[v];
+
+        if (verb->kind == SC_VERB_EXPLODE)
+            return sc_fail(ctx, SC_ERR_DATA,
+                           "%s%sexplode: more than %d tissues move each by itself; expected fewer, "
+                           "or together: true, which moves those of a verb as one",
+                           verb->where, verb->where[0] ? ": " : "", SC_PARTS_MAX - 1);
+    }
+    return sc_fail(ctx, SC_ERR_DATA,
+                   "tissues: more than %d have each an offset of its own; expected fewer, or the "
+                   "same for some of them, which move as one",
+                   SC_PARTS_MAX - 1);
+}
+
+/* @return room for how many shifts is needed. */
+static size_t count_shifts(const resolving *r)
+{
+    size_t count = 0;
+
+    for (size_t v = 0; v < r->verbs->verb_count; v++) {
+        if (r->verbs->verbs[v].kind == SC_VERB_EXPLODE)
+            count += (size_t)r->volume->label_count;
+    }
+    for (int id = 1; id < r->volume->label_count; id++) {
+        const sc_track *track = offsets_of(r, &r->tissues[id]);
+
+        count +=
+            track ? (size_t)track->count : (size_t)(sc_vec3_length(r->tissues[id].offset_mm) > 0);
+    }
+    return count;
+}
+
 /* Set part of all tissues. @return SC_ERR_DATA, logged. */
 static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tissues)
 {
@@ -160,17 +232,8 @@ static sc_status set_parts(const sc_ctx *ctx, const resolving *r, sc_tissue *tis
 
         n = count_of_first(r->shifts + at, r->count - at);
         part = find_part(r, tissues, at, n, &parts);
-        if (part < 0) {
-            size_t v = 0;
-
-            while (r->verbs->verbs[v].kind != SC_VERB_EXPLODE)
-                v++;
-            return sc_fail(ctx, SC_ERR_DATA,
-                           "%s%sexplode: more than %d tissues move each by itself; expected fewer, "
-                           "or together: true, which moves those of a verb as one",
-                           r->verbs->verbs[v].where, r->verbs->verbs[v].where[0] ? ": " : "",
-                           SC_PARTS_MAX - 1);
-        }
+        if (part < 0)
+            return too_many(ctx, r);
         tissues[r->shifts[at].id].part = (uint8_t)part;
     }
     return SC_OK;
@@ -182,7 +245,7 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
     const size_t labels = (size_t)volume->label_count;
     resolving r = {.volume = volume, .tissues = tissues, .verbs = verbs};
     voxel_box visible = empty_box();
-    size_t explodes = 0;
+    size_t room;
     void *members = NULL, *shifts = NULL;
     sc_status status;
 
@@ -191,21 +254,22 @@ sc_status sc_explodes_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_t
         if (id && tissues[id].visible)
             add_tissue(volume, id, &visible);
     }
-    for (size_t v = 0; v < verbs->verb_count; v++)
-        explodes += verbs->verbs[v].kind == SC_VERB_EXPLODE;
+    room = count_shifts(&r);
     *out = NULL;
     *count = 0;
-    if (!explodes)
+    if (!room)
         return SC_OK;
     SC_TRY(sc_alloc(ctx, labels, sizeof *r.members, &members));
     r.members = members;
-    SC_TRY(sc_alloc(ctx, explodes * labels, sizeof *r.shifts, &shifts));
+    SC_TRY(sc_alloc(ctx, room, sizeof *r.shifts, &shifts));
     r.shifts = shifts;
     r.middle_mm = middle_of(volume, &visible);
     for (size_t v = 0; v < verbs->verb_count; v++) {
         if (verbs->verbs[v].kind == SC_VERB_EXPLODE)
             add_shifts(&r, v);
     }
+    for (int id = 1; id < volume->label_count; id++)
+        add_offset(&r, id);
     sort_shifts(r.shifts, r.count);
     SC_TRY(set_parts(ctx, &r, tissues));
     *out = r.shifts;

@@ -170,10 +170,8 @@ void sc_timeline_resolve(const sc_animation *animation, const sc_vec3 *points, s
     sc_extent(points, point_count, (sc_vec3){0, 0, 1}, &t.low_mm.z, &t.high_mm.z);
     place_camera(animation->framed ? animation->framed : points,
                  animation->framed ? animation->framed_count : point_count, aspect, &t);
-    for (int i = 0; i < animation->sweep_count; i++) {
+    for (int i = 0; i < animation->sweep_count; i++)
         place_plane(points, point_count, i, &t);
-        t.clip_sets[0] |= 1u << i;
-    }
     *out = t;
 }
 
@@ -303,18 +301,34 @@ uint32_t sc_timeline_planes(const sc_timeline *timeline, int k)
     return active;
 }
 
+/* @return the span of the exceptions of a plane in which a time lies: before the first key frame
+ * its exceptions hold, too. */
+static int span_of(const sc_sweep *sweep, double at)
+{
+    int span = 0;
+
+    while (span + 1 < sweep->except_count && sweep->except_at[span + 1] <= at)
+        span++;
+    return span;
+}
+
 sc_scene sc_timeline_scene(const sc_timeline *timeline, int k)
 {
     const sc_animation *a = &timeline->animation;
     const uint32_t active = sc_timeline_planes(timeline, k);
     sc_scene scene = {.clip_mode = a->clip_mode, .clip_set_count = timeline->clip_set_count};
+    int span;
 
     scene.camera = camera_at(timeline, k, &scene.inside);
     for (int i = 0; i < a->sweep_count; i++) {
         if (!(active & 1u << i))
             continue;
-        for (int g = 0; g < timeline->clip_set_count; g++)
-            scene.clip_sets[g] |= (timeline->clip_sets[g] >> i & 1u) << scene.plane_count;
+        span = span_of(&a->sweeps[i], sc_frame_time(k, a->frames));
+        for (int g = 0; g < timeline->clip_set_count; g++) {
+            const bool spares = timeline->clip_sets[g].spares[i] >> span & 1u;
+
+            scene.clip_sets[g] |= (spares ? 0u : 1u) << scene.plane_count;
+        }
         scene.planes[scene.plane_count++] = sc_timeline_plane(timeline, i, k);
     }
     return scene;

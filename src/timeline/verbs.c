@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Verbs: what they do to each tissue, and how opaque that is in a frame. */
+/* Verbs and key frames: what they do to the opacity of each tissue, and how opaque that is in a
+ * frame. */
 #include "segcast/timeline.h"
 
 #include <stdlib.h>
@@ -164,7 +165,8 @@ static sc_status add_fades(const sc_ctx *ctx, resolving *r, const sc_verb *verb,
                       .end = i + 1 == count ? verb->end : fmin(begin + each, verb->end),
                       .ease = verb->ease,
                       .to = factor_of(verb, &r->tissues[r->members[i].id]),
-                      .times = verb->times};
+                      .times = verb->times,
+                      .replaces = verb->kind != SC_VERB_APPEAR && !verb->to_factor};
     }
     return SC_OK;
 }
@@ -196,11 +198,14 @@ static void sort_fades(sc_fade *fades, size_t count, sc_fade *room)
 
 /* ---- groups of tissues that fade alike ---- */
 
-/* All fades of one tissue, and how they compare with those of others. */
+/* All that changes the opacity of one tissue, and how it compares with that of others. */
 typedef struct track {
+    int id;
     const sc_fade *fades; /* [count] */
     size_t count;
-    double middle; /* of the times of all of them: in its order tracks are put together */
+    int numbers[2];          /* of the key frames of opacity and visibility; 0: none */
+    const sc_track *keys[2]; /* these; NULL: none */
+    double middle;           /* of the times of all of them: in its order tracks are put together */
 } track;
 
 static bool is_same_curve(const sc_ease *a, const sc_ease *b)
@@ -212,18 +217,35 @@ static bool is_same_curve(const sc_ease *a, const sc_ease *b)
     return same;
 }
 
+static bool is_same_ease(const sc_ease *a, const sc_ease *b)
+{
+    return a->kind == b->kind && is_same_curve(a, b);
+}
+
+/* Are the key frames the same, or are there none of both? */
+static bool have_same_keys(const sc_track *a, const sc_track *b)
+{
+    bool same = (a != NULL) == (b != NULL) && (!a || a->count == b->count);
+
+    for (int i = 0; a && same && i < a->count; i++)
+        same = a->keys[i].at == b->keys[i].at && is_same_ease(&a->keys[i].ease, &b->keys[i].ease) &&
+               a->keys[i].value.x == b->keys[i].value.x;
+    return same;
+}
+
 /* Do the same to two tissues? */
 static bool is_same(const track *a, const track *b)
 {
-    bool same = a->count == b->count;
+    bool same = a->count == b->count && have_same_keys(a->keys[0], b->keys[0]) &&
+                have_same_keys(a->keys[1], b->keys[1]);
 
     for (size_t i = 0; i < a->count && same; i++) {
         const sc_fade *x = &a->fades[i], *y = &b->fades[i];
 
         same = x->kind == y->kind && fabs(x->begin - y->begin) < 1e-9 &&
-               fabs(x->end - y->end) < 1e-9 && x->ease.kind == y->ease.kind &&
-               is_same_curve(&x->ease, &y->ease) && fabs(x->to - y->to) < 1e-9 &&
-               x->times == y->times;
+               fabs(x->end - y->end) < 1e-9 && is_same_ease(&x->ease, &y->ease) &&
+               fabs(x->to - y->to) < 1e-9 && x->times == y->times &&
+               (!a->keys[0] || x->replaces == y->replaces);
     }
     return same;
 }
@@ -234,22 +256,56 @@ static int compare_tracks(const void *a, const void *b)
 
     if (left->middle < right->middle || left->middle > right->middle)
         return left->middle < right->middle ? -1 : 1;
-    return (left->fades > right->fades) - (left->fades < right->fades);
+    for (int i = 0; i < 2; i++) { /* those of one rule stay side by side */
+        if (left->numbers[i] != right->numbers[i])
+            return left->numbers[i] < right->numbers[i] ? -1 : 1;
+    }
+    return (left->id > right->id) - (left->id < right->id);
 }
 
-/* Find the tracks: one for each tissue that fades. @param tracks room for [label_count].
- * @return how many there are. */
-static size_t find_tracks(const sc_fade *fades, size_t count, track *tracks)
+/* @return the key frames of number @p number; NULL if that is 0. */
+static const sc_track *track_of(const sc_track *tracks, int number)
 {
-    size_t n = 0;
+    return number && tracks ? &tracks[number - 1] : NULL;
+}
 
-    for (size_t i = 0; i < count; n++) {
-        track t = {.fades = &fades[i]};
+/* @return the middle of the times at which something begins or ends to change a tissue. */
+static double middle_of(const track *t)
+{
+    double sum = 0, count = (double)t->count;
 
-        for (; i < count && fades[i].id == t.fades->id; i++, t.count++)
-            t.middle += fades[i].begin + fades[i].end;
-        t.middle /= (double)t.count;
-        tracks[n] = t;
+    for (size_t i = 0; i < t->count; i++)
+        sum += t->fades[i].begin + t->fades[i].end;
+    for (int i = 0; i < 2; i++) {
+        const sc_track *keys = t->keys[i];
+
+        for (int j = 0; keys && j < keys->count; j++)
+            sum += 2 * keys->keys[j].at;
+        count += keys ? keys->count : 0;
+    }
+    return sum / count;
+}
+
+/* Find the tracks: one for each tissue whose opacity changes. @param fades [count]. @param tracks
+ * room for [label_count]. @return how many there are. */
+static size_t find_tracks(const resolving *r, const sc_fade *fades, size_t count, track *tracks)
+{
+    size_t n = 0, i = 0;
+
+    for (int id = 1; id < r->volume->label_count; id++) {
+        const sc_tissue *tissue = &r->tissues[id];
+        track t = {.id = id,
+                   .fades = fades + i,
+                   .numbers = {tissue->opacity_track, tissue->visible_track}};
+
+        for (; i < count && fades[i].id == id; i++)
+            t.count++;
+        for (int j = 0; j < 2; j++)
+            t.keys[j] = track_of(r->verbs->tracks, t.numbers[j]);
+        if (!t.count && ((!t.keys[0] && !t.keys[1]) || !is_seen(tissue)))
+            continue;
+        t.middle = middle_of(&t);
+        tracks[n++] = t;
     }
     return n;
 }
@@ -257,9 +313,9 @@ static size_t find_tracks(const sc_fade *fades, size_t count, track *tracks)
 /* Set fade_group of the tissues that fade: those that do so alike share one. Where there would be
  * more than SC_FADE_GROUPS_MAX, those that do so nearly at the same time do, too. @param tracks
  * room for [label_count]. */
-static void set_groups(const sc_fade *fades, size_t count, track *tracks, sc_tissue *tissues)
+static void set_groups(const resolving *r, track *tracks, sc_tissue *tissues)
 {
-    const size_t n = find_tracks(fades, count, tracks);
+    const size_t n = find_tracks(r, r->fades, r->fade_count, tracks);
     size_t kinds = 0, kind = 0;
 
     qsort(tracks, n, sizeof *tracks, compare_tracks);
@@ -267,7 +323,7 @@ static void set_groups(const sc_fade *fades, size_t count, track *tracks, sc_tis
         kinds += i == 0 || !is_same(&tracks[i - 1], &tracks[i]);
     for (size_t i = 0; i < n; i++) {
         kind += i > 0 && !is_same(&tracks[i - 1], &tracks[i]);
-        tissues[tracks[i].fades->id].fade_group =
+        tissues[tracks[i].id].fade_group =
             (uint8_t)(1 + (kinds <= SC_FADE_GROUPS_MAX ? kind : kind * SC_FADE_GROUPS_MAX / kinds));
     }
 }
@@ -327,7 +383,7 @@ sc_status sc_verbs_resolve(const sc_ctx *ctx, const sc_prepared *volume, sc_tiss
     SC_TRY(resolve_all(ctx, &r));
     SC_TRY(sc_alloc(ctx, r.fade_count, sizeof *r.fades, &room));
     sort_fades(r.fades, r.fade_count, room);
-    set_groups(r.fades, r.fade_count, tracks, tissues);
+    set_groups(&r, tracks, tissues);
     *out = r.fades;
     *count = r.fade_count;
     r.fades = NULL;
@@ -374,18 +430,70 @@ static double factor_at(const sc_fade *fades, size_t count, int k, int frames)
     return factor < LEAST_FACTOR ? 0 : factor;
 }
 
+/* @return the opacity of a tissue with key frames, which give @p own in the frame. Fades leave a
+ * share of it, and put an opacity in the place of the rest. Pulses multiply both, and those to an
+ * opacity reach that, as far as fades leave the tissue there. @param greatest of the key frames,
+ * above 0. @param fades [count] all of the tissue. */
+static double opacity_at(double own, double greatest, const sc_fade *fades, size_t count, int k,
+                         int frames)
+{
+    double share = 1, put = 0, beaten = 1, beats = 0;
+    bool first = true;
+
+    for (size_t i = 0; i < count; i++) {
+        const sc_fade *f = &fades[i];
+        const double to_share = f->replaces ? 0 : f->to;
+        const double to_put = f->replaces ? f->to * greatest : 0;
+        double done;
+
+        if (f->kind == SC_VERB_PULSE) {
+            done = pulse_at(f, k, frames);
+            beats =
+                beats * (1 + (to_share - 1) * done) + to_put * done * (beaten + beats / greatest);
+            beaten *= 1 + (to_share - 1) * done;
+            continue;
+        }
+        if (first && f->kind == SC_VERB_APPEAR)
+            share = 0;
+        first = false;
+        done = sc_progress(f->begin, f->end, f->ease, k, frames);
+        share += (to_share - share) * done;
+        put += (to_put - put) * done;
+    }
+    return (share * own + put) * beaten + (share + put / greatest) * beats;
+}
+
+/* @return what the opacity of a tissue is multiplied by. @param fades [count] all of it. */
+static double factor_of_tissue(const sc_timeline *t, int id, const sc_fade *fades, size_t count,
+                               int k)
+{
+    const sc_tissue *tissue = t->tissues ? &t->tissues[id] : NULL;
+    const sc_track *key = tissue ? track_of(t->tissue_tracks, tissue->opacity_track) : NULL;
+    const sc_track *visible = tissue ? track_of(t->tissue_tracks, tissue->visible_track) : NULL;
+    const int frames = t->animation.frames;
+    const double at = sc_frame_time(k, frames);
+    double factor;
+
+    if (visible && !(sc_track_step(visible, at).x > 0))
+        return 0;
+    if (!key)
+        return count ? factor_at(fades, count, k, frames) : 1;
+    factor = opacity_at(sc_track_value(key, at).x, tissue->opacity, fades, count, k, frames) /
+             tissue->opacity;
+    return factor < LEAST_FACTOR ? 0 : factor;
+}
+
 void sc_timeline_fades(const sc_timeline *timeline, int k, float *out, int label_count)
 {
-    for (int id = 0; id < label_count; id++)
-        out[id] = 1;
-    for (size_t i = 0; i < timeline->fade_count;) {
-        const sc_fade *first = &timeline->fades[i];
+    size_t at = 0;
+
+    for (int id = 0; id < label_count; id++) {
         size_t count = 0;
 
-        while (i < timeline->fade_count && timeline->fades[i].id == first->id) {
+        while (at + count < timeline->fade_count && timeline->fades[at + count].id == id)
             count++;
-            i++;
-        }
-        out[first->id] = (float)factor_at(first, count, k, timeline->animation.frames);
+        out[id] =
+            (float)factor_of_tissue(timeline, id, count ? timeline->fades + at : NULL, count, k);
+        at += count;
     }
 }

@@ -32,6 +32,7 @@ as_constant() {
 strengths() { # strengths VALUE: a map with this value for each
     printf '{ambient: %s, key: %s, fill: %s, head: %s, occlusion: %s, edges: %s, depth_cue: %s}' "$1" "$1" "$1" "$1" "$1" "$1" "$1"
 }
+as_constant shadows light.shadows '[{at: 0%, value: false}, {at: 4f, value: 1}]' 0 0 2 0.5 4 true
 as_constant light light "$(strengths '[{at: 0%, value: 0}, {at: 4f, value: 0.5}]')" \
     0 "$(strengths 0)" 2 "$(strengths 0.25)" 4 "$(strengths 0.5)"
 
@@ -62,6 +63,50 @@ colors slices --set output.layout=views
 colors parts --set 'animation.verbs=[{explode: {tissues: aorta, by: 20 mm, during: [0%, 0%]}}]'
 more=(--set render.background=gray --set 'shots=[{}, {tissues: {aorta: {color: red}}}]')
 as_constant shots 'tissues."*".color' '[{at: 0%, value: white}, {at: 50%, value: navy}, {at: 100%, value: red}]' 2 navy 7 navy
+
+# Opacities are as if verbs changed the greatest of them. A tissue that is not there at a key frame is as one that has
+# faded away.
+as_verb() { # as_verb NAME KEY KEY_FRAMES VERB [OPTION]...: the key frames do what the verb does, in all frames
+    "$SEGCAST" render job.yaml -o "$1" -q "${@:5}" --set "$2=$3" >/dev/null
+    "$SEGCAST" render job.yaml -o "$1-verb" -q "${@:5}" --set "animation.verbs=[$4]" >/dev/null
+    [ "$(hashes "$1" | cut -d' ' -f2 | sort -u | wc -l)" -gt 1 ] || fail "$1: $2 does not change the picture"
+    hashes "$1" >keys.txt
+    hashes "$1-verb" >verb.txt
+    diff verb.txt keys.txt || fail "$1: $2=$3 is not as the verb $4"
+}
+opacities() { # opacities NAME [OPTION]...
+    as_verb "$1" tissues.aorta.opacity '[{at: 0f, value: 1}, {at: 2f, value: 0.5, ease: out}, {at: 4f, value: 0.25}]' \
+        '{fade: {tissues: aorta, to: 0.5, during: [0f, 2f], ease: out}}, {fade: {tissues: aorta, to: 25%, during: [2f, 4f]}}' \
+        --set tissues.aorta.opacity=1 "${@:2}"
+}
+opacities opaque --set overlays.legend=bottom-right
+opacities voxels --set render.surface=voxel
+opacities sliced --set output.layout=views
+opacities moved --set tissues.aorta.offset='[0, 10, 0]'
+as_verb fade 'tissues."*".opacity' '[{at: 25%, value: 0.6}, {at: 75%, value: 0, ease: smooth}]' \
+    '{fade: {tissues: "*", to: 0, during: [25%, 75%], ease: smooth}}'
+as_verb fade-local 'tissues."*".opacity' '[{at: 25%, value: 0.6}, {at: 75%, value: 0.3}]' \
+    '{fade: {tissues: "*", to: 0.3, during: [25%, 75%]}}' --set render.mode=paper
+as_verb comes 'tissues."*myocardium".visible' '[{at: 0%, value: false}, {at: 50%, value: true}]' \
+    '{appear: {tissues: "*myocardium", during: [50%, 50%]}}' --set overlays.legend=bottom-right
+as_verb goes 'tissues.aorta.visible' '[{at: 50%, value: true}, {at: 75%, value: false}]' \
+    '{fade: {tissues: aorta, to: 0, during: [75%, 75%]}}' --set light.shadows=0.5
+as_verb offset 'tissues.aorta.offset' '[{at: 25%, value: [0, 0, 0]}, {at: 75%, value: [0, 0, 24], ease: smooth}]' \
+    '{explode: {tissues: aorta, along: superior, by: 24 mm, during: [25%, 75%], ease: smooth}}' \
+    --set 'animation.clip=[{plane: {normal: left, at: 30%}}]'
+as_verb placed 'tissues.aorta.offset' '[0, 12, 0]' \
+    '{explode: {tissues: aorta, along: anterior, by: 12 mm, during: [0%, 0%]}}' --set animation.camera.orbit.turns=0.1
+
+# What planes spare, in steps.
+more=()
+as_constant spared animation.clip '[{plane: {normal: left}, except: [{at: 1f, value: [aorta]}, {at: 2f, value: []}, {at: 3f, value: ["*ventricle"]}]}]' \
+    0 '[{plane: {normal: left}, except: [aorta]}]' 1 '[{plane: {normal: left}, except: [aorta]}]' \
+    2 '[{plane: {normal: left}}]' 4 '[{plane: {normal: left}, except: ["*ventricle"]}]'
+
+# The share of an image on cut faces and slices.
+more=(--set image.path=phantom --set 'animation.clip=[{plane: {normal: left}}]' --set output.layout=views)
+as_constant image-caps image.caps '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
+as_constant image-slices image.slices '[{at: 0%, value: 0}, {at: 100%, value: 1}]' 0 0 2 0.5 4 1
 
 # Planes, and the point of the slices.
 more=()

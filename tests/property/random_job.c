@@ -598,6 +598,27 @@ static const struct row box_rows[] = {
     {"to", 70, put_corner, "60:100"},
 };
 
+/* A list of tissues, or key frames of two. */
+static void put_exceptions(struct maker *maker)
+{
+    if (chance(maker, 60)) {
+        put_tissue_list(maker, NULL);
+        return;
+    }
+    add(maker, "[{at: ");
+    put_time(maker, whole(maker, 0, 4));
+    add(maker, ", value: ");
+    put_tissue_list(maker, NULL);
+    add(maker, "}, {at: ");
+    put_time(maker, whole(maker, 5, 9));
+    add(maker, ", value: ");
+    if (chance(maker, 50))
+        add(maker, "[]");
+    else
+        put_tissue_list(maker, NULL);
+    add(maker, "}]");
+}
+
 /* Up to two clip entries; the caller has set the number of planes to what verbs need at least. */
 static void add_clip(struct maker *maker)
 {
@@ -619,9 +640,9 @@ static void add_clip(struct maker *maker)
         else
             add_map(maker, box_rows, COUNT_OF(box_rows));
         maker->planes += kind == 5 ? 6 : 1;
-        if (chance(maker, 30)) {
+        if (chance(maker, 40)) {
             add(maker, ", except: ");
-            put_tissue_list(maker, NULL);
+            put_exceptions(maker);
         }
         add(maker, "}\n");
     }
@@ -739,12 +760,53 @@ static const struct row render_rows[] = {
     {"step", 30, put_number, "0.2:2"},
     {"early_termination", 30, put_flag, NULL},
 };
+/* Key frames of the scene: two or three, of what @p put writes. Their times are shares, since what
+ * a film has holds for shots of any length. @param can_ease whether values change between them. */
+static void put_scene_track(struct maker *maker, void (*put)(struct maker *maker, const char *arg),
+                            const char *arg, bool can_ease)
+{
+    int at = whole(maker, 0, 5);
+
+    add(maker, "[");
+    for (int i = 0; i < 3 && at <= 10; i++, at += whole(maker, 1, 5)) {
+        add(maker, "%s{at: %d%%, value: ", i ? ", " : "", 10 * at);
+        put(maker, arg);
+        if (can_ease && chance(maker, 50)) {
+            add(maker, ", ease: ");
+            put_ease(maker, NULL);
+        }
+        add(maker, "}");
+    }
+    add(maker, "]");
+}
+
+/* A number in a range, or key frames of some. */
+static void put_scene_number(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 70))
+        put_number(maker, arg);
+    else
+        put_scene_track(maker, put_number, arg, true);
+}
+
+static void put_shadows(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 60))
+        put_flag(maker, arg);
+    else
+        put_scene_number(maker, "0:1");
+}
+
 static const struct row light_rows[] = {
-    {"flat", 15, put_flag, NULL},         {"ambient", 20, put_number, "0:1"},
-    {"key", 20, put_number, "0:1"},       {"fill", 20, put_number, "0:1"},
-    {"head", 20, put_number, "0:1"},      {"occlusion", 40, put_number, "0:1"},
-    {"shadows", 40, put_flag, NULL},      {"edges", 30, put_number, "0:1"},
-    {"depth_cue", 30, put_number, "0:1"},
+    {"flat", 15, put_flag, NULL},
+    {"ambient", 20, put_scene_number, "0:1"},
+    {"key", 20, put_scene_number, "0:1"},
+    {"fill", 20, put_scene_number, "0:1"},
+    {"head", 20, put_scene_number, "0:1"},
+    {"occlusion", 40, put_scene_number, "0:1"},
+    {"shadows", 40, put_shadows, NULL},
+    {"edges", 30, put_scene_number, "0:1"},
+    {"depth_cue", 30, put_scene_number, "0:1"},
 };
 /* The smoothing of surfaces is not of a shot, but of the film. */
 static void put_film_smooth(struct maker *maker, const char *arg)
@@ -753,9 +815,55 @@ static void put_film_smooth(struct maker *maker, const char *arg)
         put_word(maker, arg);
 }
 
+static void put_tissue_opacity(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 70)) {
+        put_word(maker, arg);
+        return;
+    } /* verbs are refused if none of their tissues is ever seen */
+    add(maker, "[{at: %d%%, value: ", 10 * whole(maker, 0, 4));
+    put_word(maker, "1|0.5|0.2|0");
+    add(maker, "}, {at: %d%%, value: ", 10 * whole(maker, 5, 9));
+    put_word(maker, "0.8|0.25|1");
+    add(maker, ", ease: ");
+    put_ease(maker, NULL);
+    add(maker, "}, {at: 100%%, value: ");
+    put_word(maker, "0.8|0.25|1|0|0");
+    add(maker, "}]");
+}
+
+static void put_tissue_color(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 70))
+        put_color(maker, arg);
+    else
+        put_scene_track(maker, put_color, arg, true);
+}
+
+static void put_offset(struct maker *maker, const char *arg)
+{
+    if (chance(maker, 50))
+        put_point(maker, arg);
+    else
+        put_scene_track(maker, put_point, arg, true);
+}
+
+/* Verbs are refused if none of their tissues is ever seen. */
+static void put_coming(struct maker *maker, const char *arg)
+{
+    const bool comes = chance(maker, 50);
+    const int from = 10 * whole(maker, 0, 4), to = 10 * whole(maker, 5, 10);
+
+    (void)arg;
+    add(maker, "[{at: %d%%, value: %s}, {at: %d%%, value: %s}]", from, comes ? "false" : "true", to,
+        comes ? "true" : "false");
+}
+
 static const struct row tissue_rows[] = {
-    {"color", 40, put_color, NULL},
-    {"opacity", 100, put_word, "auto|1|0.5|0.2|1|0.8"},
+    {"color", 40, put_tissue_color, NULL},
+    {"opacity", 100, put_tissue_opacity, "auto|1|0.5|0.2|1|0.8"},
+    {"visible", 15, put_coming, NULL},
+    {"offset", 15, put_offset, NULL},
     {"diffuse", 20, put_number, "0:2"},
     {"specular", 20, put_number, "0:2"},
     {"shininess", 20, put_whole, "1:200"},
@@ -787,8 +895,8 @@ static const struct row color_by_rows[] = {
 static const struct row image_rows[] = {
     {"path", 100, put_word, "phantom|phantom:16x12x20|ct.nrrd"},
     {"window", 50, put_word, "auto|[50, 400]|[200, 90]"},
-    {"caps", 60, put_number, "0:1"},
-    {"slices", 60, put_number, "0:1"},
+    {"caps", 60, put_scene_number, "0:1"},
+    {"slices", 60, put_scene_number, "0:1"},
 };
 static const struct row cine_rows[] = {
     {"bpm", 100, put_number, "20:240"},
@@ -845,8 +953,8 @@ static const struct row card_rows[] = {
     {"subtitle", 50, put_text, NULL},
 };
 static const struct row image_of_shot_rows[] = {
-    {"caps", 60, put_number, "0:1"},
-    {"slices", 60, put_number, "0:1"},
+    {"caps", 60, put_scene_number, "0:1"},
+    {"slices", 60, put_scene_number, "0:1"},
 };
 
 /* What may change from shot to shot, beside the animation. */

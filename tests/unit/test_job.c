@@ -223,7 +223,8 @@ static void mistakes_are_named_with_line_and_nearest_name(void **state)
             "size is [100, 8], expected [width, height] or WxH in pixels");
     refuses("volume: phantom\noutput: {video: film.avi}\n", "job.yaml:2: video is \"film.avi\"");
     refuses("volume: phantom\ntissues: {a: {opacity: 2}}\n", "a number from 0 to 1");
-    refuses("volume: phantom\ntissues: {a: {opacity: atuo}}\n", "auto or a number from 0 to 1");
+    refuses("volume: phantom\ntissues: {a: {opacity: atuo}}\n",
+            "auto, a number from 0 to 1, or key frames");
     refuses("volume: phantom\ntissues: {a: {colour: red}}\n", "did you mean \"color\"?");
     refuses("volume: phantom\ntissues: {a: {color: rde}}\n", "did you mean \"red\"?");
     refuses("volume: phantom\ntissues: {a: {color: '#-1-1-1'}}\n", "#rrggbb");
@@ -713,6 +714,25 @@ static const struct {
      "ease: out}], opacity: 1}\n  \"*\": {color: [0, 0, 255]}\n  \"wall\": {color: [{at: 30%, "
      "value: "
      "[255, 0, 0], ease: linear}]}\n"},
+    {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 50%, value: 0.25, ease: smooth}], "
+     "visible: [{at: 0%, value: false}, {at: 30f, value: true}], offset: [{at: 0s, value: [0, 0, "
+     "0]}, {at: 3s, value: [10, 0, -5], ease: out}]}, wall: {opacity: auto, visible: false, "
+     "offset: "
+     "[1, 2, 3]}}",
+     "  \"aorta\": {opacity: [{at: 30%, value: 1, ease: linear}, {at: 50%, value: 0.25, ease: "
+     "smooth}], visible: [{at: 0%, value: false}, {at: 30%, value: true}], offset: [{at: 0%, "
+     "value: [0, 0, 0], ease: linear}, {at: 90%, value: [10, 0, -5], ease: out}]}\n  \"wall\": "
+     "{opacity: auto, visible: false, offset: [1, 2, 3]}\n"},
+    {"light: {shadows: [{at: 0%, value: false}, {at: 100%, value: 0.5, ease: in}]}",
+     "  shadows: [{at: 0%, value: false, ease: linear}, {at: 100%, value: 0.5, ease: in}]\n"},
+    {"light: {shadows: 0.25}", "  shadows: 0.25\n"},
+    {"image: {path: phantom, caps: [{at: 0s, value: 0}, {at: 3s, value: 1}]}",
+     "  caps: [{at: 0%, value: 0, ease: linear}, {at: 90%, value: 1, ease: linear}]\n  slices: "
+     "0.7"},
+    {"animation: {frames: 101, clip: [{plane: {normal: left}, except: [{at: 0%, value: [aorta, "
+     "\"l*\"]}, {at: 1s, value: []}, {at: 60f, value: [wall]}]}]}",
+     "      except: [{at: 0%, value: [\"aorta\", \"l*\"]}, {at: 30%, value: []}, {at: 60%, value: "
+     "[\"wall\"]}]\n"},
     {"animation: {frames: 101, clip: [{plane: {normal: left, at: [{at: 1s, value: 10%}, {at: 2s, "
      "value: -12 mm, ease: smooth}]}, except: [aorta]}, {plane: {normal: [{at: 0%, value: left}, "
      "{at: "
@@ -786,8 +806,29 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
          "unknown value \"bleu\"; did you mean \"blue\"?"},
         {"tissues: {aorta: {color: [{at: 1s, value: red}, {at: 1s, value: auto}]}}",
          "value is \"auto\", expected a colour in key frames"},
-        {"tissues: {aorta: {opacity: [{at: 1s, value: 1}]}}",
-         "opacity is [{...}], expected a number from 0 to 1"},
+        {"tissues: {aorta: {interior_opacity: [{at: 1s, value: 1}]}}",
+         "interior_opacity is [{...}], expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: [{at: 1s, value: 1}, {at: 2s, value: 2}]}}",
+         "job.yaml:2: value is \"2\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: [{at: 1s, value: auto}]}}",
+         "value is \"auto\", expected a number from 0 to 1"},
+        {"tissues: {aorta: {opacity: [{at: 2s, value: 0}, {at: 1s, value: 1}]}}",
+         "opacity: key frame 2, at 1s, does not come after key frame 1, at 2s"},
+        {"tissues: {aorta: {visible: [{at: 1s, value: true}, {at: 2s, value: 0.5}]}}",
+         "value is \"0.5\", expected true or false"},
+        {"tissues: {aorta: {visible: [{at: 1s, value: true, ease: smooth}]}}",
+         "unknown key \"ease\""},
+        {"tissues: {aorta: {offset: [{at: 1s, value: 3}]}}", "value is \"3\", expected [R, A, S]"},
+        {"tissues: {aorta: {offset: 3 mm}}", "offset is \"3 mm\", expected [R, A, S]"},
+        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: [wall]}, aorta]}]}",
+         "job.yaml:2: except has tissues beside key frames"},
+        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: aorta}]}]}",
+         "value is \"aorta\", expected a list of tissues, such as [aorta] or []"},
+        {"animation: {clip: [{plane: {normal: left}, except: [{at: 1s, value: []}, {at: 30f, "
+         "value: "
+         "[]}]}]}",
+         "except: key frame 2, at 30f, does not come after key frame 1, at 1s"},
+        {"light: {shadows: 1.5}", "shadows is \"1.5\", expected true, false, a number from 0 to 1"},
         {"tissues: {aorta: {color: [{at: 90s, value: red}]}}", "at: 90s is behind the end"},
         {"animation: {clip: [plane: {normal: [{at: 0s, value: left}, {at: 1s, value: head}, {at: "
          "2s, "
@@ -812,7 +853,9 @@ static void wrong_key_frames_of_the_scene_are_refused(void **state)
          "up: the directions of key frames 1 and 2 are opposite"},
         {"render: {background: []}", "background has 0 key frames, expected 1 to 64"},
         {"render: {background: [1, 2]}", "background is [1, 2], expected auto, none, a name such"},
-        {"light: {shadows: [{at: 0s, value: true}]}", "shadows is [{...}], expected true or false"},
+        {"light: {flat: [{at: 0s, value: true}]}", "flat is [{...}], expected true or false"},
+        {"light: {shadows: [{at: 0s, value: dark}]}",
+         "value is \"dark\", expected true, false, or a number from 0 to 1"},
     };
     char text[512];
 

@@ -263,7 +263,7 @@ static void all_unknown_tissues_are_told(void **state)
     const sc_prepared volume = {.label_count = 2, .labels = labels};
     const sc_tissue_rule rules[] = {{.pattern = "x"}, {.pattern = "aorta"}, {.pattern = "y"}};
     const sc_clip_exception exceptions[] = {
-        {0, "z", "job.yaml:1"}, {1, "z", "job.yaml:1"}, {2, "z", "job.yaml:9"}};
+        {0, 0, "z", "job.yaml:1"}, {1, 0, "z", "job.yaml:1"}, {2, 0, "z", "job.yaml:9"}};
     sc_tissue tissues[2];
     heard h;
     sc_ctx ctx = listening(&h);
@@ -483,16 +483,21 @@ static void tissues_with_the_same_exceptions_share_a_clip_set(void **state)
     sc_volume volume;
     prepared_copy p = striped(&volume);
     sc_tissue tissues[5] = {0};
-    const sc_clip_exception exceptions[] = {{0, "left *", ""}, {1, "left atrium", ""}};
-    uint32_t clip_sets[SC_CLIP_SETS_MAX];
+    const sc_clip_exception exceptions[] = {{.plane = 0, .pattern = "left *"},
+                                            {.plane = 1, .pattern = "left atrium"},
+                                            {.plane = 1, .span = 2, .pattern = "left atrium"}};
+    sc_clip_set clip_sets[SC_CLIP_SETS_MAX];
     int count;
 
     (void)state;
-    assert_ok(sc_clip_sets_find(&quiet, &p.view, 2, exceptions, 2, tissues, clip_sets, &count));
+    assert_ok(sc_clip_sets_find(&quiet, &p.view, exceptions, 3, tissues, clip_sets, &count));
     assert_int_equal(count, 3);
-    assert_int_equal(clip_sets[tissues[1].clip_set], 0);
-    assert_int_equal(clip_sets[tissues[2].clip_set], 2);
-    assert_int_equal(clip_sets[tissues[3].clip_set], 3);
+    assert_int_equal(clip_sets[tissues[1].clip_set].spares[0], 1);
+    assert_int_equal(clip_sets[tissues[1].clip_set].spares[1], 5);
+    assert_int_equal(clip_sets[tissues[2].clip_set].spares[0], 1);
+    assert_int_equal(clip_sets[tissues[2].clip_set].spares[1], 0);
+    assert_int_equal(tissues[3].clip_set, 0);
+    assert_int_equal(clip_sets[0].spares[0], 0);
     sc_free(p.block);
     sc_volume_clear(&volume);
 }

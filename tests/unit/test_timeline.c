@@ -216,7 +216,7 @@ static void a_plane_cuts_while_it_is_active(void **state)
     a.sweeps[0] = (sc_sweep){
         .normal = {0, 1, 0}, .end = 1, .has_active = true, .active_begin = 0.3, .active_end = 0.6};
     sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
-    t.clip_sets[1] = 1;
+    t.clip_sets[1].spares[1] = 1;
     t.clip_set_count = 2;
     for (int k = 0; k <= 10; k++) {
         const sc_scene scene = sc_timeline_scene(&t, k);
@@ -226,6 +226,28 @@ static void a_plane_cuts_while_it_is_active(void **state)
         assert_near(scene.planes[scene.plane_count - 1].normal.z, 1, 0);
         assert_int_equal(scene.clip_sets[0], cuts ? 3 : 1);
         assert_int_equal(scene.clip_sets[1], cuts ? 1 : 0);
+    }
+}
+
+/* Tissues are excepted from a plane from one key frame of its exceptions to the next. */
+static void exceptions_of_a_plane_change_at_their_key_frames(void **state)
+{
+    sc_animation a = animation(11);
+    sc_vec3 corners[CORNERS];
+    sc_timeline t;
+
+    (void)state;
+    box_corners(corners);
+    a.sweep_count = 2;
+    a.sweeps[0] = (sc_sweep){.normal = {0, 0, 1}, .end = 1};
+    a.sweeps[1] =
+        (sc_sweep){.normal = {0, 1, 0}, .end = 1, .except_count = 3, .except_at = {0.2, 0.4, 0.8}};
+    sc_timeline_resolve(&a, corners, CORNERS, 1, &t);
+    t.clip_sets[1].spares[1] = 1u << 0 | 1u << 2;
+    t.clip_set_count = 2;
+    for (int k = 0; k <= 10; k++) {
+        assert_int_equal(sc_timeline_scene(&t, k).clip_sets[0], 3);
+        assert_int_equal(sc_timeline_scene(&t, k).clip_sets[1], k >= 4 && k < 8 ? 3 : 1);
     }
 }
 
@@ -430,7 +452,8 @@ static void light_follows_its_key_frames(void **state)
     const sc_lighting light = {.key = 0.5, .fill = 0.1, .occlusion = 1};
     const sc_light_tracks tracks = {
         .key = {2, {{0.25, {0}, {1, 0, 0}}, {0.75, {0}, {0, 0, 0}}}},
-        .occlusion = {2, {{0, {0}, {0.25, 0, 0}}, {1, {0}, {0.75, 0, 0}}}}};
+        .occlusion = {2, {{0, {0}, {0.25, 0, 0}}, {1, {0}, {0.75, 0, 0}}}},
+        .shadows = {2, {{0, {0}, {1, 0, 0}}, {1, {0}, {0.5, 0, 0}}}}};
     const sc_light_tracks none = {0};
 
     (void)state;
@@ -442,6 +465,8 @@ static void light_follows_its_key_frames(void **state)
     assert_near(sc_light_at(&light, &none, 50, 101).key, 0.5, 0);
     /* What is made once has to do for all frames. */
     assert_near(sc_light_of_all(&light, &tracks).occlusion, 0.75, 0);
+    assert_near(sc_light_at(&light, &tracks, 50, 101).shadows, 0.75, 1e-12);
+    assert_near(sc_light_of_all(&light, &tracks).shadows, 1, 0);
     assert_near(sc_light_of_all(&light, &none).occlusion, 1, 0);
 }
 
@@ -878,13 +903,14 @@ static void expect_factor(const sc_timeline *t, int k, int id, double factor)
 /* Fades follow one another, pulses multiply, and a tissue is not seen before it appears. */
 static void verbs_of_one_tissue_combine(void **state)
 {
-    static const sc_fade fades[] = {{1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0.5, 0},
-                                    {1, SC_VERB_PULSE, 0.1, 0.5, {.kind = SC_EASE_LINEAR}, 0.2, 2},
-                                    {1, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 2, 0},
-                                    {2, SC_VERB_APPEAR, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 1, 0},
-                                    {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, 0, 0},
-                                    {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0, 0},
-                                    {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0}};
+    static const sc_fade fades[] = {
+        {1, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
+        {1, SC_VERB_PULSE, 0.1, 0.5, {.kind = SC_EASE_LINEAR}, 0.2, 2, false},
+        {1, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 2, 0, false},
+        {2, SC_VERB_APPEAR, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 1, 0, false},
+        {2, SC_VERB_FADE, 0.6, 0.7, {.kind = SC_EASE_SMOOTH}, 0, 0, false},
+        {3, SC_VERB_FADE, 0.1, 0.2, {.kind = SC_EASE_LINEAR}, 0, 0, false},
+        {3, SC_VERB_APPEAR, 0.4, 0.6, {.kind = SC_EASE_LINEAR}, 1, 0, false}};
     const sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
 
     (void)state;
@@ -903,6 +929,62 @@ static void verbs_of_one_tissue_combine(void **state)
     expect_factor(&t, 0, 3, 1); /* it is seen, and fades, before it appears again */
     expect_factor(&t, 30, 3, 0);
     expect_factor(&t, 50, 3, 0.5);
+}
+
+/* Key frames give the opacity, on which verbs work: as with a constant of the same value, so that a
+ * fade to an opacity leads there, and one to a share to this share of the key frames. */
+static void verbs_change_what_key_frames_of_an_opacity_give(void **state)
+{
+    static const sc_fade fades[] = {
+        {2, SC_VERB_FADE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 0, false},
+        {2, SC_VERB_FADE, 0.6, 0.8, {.kind = SC_EASE_LINEAR}, 0.25, 0, true},
+        {3, SC_VERB_PULSE, 0.2, 0.4, {.kind = SC_EASE_LINEAR}, 0.5, 1, true}};
+    static const sc_track tracks[] = {
+        {3, {{0.2, {0}, {0.8, 0, 0}}, {0.4, {0}, {0.4, 0, 0}}, {0.8, {0}, {0, 0, 0}}}}};
+    static const sc_tissue tissues[4] = {{0},
+                                         {.visible = true, .opacity = 0.8, .opacity_track = 1},
+                                         {.visible = true, .opacity = 0.8, .opacity_track = 1},
+                                         {.visible = true, .opacity = 0.8, .opacity_track = 1}};
+    sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+
+    (void)state;
+    t.tissues = tissues;
+    t.tissue_tracks = tracks;
+    expect_factor(&t, 0, 1, 1);
+    expect_factor(&t, 30, 1, 0.6 / 0.8);
+    expect_factor(&t, 60, 1, 0.2 / 0.8);
+    expect_factor(&t, 80, 1, 0);
+    expect_factor(&t, 100, 1, 0);
+    expect_factor(&t, 30, 2, 0.75 * 0.6 / 0.8); /* on the way to half of it */
+    expect_factor(&t, 50, 2, 0.5 * 0.3 / 0.8);
+    expect_factor(&t, 70, 2, 0.5 * 0.5 * 0.1 / 0.8 + 0.5 * 0.25);
+    expect_factor(&t, 100, 2, 0.25); /* it has come to an opacity, and stays there */
+    expect_factor(&t, 30, 3, 0.5);   /* the turning point of a pulse to an opacity */
+    expect_factor(&t, 25, 3, (0.5 * 0.7 + 0.5 * 0.4) / 0.8);
+    expect_factor(&t, 50, 3, 0.3 / 0.8);
+}
+
+/* A tissue is there from a key frame that says so to one that says otherwise, whatever verbs do. */
+static void tissues_come_and_go_at_their_key_frames(void **state)
+{
+    static const sc_fade fades[] = {
+        {2, SC_VERB_FADE, 0.5, 0.5, {.kind = SC_EASE_LINEAR}, 0.5, 0, false}};
+    static const sc_track tracks[] = {
+        {3, {{0.2, {0}, {1, 0, 0}}, {0.4, {0}, {0, 0, 0}}, {0.6, {0}, {1, 0, 0}}}}};
+    static const sc_tissue tissues[4] = {{0},
+                                         {.visible = true, .opacity = 1, .visible_track = 1},
+                                         {.visible = true, .opacity = 1, .visible_track = 1}};
+    sc_timeline t = fading(fades, SC_COUNT_OF(fades), 101);
+
+    (void)state;
+    t.tissues = tissues;
+    t.tissue_tracks = tracks;
+    expect_factor(&t, 0, 1, 1);
+    expect_factor(&t, 39, 1, 1);
+    expect_factor(&t, 40, 1, 0);
+    expect_factor(&t, 59, 2, 0);
+    expect_factor(&t, 60, 2, 0.5);
+    expect_factor(&t, 100, 1, 1);
 }
 
 /* Three tissues in a row along x, of 10, 4 and 7 voxels' length. */
@@ -948,7 +1030,7 @@ static void tissues_appear_in_their_order(void **state)
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1},
                                 {.visible = true, .opacity = 1}};
-        const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list)};
+        const sc_verbs all = {&verb, 1, list, SC_COUNT_OF(list), NULL};
         sc_fade *fades;
         size_t count;
 
@@ -987,7 +1069,7 @@ static void tissues_move_apart_and_come_together(void **state)
                               .by = {3, false},
                               .has_axis = true,
                               .axis = {0, 0, 1}}};
-    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list)};
+    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
     sc_label labels[4];
     sc_label_stats stats[4];
     const sc_prepared volume = three_tissues(labels, stats);
@@ -1025,11 +1107,54 @@ static void tissues_move_apart_and_come_together(void **state)
     sc_free(shifts);
     /* Tissues that do the same move as one part. */
     assert_ok(sc_explodes_resolve(&quiet, &volume, tissues,
-                                  &(sc_verbs){verbs + 1, 1, &(sc_verb_tissue){0, "*", ""}, 1},
+                                  &(sc_verbs){verbs + 1, 1, &(sc_verb_tissue){0, "*", ""}, 1, NULL},
                                   &shifts, &t.shift_count));
     assert_int_equal(t.shift_count, 3);
     for (int id = 1; id < 4; id++)
         assert_int_equal(tissues[id].part, 1);
+    sc_free(shifts);
+}
+
+/* Offsets, constant or by key frames, add to what explodes do. */
+static void tissues_have_offsets(void **state)
+{
+    static const sc_verb verb = {.kind = SC_VERB_EXPLODE,
+                                 .begin = 0.5,
+                                 .end = 1,
+                                 .has_axis = true,
+                                 .axis = {0, 0, 1},
+                                 .by = {8, false}};
+    static const sc_verb_tissue list[] = {{0, "right", ""}};
+    static const sc_track tracks[] = {
+        {2, {{0.2, {0}, {2, 0, 0}}, {0.4, {.kind = SC_EASE_LINEAR}, {2, 6, 0}}}}};
+    const sc_verbs all = {&verb, 1, list, 1, tracks};
+    sc_label labels[4];
+    sc_label_stats stats[4];
+    const sc_prepared volume = three_tissues(labels, stats);
+    sc_tissue tissues[4] = {{0},
+                            {.visible = true, .opacity = 1, .offset_mm = {0, 3, 4}},
+                            {.visible = false, .opacity = 1, .offset_mm = {1, 0, 0}},
+                            {.visible = true, .opacity = 1, .offset_track = 1}};
+    sc_timeline t = {.animation = {.frames = 101}};
+    sc_vec3 offsets[4];
+    sc_shift *shifts;
+
+    (void)state;
+    assert_ok(sc_explodes_resolve(&quiet, &volume, tissues, &all, &shifts, &t.shift_count));
+    t.shifts = shifts;
+    assert_true(tissues[1].part && tissues[3].part && tissues[1].part != tissues[3].part);
+    assert_int_equal(tissues[2].part, 0);
+    assert_true(sc_timeline_offsets(&t, 0, offsets, 4));
+    assert_near(offsets[1].y, 3, 0);
+    assert_near(offsets[1].z, 4, 0);
+    assert_near(offsets[3].x, 2, 0);
+    assert_near(offsets[3].y, 0, 0);
+    assert_true(sc_timeline_offsets(&t, 30, offsets, 4));
+    assert_near(offsets[3].y, 3, 1e-12);
+    assert_true(sc_timeline_offsets(&t, 75, offsets, 4));
+    assert_near(offsets[3].x, 2, 0);
+    assert_near(offsets[3].y, 6, 1e-12);
+    assert_near(offsets[3].z, 4, 1e-12);
     sc_free(shifts);
 }
 
@@ -1046,7 +1171,7 @@ static void verbs_need_tissues_that_are_shown(void **state)
     const sc_prepared volume = three_tissues(labels, stats);
     heard h;
     const sc_ctx ctx = listening(&h);
-    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list)};
+    const sc_verbs all = {verbs, SC_COUNT_OF(verbs), list, SC_COUNT_OF(list), NULL};
     sc_fade *fades = NULL;
     size_t count;
 
@@ -1120,8 +1245,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(verbs_of_one_tissue_combine),
+        cmocka_unit_test(verbs_change_what_key_frames_of_an_opacity_give),
+        cmocka_unit_test(tissues_come_and_go_at_their_key_frames),
         cmocka_unit_test(tissues_appear_in_their_order),
         cmocka_unit_test(tissues_move_apart_and_come_together),
+        cmocka_unit_test(tissues_have_offsets),
         cmocka_unit_test(verbs_need_tissues_that_are_shown),
         cmocka_unit_test(an_orbit_begins_in_front_and_closes_without_repeating_a_frame),
         cmocka_unit_test(framing_keeps_all_corners_in_the_picture),
@@ -1129,6 +1257,7 @@ int main(void)
         cmocka_unit_test(framing_heeds_what_the_job_says),
         cmocka_unit_test(a_sweep_is_monotone_and_reaches_both_ends),
         cmocka_unit_test(a_plane_cuts_while_it_is_active),
+        cmocka_unit_test(exceptions_of_a_plane_change_at_their_key_frames),
         cmocka_unit_test(a_plane_sweeps_from_where_it_stands),
         cmocka_unit_test(a_plane_turns_about_its_line),
         cmocka_unit_test(easing_begins_at_0_and_ends_at_1),
