@@ -294,6 +294,12 @@ void sc_job_clear(sc_job *job);
  * same job. @param identity only keys on which the pictures depend. @return SC_ERR_MEMORY. */
 SC_MUST_USE sc_status sc_job_write(const sc_ctx *ctx, const sc_job *job, bool identity,
                                    sc_text *text);
+/** Append a table of all key frames of a job to @p out: a line for each, of its parameter (as for
+ *  --set, with the first one only), its frame, its value, and its ease unless that is linear; shot
+ * by shot. Nothing if there are none. @param most lines that are shown; then one says how many more
+ *  there are. @return SC_ERR_MEMORY. */
+SC_MUST_USE sc_status sc_job_list_key_frames(const sc_ctx *ctx, const sc_job *job, int most,
+                                             sc_text *out);
 /** Append the job to @p text as a JSON object with the keys and values that sc_job_write writes:
  *  numbers and truth values as such, all others as strings. @return SC_ERR_MEMORY; SC_ERR_DATA, not
  * logged, if a path is not UTF-8. */

@@ -164,6 +164,27 @@ static void print_phases(const sc_session *session)
            (ends ? cine->beats : beats) == 1 ? "" : "s", ends ? ", and then the last phase" : "");
 }
 
+/* Print all key frames with the frames that their times mean, up to KEY_FRAMES_SHOWN. */
+static sc_status print_key_frames(const sc_app *app, const sc_job *job)
+{
+    enum { KEY_FRAMES_SHOWN = 100 };
+    sc_text text = {0};
+    sc_status status = sc_job_list_key_frames(app->ctx, job, KEY_FRAMES_SHOWN, &text);
+
+    if (status == SC_OK && text.length_bytes)
+        printf("key frames: parameter, frame (the first is 0), value, ease\n");
+    for (char *line = text.data; status == SC_OK && line && *line;) {
+        char *end = line + strcspn(line, "\n");
+
+        *end = '\0';
+        sc_print(stdout, line);
+        putchar('\n');
+        line = end + 1;
+    }
+    sc_text_clear(&text);
+    return status;
+}
+
 sc_status sc_cmd_check(sc_app *app)
 {
     sc_session session = {0};
@@ -192,6 +213,7 @@ sc_status sc_cmd_check(sc_app *app)
            app->options.fast ? " in its tables (the voxels were not read)" : "");
     print_subjects(&session);
     print_phases(&session);
+    SC_TRY(print_key_frames(app, job));
     sc_label_report_print(&report, stdout);
 out:
     app->label_source = NULL;

@@ -131,3 +131,31 @@ for k in 7 3; do
     "$SEGCAST" still "${keyframes[@]}" --frame $k -o still.png -q --overwrite >/dev/null
     "$IMAGE_DIFFERENCE" still.png all/frames/00000$k.png || fail "still --frame $k is not frame $k of the film"
 done
+
+# check lists them all by their frames, in each shot of a film; of very many the first hundred.
+cat >list.yaml <<'EOF'
+volume: phantom:29x21x31
+tissues:
+  left atrium: {opacity: [{at: 0.5s, value: 1}, {at: 80%, value: 0.25, ease: smooth}], visible: [{at: 45f, value: true}]}
+animation:
+  frames: 61
+  clip: [{plane: {normal: left}, except: [{at: 0:01, value: [aorta, "*ventricle"]}, {at: 2s, value: []}]}]
+EOF
+lists() { # lists FILE [OPTION]...: check lists what stands in FILE
+    "$SEGCAST" check list.yaml "${@:2}" 2>/dev/null | sed -n '/^key frames/,$ {/^ /s/  */ /gp}' >listed.txt
+    diff "$1" listed.txt || fail "check ${*:2} lists other key frames"
+}
+cat >own.txt <<'EOF'
+ tissues."left atrium".opacity 15 1
+ 48 0.25 smooth
+ tissues."left atrium".visible 45 true
+ animation.clip.0.except 30 [aorta, *ventricle]
+ 60 []
+EOF
+lists own.txt
+(echo ' shot 1' && cat own.txt && echo ' shot 2 (Long)' && sed 's/^ 48 / 95.2 /' own.txt) >shots.txt
+lists shots.txt --set 'shots=[{}, {name: Long, animation: {duration: 4s}}, {card: {title: End}, animation: {frames: 30}}]'
+many=$(seq -s, 0 59 | sed 's/[0-9]*/{at: &f, value: 1}/g')
+"$SEGCAST" check list.yaml --set "light.key=[$many]" --set "light.fill=[$many]" 2>/dev/null >many.txt
+[ "$(grep -c '^  ' many.txt)" = 101 ] || fail 'not a hundred key frames are listed'
+grep -q '^  and 25 more$' many.txt || fail 'it is not said how many key frames there are'

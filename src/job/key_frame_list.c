@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The key frames of a job as a table. They are looked for in what the job is written as, so that it
+ * lists all that have any, whatever they are of. */
+#include "segcast/job.h"
+#include "yaml_tree.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    PATH_BYTES = 256,
+    WIDTH = 40 /* of the column of parameters */
+};
+
+/* The table while it is made. */
+typedef struct lister {
+    const sc_ctx *ctx;
+    sc_text *out;
+    int frames;     /* of the animation */
+    int rows, most; /* that there are so far; that are shown */
+    char path[PATH_BYTES];
+} lister;
+
+/* @return whether a node is a list of key frames. */
+static bool is_track(const sc_yaml *node)
+{
+    return node->kind == SC_YAML_LIST && node->count > 0 && sc_yaml_member(node->items[0], "at") &&
+           sc_yaml_member(node->items[0], "value");
+}
+
+/* Append a value: a number, a text, or a list of such. */
+static sc_status add_value(const lister *l, const sc_yaml *node)
+{
+    sc_status status = SC_OK;
+    char *end;
+
+    if (node->kind == SC_YAML_SCALAR) {
+        const double number = strtod(node->text, &end);
+
+        if (end != node->text && !*end)
+            return sc_text_add(l->ctx, l->out, "%.6g", number);
+        return sc_text_add(l->ctx, l->out, "%s", node->text);
+    }
+    SC_TRY(sc_text_add(l->ctx, l->out, "["));
+    for (size_t i = 0; i < node->count && status == SC_OK; i++) {
+        SC_TRY(sc_text_add(l->ctx, l->out, "%s", i ? ", " : ""));
+        status = add_value(l, node->items[i]);
+    }
+    if (status == SC_OK)
+        status = sc_text_add(l->ctx, l->out, "]");
+out:
+    return status;
+}
+
+/* Append the rows of one list of key frames, as far as they are shown. */
+static sc_status add_track(lister *l, const sc_yaml *list)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < list->count && status == SC_OK; i++) {
+        const sc_yaml *key = list->items[i], *ease = sc_yaml_member(key, "ease");
+        const sc_yaml *at = sc_yaml_member(key, "at");
+        const double frame = strtod(at->text, NULL) / 100 * (l->frames - 1);
+        const bool eases =
+            i > 0 && ease && (ease->kind != SC_YAML_SCALAR || strcmp(ease->text, "linear") != 0);
+
+        if (l->rows++ >= l->most)
+            continue;
+        /* to a thousandth: times were rounded down when they became shares */
+        SC_TRY(sc_text_add(l->ctx, l->out, "  %-*s %8.8g  ", WIDTH, i ? "" : l->path,
+                           floor(frame * 1000 + 0.5) / 1000));
+        SC_TRY(add_value(l, sc_yaml_member(key, "value")));
+        if (eases) {
+            SC_TRY(sc_text_add(l->ctx, l->out, "  "));
+            SC_TRY(add_value(l, ease));
+        }
+        status = sc_text_add(l->ctx, l->out, "\n");
+    }
+out:
+    return status;
+}
+
+/* Append the rows of all lists of key frames in and below a node, which has the path l->path. */
+static sc_status walk(lister *l, const sc_yaml *node)
+{
+    const size_t length = strlen(l->path);
+    char *end = l->path + length;
+    const size_t room = sizeof l->path - length;
+    sc_status status = SC_OK;
+
+    if (is_track(node))
+        return add_track(l, node);
+    for (size_t i = 0; i < node->count && status == SC_OK; i++) {
+        const sc_yaml *item = node->items[i];
+        const char *dot = length ? "." : "";
+
+        if (!item->key)
+            snprintf(end, room, "%s%zu", dot, i);
+        else if (strpbrk(item->key, ". "))
+            snprintf(end, room, "%s\"%s\"", dot, item->key);
+        else
+            snprintf(end, room, "%s%s", dot, item->key);
+        status = walk(l, item);
+    }
+    *end = '\0';
+    return status;
+}
+
+/* Append the rows of a job without shots, or of one shot with all that it has of its film. */
+static sc_status list_one(lister *l, const sc_job *job)
+{
+    sc_job whole = *job;
+    sc_text text = {0};
+    sc_yaml *root = NULL;
+    sc_status status;
+
+    whole.film_rules = 0;
+    whole.shot_count = 0;
+    l->frames = job->animation.frames;
+    SC_TRY(sc_job_write(l->ctx, &whole, true, &text));
+    SC_TRY(sc_yaml_parse(l->ctx, "job", text.data, text.length_bytes, &root));
+    status = walk(l, root);
+out:
+    sc_yaml_free(root);
+    sc_text_clear(&text);
+    return status;
+}
+
+/* Append the rows of a shot, below its number and name, if it has any. */
+static sc_status list_shot(lister *l, const sc_shot *shot, size_t i)
+{
+    const char *name = shot->name;
+    const size_t before = l->out->length_bytes;
+    size_t heading;
+    sc_status status;
+
+    SC_TRY(sc_text_add(l->ctx, l->out, " shot %zu%s%s%s\n", i + 1, name[0] ? " (" : "", name,
+                       name[0] ? ")" : ""));
+    heading = l->out->length_bytes;
+    SC_TRY(list_one(l, &shot->job));
+    if (l->out->length_bytes == heading) { /* it has none, or none that is shown */
+        l->out->length_bytes = before;
+        l->out->data[before] = '\0';
+    }
+out:
+    return status;
+}
+
+sc_status sc_job_list_key_frames(const sc_ctx *ctx, const sc_job *job, int most, sc_text *out)
+{
+    lister l = {.ctx = ctx, .out = out, .most = most};
+    sc_status status = SC_OK;
+
+    if (!job->shot_count)
+        SC_TRY(list_one(&l, job));
+    for (size_t i = 0; i < job->shot_count; i++)
+        SC_TRY(list_shot(&l, &job->shots[i], i));
+    if (l.rows > most)
+        status = sc_text_add(ctx, out, "  and %d more\n", l.rows - most);
+out:
+    return status;
+}
