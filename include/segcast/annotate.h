@@ -113,9 +113,9 @@ typedef struct sc_annotations {
     sc_viewport
         space; /**< where it lies if it is not there, for the scale bar; of width 0: there */
     int fps;
-    int first_frame;       /**< frame of the film that is frame 0 here: by it times are counted */
-    const sc_card *card;   /**< NULL: it is no title card */
-    uint8_t background[3]; /**< sRGB, by which the colour of text is chosen */
+    int first_frame;     /**< frame of the film that is frame 0 here: by it times are counted */
+    const sc_card *card; /**< NULL: it is no title card */
+    double dark_text;    /**< as of sc_text_colors */
     const sc_color_scale *scale;   /**< NULL: tissues are not coloured by values */
     sc_image logo;                 /**< from sc_annotations_logo, borrowed; empty: none is drawn */
     const sc_lettering *lettering; /**< from sc_annotations_letter; NULL: nothing is drawn */

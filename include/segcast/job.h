@@ -311,6 +311,9 @@ bool sc_job_has_views(const sc_job *job);
 SC_MUST_USE sc_status sc_write_quoted(const sc_ctx *ctx, const char *value, sc_text *text);
 /** Find the colour behind the tissues in frame @p k of @p frames. @param rgb sRGB. */
 void sc_background_at(const sc_background *background, int k, int frames, uint8_t rgb[3]);
+/** @return how dark text is in frame @p k of @p frames (sc_text_colors). Where the background
+ * becomes dark or light it changes within half a second; at once only if the background jumps. */
+double sc_dark_text_at(const sc_background *background, int k, int frames, int fps);
 /** @return the name of the encoder preset, for example "medium". */
 const char *sc_job_preset(const sc_job *job);
 /** @return whether sc_job.volume names the built-in phantom, and not a file. */

@@ -13,8 +13,8 @@
 typedef struct sc_views {
     sc_vec3 point_mm;        /**< the point that all three slices go through */
     sc_vec3 low_mm, high_mm; /**< the box that fits into every slice */
-    bool oriented;         /**< false: it is unknown which side is left, so no letters are drawn */
-    uint8_t background[3]; /**< sRGB, by which the colours of text and lines are chosen */
+    bool oriented;    /**< false: it is unknown which side is left, so no letters are drawn */
+    double dark_text; /**< as of sc_text_colors, for text and lines */
 } sc_views;
 
 /** @return where the panel of the picture in space lies, in a picture of the given size. */

@@ -16,10 +16,8 @@ sc_drawing sc_drawing_begin(const sc_annotations *a, sc_image *image, const sc_r
 {
     sc_drawing d = {
         .a = a, .image = image, .rows = rows, .margin_px = (int)(0.8 * sc_text_px(a) + 0.5)};
-    const bool is_light = sc_is_light(a->background);
 
-    memset(d.letters.rgb, is_light ? 24 : 235, 3);
-    memset(d.letters.halo, is_light ? 255 : 0, 3);
+    sc_text_colors(a->dark_text, d.letters.rgb, d.letters.halo);
     return d;
 }
 

@@ -495,15 +495,16 @@ static void copy_columns(const sc_image *from, int first, const sc_rows *rows, s
 static void draw_line(const sc_session *front, int k, int x, const sc_rows *rows, sc_image *image)
 {
     const sc_annotations a = sc_session_annotations_at(front, k);
-    const bool is_light = sc_is_light(a.background);
     const int width = image->height_px / 360 > 1 ? image->height_px / 360 : 1;
     const int halo = width / 2 > 1 ? width / 2 : 1, height = front->panel.height_px;
-    const uint8_t dark[3] = {24, 24, 24}, light[3] = {255, 255, 255};
+    const uint8_t level = (uint8_t)(255 + a.dark_text * (24 - 255) + 0.5);
+    const uint8_t halo_level = (uint8_t)(24 + 255 - level);
+    const uint8_t rgb[3] = {level, level, level};
+    const uint8_t halo_rgb[3] = {halo_level, halo_level, halo_level};
 
     sc_overlay_fill(image, &(sc_viewport){x - width / 2 - halo, 0, width + 2 * halo, height},
-                    is_light ? light : dark, 217, rows);
-    sc_overlay_fill(image, &(sc_viewport){x - width / 2, 0, width, height}, is_light ? dark : light,
-                    255, rows);
+                    halo_rgb, 217, rows);
+    sc_overlay_fill(image, &(sc_viewport){x - width / 2, 0, width, height}, rgb, 255, rows);
 }
 
 /* Draw both subjects beside a divider. */

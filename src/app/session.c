@@ -481,11 +481,10 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
-                      .oriented = session->volume.oriented};
-
+                      .oriented = session->volume.oriented,
+                      .dark_text = annotations.dark_text};
     sc_status status;
 
-    memcpy(views.background, scene.look.background, sizeof views.background);
     if (session->job.output.layout == SC_LAYOUT_PICTURE)
         sc_render_frame(renderer, &scene, rows, image, stats);
     else

@@ -37,7 +37,6 @@ sc_annotations sc_session_annotations(const sc_session *session)
         out.within = out.space = session->panel;
     if (session->within.width_px)
         out.within = session->within;
-    memcpy(out.background, job->render.background.rgb, sizeof out.background);
     return out;
 }
 
@@ -46,7 +45,8 @@ sc_annotations sc_session_annotations_at(const sc_session *session, int k)
     const sc_job *job = &session->job;
     sc_annotations out = sc_session_annotations(session);
 
-    sc_background_at(&job->render.background, k, job->animation.frames, out.background);
+    out.dark_text =
+        sc_dark_text_at(&job->render.background, k, job->animation.frames, job->output.fps);
     return out;
 }
 

@@ -6,6 +6,7 @@
 #include "blend.h"
 
 #include <cairo.h>
+#include <string.h>
 
 /* Height of capital letters as a share of the font's ascent, for DejaVu Sans about. */
 #define CAPITAL_HEIGHT 0.76
@@ -124,6 +125,12 @@ void sc_overlay_text(sc_overlay *overlay, double x, double y, int anchor_x, int 
 bool sc_is_light(const uint8_t rgb[3])
 {
     return 2 * rgb[0] + 5 * rgb[1] + rgb[2] > 8 * 110; /* luma of about 110 of 255 */
+}
+
+void sc_text_colors(double dark, uint8_t rgb[3], uint8_t halo[3])
+{
+    memset(rgb, (int)(235 + dark * (24 - 235) + 0.5), 3);
+    memset(halo, (int)(dark * 255 + 0.5), 3);
 }
 
 void sc_overlay_polygon(sc_overlay *overlay, const double (*corners)[2], int count,

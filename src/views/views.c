@@ -93,18 +93,6 @@ static sc_scene slice_scene(const sc_views *v, const struct view *kind, double h
     return scene;
 }
 
-/* Write the colours of text and halo: dark text with a light halo for a light background, and
- * the reverse for a dark one. */
-static void choose_colors(const sc_views *v, uint8_t text[3], uint8_t halo[3])
-{
-    const bool light = sc_is_light(v->background);
-
-    for (int i = 0; i < 3; i++) {
-        text[i] = light ? 24 : 235;
-        halo[i] = light ? 255 : 0;
-    }
-}
-
 /* What all functions draw_* need. Each draws one thing over panel @p p, a part of the picture. */
 typedef struct drawing {
     const sc_views *v;
@@ -247,7 +235,7 @@ sc_status sc_views_draw(const sc_ctx *ctx, sc_renderer *renderer, const sc_views
     sc_status status;
 
     d.text_px = fmax(9, height_px / 42.0);
-    choose_colors(views, d.text_rgb, d.halo_rgb);
+    sc_text_colors(views->dark_text, d.text_rgb, d.halo_rgb);
     sc_render_view(renderer, scene, &space, rows, image, &sum);
     for (int i = 0; i < SLICES; i++) {
         const sc_viewport p = panel(width_px, height_px, i);

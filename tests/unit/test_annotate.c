@@ -44,7 +44,7 @@ static void begin_film(film *f, size_t captions)
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
                                       .fps = 25,
-                                      .background = {255, 255, 255}};
+                                      .dark_text = 1};
 }
 
 /* Give a film @p count tissues, boxes of 10 mm that lie 20 mm from each other along y. */
@@ -186,7 +186,7 @@ static void text_can_be_read_on_any_background(void **state)
         strcpy(f.captions[0].text, "A caption");
         f.overlays.scale_bar = is_bar ? SC_PLACE_TOP_LEFT : SC_PLACE_NONE;
         f.annotations.caption_count = !is_bar;
-        memset(f.annotations.background, dark ? 0 : 255, 3);
+        f.annotations.dark_text = !dark;
         letter_film(&f);
         for (int level = 0; level < 256; level += 51) {
             sc_image image = draw(&f, 3, false, level);

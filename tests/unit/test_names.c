@@ -108,7 +108,7 @@ static void begin_film(film *f, uint64_t seed)
                                       .timeline = &f->timeline,
                                       .within = {0, 0, WIDTH, HEIGHT},
                                       .fps = 30,
-                                      .background = {255, 255, 255}};
+                                      .dark_text = 1};
     assert_ok(sc_annotations_letter(&quiet, &f->annotations, &f->lettering));
     f->annotations.lettering = f->lettering;
 }

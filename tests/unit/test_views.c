@@ -102,10 +102,8 @@ static void slices_are_in_radiological_convention(void **state)
         {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}, {{-25, 0}, {0, -25}}};
     sc_volume volume = shape_volume(size, spacing, 1, 4, rods);
     small_scene s;
-    sc_views views = {.point_mm = {20, 20, 20},
-                      .high_mm = {40, 40, 40},
-                      .oriented = true,
-                      .background = {255, 255, 255}};
+    sc_views views = {
+        .point_mm = {20, 20, 20}, .high_mm = {40, 40, 40}, .oriented = true, .dark_text = 1};
     sc_image image = blank_image(400, 400);
     sc_renderer *r;
     sc_render_stats stats;
