@@ -229,6 +229,12 @@ bool find_geometry(hid_t file, const char *path, const volume *v, answer *a)
     static const double none[3] = {0, 0, 0}, one[3] = {1, 1, 1};
 
     a->head.slope = 1;
+    if (!strncmp(path, MINC "/image/", strlen(MINC "/image/")) &&
+        strncmp(path, MINC "/image/0/", strlen(MINC "/image/0/")) != 0)
+        return say(a, SC_HDF5_DAMAGED,
+                   "%.200s is a coarser copy (MINC), whose place is not known; give " MINC
+                   "/image/0/image",
+                   path);
     if (!strncmp(path, MINC "/image/", strlen(MINC "/image/")))
         return minc_geometry(file, v, a) && minc_scale(file, path, v, a);
     if (!itk_geometry(file, path, a) && !by_attributes(v, "element_size_um", NULL, 1e-3, a) &&

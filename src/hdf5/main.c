@@ -152,7 +152,10 @@ static hid_t open_file(answer *a)
         file = H5Fopen("/dev/fd/0", H5F_ACC_RDONLY, access);
     keep_reason(a);
     H5Pclose(access);
-    if (file < 0)
+    if (file < 0 && strstr(a->why, "unable to lock file"))
+        say(a, SC_HDF5_DAMAGED,
+            "another program has it open for writing; run again when that has closed it");
+    else if (file < 0)
         say_library(a, "cannot be opened as HDF5");
     return file;
 }

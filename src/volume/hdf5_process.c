@@ -132,8 +132,7 @@ sc_status sc_hdf5_begin(const sc_ctx *ctx, const char *path, int file, const cha
                         const int (*voxels)[2], sc_hdf5_process *process)
 {
     char program[PATH_BYTES];
-    const int copy = fcntl(file, F_DUPFD_CLOEXEC, HIGH);
-    int ends[2] = {-1, -1};
+    int copy, ends[2] = {-1, -1};
     double bytes = 0;
     words w;
     int error = 0;
@@ -141,6 +140,7 @@ sc_status sc_hdf5_begin(const sc_ctx *ctx, const char *path, int file, const cha
     find_program(program);
     make_words(ctx, inside, voxels, &w);
     *process = (sc_hdf5_process){.out = -1, .path = path};
+    copy = fcntl(file, F_DUPFD_CLOEXEC, HIGH);
     if (copy < 0 || !make_pipe(ends))
         error = errno;
     else

@@ -234,7 +234,6 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
     void *block;
     sc_status status;
 
-    (void)header_only; /* the voxels are always streamed */
     SC_TRY(sc_zalloc(ctx, 1, sizeof *r, &block));
     source.data = r = block;
     r->file = r->process.out = -1;
@@ -249,6 +248,8 @@ sc_status sc_open_hdf5(const sc_ctx *ctx, const char *path, const sc_read_choice
         SC_TRY(sc_text_copy(ctx, text, &r->inside));
     }
     SC_TRY(cut(ctx, path, read, r, &source));
+    if (!header_only) /* a dataset without any chunk may promise a tebibyte */
+        SC_TRY(sc_volume_memory_check(ctx, path, source.size, 0));
     *out = source;
     source = (sc_source){0};
 out:

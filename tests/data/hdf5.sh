@@ -222,7 +222,12 @@ done <<'TABLE'
 66 gone.h5:/labels No such file or directory
 66 pipe.h5:/labels No such file or directory
 65 gzip.h5 cannot be opened as HDF5: .*; the file is damaged or cut short
+65 minc.mnc:/minc-2.0/image/1/image /minc-2.0/image/1/image is a coarser copy .MINC.
 65 minc_scales.mnc slice [0-9]* has another scale than slice 0 .MINC, image-max.
 65 minc_order.mnc its dimension 2 is ".x1b.31m" .MINC, dimorder., expected xspace, yspace or zspace
 TABLE
+"$python" -c 'import h5py, subprocess, sys
+with h5py.File("plain.h5", "r+"):
+    sys.exit(subprocess.run(sys.argv[1:]).returncode)' "$SEGCAST" info plain.h5 >stdout.txt 2>stderr.txt || code=$?
+grep -q 'plain.h5: another program has it open for writing; run again' stderr.txt || fail "a file that is written: $(cat stderr.txt)"
 expect 65 'level: .*/many.h5:/labels has one resolution' "$SEGCAST" info many.h5:/labels --set volume.level=1
