@@ -13,14 +13,18 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #ifdef __linux__
 #include <sys/prctl.h>
 #endif
 
 enum {
-    FIRST_FREE = 3,        /* descriptor: the file, the pipe and /dev/null are those before it */
-    DESCRIPTORS = 4,       /* so that the library can open the file, and nothing else */
-    DESCRIPTORS_MAX = 4096 /* where the system cannot close all of them by one call */
+    FIRST_FREE = 3,  /* descriptor: the file, the pipe and /dev/null are those before it */
+    DESCRIPTORS = 4, /* so that the library can open the file, and nothing else */
+    CHUNK_MOST_BYTES = 32 << 20, /* whose memory is kept for others; the most that glibc allows */
+    DESCRIPTORS_MAX = 4096       /* where the system cannot close all of them by one call */
 };
 #define ADDRESSES_BYTES                                                                            \
     ((rlim_t)1 << 30) /* for libraries, and for what the file says of itself                       \
@@ -216,6 +220,10 @@ int main(int argc, char **argv)
         return 1;
     memory_bytes = strtoull(argv[2], NULL, 10);
     set_limits(memory_bytes, 8.0 * (double)p.count[0] * (double)p.count[1] * (double)p.count[2]);
+#ifdef __GLIBC__ /* memory of chunks is used again, not given back and got anew for each */
+    mallopt(M_MMAP_THRESHOLD, CHUNK_MOST_BYTES);
+    mallopt(M_TRIM_THRESHOLD, CHUNK_MOST_BYTES);
+#endif
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     H5PLset_loading_state(0); /* filters from directories that the environment names */
     if (!register_lzf())
