@@ -47,7 +47,7 @@ done <<'TABLE'
 65 echo_text the HDF5 library ended too early
 65 yes has answered with what is none
 65 exec_yes_>/dev/stdout has answered with what is none
-65 exec_>&-;exec_sleep_100 the HDF5 library ended too early
+65 exec_>&-;exec_sleep_1000 the HDF5 library ended too early
 TABLE
 chmod -x bin/segcast-hdf5
 expect 71 'the program that reads HDF5, .*segcast-hdf5, cannot be started: ' bin/segcast info small_old.h5
