@@ -64,6 +64,9 @@ typedef struct sc_stage {
     _Atomic uint64_t done;       /**< of `total`; may lie beyond it by rounding */
     _Atomic uint64_t total;      /**< 0: unknown */
     _Atomic double begin_s;      /**< when the stage began, by sc_wall_s */
+    /** For which of several things of a kind this is done: `1 << 16 | 20` is the first of 20; 0:
+     *  there is one */
+    _Atomic uint32_t turn;
 } sc_stage;
 
 /** The context of a call: where messages go and, in tests, how many allocations still succeed. Each
@@ -226,6 +229,17 @@ SC_MUST_USE sc_status sc_file_map_identified(const sc_ctx *ctx, const char *path
 /** End the mapping of sc_file_map: @p data and @p bytes are its outputs. NULL is allowed. */
 void sc_file_unmap(const void *data, size_t bytes);
 
+/** What a process is going to do with memory that is mapped from a file. */
+typedef enum sc_memory_use {
+    SC_MEMORY_NOT_NEEDED, /**< nothing for now: the system may use the room for something else */
+    SC_MEMORY_NEEDED_SOON /**< to read it: the system may begin to fetch it from the file */
+} sc_memory_use;
+/** Tell the system what will be done with @p bytes bytes at @p data, the beginning of a mapping
+ *  that shares its changes with its file (MAP_SHARED; so does sc_file_map). What it holds stays the
+ *  same: what is not needed leaves the memory of this process at once, and is fetched again, from
+ *  the file or from what the system keeps of it, when it is read. NULL is allowed. Threads: any. */
+void sc_file_advise(const void *data, size_t bytes, sc_memory_use use);
+
 /** Longest name of a host, terminator included. */
 enum { SC_HOST_BYTES = 65 };
 /** Write the name of this host to @p out; "host" if it has none. */
@@ -330,6 +344,10 @@ void sc_parallel_for(int threads, size_t count, size_t chunk, sc_range_fn *body,
  *  @param done, total how much of it is done already, and of how much; total 0: unknown.
  *  Threads: one at a time. Does nothing without ctx->stage. */
 void sc_stage_begin(const sc_ctx *ctx, const char *name, uint64_t done, uint64_t total);
+/** Say that this stage and those that follow are done for the thing with number @p number, from 1,
+ *  of @p count things, such as the phases of a series, up to 65535; count 0: no longer for one of
+ *  several. Threads: as of sc_stage_begin. Does nothing without ctx->stage. */
+void sc_stage_turn(const sc_ctx *ctx, int number, int count);
 /** Add @p count to what is done of the stage. Threads: any. */
 void sc_stage_add(const sc_ctx *ctx, uint64_t count);
 /** Say that nothing that takes long is being done. Threads: as of sc_stage_begin. */

@@ -96,6 +96,13 @@ sc_shared_place sc_shared_place_of(const sc_shared *shared);
 /** @return the errno that says why the block is not in a file although that was preferred; 0: it
  * is, or was not, or another rank of the node knows. */
 int sc_shared_file_error(const sc_shared *shared);
+/** Tell the system what this rank will do with the block: see sc_file_advise. A block that is in no
+ *  file stays in memory as it is. Not collective: other ranks of the node may be reading it. */
+void sc_shared_advise(sc_shared *shared, sc_memory_use use);
+/** @return on all ranks SC_OK if on each node the folder has room for @p bytes bytes more, or if
+ *  the system does not tell; else SC_ERR_MEMORY, not logged. Of the ranks of a node the first one's
+ *  @p folder and @p bytes count. Collective. */
+SC_MUST_USE sc_status sc_comm_agree_room(sc_comm *comm, const char *folder, uint64_t bytes);
 /** @return the block at its address in this process. */
 void *sc_shared_data(const sc_shared *shared);
 /** Copy the block of rank 0's node to those of the other nodes, in place of what they hold; blocks

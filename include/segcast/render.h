@@ -55,6 +55,9 @@ typedef struct sc_render_settings {
      * the threads: those of a node derive together what they draw from, and share it. Borrowed. */
     sc_comm *comm;
     const char *folder; /**< as of sc_team_open; not read without comm */
+    /** NULL, or a renderer with the same threads and tiles that never draws at the same time: the
+     *  memory in which it draws tiles is used, too. Borrowed until sc_renderer_free. */
+    const struct sc_renderer *lender;
 } sc_render_settings;
 
 /** Draws frames of one volume with one set of tissues and settings. */
@@ -82,6 +85,10 @@ SC_MUST_USE sc_status sc_renderer_new(const sc_ctx *ctx, const sc_render_setting
 /** Free a renderer and everything it owns, on this rank alone; NULL is allowed. The volume stays
  * the caller's. */
 void sc_renderer_free(sc_renderer *renderer);
+/** Tell the system whether this rank will soon draw with the renderer, or not for a while: see
+ *  sc_team_advise, for what was derived from the volume. The volume itself is the caller's. Not
+ *  while a frame is being drawn. */
+void sc_renderer_advise(sc_renderer *renderer, sc_memory_use use);
 /** Points in RAS mm among which are all corners of the convex hull of what is visible, for
  *  framing: @p count of them, 0 if nothing is visible. They stay owned by the renderer. */
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count);

@@ -46,6 +46,9 @@ bool sc_team_has_room(sc_team *team, uint64_t bytes);
  *  sc_team_free. */
 SC_MUST_USE sc_status sc_team_alloc(const sc_ctx *ctx, sc_team *team, size_t count, size_t size,
                                     void **out);
+/** Tell the system what this rank will do with all arrays of the team: see sc_shared_advise. Not
+ *  collective. */
+void sc_team_advise(sc_team *team, sc_memory_use use);
 /** Free @p data, an array of the team, on this rank. Not collective; NULL is allowed. */
 void sc_team_free(sc_team *team, void *data);
 /** Copy @p bytes (the same number on all ranks) of each rank's @p mine to *all, [ranks][bytes], in

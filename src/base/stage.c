@@ -23,6 +23,12 @@ void sc_stage_add(const sc_ctx *ctx, uint64_t count)
         atomic_fetch_add_explicit(&ctx->stage->done, count, memory_order_relaxed);
 }
 
+void sc_stage_turn(const sc_ctx *ctx, int number, int count)
+{
+    if (ctx && ctx->stage)
+        atomic_store(&ctx->stage->turn, (uint32_t)number << 16 | (uint32_t)count);
+}
+
 void sc_stage_end(const sc_ctx *ctx)
 {
     sc_stage_begin(ctx, NULL, 0, 0);

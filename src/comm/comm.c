@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "comm_ops.h"
+#include "shared_file.h"
 
 sc_status sc_comm_open(const sc_ctx *ctx, bool launched, sc_comm **out)
 {
@@ -89,6 +90,19 @@ sc_shared_place sc_shared_place_of(const sc_shared *shared)
 int sc_shared_file_error(const sc_shared *shared)
 {
     return shared->file_error;
+}
+
+void sc_shared_advise(sc_shared *shared, sc_memory_use use)
+{
+    if (shared->place == SC_SHARED_IN_FILE)
+        sc_file_advise(shared->data, shared->bytes, use);
+}
+
+sc_status sc_comm_agree_room(sc_comm *comm, const char *folder, uint64_t bytes)
+{
+    const bool fits = bytes <= SIZE_MAX && sc_shared_folder_has_room(folder, (size_t)bytes, 0);
+
+    return sc_comm_agree(comm, comm->node_rank > 0 || fits ? SC_OK : SC_ERR_MEMORY);
 }
 
 void *sc_shared_data(const sc_shared *shared)

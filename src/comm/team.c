@@ -120,6 +120,14 @@ out:
     return status;
 }
 
+void sc_team_advise(sc_team *team, sc_memory_use use)
+{
+    for (team_array *a = team->arrays; a; a = a->next) {
+        if (a->shared)
+            sc_shared_advise(a->shared, use);
+    }
+}
+
 void sc_team_free(sc_team *team, void *data)
 {
     for (team_array **at = &team->arrays; *at; at = &(*at)->next) {

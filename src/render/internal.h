@@ -101,7 +101,8 @@ struct sc_renderer {
     uint8_t empty[4];       /* the background as a pixel, sRGB, or as one of alpha 0 */
     sc_render_stats *stats; /* [threads], of the present frame */
     sc_render_span *spans;  /* [threads] */
-    sc_pixel_state *pixels; /* [threads][(tile + 2)^2]: a tile within a frame of one pixel */
+    sc_pixel_state *pixels; /* [threads][(tile + 2)^2]: a tile within a frame of one pixel; of
+                               settings.lender, if there is one */
 };
 
 /* What all rays of a view share. Its vectors are in voxels: the eye's position, and directions per

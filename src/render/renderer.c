@@ -190,8 +190,12 @@ static sc_status allocate(const sc_ctx *ctx, sc_renderer *r)
     r->stats = block;
     SC_TRY(sc_zalloc(ctx, threads, sizeof *r->spans, &block));
     r->spans = block;
-    SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->pixels, &block));
-    r->pixels = block;
+    if (r->settings.lender) {
+        r->pixels = r->settings.lender->pixels;
+    } else {
+        SC_TRY(sc_alloc(ctx, threads * side * side, sizeof *r->pixels, &block));
+        r->pixels = block;
+    }
     SC_TRY(sc_alloc(ctx, SC_COVER_SIDE, SC_COVER_SIDE, &block));
     r->cover = block;
 out:
@@ -289,8 +293,14 @@ void sc_renderer_free(sc_renderer *r)
     sc_free(r->cover);
     sc_free(r->stats);
     sc_free(r->spans);
-    sc_free(r->pixels);
+    if (!r->settings.lender)
+        sc_free(r->pixels);
     sc_free(r);
+}
+
+void sc_renderer_advise(sc_renderer *renderer, sc_memory_use use)
+{
+    sc_team_advise(renderer->team, use);
 }
 
 const sc_vec3 *sc_renderer_hull(const sc_renderer *renderer, size_t *count)
@@ -311,7 +321,8 @@ uint64_t sc_renderer_bytes(const sc_renderer *r)
 
     return sizeof *r + (size_t)r->volume->label_count * (sizeof *r->tissues + sizeof *r->looks) +
            sc_fades_bytes(r) + sc_parts_bytes(r) + (size_t)SC_COVER_SIDE * SC_COVER_SIDE +
-           threads * (side * side * sizeof *r->pixels + sizeof *r->stats + sizeof *r->spans);
+           threads * (sizeof *r->stats + sizeof *r->spans) +
+           (r->settings.lender ? 0 : threads * side * side * sizeof *r->pixels);
 }
 
 uint64_t sc_renderer_derived_bytes(const sc_renderer *r)

@@ -118,6 +118,68 @@ static void blocks_are_files_where_that_is_preferred(void **state)
     assert_int_equal(rmdir(folder), 0);
 }
 
+/* @return the resident bytes of this process; 0 where the system does not tell. */
+static size_t resident_bytes(void)
+{
+    FILE *stream = fopen("/proc/self/statm", "r");
+    unsigned long all = 0, resident = 0;
+
+    if (!stream)
+        return 0;
+    if (fscanf(stream, "%lu %lu", &all, &resident) != 2)
+        resident = 0;
+    fclose(stream);
+    return resident * (size_t)sysconf(_SC_PAGESIZE);
+}
+
+/* What is not needed for now leaves the memory of the process, if it is in a file, and is there
+ * again when it is read. */
+static void what_is_not_needed_leaves_the_memory(void **state)
+{
+    enum { BYTES = 48 << 20, MOST = 8 << 20 };
+    const sc_ctx silent = {.rank = 0};
+    sc_comm *comm;
+    sc_shared *shared;
+    sc_team *team;
+    size_t before, used;
+    void *array;
+
+    (void)state;
+    assert_int_equal(mkdir(folder, 0777), 0);
+    assert_int_equal(sc_comm_self_open(&silent, &comm), SC_OK);
+    sc_comm_prefer_files(comm, true);
+    before = resident_bytes();
+    assert_int_equal(sc_shared_alloc(&silent, comm, BYTES, folder, &shared), SC_OK);
+    memset(sc_shared_data(shared), 5, BYTES);
+    assert_int_equal(sc_team_open(&silent, comm, 1, folder, &team), SC_OK);
+    assert_int_equal(sc_team_alloc(&silent, team, BYTES, 1, &array), SC_OK);
+    memset(array, 7, BYTES);
+    used = resident_bytes();
+    assert_true(!used || used > before + 2 * BYTES - MOST);
+    sc_shared_advise(shared, SC_MEMORY_NOT_NEEDED);
+    sc_team_advise(team, SC_MEMORY_NOT_NEEDED);
+    assert_true(resident_bytes() <= before + MOST);
+    sc_shared_advise(shared, SC_MEMORY_NEEDED_SOON);
+    for (int i = 0; i < BYTES; i += 4093) {
+        assert_int_equal(((char *)sc_shared_data(shared))[i], 5);
+        assert_int_equal(((char *)array)[i], 7);
+    }
+    sc_team_close(team);
+    sc_shared_free(shared);
+
+    sc_comm_prefer_files(comm, false); /* what is in memory alone stays there */
+    assert_int_equal(sc_shared_alloc(&silent, comm, BYTES, folder, &shared), SC_OK);
+    memset(sc_shared_data(shared), 3, BYTES);
+    sc_shared_advise(shared, SC_MEMORY_NOT_NEEDED);
+    for (int i = 0; i < BYTES; i += 4093)
+        assert_int_equal(((char *)sc_shared_data(shared))[i], 3);
+    sc_shared_free(shared);
+    assert_int_equal(sc_comm_agree_room(comm, folder, 1), SC_OK);
+    assert_int_equal(sc_comm_agree_room(comm, folder, (uint64_t)1 << 60), SC_ERR_MEMORY);
+    sc_comm_close(comm);
+    assert_int_equal(rmdir(folder), 0);
+}
+
 /* Why there is no file tells errno. */
 static void a_folder_without_room_is_told(void **state)
 {
@@ -137,6 +199,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_a_killed_process_left_is_cleared_by_the_next),
         cmocka_unit_test(blocks_are_files_where_that_is_preferred),
+        cmocka_unit_test(what_is_not_needed_leaves_the_memory),
         cmocka_unit_test(a_folder_without_room_is_told),
     };
 
