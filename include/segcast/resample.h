@@ -94,8 +94,9 @@ typedef struct sc_between sc_between;
  * The result takes 80 bytes for each voxel whose label changes. The search takes 12 bytes more for
  * each of these, and 16 bytes for each voxel of a box: the largest of the boxes that enclose, for
  * each label, the voxels that change from or to it. @param threads as of
- *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY. Caller owns *out:
- *  sc_between_free. */
+ *  sc_parallel_for; the result does not depend on it. @return SC_ERR_MEMORY; SC_ERR_SYSTEM, logged,
+ *  if that, and a copy of a volume, is more than ctx->memory_max_bytes, or if the box has too many
+ *  voxels. Caller owns *out: sc_between_free. */
 SC_MUST_USE sc_status sc_between_find(const sc_ctx *ctx, const sc_volume *a, const sc_volume *b,
                                       int threads, sc_between **out);
 /** Change @p volume, a copy of the first or of the second volume, to the labels at a moment between

@@ -260,7 +260,30 @@ static float border_at(const between_work *w, int which, size_t at)
 
 /* ---- what changes ---- */
 
-/* Fill the list of the voxels that change, and the boxes. @return SC_ERR_MEMORY. */
+/* Check that what the search and the result take may be used: see sc_between_find. @param changes
+ * voxels that change. @param box voxels of the largest box; 0: not known yet. */
+static sc_status check_memory(const sc_ctx *ctx, const sc_volume *v, size_t changes, size_t box)
+{
+    const double limit = (double)ctx->memory_max_bytes;
+    const double bytes =
+        (double)sc_volume_voxels(v) * v->label_bytes +
+        (double)changes * (sizeof(change) + 2 * sizeof(carrier) + 3 * sizeof(float)) +
+        2.0 * (double)box * (sizeof(float) + sizeof(int32_t));
+    char needed[24], allowed[24];
+
+    if (limit == 0 || bytes <= limit)
+        return SC_OK;
+    return sc_fail(
+        ctx, SC_ERR_SYSTEM,
+        "cine: between: %zu voxels change from one phase to the next, and to interpolate "
+        "them takes about %s of memory, more than the limit of %s; crop or resample the "
+        "volumes, leave between out, or raise the limit where there is more memory: "
+        "--max-memory %.0fM",
+        changes, sc_size_text(bytes, needed), sc_size_text(limit, allowed),
+        ceil(bytes / (1024 * 1024)));
+}
+
+/* Fill the list of the voxels that change, and the boxes. @return SC_ERR_MEMORY, SC_ERR_SYSTEM. */
 static sc_status list_changes(const sc_ctx *ctx, between_work *w)
 {
     const size_t voxels = sc_volume_voxels(w->a), nx = (size_t)w->a->size[0];
@@ -275,7 +298,9 @@ static sc_status list_changes(const sc_ctx *ctx, between_work *w)
     }
     if (!count)
         return SC_OK;
-    status = sc_alloc(ctx, count, sizeof *w->result->all, &block);
+    status = check_memory(ctx, w->a, count, 0);
+    if (status == SC_OK)
+        status = sc_alloc(ctx, count, sizeof *w->result->all, &block);
     if (status != SC_OK)
         return status;
     w->result->all = block;
@@ -550,6 +575,7 @@ static sc_status make_room(const sc_ctx *ctx, between_work *w)
             "cine: between: tissues that move take %zu voxels, expected at most %d; draw "
             "a part of the volumes (crop), or leave between out",
             most, INT32_MAX);
+    SC_TRY(check_memory(ctx, w->a, count, most));
     for (int i = 0; i < 3; i++) {
         w->step_mm[i] = (float)sc_vec3_length(sc_affine_column(&w->a->to_ras_mm, i));
         w->line = (size_t)w->a->size[i] + 1 > w->line ? (size_t)w->a->size[i] + 1 : w->line;

@@ -219,6 +219,27 @@ static void ends_are_the_phases(void **state)
     sc_volume_clear(&b);
 }
 
+/* What the search takes is refused if it may not be used, before it is allocated. */
+static void the_limit_of_memory_holds(void **state)
+{
+    const sc_volume a = phantom_at(0), b = phantom_at(0.2);
+    const size_t voxels = sc_volume_voxels(&a);
+    const sc_ctx low = {.memory_max_bytes = voxels + 1000},
+                 middle = {.memory_max_bytes = 6 * voxels};
+    const sc_ctx high = {.memory_max_bytes = 60 * voxels};
+    sc_between *between = NULL;
+    sc_volume mine[2] = {a, b};
+
+    (void)state;
+    assert_int_equal(sc_between_find(&low, &a, &b, 1, &between), SC_ERR_SYSTEM); /* the changes */
+    assert_int_equal(sc_between_find(&middle, &a, &b, 1, &between), SC_ERR_SYSTEM); /* the box */
+    assert_null(between);
+    assert_ok(sc_between_find(&high, &a, &b, 1, &between));
+    sc_between_free(between);
+    sc_volume_clear(&mine[0]);
+    sc_volume_clear(&mine[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -226,6 +247,7 @@ int main(void)
         cmocka_unit_test(a_thin_wall_moves_whole),
         cmocka_unit_test(a_thin_shell_grows_whole),
         cmocka_unit_test(ends_are_the_phases),
+        cmocka_unit_test(the_limit_of_memory_holds),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
