@@ -141,6 +141,7 @@ typedef struct sc_read_choice {
                              last */
     sc_vec3 corners[2]; /**< SC_READ_MM: two opposite corners */
     const char *where;  /**< "file:line" for messages; NULL: none */
+    bool is_image;      /**< a grey volume is read: for messages */
 } sc_read_choice;
 /** Find how many phases a volume file holds (4-D), from its header: 1 also for a file that is
  *  missing or broken, without a message. @param step_s the time from one to the next; 0 if there is

@@ -47,7 +47,7 @@ static sc_status check_memory(const sc_ctx *ctx, const char *path, const sc_grey
 static sc_status open_grey(const sc_ctx *ctx, const char *path, bool header_only, sc_source *source,
                            sc_grey *grey)
 {
-    const sc_read_choice whole = {0};
+    const sc_read_choice whole = {.is_image = true};
     sc_status status;
 
     SC_TRY(sc_open_source(ctx, path, &whole, header_only, source));

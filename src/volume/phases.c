@@ -257,8 +257,15 @@ out:
 }
 
 /* Log that a file holds several phases, of which none was chosen. @return SC_ERR_DATA. */
-static sc_status refuse_several(const sc_ctx *ctx, const char *path, const sc_source *source)
+static sc_status refuse_several(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
+                                const sc_source *source)
 {
+    if (choice->is_image)
+        return sc_fail(ctx, SC_ERR_DATA,
+                       "%s: holds %d images, one for each time (4-D), expected one, which is shown "
+                       "with all phases of the volume; write the one that fits into a file of its "
+                       "own: fslroi, c4d -slice t, or the Sequences module of 3D Slicer do so",
+                       path, source->phases);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: holds %d volumes, one for each time (4-D), expected one; cine: {} in the "
                    "job shows them as the phases of a beat, and volume: {path: FILE, phase: N} "
@@ -276,7 +283,7 @@ sc_status sc_source_choose_phase(const sc_ctx *ctx, const char *path, const sc_r
     sc_status status = SC_OK;
 
     if (source->phases > 1 && !choice->phase)
-        return refuse_several(ctx, path, source);
+        return refuse_several(ctx, path, choice, source);
     if (choice->phase > 1 && choice->phase > source->phases)
         return sc_fail(ctx, SC_ERR_DATA, "%s: phase: %zu, but %s holds %d, expected 0 to %d",
                        sc_read_where(choice, path), phase, path,
