@@ -41,6 +41,7 @@ typedef struct sc_display sc_display;
 /* What a stage says of itself at a moment. */
 typedef struct sc_stage_view {
     const char *name;     /* NULL: there is no stage, and all else is 0 */
+    char text[64];        /* the name, and which of several phases of a series it is for */
     uint64_t done, total; /* total 0: unknown */
     double share;         /* 0 to 1; -1: unknown */
     double elapsed_s;     /* since the stage began */
@@ -248,21 +249,21 @@ sc_status sc_session_inspect_all(sc_app *app, bool header_only, sc_session *sess
 /* If the argument of a command that has no job file is a pattern, such as heart_*.nrrd, and no
  * file, let the series of files be phases of a beat, as the default. Not collective. */
 sc_status sc_expect_series(sc_app *app);
-/* @return how many phases a session has: 1 if its volume is no series. Not collective. */
-int sc_session_phase_count(const sc_session *session);
-/* @return the volume of phase @p phase, borrowed. Not collective. */
-const sc_prepared *sc_session_phase_volume(const sc_session *session, int phase);
-/* @return the renderer of phase @p phase; NULL before it is made. Not collective. */
-sc_renderer *sc_session_phase_renderer(const sc_session *session, int phase);
-/* @return the phase that frame @p k of the session shows, which may be that of a shot. Not
- * collective. */
-int sc_session_phase_at(const sc_session *session, int k);
 /* @return the hash of the volume: of a series, of all its phases in their order. Not collective. */
 uint64_t sc_phases_hash(const sc_session *session);
 /* Begin a session @p out for phase @p phase alone, whose job is that of @p session with that volume
  * and no cine. It borrows from the job of @p session: sc_session_end_phase instead of
  * sc_session_clear. Not collective. */
 void sc_session_begin_phase(const sc_session *session, int phase, sc_session *out);
+/* The same for a phase that is interpolated between phase @p phase, which is prepared as @p before,
+ * and the next one. The caller sets out->given on rank 0. Not collective. */
+void sc_session_begin_between(const sc_session *session, int phase, const sc_prepared *before,
+                              sc_session *out);
+/* Refuse phase @p index of a session, @p b, if its grid or labels are not those of the first, @p a.
+ * @param all labels of volumes whose voxels were read, so that the lack of one is known. Not
+ * collective. @return SC_ERR_DATA. */
+sc_status sc_check_phase(const sc_ctx *ctx, const sc_session *session, const sc_prepared *a,
+                         const sc_prepared *b, int index, bool all);
 /* Free what a session of a phase owns. Collective. */
 void sc_session_end_phase(sc_session *phase);
 /* Free phases; NULL is allowed. Collective. */
@@ -272,6 +273,29 @@ void sc_phases_free(sc_phases *phases);
  * also after an error. Not collective. */
 sc_status sc_phase_path(const sc_ctx *ctx, const char *path, const char *ending, int phase,
                         int count, sc_text *text);
+/* ---- phase_memory.c: which phases are in the memory of a rank; not collective ---- */
+
+/* @return how many phases a session has: 1 if its volume is no series. */
+int sc_session_phase_count(const sc_session *session);
+/* @return the volume of phase @p phase, borrowed. */
+const sc_prepared *sc_session_phase_volume(const sc_session *session, int phase);
+/* @return the renderer of phase @p phase; NULL before it is made. */
+sc_renderer *sc_session_phase_renderer(const sc_session *session, int phase);
+/* @return the phase that frame @p k of the session shows, which may be that of a shot. */
+int sc_session_phase_at(const sc_session *session, int k);
+/* As sc_session_phase_renderer of the phase of frame @p k, which is going to be drawn: the other
+ * phases leave the memory of this rank, but for the one that was drawn before, and the system is
+ * told which one may be next. */
+sc_renderer *sc_session_begin_frame(const sc_session *session, int k);
+/* Let a phase leave the memory of this rank, if it is in a file: its volume and what the session's
+ * renderer of it has derived. It can be used as before. */
+void sc_session_unload_phase(const sc_session *session, int phase);
+/* Let all phases from which frames were drawn leave the memory of this rank; before their renderers
+ * are freed. NULL is allowed. */
+void sc_phases_unload(sc_phases *phases);
+/* @return which share of what is prepared for a session, and derived from it, is in the memory of a
+ * node at a time: 1 unless its phases are held in files. */
+double sc_session_loaded_share(const sc_session *session);
 /* @return the folder for files that ranks share where /dev/shm has no room. */
 const char *sc_temporary_folder(void);
 /* Map the prepared file that session->job names on every rank, and make sure that it is the same
@@ -360,6 +384,9 @@ sc_annotations sc_session_annotations_at(const sc_session *session, int k);
  * fonts. If session->front is set, its lettering is made before. @return as sc_annotations_letter,
  * sc_annotations_logo and sc_annotations_plan_names. */
 sc_status sc_session_letter(sc_app *app, sc_session *session);
+/* Copy the voxels and the labels of a prepared volume. @return SC_ERR_MEMORY. Caller owns *out:
+ * sc_volume_clear. Not collective. */
+sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume *out);
 /* A volume that was read for a job, and how it is to be prepared. */
 typedef struct sc_volume_input {
     sc_volume volume;             /* owned */

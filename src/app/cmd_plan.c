@@ -124,7 +124,7 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
     const sc_plan_disk *disk = &plan->disk;
     json_t *json = json_pack(
         "{s:s, s:i, s:[i,i], s:i, s:i, s:i, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:I, s:I, s:I, "
-        "s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I}, s:o, s:o}",
+        "s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I}, s:o, s:o}",
         "schema", "segcast-plan-1", "frames", job->animation.frames, "size", job->output.size_px[0],
         job->output.size_px[1], "samples", job->render.samples, "frames_measured", p->partly_drawn,
         "frames_encoded", p->encoded, "draw_cpu_s_per_frame", p->draw_cpu_s, "draw_cpu_s",
@@ -132,12 +132,12 @@ static sc_status print_json(const sc_ctx *ctx, const job_plan *plan)
         "encode_cpu_s", plan->encode_cpu_s, "prepare_cpu_s", p->prepare_cpu_s, "prepare_wall_s",
         p->prepare_wall_s, "core_hours", all_cpu_s(plan) / 3600, "memory", "prepared_bytes",
         (json_int_t)p->prepared_bytes, "derived_bytes", (json_int_t)p->derived_bytes,
-        "program_bytes", (json_int_t)p->program_bytes, "renderer_bytes",
-        (json_int_t)p->renderer_bytes, "encoder_bytes", (json_int_t)p->encoder_bytes, "disk",
-        "video_bytes", (json_int_t)disk->video, "png_bytes", (json_int_t)disk->frames,
-        "records_bytes", (json_int_t)disk->records, "end_bytes", (json_int_t)disk->end,
-        "peak_bytes", (json_int_t)disk->peak, "runs", runs_json(plan), "scaling",
-        scaling_json(plan));
+        "loaded_bytes", (json_int_t)p->loaded_bytes, "program_bytes", (json_int_t)p->program_bytes,
+        "renderer_bytes", (json_int_t)p->renderer_bytes, "encoder_bytes",
+        (json_int_t)p->encoder_bytes, "disk", "video_bytes", (json_int_t)disk->video, "png_bytes",
+        (json_int_t)disk->frames, "records_bytes", (json_int_t)disk->records, "end_bytes",
+        (json_int_t)disk->end, "peak_bytes", (json_int_t)disk->peak, "phase_file_bytes",
+        (json_int_t)p->phase_file_bytes, "runs", runs_json(plan), "scaling", scaling_json(plan));
     char *text = json ? json_dumps(json, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
 
     json_decref(json);
@@ -208,7 +208,7 @@ static void print_text(const job_plan *plan)
     const sc_job *job = &session->job;
     const sc_plan_probe *p = &plan->probe;
     const int *size_px = job->output.size_px;
-    char prepared[24], encoder[24];
+    char prepared[24], encoder[24], files[24], loaded[24];
 
     printf("frames           %d of %d x %d, %d ray%s per pixel\n", job->animation.frames,
            size_px[0], size_px[1], job->render.samples, job->render.samples == 1 ? "" : "s");
@@ -223,6 +223,10 @@ static void print_text(const job_plan *plan)
 
         printf("  compared with  %d x %d x %d voxels\n", v->size[0], v->size[1], v->size[2]);
     }
+    if (p->phase_file_bytes)
+        printf("phases           %d, in files of %s in all in %s; %s of them in memory at a time\n",
+               sc_session_phase_count(session), sc_size_text((double)p->phase_file_bytes, files),
+               sc_temporary_folder(), sc_size_text((double)p->loaded_bytes, loaded));
     printf("measured         bands of %d frames, %d whole frames\n", p->partly_drawn, p->encoded);
     printf("preparing        %.1f CPU s, %.1f s here\n", p->prepare_cpu_s, p->prepare_wall_s);
     printf("drawing          %.1f CPU s, %.3f per frame\n", plan->draw_cpu_s, p->draw_cpu_s);

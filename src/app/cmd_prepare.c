@@ -2,6 +2,7 @@
 /* segcast prepare: write the prepared volume to a file; jobs that map it start without preparing.
  */
 #include "app.h"
+#include "segcast/resample.h"
 
 #include <string.h>
 
@@ -86,37 +87,129 @@ static sc_status check_input(const sc_app *app, const sc_session *session, const
     return status;
 }
 
-/* Prepare each phase of a session's volume, and write it to a file of its own: @p path with the
- * number of the phase. */
+/* What is prepared of a series: so many phases, each of which is followed by those between it and
+ * the next, so that @p each come of one. */
+typedef struct series {
+    sc_app *app; /* with a store for the phases of one file */
+    sc_session *session;
+    const char *path; /* of the files, without the number of the phase */
+    int count, each;
+    float *opacity; /* as of prepare_file; owned */
+} series;
+
+/* Write the path of the file of a phase, those between counted. @param text the caller clears it.
+ */
+static sc_status find_path(const series *s, int phase, sc_text *text)
+{
+    sc_text_clear(text);
+    return sc_phase_path(s->app->ctx, s->path, ENDING, phase, s->count * s->each, text);
+}
+
+/* Prepare a phase of the input, and write it to its file. */
+static sc_status prepare_phase(series *s, int phase)
+{
+    sc_session one;
+    sc_text name = {0};
+    sc_status status;
+
+    sc_stage_turn(s->app->ctx, phase * s->each + 1, s->count * s->each);
+    SC_TRY(find_path(s, phase * s->each, &name));
+    sc_session_begin_phase(s->session, phase, &one);
+    one.is_later_phase = false; /* each file has colours, so that it can be used alone */
+    SC_TRY(prepare_file(s->app, &one, name.data, &s->opacity));
+    s->session->drawn = one.drawn;
+    s->session->drawn_known = one.drawn_known;
+out:
+    sc_text_clear(&name);
+    return status;
+}
+
+/* Map the file of a phase that was prepared. Caller owns *out and *bytes: sc_file_unmap. */
+static sc_status map_phase(const series *s, int phase, const void **out, size_t *bytes,
+                           sc_prepared *view)
+{
+    sc_text name = {0};
+    const void *mapped = NULL;
+    sc_status status;
+
+    SC_TRY(find_path(s, phase * s->each, &name));
+    SC_TRY(sc_file_map(s->app->ctx, name.data, &mapped, bytes));
+    SC_TRY(sc_prepared_file_view(s->app->ctx, name.data, mapped, *bytes, view));
+    *out = mapped;
+    mapped = NULL;
+out:
+    sc_file_unmap(mapped, mapped ? *bytes : 0);
+    sc_text_clear(&name);
+    return status;
+}
+
+/* Prepare the phases between phase @p phase and the next one, whose files are there, and write them
+ * to theirs. */
+static sc_status prepare_gap(series *s, int phase)
+{
+    const sc_ctx *ctx = s->app->ctx;
+    const void *mapped[2] = {NULL, NULL};
+    size_t bytes[2] = {0, 0};
+    sc_prepared ends[2];
+    sc_between *between = NULL;
+    sc_volume low, high, volume = {0};
+    sc_text name = {0};
+    sc_status status;
+
+    sc_stage_turn(ctx, phase * s->each + 2, s->count * s->each);
+    sc_stage_begin(ctx, "interpolating phases", 0, 0);
+    for (int i = 0; i < 2; i++)
+        SC_TRY(map_phase(s, (phase + i) % s->count, &mapped[i], &bytes[i], &ends[i]));
+    if (phase + 1 < s->count) /* all before this one are as the first */
+        SC_TRY(sc_check_phase(ctx, s->session, &ends[0], &ends[1], phase + 1, true));
+    low = sc_volume_of_prepared(&ends[0]);
+    high = sc_volume_of_prepared(&ends[1]);
+    SC_TRY(sc_between_find(ctx, &low, &high, s->app->threads, &between));
+    for (int i = 1; i < s->each; i++) {
+        sc_session one;
+
+        sc_stage_turn(ctx, phase * s->each + i + 1, s->count * s->each);
+        SC_TRY(find_path(s, phase * s->each + i, &name));
+        SC_TRY(sc_copy_prepared(ctx, &ends[0], &volume));
+        sc_between_at(between, (double)i / s->each, &volume);
+        sc_session_begin_between(s->session, phase, &ends[0], &one);
+        one.given = &volume;
+        SC_TRY(prepare_file(s->app, &one, name.data, &s->opacity));
+    }
+out:
+    sc_text_clear(&name);
+    sc_volume_clear(&volume);
+    sc_between_free(between);
+    for (int i = 0; i < 2; i++)
+        sc_file_unmap(mapped[i], bytes[i]);
+    return status;
+}
+
+/* Prepare each phase of a session's volume, and those between them if the job has any, and write it
+ * to a file of its own: @p path with the number of the phase. */
 static sc_status prepare_phases(sc_app *app, sc_session *session, const char *path)
 {
-    const int count = (int)session->job.phase_count;
-    float *opacity = NULL;
-    sc_text name = {0};
     sc_app own;
+    series s = {
+        &own, session, path, (int)session->job.phase_count, 1 + session->job.cine.cine.between,
+        NULL};
+    sc_text name = {0};
     sc_status status;
 
     SC_TRY(sc_begin_phase_store(app, session, &own));
-    for (int pass = 0; pass < 2; pass++) { /* all are checked before the first is made */
-        for (int i = 0; i < count; i++) {
-            sc_session phase;
-
-            sc_text_clear(&name);
-            SC_TRY(sc_phase_path(app->ctx, path, ENDING, i, count, &name));
-            sc_session_begin_phase(session, i, &phase);
-            phase.is_later_phase = false; /* each file has colours, so that it can be used alone */
-            if (pass)
-                SC_TRY(prepare_file(&own, &phase, name.data, &opacity));
-            else
-                SC_TRY(check_input(&own, session, session->job.phases[i].path, name.data));
-            session->drawn = phase.drawn;
-            session->drawn_known = phase.drawn_known;
-        }
+    for (int i = 0; i < s.count * s.each; i++) { /* all are checked before the first is made */
+        SC_TRY(find_path(&s, i, &name));
+        SC_TRY(check_input(app, session, session->job.phases[i / s.each].path, name.data));
     }
+    for (int i = 0; i < s.count; i++)
+        SC_TRY(prepare_phase(&s, i));
+    for (int i = 0; i < s.count && s.each > 1; i++)
+        SC_TRY(prepare_gap(&s, i));
 out:
+    sc_stage_turn(app->ctx, 0, 0);
     sc_phase_store_free(own.phase_store);
     sc_text_clear(&name);
-    sc_free(opacity);
+    sc_free(s.opacity);
     return status;
 }
 

@@ -41,10 +41,17 @@ sc_stage_view sc_stage_look(const sc_ctx *ctx)
     const double now_s = sc_wall_s();
     sc_stage_view view = {.share = -1};
     uint64_t before;
+    uint32_t turn;
     double elapsed_s;
 
     if (!stage || !(view.name = atomic_load(&stage->name)))
         return view;
+    turn = atomic_load(&stage->turn);
+    if ((turn & 0xffff) > 1)
+        snprintf(view.text, sizeof view.text, "%s, phase %u of %u", view.name, turn >> 16,
+                 turn & 0xffff);
+    else
+        snprintf(view.text, sizeof view.text, "%s", view.name);
     view.done = atomic_load(&stage->done);
     view.total = atomic_load(&stage->total);
     before = atomic_load(&stage->begun_with);
@@ -111,9 +118,9 @@ static void show_bar(sc_display *display, const sc_stage_view *view)
     char bar[SC_BAR_BYTES], numbers[128], text[TEXT_BYTES];
 
     format_progress(view, numbers, sizeof numbers);
-    sc_progress_bar(display->columns - (int)strlen(view->name) - (int)strlen(numbers) - 6,
+    sc_progress_bar(display->columns - (int)strlen(view->text) - (int)strlen(numbers) - 6,
                     view->share, bar);
-    snprintf(text, sizeof text, "%s  %s%s  %.200s", view->name, bar, numbers,
+    snprintf(text, sizeof text, "%s  %s%s  %.200s", view->text, bar, numbers,
              display->subject ? display->subject : "");
     display->columns = sc_terminal_bar(display->terminal, text);
 }
@@ -139,7 +146,7 @@ static void log_progress(const sc_display *display, const sc_stage_view *view)
         return;
     }
     format_progress(view, numbers, sizeof numbers);
-    sc_info(display->ctx, "%s: %s", view->name, numbers);
+    sc_info(display->ctx, "%s: %s", view->text, numbers);
 }
 
 /* Look at the stage once, and show it. */

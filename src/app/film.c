@@ -310,6 +310,7 @@ sc_status sc_session_scene(sc_app *app, sc_session *session)
         SC_TRY(sc_shot_renderer(app, session));
         SC_TRY(sc_shot_timeline(app, session));
     }
+    sc_session_unload_phase(session, 0); /* names and flights look into its voxels */
     sc_add_time(app, &session->times, SC_PHASE_PREPARE, wall_s, cpu_s);
 out:
     return status;
@@ -446,6 +447,7 @@ void sc_session_counts(sc_session *session, int k, const int size_px[2], sc_marc
 
 void sc_session_move_volume(sc_session *from, sc_session *to)
 {
+    sc_phases_unload(from->phases);
     to->shared = from->shared;
     to->shared_bytes = from->shared_bytes;
     to->mapped = from->mapped;

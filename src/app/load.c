@@ -124,20 +124,17 @@ out:
     return status;
 }
 
-/* Copy the voxels and labels of the mapped file, in order to prepare them with other settings.
- * Caller owns *out: sc_volume_clear. */
-static sc_status unpack_volume(const sc_app *app, const sc_session *session, sc_volume *out)
+sc_status sc_copy_prepared(const sc_ctx *ctx, const sc_prepared *from, sc_volume *out)
 {
-    const sc_prepared *from = &session->volume;
     sc_volume v = sc_volume_of_prepared(from);
     void *labels;
     sc_status status;
 
     v.ids = NULL;
     v.labels = NULL;
-    SC_TRY(sc_alloc(app->ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
+    SC_TRY(sc_alloc(ctx, sc_volume_voxels(&v), (size_t)v.label_bytes, &v.ids));
     memcpy(v.ids, from->ids, sc_volume_voxels(&v) * (size_t)v.label_bytes);
-    SC_TRY(sc_alloc(app->ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
+    SC_TRY(sc_alloc(ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
     v.labels = labels;
     memcpy(v.labels, from->labels, (size_t)v.label_count * sizeof *v.labels);
     *out = v;
@@ -206,8 +203,8 @@ static sc_status read_volume(const sc_app *app, const sc_session *session, bool 
         return SC_OK;
     }
     SC_TRY(sc_read_choice_of(app, job, &choice));
-    if (session->mapped)
-        SC_TRY(unpack_volume(app, session, volume));
+    if (session->mapped) /* it is to be prepared with other settings */
+        SC_TRY(sc_copy_prepared(app->ctx, &session->volume, volume));
     else if (sc_job_is_phantom(job->volume))
         SC_TRY(make_phantom(app, job->volume, volume));
     else

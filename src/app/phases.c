@@ -2,16 +2,12 @@
 /* The volumes of a series, which are shown as the phases of a beat. The first is the volume of the
  * session, and decides how tissues look; of the others, each has a session of its own, which holds
  * nothing but its volume. */
-#include "app.h"
+#include "phases.h"
 #include "segcast/resample.h"
 
+#include <errno.h>
 #include <string.h>
 #include <unistd.h>
-
-struct sc_phases {
-    int count;       /* of sessions: one less than there are phases */
-    sc_session *all; /* [count], owned; all[i] is that of phase i + 1 */
-};
 
 sc_status sc_expect_series(sc_app *app)
 {
@@ -29,33 +25,6 @@ sc_status sc_expect_series(sc_app *app)
         status = sc_options_default(app->ctx, &app->options, "cine.loop", "true");
 out:
     return status;
-}
-
-int sc_session_phase_count(const sc_session *session)
-{
-    return session->phases ? session->phases->count + 1 : 1;
-}
-
-const sc_prepared *sc_session_phase_volume(const sc_session *session, int phase)
-{
-    return phase ? &session->phases->all[phase - 1].volume : &session->volume;
-}
-
-sc_renderer *sc_session_phase_renderer(const sc_session *session, int phase)
-{
-    if (phase == 0)
-        return session->renderer;
-    return session->phase_renderers ? session->phase_renderers[phase - 1] : NULL;
-}
-
-int sc_session_phase_at(const sc_session *session, int k)
-{
-    const int first = session->shot ? session->shot->span.first : 0;
-    const sc_job *job = &session->job;
-
-    return session->phases ? sc_cine_phase(&job->cine.cine, sc_session_phase_count(session),
-                                           job->output.fps, first + k)
-                           : 0;
 }
 
 uint64_t sc_phases_hash(const sc_session *session)
@@ -120,7 +89,11 @@ static sc_status new_phases(const sc_ctx *ctx, int each, sc_session *session)
     SC_TRY(sc_zalloc(ctx, 1, sizeof *session->phases, &block));
     SC_TRY(sc_zalloc(ctx, count, sizeof(sc_session), &all));
     session->phases = block;
-    *session->phases = (sc_phases){(int)count, all};
+    *session->phases = (sc_phases){.count = (int)count,
+                                   .all = all,
+                                   .first_shared = session->shared,
+                                   .first_mapped = session->mapped,
+                                   .first_mapped_bytes = session->mapped_bytes};
     return SC_OK;
 out:
     sc_free(block);
@@ -170,12 +143,9 @@ static void name_phase(const sc_session *session, int phase, phase_name *out)
         snprintf(out->text, sizeof out->text, "%s", p->path);
 }
 
-/* Refuse a phase whose grid or labels are not those of the first. @param all labels of volumes
- * whose voxels were read, so that the lack of one is known. @return SC_ERR_DATA. */
-static sc_status check_phase(const sc_ctx *ctx, const sc_session *session, const sc_session *phase,
-                             int index, bool all)
+sc_status sc_check_phase(const sc_ctx *ctx, const sc_session *session, const sc_prepared *a,
+                         const sc_prepared *b, int index, bool all)
 {
-    const sc_prepared *a = &session->volume, *b = &phase->volume;
     const char *where = session->job.cine.where, *colon = *where ? ": " : "";
     const sc_label *lost = all ? missing_label(a, b) : NULL;
     const sc_label *more = all && !lost ? missing_label(b, a) : NULL, *label = lost ? lost : more;
@@ -230,26 +200,13 @@ static sc_status load_prepared(sc_app *app, bool header_only, sc_session *sessio
 
 /* ---- phases between those of files ---- */
 
-/* Copy the voxels and labels of a phase. Caller owns *out: sc_volume_clear. */
-static sc_status copy_phase(const sc_ctx *ctx, const sc_prepared *phase, sc_volume *out)
+void sc_session_begin_between(const sc_session *session, int phase, const sc_prepared *before,
+                              sc_session *out)
 {
-    const sc_volume from = sc_volume_of_prepared(phase);
-    const size_t bytes = sc_volume_voxels(&from) * (size_t)from.label_bytes;
-    sc_volume v = from;
-    void *labels;
-    sc_status status;
-
-    v.ids = v.labels = NULL;
-    SC_TRY(sc_alloc(ctx, bytes, 1, &v.ids));
-    memcpy(v.ids, from.ids, bytes);
-    SC_TRY(sc_alloc(ctx, (size_t)v.label_count, sizeof *v.labels, &labels));
-    v.labels = labels;
-    memcpy(v.labels, from.labels, (size_t)v.label_count * sizeof *v.labels);
-    *out = v;
-    return SC_OK;
-out:
-    sc_volume_clear(&v);
-    return status;
+    sc_session_begin_phase(session, phase, out);
+    out->volume.resampled = before->resampled;
+    out->volume.as_drawn = before->as_drawn;
+    out->as_given = true;
 }
 
 /* Prepare the phases between phase @p from of a session and that @p each behind it, or the first
@@ -265,6 +222,7 @@ static sc_status load_gap(sc_app *app, int from, int each, sc_session *session)
     sc_volume volume = {0};
     sc_status status = SC_OK;
 
+    sc_stage_turn(app->ctx, from + 2, session->phases->count + 1);
     sc_stage_begin(app->ctx, "interpolating phases", 0, 0);
     if (first)
         status = sc_between_find(app->ctx, &low, &high, app->threads, &between);
@@ -272,21 +230,22 @@ static sc_status load_gap(sc_app *app, int from, int each, sc_session *session)
     for (int i = 1; i < each; i++) {
         sc_session *phase = &session->phases->all[from + i - 1];
 
-        sc_session_begin_phase(session, from / each, phase);
-        phase->volume.resampled = a->resampled;
-        phase->volume.as_drawn = a->as_drawn;
-        phase->as_given = true;
+        sc_session_begin_between(session, from / each, a, phase);
         phase->given = first ? &volume : NULL;
+        sc_stage_turn(app->ctx, from + i + 1, session->phases->count + 1);
         if (first)
-            status = copy_phase(app->ctx, a, &volume);
+            status = sc_copy_prepared(app->ctx, a, &volume);
         SC_TRY(sc_comm_agree(app->comm, status));
         if (first)
             sc_between_at(between, (double)i / each, &volume);
         SC_TRY(sc_session_load_one(app, phase));
         phase->given = NULL;
+        sc_session_unload_phase(session, from + i);
         add_times(session, phase);
         session->shared_bytes += phase->shared_bytes;
     }
+    sc_session_unload_phase(session, from);
+    sc_session_unload_phase(session, next);
 out:
     sc_volume_clear(&volume);
     sc_between_free(between);
@@ -312,17 +271,19 @@ static sc_status load_phases(sc_app *app, load_fn *load, bool header_only, sc_se
     errors.level = SC_LOG_ERROR;
     quieter.ctx = &errors;
     quieter.label_source = NULL;
-    SC_TRY(sc_comm_agree(app->comm, new_phases(app->ctx, each, session)));
     sc_comm_broadcast(app->comm, &session->drawn, sizeof session->drawn);
     sc_comm_broadcast(app->comm, &session->drawn_known, sizeof session->drawn_known);
     for (int i = 1; i < count; i++) {
         sc_session *phase = &session->phases->all[i * each - 1];
 
         sc_session_begin_phase(session, i, phase);
+        sc_stage_turn(app->ctx, i * each + 1, each * count);
         SC_TRY(load(&quieter, header_only, phase));
         if (first)
-            status = check_phase(app->ctx, session, phase, i, !header_only);
+            status = sc_check_phase(app->ctx, session, &session->volume, &phase->volume, i,
+                                    !header_only);
         SC_TRY(sc_comm_agree(app->comm, status));
+        sc_session_unload_phase(session, i * each);
         add_times(session, phase);
         session->shared_bytes += phase->shared_bytes;
     }
@@ -332,80 +293,78 @@ out:
     return status;
 }
 
+/* ---- where phases are held ---- */
+
 /* What is derived from a phase, from which pictures are drawn, takes about half as much again. */
-#define WITH_DERIVED 1.5
+#define DERIVED_SHARE 0.5
 
-/* @return whether the phases, of which the first is loaded, take so much that they are to be held
- * in files: more than half of the memory. The same on all ranks. */
-static bool are_for_files(const sc_app *app, const sc_session *session)
+/* @return about how many bytes the volumes of all phases take with what is derived from them, of
+ * which the first is loaded. @param files only what files have to be made for */
+static double bytes_of_all(const sc_session *session, bool files)
 {
-    const double bytes = WITH_DERIVED * (double)session->shared_bytes *
-                         (double)session->job.phase_count * (1 + session->job.cine.cine.between);
+    const double each = (double)session->shared_bytes;
+    const int between = session->job.cine.cine.between;
+    const double count = (double)session->job.phase_count, all = count * (1 + between);
+
+    /* Of prepared files, what lies between them and what is derived are made here. */
+    return each * (DERIVED_SHARE * all + (files && !session->shared ? count * between : all));
+}
+
+/* @return whether the phases can be held in files: the first is, and there is room for all of them.
+ * The same on all ranks. @param error if not, set to the errno that says why, or to 0 on ranks that
+ * do not know it. */
+static bool can_be_files(const sc_app *app, const sc_session *session, int *error)
+{
+    const sc_shared *shared = session->shared;
+    const bool in_file = !shared || sc_shared_place_of(shared) == SC_SHARED_IN_FILE;
+    const double more = bytes_of_all(session, true) - (shared ? (double)session->shared_bytes : 0);
+
+    *error = in_file ? 0 : sc_shared_file_error(shared);
+    if (sc_comm_agree(app->comm, in_file ? SC_OK : SC_ERR_CREATE) != SC_OK)
+        return false;
+    *error = ENOSPC;
+    return sc_comm_agree_room(app->comm, sc_temporary_folder(), (uint64_t)more) == SC_OK;
+}
+
+/* Decide where all phases but the first, which is loaded, are held: in files, or if there can be
+ * none in memory, which rank 0 tells. Collective. @return SC_ERR_SYSTEM, logged by rank 0, if the
+ * memory is too small for that. */
+static sc_status choose_place(const sc_app *app, const sc_session *session)
+{
     const uint64_t limit = app->ctx->memory_max_bytes, machine = sc_machine_memory();
-    uint8_t prefers = bytes > 0.5 * (double)(limit && limit < machine ? limit : machine);
+    const double most = (double)(limit && limit < machine ? limit : machine);
+    const double bytes = bytes_of_all(session, false);
+    const int count = session->phases->count + 1;
+    int error;
+    const bool in_files = can_be_files(app, session, &error);
+    const char *why = error ? strerror(error) : "other nodes cannot make them";
+    char size[24], room[24];
+    sc_status status = SC_OK;
 
-    sc_comm_broadcast(app->comm, &prefers, sizeof prefers);
-    return prefers;
-}
-
-/* Where a rank holds the phases but the first, if they were to be files. */
-typedef struct phase_places {
-    int32_t in_memory; /* so many of them */
-    int32_t error;     /* the errno that says why; 0: another rank knows */
-} phase_places;
-
-static phase_places find_places(const sc_session *session)
-{
-    phase_places mine = {0};
-
-    for (int i = 0; i < session->phases->count; i++) {
-        const sc_shared *shared = session->phases->all[i].shared;
-
-        if (!shared || sc_shared_place_of(shared) == SC_SHARED_IN_FILE)
-            continue; /* a prepared file needs no other */
-        mine.in_memory++;
-        if (!mine.error)
-            mine.error = sc_shared_file_error(shared);
-    }
-    return mine;
-}
-
-/* Tell, on rank 0, where the phases are that were to be files. Collective. @return SC_ERR_MEMORY,
- * the same on all ranks. */
-static sc_status tell_files(const sc_app *app, const sc_session *session)
-{
-    const bool first = sc_comm_rank(app->comm) == 0;
-    const size_t ranks = (size_t)sc_comm_size(app->comm);
-    const phase_places mine = find_places(session);
-    phase_places worst = {0};
-    char size[24];
-    void *all = NULL;
-    sc_status status = first ? sc_alloc(app->ctx, ranks, sizeof mine, &all) : SC_OK;
-
-    SC_TRY(sc_comm_agree(app->comm, status));
-    sc_comm_gather(app->comm, &mine, sizeof mine, all);
-    for (size_t i = 0; first && i < ranks; i++) {
-        const phase_places *one = (const phase_places *)all + i;
-
-        worst.in_memory = one->in_memory > worst.in_memory ? one->in_memory : worst.in_memory;
-        worst.error = worst.error ? worst.error : one->error;
-    }
-    sc_size_text(WITH_DERIVED * (double)session->shared_bytes, size); /* of all by now */
-    if (first && worst.in_memory)
+    sc_comm_prefer_files(app->comm, in_files);
+    session->phases->in_files = in_files;
+    if (sc_comm_rank(app->comm) > 0)
+        return sc_comm_agree(app->comm, SC_OK);
+    sc_size_text(bytes, size);
+    if (in_files)
+        sc_info(
+            app->ctx,
+            "the %d phases take about %s, in files without names in %s; a rank has %d of them in "
+            "memory at a time",
+            count, size, sc_temporary_folder(), SC_PHASES_LOADED);
+    else if (bytes > most)
+        status =
+            sc_fail(app->ctx, SC_ERR_SYSTEM,
+                    "the %d phases take about %s, more than the memory of %s, and no files for "
+                    "them can be made in %s: %s; name a directory that has room: "
+                    "TMPDIR=DIRECTORY",
+                    count, size, sc_size_text(most, room), sc_temporary_folder(), why);
+    else
         sc_warn(app->ctx,
-                "the phases take %s in all, which is too much to be held in memory, but %d of %d "
-                "are held there, because no files for them can be made in %s: %s; name a directory "
-                "that has room: TMPDIR=DIRECTORY",
-                size, worst.in_memory + 1, session->phases->count + 1, sc_temporary_folder(),
-                strerror(worst.error));
-    else if (first)
-        sc_info(app->ctx,
-                "the phases take %s in all, which is too much to be held in memory: all but the "
-                "first are files in %s, of which the system keeps in memory what is drawn",
-                size, sc_temporary_folder());
-out:
-    sc_free(all);
-    return status;
+                "the %d phases take about %s and are all held in memory, because no files for them "
+                "can be made in %s: %s; name a directory that has room: TMPDIR=DIRECTORY",
+                count, size, sc_temporary_folder(), why);
+    return sc_comm_agree(app->comm, status);
 }
 
 /* Tell, on rank 0, which volumes are the phases, in which order, and what comes between. */
@@ -434,21 +393,22 @@ static void tell_phases(const sc_app *app, const sc_session *session)
 /* Load all phases by @p load. */
 static sc_status load_series(sc_app *app, load_fn *load, bool header_only, sc_session *session)
 {
-    bool for_files;
+    const bool is_series = session->job.phase_count > 0, draws = load == load_prepared;
     sc_status status;
 
-    sc_comm_prefer_files(app->comm, false);
-    if (session->job.phase_count)
-        tell_phases(app, session);
+    sc_comm_prefer_files(app->comm, is_series && draws);
+    if (!is_series)
+        return load(app, header_only, session);
+    tell_phases(app, session);
+    sc_stage_turn(app->ctx, 1, (int)session->job.phase_count * phases_each(session, load));
     SC_TRY(load(app, header_only, session));
-    if (!session->job.phase_count)
-        return SC_OK;
-    for_files = are_for_files(app, session);
-    sc_comm_prefer_files(app->comm, for_files);
-    SC_TRY(load_phases(app, load, header_only, session));
-    if (for_files)
-        status = tell_files(app, session);
+    SC_TRY(sc_comm_agree(app->comm, new_phases(app->ctx, phases_each(session, load), session)));
+    if (draws)
+        SC_TRY(choose_place(app, session));
+    sc_session_unload_phase(session, 0);
+    status = load_phases(app, load, header_only, session);
 out:
+    sc_stage_turn(app->ctx, 0, 0);
     return status;
 }
 

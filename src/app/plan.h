@@ -30,6 +30,8 @@ typedef struct sc_plan_probe {
     uint64_t program_bytes;                 /* memory of the process before it read the volume */
     uint64_t prepare_bytes;                 /* the most that it had until the volume was prepared */
     uint64_t prepared_bytes, derived_bytes; /* of the volume, once per node */
+    uint64_t phase_file_bytes;              /* of these, what is held in files, of phases */
+    uint64_t loaded_bytes;                  /* of these, what is in memory at a time */
     uint64_t renderer_bytes;                /* of each rank */
     uint64_t job_bytes;                     /* size of job.yaml */
     uint64_t memory_max_bytes;              /* that each process may take; 0: no limit */

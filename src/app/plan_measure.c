@@ -287,15 +287,22 @@ sc_status sc_plan_measure(sc_app *app, sc_session *session, uint64_t program_byt
     sc_image image = {0};
     prober p = {.app = app, .session = session, .image = &image};
     sc_text text = {0};
+    uint64_t volumes_bytes;
     sc_status status;
 
     *out = (sc_plan_probe){.program_bytes = program_bytes,
                            .memory_max_bytes = app->ctx->memory_max_bytes,
                            .prepare_bytes = sc_peak_rss(),
                            .prepared_bytes = sc_session_prepared_bytes(session)};
-    if (session->grey.codes) /* which nodes hold once, too */
-        out->prepared_bytes += sc_grey_bytes(&session->grey);
     out->renderer_bytes = sc_film_renderer_bytes(session, &out->derived_bytes);
+    volumes_bytes = out->prepared_bytes + out->derived_bytes;
+    out->loaded_bytes = (uint64_t)(sc_session_loaded_share(session) * (double)volumes_bytes);
+    if (out->loaded_bytes < volumes_bytes)
+        out->phase_file_bytes = volumes_bytes;
+    if (session->grey.codes) { /* which nodes hold once, too */
+        out->prepared_bytes += sc_grey_bytes(&session->grey);
+        out->loaded_bytes += sc_grey_bytes(&session->grey);
+    }
     for (int phase = SC_PHASE_READ; phase <= SC_PHASE_SHARE; phase++) {
         out->prepare_cpu_s += session->times.phases[phase].cpu_s;
         out->prepare_wall_s += session->times.phases[phase].wall_s;

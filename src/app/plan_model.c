@@ -122,7 +122,7 @@ static void find_memory(const sc_job *job, const sc_plan_probe *p, int rest, sc_
     const uint64_t ranks = (uint64_t)run->ranks;
     const uint64_t encoding_bytes =
         p->encoder_bytes + 2 * (uint64_t)cost_of(job, p, gop_frames(job)).bytes;
-    uint64_t node_bytes = p->prepared_bytes + p->derived_bytes;
+    uint64_t node_bytes = p->loaded_bytes;
     uint64_t rank_bytes = p->program_bytes + p->renderer_bytes;
     uint64_t root_bytes = memory.window + memory.root + p->encoder_bytes;
 

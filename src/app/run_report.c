@@ -51,7 +51,7 @@ void sc_run_watch(void *user, const sc_stage_view *view)
     const bool draws = !strcmp(view->name, SC_STAGE_DRAWING);
     const sc_ctx silent = {.rank = 0};
     const sc_progress_report report = {.state = "running",
-                                       .phase = view->name,
+                                       .phase = view->text,
                                        .phase_share = view->share,
                                        .done = atomic_load(&run->frames_done),
                                        .total = run->wanted_count,

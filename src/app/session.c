@@ -300,6 +300,7 @@ static sc_status make_renderer(const sc_app *app, const sc_ctx *ctx, sc_comm *co
         .give_up = sc_signals_give_up(),
         .comm = comm,
         .folder = sc_temporary_folder(),
+        .lender = phase ? session->renderer : NULL, /* frames are drawn one after the other */
     };
 
     memcpy(settings.background, job->render.background.rgb, sizeof settings.background);
@@ -347,7 +348,7 @@ static sc_status make_together(const sc_app *app, const sc_session *session, int
     sc_status status = SC_ERR_MEMORY;
 
     silent.write = NULL;
-    if (sc_comm_size(app->comm) > 1)
+    if (sc_comm_size(app->comm) > 1 || session->phases) /* a rank alone has files for phases, too */
         status = make_renderer(app, &silent, app->comm, session, phase, out);
     failed = status != SC_OK;
     if (failed)
@@ -364,13 +365,19 @@ sc_status sc_shot_renderer(const sc_app *app, sc_session *session)
     void *block = NULL;
     sc_status status;
 
+    sc_stage_turn(app->ctx, 1, phases);
     SC_TRY(make_together(app, session, 0, &alone, &session->renderer));
+    sc_session_unload_phase(session, 0);
     if (phases > 1)
         SC_TRY(sc_comm_agree(app->comm,
                              sc_zalloc(app->ctx, (size_t)phases, sizeof(sc_renderer *), &block)));
     session->phase_renderers = block;
-    for (int i = 1; i < phases; i++)
+    for (int i = 1; i < phases; i++) {
+        sc_stage_turn(app->ctx, i + 1, phases);
         SC_TRY(make_together(app, session, i, &alone, &session->phase_renderers[i - 1]));
+        sc_session_unload_phase(session, i);
+    }
+    sc_stage_turn(app->ctx, 0, 0);
     for (int i = 0; i < phases; i++)
         bytes += sc_renderer_derived_bytes(sc_session_phase_renderer(session, i));
     if (sc_comm_size(app->comm) > 1)
@@ -477,7 +484,7 @@ sc_status sc_shot_draw(const sc_app *app, sc_session *session, int k, const sc_r
     const sc_timeline *timeline = &session->timeline;
     const sc_annotations annotations = sc_session_annotations_at(session, k);
     const sc_scene scene = sc_shot_scene(session, k);
-    sc_renderer *renderer = sc_session_phase_renderer(session, sc_session_phase_at(session, k));
+    sc_renderer *renderer = sc_session_begin_frame(session, k);
     sc_views views = {.point_mm = sc_timeline_point(timeline, k),
                       .low_mm = timeline->low_mm,
                       .high_mm = timeline->high_mm,
@@ -504,8 +511,8 @@ void sc_shot_counts(sc_session *session, int k, const int size_px[2], sc_march_c
 {
     const sc_scene scene = sc_shot_scene(session, k);
 
-    sc_render_counts(sc_session_phase_renderer(session, sc_session_phase_at(session, k)), &scene,
-                     size_px[0], size_px[1], out, stats);
+    sc_render_counts(sc_session_begin_frame(session, k), &scene, size_px[0], size_px[1], out,
+                     stats);
 }
 
 /* Find the ways of the moves of session->timeline that fly, on rank 0, which has their lines, and

@@ -23,7 +23,7 @@ static sc_status tell_place(const sc_app *app, const sc_session *session)
         in_file += ((int32_t *)all)[i] == SC_SHARED_IN_FILE;
         copied += ((int32_t *)all)[i] == SC_SHARED_COPIED;
     }
-    if (in_file)
+    if (in_file && !session->job.phase_count) /* the phases of a series are to be in files */
         sc_warn(app->ctx,
                 "/dev/shm has no room for the prepared volume (%.0f MB): %d of %zu ranks map a "
                 "file in %s instead; a larger /dev/shm (docker run --shm-size) or a volume from "

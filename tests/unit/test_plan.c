@@ -30,6 +30,7 @@ static const sc_plan_probe probe = {.prepare_cpu_s = 8,
                                     .prepare_bytes = 500 << 20,
                                     .prepared_bytes = 100 << 20,
                                     .derived_bytes = 30 << 20,
+                                    .loaded_bytes = 60 << 20, /* of phases in files, not all */
                                     .renderer_bytes = 10 << 20,
                                     .job_bytes = 1000};
 
@@ -115,7 +116,7 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     sc_job job = long_job();
     const size_t frame = (size_t)1920 * 1080 * 3;
     const uint64_t rank = probe.program_bytes + probe.renderer_bytes;
-    const uint64_t node = probe.prepared_bytes + probe.derived_bytes; /* once, whatever its ranks */
+    const uint64_t node = probe.loaded_bytes; /* once, whatever its ranks */
     sc_farm farm = {.width_px = 1920,
                     .height_px = 1080,
                     .frame_count = 600,
