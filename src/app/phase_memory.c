@@ -59,7 +59,7 @@ void sc_session_unload_phase(const sc_session *session, int phase)
 /* Note that a frame is drawn from a phase: what has not been used for longest is unloaded. */
 static void load(sc_phases *phases, int phase, sc_renderer *renderer)
 {
-    sc_loaded_phase *loaded = phases->loaded, out = loaded[0];
+    sc_loaded_phase *loaded = phases->loaded, out;
     int at = 0;
 
     while (at < SC_PHASES_LOADED - 1 && loaded[at].renderer != renderer && loaded[at].renderer)
