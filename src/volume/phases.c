@@ -264,7 +264,7 @@ static sc_status refuse_several(const sc_ctx *ctx, const char *path, const sc_re
         return sc_fail(ctx, SC_ERR_DATA,
                        "%s: holds %d images, one for each time (4-D), expected one, which is shown "
                        "with all phases of the volume; write the one that fits into a file of its "
-                       "own: fslroi, c4d -slice t, or the Sequences module of 3D Slicer do so",
+                       "own, for example by fslroi FILE OUT N 1 or in 3D Slicer",
                        path, source->phases);
     return sc_fail(ctx, SC_ERR_DATA,
                    "%s: holds %d volumes, one for each time (4-D), expected one; cine: {} in the "

@@ -133,6 +133,8 @@ expect 65 'cut.seq.nrrd: ends after [0-9]+ bytes of voxels, in phase [0-3] of 4'
 one_error
 expect 65 'all.seq.nrrd: holds 4 volumes, one for each time' "$SEGCAST" check first.yaml --set volume=all.seq.nrrd
 one_error
+expect 65 'all.seq.nrrd: holds 4 images, one for each time .* file of its own' "$SEGCAST" check first.yaml --set image.path=all.seq.nrrd
+one_error
 sed 's/phase: 2/phase: 4/' second.yaml >third.yaml
 expect 65 'third.yaml:1: phase: 4, but .*all.seq.nrrd holds 4, expected 0 to 3' "$SEGCAST" check third.yaml
 expect 64 'phases is "0-4", expected numbers from 0 to 3' "$SEGCAST" check all.yaml --set cine.phases=0-4

@@ -51,11 +51,32 @@ static void bar_looks_as_expected(void **state)
     assert_string_equal(bar, "[##############################]  ");
 }
 
+/* A stage that is done for one of several phases says for which. */
+static void stages_say_for_which_phase_they_are(void **state)
+{
+    sc_stage stage = {0};
+    const sc_ctx ctx = {.stage = &stage};
+
+    (void)state;
+    assert_null(sc_stage_look(&ctx).name);
+    sc_stage_begin(&ctx, "preparing", 0, 0);
+    assert_string_equal(sc_stage_look(&ctx).text, "preparing");
+    sc_stage_turn(&ctx, 3, 20);
+    assert_string_equal(sc_stage_look(&ctx).text, "preparing, phase 3 of 20");
+    sc_stage_begin(&ctx, "sharing", 0, 0); /* the next stage is done for the same */
+    assert_string_equal(sc_stage_look(&ctx).text, "sharing, phase 3 of 20");
+    sc_stage_turn(&ctx, 1, 1);
+    assert_string_equal(sc_stage_look(&ctx).text, "sharing");
+    sc_stage_turn(&ctx, 0, 0);
+    assert_string_equal(sc_stage_look(&ctx).text, "sharing");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bar_fits_and_shows_the_share),
         cmocka_unit_test(bar_looks_as_expected),
+        cmocka_unit_test(stages_say_for_which_phase_they_are),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
