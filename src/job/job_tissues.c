@@ -114,24 +114,38 @@ const sc_key sc_tissue_keys[] = {
      HAS(shininess), .without = TEXT(SC_MATERIAL_SHININESS)},
     {0}};
 
-/* Append key frames, if there are any, to the list of the job. @param number set to their number,
- * from 1, in that list. */
-static sc_status keep_track(const sc_ctx *ctx, const sc_track *track, sc_job *job, int *number)
+/* Make room for one more list of key frames: there is always room for a power of two, so that the
+ * lists, which take kilobytes, are copied a few times only. */
+static sc_status grow_tracks(const sc_ctx *ctx, sc_job *job)
 {
     const size_t count = job->tissue_track_count;
     void *grown;
     sc_status status;
 
-    if (!track->count)
-        return SC_OK;
-    status = sc_alloc(ctx, count + 1, sizeof *job->tissue_tracks, &grown);
+    if (count & (count - 1))
+        return SC_OK; /* no power of two */
+    status = sc_alloc(ctx, count ? 2 * count : 1, sizeof *job->tissue_tracks, &grown);
     if (status != SC_OK)
         return status;
     if (count)
         memcpy(grown, job->tissue_tracks, count * sizeof *job->tissue_tracks);
     sc_free(job->tissue_tracks);
     job->tissue_tracks = grown;
-    job->tissue_tracks[count] = *track;
+    return SC_OK;
+}
+
+/* Append key frames, if there are any, to the list of the job. @param number set to their number,
+ * from 1, in that list. */
+static sc_status keep_track(const sc_ctx *ctx, const sc_track *track, sc_job *job, int *number)
+{
+    sc_status status;
+
+    if (!track->count)
+        return SC_OK;
+    status = grow_tracks(ctx, job);
+    if (status != SC_OK)
+        return status;
+    job->tissue_tracks[job->tissue_track_count] = *track;
     job->tissue_track_count++;
     *number = (int)job->tissue_track_count;
     return SC_OK;

@@ -632,6 +632,8 @@ static const parser parsers[] = {
      30000},
     {"tissues", parse_job, "volume: phantom\ntissues:\n", "  t%d: {opacity: 0.5}\n", "", 0, SC_OK,
      2000},
+    {"key frames of colors", parse_job, "volume: phantom\ntissues:\n",
+     "  t%d: {color: [{at: 0%%, value: red}, {at: 100%%, value: blue}]}\n", "", 0, SC_OK, 700},
     {"unknown keys", parse_job, "volume: phantom\n", "key%d: %d\n", "", 0, SC_ERR_DATA, 2000},
     {"wrong values", parse_job, "volume: phantom\ntissues:\n", "  t%d: {opacity: %d}\n", "", 0,
      SC_ERR_DATA, 2000},
