@@ -184,7 +184,10 @@ static sc_status load_shot(const sc_ctx *ctx, const sc_job_sources *sources, con
         sc_goes_on(&status, sc_keys_read(ctx, sc_job_keys, tree, job)) &&
         sc_goes_on(&status, check_background(ctx, node, film, job)))
         (void)sc_goes_on(&status, sc_job_check(ctx, sources, tree, job));
-    job->film_rules = film->rule_count < job->rule_count ? film->rule_count : job->rule_count;
+    /* A card has none of the film: see drop_unused. */
+    job->film_rules = sc_yaml_member(node, "card")         ? 0
+                      : film->rule_count < job->rule_count ? film->rule_count
+                                                           : job->rule_count;
 out:
     sc_yaml_free(tree);
     return status;

@@ -37,7 +37,8 @@ static const char film[] =
     "  camera: {orbit: {turns: 2, elevation: 30}}\n"
     "  clip: [{sweep: {normal: left, during: [1s, 2s]}}]\n"
     "shots:\n"
-    "  - {card: {title: A film, subtitle: of shots}, animation: {frames: 12}}\n"
+    "  - {card: {title: A film, subtitle: of shots}, tissues: {aorta: {opacity: 0.75}}, "
+    "animation: {frames: 12}}\n"
     "  - {name: One, transition: {fade: 1 s}}\n"
     "  - name: Two\n"
     "    transition: {cross_fade: 0.5 s}\n"
@@ -62,6 +63,7 @@ static void expect_film(const sc_job *job)
         assert_int_equal(job->shots[i].job.animation.frames, frames[i]);
     }
     assert_true(job->shots[0].has_card && job->shots[0].card.has_subtitle);
+    assert_int_equal(job->shots[0].job.rule_count, 1); /* its own, and none of the film */
     assert_string_equal(job->shots[0].card.title, "A film");
     assert_string_equal(job->shots[3].name, "Three");
     assert_int_equal(job->shots[1].span.transition_frames, 10);
