@@ -74,6 +74,19 @@ segcast_add_codec(Blosc::blosc BLOSC blosc>=1.21 libblosc-dev)
 segcast_add_codec(Zstd::zstd ZSTD libzstd>=1.4 libzstd-dev)
 segcast_add_codec(Lz::lz4 LZ4 liblz4>=1.9 liblz4-dev)
 
+# segcast_read_version(VARIABLE FILE MACRO): the number that a header defines as MACRO; 0 if it does not.
+function(segcast_read_version variable file macro)
+  set(line)
+  if(EXISTS ${file})
+    file(STRINGS ${file} line REGEX "^ *# *define +${macro} +[0-9]+" LIMIT_COUNT 1)
+  endif()
+  string(REGEX MATCH "[0-9]+" number "${line}")
+  if(NOT number)
+    set(number 0)
+  endif()
+  set(${variable} ${number} PARENT_SCOPE)
+endfunction()
+
 # Optional: DICOM segmentations, by DCMTK, which is C++. SC_HAVE_DICOM tells the code. DCMTK's own CMake and pkg-config
 # files name all of its libraries and what these link: look for the three that are used.
 add_library(Dcmtk::dcmdata INTERFACE IMPORTED)
@@ -82,18 +95,19 @@ if(NOT SC_WITH_DICOM STREQUAL "OFF")
   include(CheckLanguage)
   check_language(CXX)
   find_path(DCMTK_INCLUDE_DIR dcmtk/dcmdata/dctk.h)
+  segcast_read_version(DCMTK_VERSION ${DCMTK_INCLUDE_DIR}/dcmtk/config/osconfig.h PACKAGE_VERSION_NUMBER)
   find_library(DCMTK_DCMDATA_LIBRARY dcmdata)
   find_library(DCMTK_OFLOG_LIBRARY oflog)
   find_library(DCMTK_OFSTD_LIBRARY ofstd)
-  if(CMAKE_CXX_COMPILER AND DCMTK_INCLUDE_DIR AND DCMTK_DCMDATA_LIBRARY AND DCMTK_OFLOG_LIBRARY AND DCMTK_OFSTD_LIBRARY)
+  if(CMAKE_CXX_COMPILER AND DCMTK_VERSION GREATER_EQUAL 367 AND DCMTK_DCMDATA_LIBRARY AND DCMTK_OFLOG_LIBRARY AND DCMTK_OFSTD_LIBRARY)
     enable_language(CXX)
     set(SC_HAVE_DICOM 1)
     target_include_directories(Dcmtk::dcmdata SYSTEM INTERFACE ${DCMTK_INCLUDE_DIR})
     target_link_libraries(Dcmtk::dcmdata INTERFACE ${DCMTK_DCMDATA_LIBRARY} ${DCMTK_OFLOG_LIBRARY} ${DCMTK_OFSTD_LIBRARY})
   elseif(SC_WITH_DICOM STREQUAL "ON")
-    message(FATAL_ERROR "DCMTK or a C++ compiler is not here (Debian: libdcmtk-dev, g++), and SC_WITH_DICOM is ON")
+    message(FATAL_ERROR "DCMTK 3.6.7 or newer or a C++ compiler is not here (Debian: libdcmtk-dev, g++), and SC_WITH_DICOM is ON")
   else()
-    message(WARNING "DCMTK or a C++ compiler is not here (Debian: libdcmtk-dev, g++): DICOM segmentations will not be read")
+    message(WARNING "DCMTK 3.6.7 or newer or a C++ compiler is not here (Debian: libdcmtk-dev, g++): DICOM segmentations will not be read")
   endif()
 endif()
 target_compile_definitions(Dcmtk::dcmdata INTERFACE SC_HAVE_DICOM=${SC_HAVE_DICOM})
@@ -137,8 +151,14 @@ add_library(segcast_hdf5_place INTERFACE)
 target_compile_definitions(segcast_hdf5_place INTERFACE SC_HAVE_HDF5=${SC_HAVE_HDF5} SC_HDF5_FROM_BIN="${from_bin}"
   SC_HDF5_INSTALLED="${CMAKE_INSTALL_FULL_LIBEXECDIR}/segcast")
 
-# Teem and nifticlib install CMake files that differ between versions: look for the library itself.
+# Teem and nifticlib install CMake files that differ between versions: look for the library itself. nifticlib does not say
+# its version; the library nifti2 came with 3.0.
 find_path(TEEM_INCLUDE_DIR teem/nrrd.h REQUIRED)
+segcast_read_version(TEEM_VERSION ${TEEM_INCLUDE_DIR}/teem/air.h TEEM_VERSION)
+if(TEEM_VERSION LESS 11200)
+  message(FATAL_ERROR "Teem in ${TEEM_INCLUDE_DIR} has the version ${TEEM_VERSION}, expected 11200 (1.12) or newer; "
+    "Debian: libteem-dev")
+endif()
 find_library(TEEM_LIBRARY teem REQUIRED)
 add_library(Teem::teem INTERFACE IMPORTED)
 target_include_directories(Teem::teem SYSTEM INTERFACE ${TEEM_INCLUDE_DIR})
