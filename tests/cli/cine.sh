@@ -54,7 +54,10 @@ peak() { jq '.memory.peak_rss_bytes | max' "$1/stats.json"; }
 sed 's/beat-/many-/' job.yaml >many.yaml
 "$SEGCAST" render many.yaml -o many -q --set output.fps=36 --set animation.frames=24 >/dev/null
 "$SEGCAST" render many.yaml -o few -q --set output.fps=36 --set animation.frames=24 --set cine.phases=0-23:8 >/dev/null
-[ "$(peak many)" -lt "$(($(peak few) * 5 / 4))" ] || fail "24 phases take $(peak many) bytes, 3 take $(peak few)"
+case $BUILD in
+*/asan) ;; # AddressSanitizer keeps memory that was given back
+*) [ "$(peak many)" -lt "$(($(peak few) * 5 / 4))" ] || fail "24 phases take $(peak many) bytes, 3 take $(peak few)" ;;
+esac
 mpi 2 "$SEGCAST" render many.yaml -o many2 -q --set output.fps=36 --set animation.frames=24 >/dev/null
 [ "$(hashes many)" = "$(hashes many2)" ] || fail "the film of 24 phases depends on ranks"
 "$SEGCAST" plan many.yaml --json | jq -e '.memory | .loaded_bytes * 11 < .prepared_bytes + .derived_bytes' >/dev/null || fail "plan counts all phases"
