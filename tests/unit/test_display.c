@@ -54,7 +54,7 @@ static void bar_looks_as_expected(void **state)
 /* A stage that is done for one of several phases says for which. */
 static void stages_say_for_which_phase_they_are(void **state)
 {
-    sc_stage stage = {0};
+    sc_stage stage = {.name = NULL};
     const sc_ctx ctx = {.stage = &stage};
 
     (void)state;
