@@ -18,21 +18,22 @@ static sc_job long_job(void)
 }
 
 /* A frame takes 2 CPU seconds to draw and 0.1 to encode. */
-static const sc_plan_probe probe = {.prepare_cpu_s = 8,
-                                    .prepare_wall_s = 3,
-                                    .draw_cpu_s = 2,
-                                    .partly_drawn = 12,
-                                    .encoded = 60,
-                                    .first = {0.2, 0.1, 100000},
-                                    .next = {0.1, 0.06, 10000},
-                                    .encoder_bytes = 300 << 20,
-                                    .program_bytes = 30 << 20,
-                                    .prepare_bytes = 500 << 20,
-                                    .prepared_bytes = 100 << 20,
-                                    .derived_bytes = 30 << 20,
-                                    .loaded_bytes = 60 << 20, /* of phases in files, not all */
-                                    .renderer_bytes = 10 << 20,
-                                    .job_bytes = 1000};
+static const sc_plan_probe probe = {
+    .prepare_cpu_s = 8,
+    .prepare_wall_s = 3,
+    .draw_cpu_s = 2,
+    .partly_drawn = 12,
+    .encoded = 60,
+    .first = {0.2, 0.1, 100000},
+    .next = {0.1, 0.06, 10000},
+    .encoder_bytes = 300 << 20,
+    .program_bytes = 30 << 20,
+    .prepare_bytes = 500 << 20,
+    .prepared_bytes = 100 << 20,
+    .derived_bytes = 30 << 20,
+    .loaded_bytes = 60 << 20, /* less than all phases: the others are in files */
+    .renderer_bytes = 10 << 20,
+    .job_bytes = 1000};
 
 static void a_node_draws_and_encodes_with_all_cores(void **state)
 {
@@ -116,7 +117,7 @@ static void memory_is_that_of_the_farm_and_of_the_encoders(void **state)
     sc_job job = long_job();
     const size_t frame = (size_t)1920 * 1080 * 3;
     const uint64_t rank = probe.program_bytes + probe.renderer_bytes;
-    const uint64_t node = probe.loaded_bytes; /* once, whatever its ranks */
+    const uint64_t node = probe.loaded_bytes; /* held once on a node, however many ranks it has */
     sc_farm farm = {.width_px = 1920,
                     .height_px = 1080,
                     .frame_count = 600,

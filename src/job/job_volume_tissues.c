@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The tissues of a job's volume that are kept, and those that are merged into one. */
+#include "key.h"
+#include "segcast/job.h"
+
+#include <string.h>
+
+/* Make room for @p more tissues. */
+static sc_status grow(const sc_ctx *ctx, sc_job *job, size_t more)
+{
+    void *grown;
+    const sc_status status =
+        sc_zalloc(ctx, job->volume_tissue_count + more, sizeof *job->volume_tissues, &grown);
+
+    if (status != SC_OK)
+        return status;
+    if (job->volume_tissue_count)
+        memcpy(grown, job->volume_tissues, job->volume_tissue_count * sizeof *job->volume_tissues);
+    sc_free(job->volume_tissues);
+    job->volume_tissues = grown;
+    return SC_OK;
+}
+
+/* Write a tissue to place *at, for which there is room, and count *at up. */
+static sc_status put_tissue(const sc_ctx *ctx, const sc_key *key, const sc_yaml *list,
+                            const sc_yaml *item, const char *into, sc_job *job, size_t *at)
+{
+    sc_volume_tissue *tissue = &job->volume_tissues[*at];
+
+    if (item->kind != SC_YAML_SCALAR || !item->text[0] || strlen(item->text) >= SC_NAME_BYTES) {
+        sc_yaml named = *item;
+
+        named.key = list->key; /* for the message: items of a list have no key of their own */
+        return sc_wrong_type(ctx, &named, key->type->expected);
+    }
+    *tissue = (sc_volume_tissue){0};
+    strcpy(tissue->pattern, item->text);
+    strcpy(tissue->into, into);
+    sc_note_where(item, tissue->where, sizeof tissue->where);
+    ++*at;
+    return SC_OK;
+}
+
+/* @return how many tissues read_list writes at most. */
+static size_t list_length(const sc_yaml *node)
+{
+    return node->kind == SC_YAML_SCALAR ? 1 : node->count;
+}
+
+/* Read a tissue or a list of some to place *at and behind it, for which there is room. @param into
+ * as of sc_volume_tissue. @return the first mistake; all are logged. */
+static sc_status read_list(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node,
+                           const char *into, sc_job *job, size_t *at)
+{
+    const bool is_one = node->kind == SC_YAML_SCALAR;
+    const size_t count = list_length(node);
+    sc_status status = SC_OK;
+
+    if (node->kind == SC_YAML_MAP || !count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < count; i++) {
+        if (!sc_goes_on(&status,
+                        put_tissue(ctx, key, node, is_one ? node : node->items[i], into, job, at)))
+            break;
+    }
+    return status;
+}
+
+/* Append the tissues from @p begin on that become parts of the same one, as a list. @return the
+ * index of the first that does not. */
+static size_t write_list(const sc_ctx *ctx, const sc_job *job, size_t begin, sc_text *text,
+                         sc_status *status)
+{
+    const sc_volume_tissue *all = job->volume_tissues;
+    size_t i = begin;
+
+    *status = sc_text_add(ctx, text, "[");
+    for (; i < job->volume_tissue_count && !strcmp(all[i].into, all[begin].into); i++) {
+        if (*status == SC_OK && i > begin)
+            *status = sc_text_add(ctx, text, ", ");
+        if (*status == SC_OK)
+            *status = sc_write_quoted(ctx, all[i].pattern, text);
+    }
+    if (*status == SC_OK)
+        *status = sc_text_add(ctx, text, "]");
+    return i;
+}
+
+/* @p value is the whole sc_job, as of all types of this file. */
+static sc_status read_keep(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    const sc_status status = grow(ctx, job, list_length(node));
+
+    return status == SC_OK ? read_list(ctx, key, node, "", job, &job->volume_tissue_count) : status;
+}
+
+/* @return the index of the first tissue that is kept. */
+static size_t first_kept(const sc_job *job)
+{
+    size_t i = 0;
+
+    while (i < job->volume_tissue_count && job->volume_tissues[i].into[0])
+        i++;
+    return i;
+}
+
+static sc_status write_keep(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                            sc_text *text)
+{
+    sc_status status;
+
+    (void)key;
+    (void)indent;
+    (void)write_list(ctx, value, first_kept(value), text, &status);
+    return status;
+}
+
+static json_t *tissues_schema(void)
+{
+    return json_pack("{s:[ss], s:i, s:{s:[ss]}}", "type", "string", "array", "minItems", 1, "items",
+                     "type", "string", "integer");
+}
+
+static json_t *keep_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:[{s:s}, o]}", "anyOf", "type", "integer", tissues_schema());
+}
+
+const sc_value_type sc_type_kept_tissues = {
+    .name = "tissues",
+    .expected = "a list of tissues: names, globs or label numbers",
+    .read = read_keep,
+    .write = write_keep,
+    .schema = keep_schema,
+};
+
+/* Read the map of merged tissues to place *at and behind it, for which there is room. */
+static sc_status read_merged(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, sc_job *job,
+                             size_t *at)
+{
+    sc_status status = SC_OK;
+
+    for (size_t i = 0; i < node->count; i++) {
+        const sc_yaml *item = node->items[i];
+
+        if (!item->key[0] || strlen(item->key) >= SC_NAME_BYTES)
+            return sc_yaml_fail(ctx, item,
+                                "the name of a merged tissue has %zu bytes, expected 1 to %d",
+                                strlen(item->key), SC_NAME_BYTES - 1);
+        if (sc_pattern_of(item->key).is_number)
+            return sc_yaml_fail(ctx, item,
+                                "the name of a merged tissue is the number %s, which means the "
+                                "tissue with that label; expected a name",
+                                item->key);
+        if (!sc_goes_on(&status, read_list(ctx, key, item, item->key, job, at)))
+            break;
+    }
+    return status;
+}
+
+/* Tissues that are kept stand behind those that are merged: they make room, all at once. */
+static sc_status read_merge(const sc_ctx *ctx, const sc_key *key, const sc_yaml *node, void *value)
+{
+    sc_job *job = value;
+    const size_t begin = first_kept(job), kept = job->volume_tissue_count - begin;
+    size_t at = begin, most = 0;
+    sc_volume_tissue *behind;
+    sc_status status;
+
+    if (node->kind != SC_YAML_MAP || !node->count)
+        return sc_wrong_type(ctx, node, key->type->expected);
+    for (size_t i = 0; i < node->count; i++)
+        most += list_length(node->items[i]);
+    SC_TRY(grow(ctx, job, most));
+    behind = job->volume_tissues + begin + most;
+    memmove(behind, job->volume_tissues + begin, kept * sizeof *behind);
+    status = read_merged(ctx, key, node, job, &at);
+    memmove(job->volume_tissues + at, behind, kept * sizeof *behind);
+    job->volume_tissue_count = at + kept;
+out:
+    return status;
+}
+
+static sc_status write_merge(const sc_ctx *ctx, const sc_key *key, const void *value, int indent,
+                             sc_text *text)
+{
+    const sc_job *job = value;
+    const size_t end = first_kept(job);
+    sc_status status = sc_text_add(ctx, text, "{");
+
+    (void)key;
+    (void)indent;
+    for (size_t i = 0; i < end && status == SC_OK;) {
+        SC_TRY(sc_text_add(ctx, text, "%s", i ? ", " : ""));
+        SC_TRY(sc_write_quoted(ctx, job->volume_tissues[i].into, text));
+        SC_TRY(sc_text_add(ctx, text, ": "));
+        i = write_list(ctx, job, i, text, &status);
+    }
+    if (status == SC_OK)
+        status = sc_text_add(ctx, text, "}");
+out:
+    return status;
+}
+
+static json_t *merge_schema(const sc_key *key)
+{
+    (void)key;
+    return json_pack("{s:s, s:i, s:o}", "type", "object", "minProperties", 1,
+                     "additionalProperties", keep_schema(key));
+}
+
+const sc_value_type sc_type_merged_tissues = {
+    .name = "map of lists of tissues",
+    .expected = "{name: [tissues], ...}: names, globs or label numbers under the name of what they "
+                "become",
+    .read = read_merge,
+    .write = write_merge,
+    .schema = merge_schema,
+};
