@@ -8,10 +8,10 @@
  *  use, 0 for no limit; the path of a dataset or group in the file, "" for any; and, if voxels are
  *  wanted and not their description alone, 6 numbers: first and number of voxels along x, y, z.
  *  It answers with a sc_hdf5_answer and its text; then come the voxels that were asked for, x
- *  fastest, in the byte order of the machine, in blocks: the number of bytes, 64 bits, and so many
- *  bytes. The number 0 says that the rest cannot be read, and another answer follows, which says
- *  why. Both programs are of one build. What comes through the pipe is to be trusted no more than
- *  the file. */
+ *  fastest, in the byte order of the machine, in blocks: a number of bytes, as an integer of 64
+ * bits, and then these bytes. A block with the number 0 says that the rest cannot be read; a second
+ *  sc_hdf5_answer follows it, whose text is the reason. Both programs are of one build. What comes
+ * through the pipe is to be trusted no more than the file. */
 #ifndef SEGCAST_HDF5_H
 #define SEGCAST_HDF5_H
 

@@ -278,8 +278,9 @@ static inline float sc_openness(const sc_march *m, const sc_spot *spot)
 }
 
 /* How much of the key light reaches a spot, 0 to 1: the narrow blur is sampled along the way to
- * the light, and what is filled there absorbs. Of what it absorbs, the share m->light.shadow
- * counts; with 1 the rest adds nothing, to the last bit. m->occlusion must not be NULL. */
+ * the light, and tissue there absorbs light. Only the share m->light.shadow of the absorbed light
+ * is taken away; with 1 the result is the same, to the last bit, as without that factor.
+ * m->occlusion must not be NULL. */
 static inline float sc_unshadowed(const sc_march *m, const sc_spot *spot)
 {
     const sc_occlusion *o = m->occlusion;
