@@ -39,30 +39,27 @@ int sc_precomputed_chunk_bits(const uint64_t grid[3]);
 /* @return the number of the chunk @p at, its compressed Morton code. */
 uint64_t sc_precomputed_chunk_number(const uint64_t grid[3], const size_t at[3]);
 
-enum { SC_MINISHARDS_KEPT = 32 };
+/* Write the name of the shard that holds the chunk with the number @p chunk. */
+void sc_precomputed_shard_name(const sc_precomputed_sharding *sharding, uint64_t chunk,
+                               char out[SC_CHUNK_KEY_BYTES]);
+
 /* Where a chunk is in its shard. */
 typedef struct sc_precomputed_place {
-    uint64_t chunk, begin, bytes;
+    uint64_t begin, bytes; /* UINT64_MAX bytes: there is no such chunk */
 } sc_precomputed_place;
-/* The index of a part of a shard. */
-typedef struct sc_minishard {
-    uint64_t shard, number;
-    sc_precomputed_place *places; /* [count], by rising numbers of chunks, owned */
-    size_t count;
-    bool known;
-} sc_minishard;
-/* What a thread remembers of the shards. Zero-initialise; sc_minishards_clear frees. */
-typedef struct sc_minishards {
-    sc_minishard kept[SC_MINISHARDS_KEPT];
-    int next; /* the one to be replaced */
-} sc_minishards;
-void sc_minishards_clear(sc_minishards *minishards);
-/* Find the chunk with the number @p chunk below the directory @p directory: write the name of its
- * file to @p key and its place to *out, whose bytes are UINT64_MAX if there is no such chunk.
- * @return false if it cannot be found, noted in @p failure. */
-bool sc_precomputed_find(const sc_precomputed_sharding *sharding, int directory, uint64_t chunk,
-                         sc_minishards *minishards, sc_chunk_failure *failure,
-                         char key[SC_CHUNK_KEY_BYTES], sc_precomputed_place *out);
+/* A box of chunks. */
+typedef struct sc_precomputed_box {
+    uint64_t grid[3];          /* the chunks of the whole scale along x, y, z */
+    size_t first[3], count[3]; /* those of the box */
+} sc_precomputed_box;
+/* Find all chunks of a box below the directory @p directory, which messages call @p path. Each
+ * index is read once, and no byte of a shard is taken for an index twice, so that the time grows
+ * with the chunks and the bytes of the shards. @param out [the chunks of the box], x fastest;
+ * caller owns: sc_free. @return SC_ERR_DATA, SC_ERR_MISSING, of the first shard that cannot be read
+ * whatever the threads; SC_ERR_MEMORY; all logged. */
+sc_status sc_precomputed_find_all(const sc_ctx *ctx, const sc_precomputed_sharding *sharding,
+                                  int directory, const char *path, const sc_precomputed_box *box,
+                                  int threads, sc_precomputed_place **out);
 
 /* ---- bytes (precomputed_shards.c) ---- */
 

@@ -12,9 +12,8 @@
 #include <zlib.h>
 
 enum {
-    ENTRY_BYTES = 24,           /* of an index: for each chunk number, place and bytes */
-    INDEX_BYTES_MAX = 48 << 20, /* of a minishard: two million chunks */
-    INDEX_BYTES_KEPT = 1 << 20  /* larger ones are not remembered beside others */
+    ENTRY_BYTES = 24,          /* of an index: for each chunk number, place and bytes */
+    INDEX_BYTES_MAX = 48 << 20 /* of a minishard: two million chunks */
 };
 
 /* ---- metadata ---- */
@@ -149,6 +148,26 @@ static uint64_t word64(const unsigned char *at)
     return value;
 }
 
+/* @return the number from which shard and minishard of a chunk follow. */
+static uint64_t hash_of(const sc_precomputed_sharding *sharding, uint64_t chunk)
+{
+    const uint64_t before = shifted(chunk, sharding->preshift_bits);
+
+    return sharding->hashed ? murmur(before) : before;
+}
+
+static uint64_t shard_of(const sc_precomputed_sharding *sharding, uint64_t hash)
+{
+    return lowest(shifted(hash, sharding->minishard_bits), sharding->shard_bits);
+}
+
+void sc_precomputed_shard_name(const sc_precomputed_sharding *sharding, uint64_t chunk,
+                               char out[SC_CHUNK_KEY_BYTES])
+{
+    snprintf(out, SC_CHUNK_KEY_BYTES, "%0*llx.shard", (sharding->shard_bits + 3) / 4,
+             (unsigned long long)shard_of(sharding, hash_of(sharding, chunk)));
+}
+
 /* ---- bytes ---- */
 
 bool sc_precomputed_gunzip(const unsigned char *packed, size_t packed_bytes, unsigned char *out,
@@ -178,38 +197,22 @@ bool sc_precomputed_gunzip(const unsigned char *packed, size_t packed_bytes, uns
 
 /* ---- indices ---- */
 
-void sc_minishards_clear(sc_minishards *minishards)
-{
-    for (int i = 0; i < SC_MINISHARDS_KEPT; i++)
-        sc_free(minishards->kept[i].places);
-    *minishards = (sc_minishards){0};
-}
+/* A chunk that is to be read. */
+typedef struct wanted_chunk {
+    uint64_t shard, minishard, chunk;
+    size_t item; /* its number in the box that is read */
+} wanted_chunk;
 
-static int by_chunk(const void *a, const void *b)
+/* Compare two of them for qsort and bsearch: by shard, then by minishard, then by number. */
+static int by_place(const void *a, const void *b)
 {
-    const sc_precomputed_place *p = a, *q = b;
+    const wanted_chunk *p = a, *q = b;
 
+    if (p->shard != q->shard)
+        return p->shard < q->shard ? -1 : 1;
+    if (p->minishard != q->minishard)
+        return p->minishard < q->minishard ? -1 : 1;
     return (p->chunk > q->chunk) - (p->chunk < q->chunk);
-}
-
-/* Turn the index of a minishard, numbers[3 * count], into places, sorted. Each number and place is
- * stored as the difference from the one before. @param base where places count from. */
-static void read_places(const unsigned char *numbers, size_t count, uint64_t base,
-                        sc_precomputed_place *out)
-{
-    uint64_t chunk = 0, end = base;
-    bool sorted = true;
-
-    for (size_t i = 0; i < count; i++) {
-        chunk += word64(numbers + 8 * i);
-        out[i].chunk = chunk;
-        out[i].begin = end + word64(numbers + 8 * (count + i));
-        out[i].bytes = word64(numbers + 8 * (2 * count + i));
-        end = out[i].begin + out[i].bytes;
-        sorted = sorted && (!i || out[i - 1].chunk < chunk);
-    }
-    if (!sorted)
-        qsort(out, count, sizeof *out, by_chunk);
 }
 
 /* Read the bytes of an index, which may be packed, to *out, which the caller owns. @return the
@@ -252,91 +255,180 @@ static const char *load_index(const sc_precomputed_sharding *sharding, int fd, u
     return wrong;
 }
 
-/* Read the index of a minishard. @return the reason if it is damaged, else NULL. */
-static const char *read_minishard(const sc_precomputed_sharding *sharding, int fd,
-                                  sc_minishards *minishards, sc_minishard *out)
+/* Where the chunks are that are to be read, while the indices of their minishards are. */
+typedef struct places_reading {
+    const sc_precomputed_sharding *sharding;
+    int directory;
+    const wanted_chunk *wanted; /* by shards and minishards */
+    const size_t *shards;       /* the first chunk of each shard, and the end of the last */
+    sc_chunk_failure *failures; /* [threads] */
+    sc_precomputed_place *places;
+} places_reading;
+
+/* Note where those of the chunks wanted[count] of a minishard are that its index names. Numbers and
+ * places stand in it as differences from those before. @param index [3 * entries] numbers
+ * @param base where places count from. */
+static void read_places(const places_reading *r, const wanted_chunk *wanted, size_t count,
+                        const unsigned char *index, size_t entries, uint64_t base)
 {
-    static const sc_ctx silent = {.level = SC_LOG_ERROR};
-    const sc_ctx quiet = sc_quiet(&silent);
-    const uint64_t base = (uint64_t)16 << sharding->minishard_bits;
+    wanted_chunk entry = *wanted;
+    uint64_t end = base;
+
+    entry.chunk = 0;
+    for (size_t i = 0; i < entries; i++) {
+        const uint64_t begin = end + word64(index + 8 * (entries + i));
+        const uint64_t bytes = word64(index + 8 * (2 * entries + i));
+        const wanted_chunk *found;
+
+        entry.chunk += word64(index + 8 * i);
+        found = bsearch(&entry, wanted, count, sizeof entry, by_place);
+        if (found)
+            r->places[found->item] = (sc_precomputed_place){.begin = begin, .bytes = bytes};
+        end = begin + bytes;
+    }
+}
+
+/* Read the index of the minishard that holds wanted[count]. @param left the bytes of the shard that
+ * no other index has taken yet: were these to overlap, a small shard could take hours.
+ * @return the reason if it is damaged, else NULL. */
+static const char *read_minishard(const places_reading *r, int fd, const wanted_chunk *wanted,
+                                  size_t count, uint64_t *left)
+{
+    const uint64_t base = (uint64_t)16 << r->sharding->minishard_bits;
     unsigned char range[16], *index = NULL;
     uint64_t begin, end;
     const char *wrong;
-    void *places = NULL;
     size_t bytes = 0;
 
-    if (!sc_chunk_read_at(fd, 16 * out->number, sizeof range, range))
+    if (!sc_chunk_read_at(fd, 16 * wanted->minishard, sizeof range, range))
         return "is shorter than the index of a shard";
     begin = word64(range);
     end = word64(range + 8);
     if (begin > end || end > (uint64_t)1 << 62)
         return "the index of the shard is damaged";
-    if (begin < end) {
-        wrong = load_index(sharding, fd, base + begin, end - begin, &index, &bytes);
-        if (wrong)
-            return wrong;
+    if (begin == end)
+        return NULL;
+    if (end - begin <= INDEX_BYTES_MAX && end - begin > *left)
+        return "the indices of its minishards have more bytes than it has";
+    wrong = load_index(r->sharding, fd, base + begin, end - begin, &index, &bytes);
+    if (!wrong) {
+        *left -= end - begin;
+        read_places(r, wanted, count, index, bytes / ENTRY_BYTES, base);
     }
-    if (bytes > INDEX_BYTES_KEPT)
-        sc_minishards_clear(minishards);
-    out->count = bytes / ENTRY_BYTES;
-    if (out->count && sc_alloc(&quiet, out->count, sizeof *out->places, &places) != SC_OK) {
-        sc_free(index);
-        return "out of memory";
-    }
-    out->places = places;
-    if (out->count)
-        read_places(index, out->count, base, places);
     sc_free(index);
-    out->known = true;
-    return NULL;
+    return wrong;
 }
 
-bool sc_precomputed_find(const sc_precomputed_sharding *sharding, int directory, uint64_t chunk,
-                         sc_minishards *minishards, sc_chunk_failure *failure,
-                         char key[SC_CHUNK_KEY_BYTES], sc_precomputed_place *out)
+/* Find the chunks wanted[first, end), which are in one shard. @return false if they cannot be
+ * found, noted. */
+static bool read_shard(const places_reading *r, size_t first, size_t end, sc_chunk_failure *failure)
 {
-    const uint64_t before = shifted(chunk, sharding->preshift_bits);
-    const uint64_t hash = sharding->hashed ? murmur(before) : before;
-    sc_minishard wanted = {
-        .number = lowest(hash, sharding->minishard_bits),
-        .shard = lowest(shifted(hash, sharding->minishard_bits), sharding->shard_bits)};
-    const sc_precomputed_place looked_for = {.chunk = chunk}, *found = NULL;
-    const sc_minishard *known = NULL;
+    const wanted_chunk *wanted = r->wanted;
+    char key[SC_CHUNK_KEY_BYTES];
+    const char *wrong = NULL;
+    uint64_t left;
+    int fd;
 
-    *out = (sc_precomputed_place){.bytes = UINT64_MAX};
-    snprintf(key, SC_CHUNK_KEY_BYTES, "%0*llx.shard", (sharding->shard_bits + 3) / 4,
-             (unsigned long long)wanted.shard);
-    for (int i = 0; i < SC_MINISHARDS_KEPT && !known; i++) {
-        const sc_minishard *kept = &minishards->kept[i];
+    sc_precomputed_shard_name(r->sharding, wanted[first].chunk, key);
+    fd = sc_chunk_open_file(r->directory, key, &left);
+    if (fd < 0) /* a shard that is not there has no chunk */
+        return errno == ENOENT || sc_chunk_note_unopened(failure, key);
+    while (first < end && !wrong) {
+        size_t behind = first + 1;
 
-        known = kept->known && kept->shard == wanted.shard && kept->number == wanted.number ? kept
-                                                                                            : NULL;
+        while (behind < end && wanted[behind].minishard == wanted[first].minishard)
+            behind++;
+        wrong = read_minishard(r, fd, wanted + first, behind - first, &left);
+        first = behind;
     }
-    if (!known) {
-        uint64_t file_bytes;
-        const int fd = sc_chunk_open_file(directory, key, &file_bytes);
-        const char *wrong = NULL;
-        sc_minishard *place;
+    close(fd);
+    return !wrong ||
+           sc_chunk_note(failure, strcmp(wrong, "out of memory") ? SC_ERR_DATA : SC_ERR_MEMORY, key,
+                         wrong);
+}
 
-        if (fd < 0 && errno != ENOENT)
-            return sc_chunk_note_unopened(failure, key);
-        wanted.known = true; /* a shard that is not there has no chunk */
-        if (fd >= 0) {
-            wrong = read_minishard(sharding, fd, minishards, &wanted);
-            close(fd);
-        }
-        if (wrong)
-            return sc_chunk_note(
-                failure, strcmp(wrong, "out of memory") ? SC_ERR_DATA : SC_ERR_MEMORY, key, wrong);
-        place = &minishards->kept[minishards->next];
-        minishards->next = (minishards->next + 1) % SC_MINISHARDS_KEPT;
-        sc_free(place->places);
-        *place = wanted;
-        known = place;
+/* sc_range_fn: read the indices of shards; @p user is a places_reading. */
+static void read_shards(void *user, size_t begin, size_t end, int thread)
+{
+    const places_reading *r = user;
+
+    for (size_t shard = begin; shard < end; shard++) {
+        r->failures[thread].now = shard;
+        (void)read_shard(r, r->shards[shard], r->shards[shard + 1], &r->failures[thread]);
     }
-    if (known->count)
-        found = bsearch(&looked_for, known->places, known->count, sizeof looked_for, by_chunk);
-    if (found)
-        *out = *found;
-    return true;
+}
+
+/* List the chunks of a box by the shards and minishards in which they are. Caller owns *out, [the
+ * chunks of the box]: sc_free. */
+static sc_status list_wanted(const sc_ctx *ctx, const sc_precomputed_sharding *sharding,
+                             const sc_precomputed_box *box, wanted_chunk **out)
+{
+    const size_t *n = box->count, count = n[0] * n[1] * n[2];
+    wanted_chunk *wanted;
+    void *block;
+    const sc_status status = sc_alloc(ctx, count, sizeof *wanted, &block);
+
+    if (status != SC_OK)
+        return status;
+    wanted = block;
+    for (size_t i = 0; i < count; i++) {
+        const size_t at[3] = {box->first[0] + i % n[0], box->first[1] + i / n[0] % n[1],
+                              box->first[2] + i / n[0] / n[1]};
+        const uint64_t chunk = sc_precomputed_chunk_number(box->grid, at);
+        const uint64_t hash = hash_of(sharding, chunk);
+
+        wanted[i] = (wanted_chunk){.shard = shard_of(sharding, hash),
+                                   .minishard = lowest(hash, sharding->minishard_bits),
+                                   .chunk = chunk,
+                                   .item = i};
+    }
+    qsort(wanted, count, sizeof *wanted, by_place);
+    *out = wanted;
+    return SC_OK;
+}
+
+sc_status sc_precomputed_find_all(const sc_ctx *ctx, const sc_precomputed_sharding *sharding,
+                                  int directory, const char *path, const sc_precomputed_box *box,
+                                  int threads, sc_precomputed_place **out)
+{
+    const size_t count = box->count[0] * box->count[1] * box->count[2];
+    places_reading r = {.sharding = sharding, .directory = directory};
+    const sc_chunk_failure *worst;
+    wanted_chunk *wanted = NULL;
+    void *places = NULL, *shards = NULL, *failures = NULL;
+    size_t shard_count = 0;
+    sc_status status;
+
+    SC_TRY(list_wanted(ctx, sharding, box, &wanted));
+    SC_TRY(sc_alloc(ctx, count, sizeof(sc_precomputed_place), &places));
+    SC_TRY(sc_alloc(ctx, count + 1, sizeof(size_t), &shards));
+    SC_TRY(sc_zalloc(ctx, (size_t)threads, sizeof(sc_chunk_failure), &failures));
+    r.wanted = wanted;
+    r.places = places;
+    r.shards = shards;
+    r.failures = failures;
+    for (size_t i = 0; i < count; i++) {
+        r.places[i] = (sc_precomputed_place){.bytes = UINT64_MAX};
+        if (i == 0 || wanted[i - 1].shard != wanted[i].shard)
+            ((size_t *)shards)[shard_count++] = i;
+    }
+    ((size_t *)shards)[shard_count] = count;
+    for (int i = 0; i < threads; i++)
+        r.failures[i].chunk = SIZE_MAX;
+    sc_parallel_for(threads, shard_count, 1, read_shards, &r);
+    worst = r.failures;
+    for (int i = 1; i < threads; i++)
+        worst = r.failures[i].chunk < worst->chunk ? &r.failures[i] : worst;
+    if (worst->chunk != SIZE_MAX) {
+        status = sc_fail(ctx, worst->status, "%s/%s: %s", path, worst->file, worst->why);
+        goto out;
+    }
+    *out = places;
+    places = NULL;
+out:
+    sc_free(failures);
+    sc_free(shards);
+    sc_free(places);
+    sc_free(wanted);
+    return status;
 }

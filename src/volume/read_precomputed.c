@@ -19,7 +19,6 @@ typedef struct precomputed_worker {
     unsigned char *packed;   /* [packed_most], owned */
     unsigned char *unpacked; /* [stored_most]: what a gzip file held, owned */
     unsigned char *chunk;    /* [chunk_bytes]: decoded blocks, owned; NULL for raw chunks */
-    sc_minishards minishards;
 } precomputed_worker;
 
 /* The scale while its voxels are read: sc_source.data. */
@@ -32,7 +31,9 @@ typedef struct precomputed_reading {
     sc_precomputed_sharding sharding;
     size_t chunk_bytes, stored_most, packed_most; /* values; encoded; and in a gzip file */
     sc_chunked chunked;
-    precomputed_worker *workers; /* [chunked.threads], owned; NULL until the first slices */
+    precomputed_worker *workers;  /* [chunked.threads], owned; NULL until the first slices */
+    sc_precomputed_box box;       /* sharded: the chunks that are read, */
+    sc_precomputed_place *places; /* and where they are, owned; NULL until the first slices */
 } precomputed_reading;
 
 static void release(void *data)
@@ -45,9 +46,9 @@ static void release(void *data)
         sc_free(r->workers[i].packed);
         sc_free(r->workers[i].unpacked);
         sc_free(r->workers[i].chunk);
-        sc_minishards_clear(&r->workers[i].minishards);
     }
     sc_free(r->workers);
+    sc_free(r->places);
     sc_chunked_clear(&r->chunked);
     if (r->fd >= 0)
         close(r->fd);
@@ -114,10 +115,11 @@ static void name_chunk(const precomputed_reading *r, const size_t number[3],
 }
 
 /* Find the chunk @p number, and open its file. @return false if it cannot be found, noted. */
-static bool find_chunk(const precomputed_reading *r, precomputed_worker *w, const size_t number[3],
+static bool find_chunk(const precomputed_reading *r, const size_t number[3],
                        sc_chunk_failure *failure, chunk_file *out)
 {
-    uint64_t grid[3], bytes = 0;
+    const size_t *first = r->box.first, *count = r->box.count;
+    uint64_t bytes = 0;
     bool good = true;
 
     *out = (chunk_file){.fd = -1, .place = {.bytes = UINT64_MAX}};
@@ -127,13 +129,12 @@ static bool find_chunk(const precomputed_reading *r, precomputed_worker *w, cons
         out->place.bytes = out->fd >= 0 ? bytes : UINT64_MAX;
         return good;
     }
-    for (int i = 0; i < 3; i++)
-        grid[i] = (uint64_t)((r->size[i] - 1) / r->chunk[i] + 1);
-    if (!sc_precomputed_find(&r->sharding, r->fd, sc_precomputed_chunk_number(grid, number),
-                             &w->minishards, failure, out->key, &out->place))
-        return false;
+    out->place = r->places[((number[2] - first[2]) * count[1] + number[1] - first[1]) * count[0] +
+                           number[0] - first[0]];
     if (out->place.bytes == UINT64_MAX)
         return true;
+    sc_precomputed_shard_name(&r->sharding, sc_precomputed_chunk_number(r->box.grid, number),
+                              out->key);
     out->fd = sc_chunk_open_file(r->fd, out->key, &bytes);
     if (out->fd < 0)
         return sc_chunk_note_unopened(failure, out->key);
@@ -192,7 +193,7 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
     bool read;
 
     *out = (sc_chunk){.values = none, .absent = true};
-    if (!find_chunk(r, w, number, failure, &file))
+    if (!find_chunk(r, number, failure, &file))
         return false;
     if (file.fd < 0)
         return true;
@@ -224,7 +225,22 @@ static bool load_chunk(void *user, int thread, const size_t number[3], sc_chunk_
     return sc_chunk_note(failure, SC_ERR_DATA, file.key, why);
 }
 
-/* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
+/* Find all chunks that are read, in their shards. */
+static sc_status find_chunks(const sc_ctx *ctx, precomputed_reading *r)
+{
+    const sc_chunked *c = &r->chunked;
+
+    for (int i = 0; i < 3; i++) {
+        r->box.grid[i] = (uint64_t)((r->size[i] - 1) / r->chunk[i] + 1);
+        r->box.first[i] = c->low[i] / c->chunk[i];
+        r->box.count[i] = (c->low[i] + c->part[i] - 1) / c->chunk[i] - r->box.first[i] + 1;
+    }
+    return sc_precomputed_find_all(ctx, &r->sharding, r->fd, r->path, &r->box, c->threads,
+                                   &r->places);
+}
+
+/* Allocate what the threads work on, and find the chunks in their shards. @return SC_ERR_MEMORY,
+ * the errors of sc_precomputed_find_all; what was allocated release frees. */
 static sc_status begin_workers(const sc_ctx *ctx, precomputed_reading *r)
 {
     void *block;
@@ -244,6 +260,8 @@ static sc_status begin_workers(const sc_ctx *ctx, precomputed_reading *r)
             r->workers[i].chunk = block;
         }
     }
+    if (r->sharded)
+        SC_TRY(find_chunks(ctx, r));
 out:
     return status;
 }

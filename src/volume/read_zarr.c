@@ -14,6 +14,8 @@ typedef struct zarr_worker {
     unsigned char *chunk;  /* [chunk_bytes + 64], owned */
     unsigned char *index;  /* of the shard index_of, as stored; owned; NULL without shards */
     char index_of[SC_CHUNK_KEY_BYTES];
+    size_t shard;  /* the number, of those that are read, of the one that is being read */
+    bool *checked; /* [shards that are read]: this thread has read their index; owned */
 } zarr_worker;
 
 /* The array while its voxels are read: sc_source.data. */
@@ -39,6 +41,7 @@ static void release(void *data)
         sc_free(r->workers[i].packed);
         sc_free(r->workers[i].chunk);
         sc_free(r->workers[i].index);
+        sc_free(r->workers[i].checked);
     }
     sc_free(r->workers);
     sc_chunked_clear(&r->chunked);
@@ -57,8 +60,8 @@ static uint64_t word64(const unsigned char *at, bool big)
     return value;
 }
 
-/* Read the index of a shard, the file @p key, into w->index, unless it is there already.
- * @return false, with why, if it is damaged. */
+/* Read the index of a shard, the file @p key, to w->index. @return false, with why, if it is
+ * damaged. */
 static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
                        const char *key, const char **why)
 {
@@ -66,8 +69,6 @@ static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t f
     const size_t entries = 16 * r->shard_chunks, bytes = entries + (a->index_crc ? 4 : 0);
     uint32_t sum = 0;
 
-    if (!strcmp(w->index_of, key))
-        return true;
     w->index_of[0] = '\0';
     *why = "is shorter than the index of a shard";
     if (file_bytes < bytes)
@@ -81,25 +82,70 @@ static bool read_index(const zarr_reading *r, zarr_worker *w, int fd, uint64_t f
     if (a->index_crc && sc_zarr_crc32c(w->index, entries) != sum)
         return false;
     snprintf(w->index_of, sizeof w->index_of, "%s", key);
+    w->checked[w->shard] = true;
     return true;
 }
 
 /* Find chunk @p number of a shard, the file @p key, in its index: place is where it begins and how
- * many bytes it has, UINT64_MAX if the shard has it not. @return false, with why, if the index is
- * damaged. */
+ * many bytes it has, UINT64_MAX if the shard has it not. A thread reads each index as a whole once,
+ * and of one that it has left then single entries, so that shards which alternate along a row cost
+ * no more than others. @return false, with why, if the index is damaged. */
 static bool find_in_shard(const zarr_reading *r, zarr_worker *w, int fd, uint64_t file_bytes,
                           const char *key, size_t number, uint64_t place[2], const char **why)
 {
-    const bool big = r->array.index_big_endian;
+    const sc_zarr_array *a = &r->array;
+    const size_t bytes = 16 * r->shard_chunks + (a->index_crc ? 4 : 0);
+    const unsigned char *entry = w->index + 16 * number;
+    unsigned char again[16];
 
-    if (!read_index(r, w, fd, file_bytes, key, why))
+    if (strcmp(w->index_of, key) && w->checked[w->shard]) {
+        *why = "the index of the shard cannot be read";
+        if (file_bytes < bytes ||
+            !sc_chunk_read_at(fd, (a->index_first ? 0 : file_bytes - bytes) + 16 * number,
+                              sizeof again, again))
+            return false;
+        entry = again;
+    } else if (strcmp(w->index_of, key) && !read_index(r, w, fd, file_bytes, key, why)) {
         return false;
+    }
     for (size_t i = 0; i < 2; i++)
-        place[i] = word64(w->index + 16 * number + 8 * i, big);
+        place[i] = word64(entry + 8 * i, a->index_big_endian);
     if (place[0] == UINT64_MAX && place[1] == UINT64_MAX)
         return true;
     *why = "the index of the shard leads behind the end of the file";
     return place[0] <= file_bytes && place[1] <= file_bytes - place[0];
+}
+
+/* @return how many chunks a file has along x, y or z, as @p i is 0, 1 or 2. */
+static size_t chunks_along(const zarr_reading *r, int i)
+{
+    const sc_zarr_array *a = &r->array;
+
+    return r->axis[i] < 0 ? 1 : (size_t)(a->file_shape[r->axis[i]] / a->chunk[r->axis[i]]);
+}
+
+/* Find which files are read: the first of them along x, y, z, and how many. */
+static void files_of(const zarr_reading *r, size_t first[3], size_t count[3])
+{
+    const sc_chunked *c = &r->chunked;
+
+    for (int i = 0; i < 3; i++) {
+        const size_t of_file = c->chunk[i] * chunks_along(r, i);
+
+        first[i] = c->low[i] / of_file;
+        count[i] = (c->low[i] + c->part[i] - 1) / of_file - first[i] + 1;
+    }
+}
+
+/* @return the number, of those that are read, of the file that holds the chunk @p at_xyz. */
+static size_t file_number(const zarr_reading *r, const size_t at_xyz[3])
+{
+    size_t first[3], count[3], number = 0;
+
+    files_of(r, first, count);
+    for (int i = 2; i >= 0; i--)
+        number = number * count[i] + at_xyz[i] / chunks_along(r, i) - first[i];
+    return number;
 }
 
 /* Write the name of the file that holds chunk @p at (along the dimensions) to @p key, and the
@@ -198,6 +244,7 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
         at[r->time_axis] = r->phase / (size_t)r->array.chunk[r->time_axis];
     *out = (sc_chunk){.values = r->array.fill, .absent = true};
     name_file(r, at, key, &number);
+    w->shard = file_number(r, at_xyz);
     fd = sc_chunk_open_file(r->node.fd, key, &bytes);
     if (fd < 0)
         return errno == ENOENT || sc_chunk_note_unopened(failure, key);
@@ -215,11 +262,13 @@ static bool load_chunk(void *user, int thread, const size_t at_xyz[3], sc_chunk_
 /* Allocate what the threads work on. @return SC_ERR_MEMORY; what was allocated release frees. */
 static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
 {
+    size_t first[3], count[3];
     void *block;
     sc_status status;
 
     if (r->workers)
         return SC_OK;
+    files_of(r, first, count);
     SC_TRY(sc_zalloc(ctx, (size_t)r->chunked.threads, sizeof *r->workers, &block));
     r->workers = block;
     for (int i = 0; i < r->chunked.threads; i++) {
@@ -230,6 +279,8 @@ static sc_status begin_workers(const sc_ctx *ctx, zarr_reading *r)
         if (r->array.sharded) {
             SC_TRY(sc_alloc(ctx, 16 * r->shard_chunks + 4, 1, &block));
             r->workers[i].index = block;
+            SC_TRY(sc_zalloc(ctx, count[0] * count[1] * count[2], sizeof(bool), &block));
+            r->workers[i].checked = block;
         }
     }
 out:

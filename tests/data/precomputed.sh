@@ -219,6 +219,7 @@ change shards_plain shard_cut "os.truncate(first(), 10)"
 change shards_plain shard_beyond "f = first(); d = open(f, 'rb').read(); patch(f, 0, struct.pack('<QQ', 1 << 40, (1 << 40) + 24) * 4)"
 change shards_plain shard_long "f = first(); patch(f, 0, struct.pack('<QQ', 0, 1 << 50) * 4)"
 change shards_plain shard_backwards "f = first(); patch(f, 0, struct.pack('<QQ', 99, 3) * 4)"
+change shards_plain shard_overlap "f = first(); n = (os.path.getsize(f) - 64) // 24 * 24; patch(f, 0, struct.pack('<QQ', 0, n) * 4)"
 change shards_hashed shard_gzip "[patch(f, 0, struct.pack('<QQ', 0, 48) * 8) for f in glob.glob(scale + '/*')]"
 change shards_plain shard_type "sharding(**{'@type': 'other'})"
 change shards_plain shard_hash "sharding(hash='md5')"
@@ -260,6 +261,7 @@ done <<'TABLE'
 65 shard_beyond 0.shard: the index of a minishard leads behind the end of the file
 65 shard_long 0.shard: has a minishard whose index is longer than 48 MiB
 65 shard_backwards 0.shard: the index of the shard is damaged
+65 shard_overlap 0.shard: the indices of its minishards have more bytes than it has
 65 shard_gzip shard: the index of a minishard is damaged .gzip.
 65 shard_type "@type" of "sharding" is not as expected
 65 shard_hash "hash" of "sharding" is not as expected

@@ -300,6 +300,104 @@ static void parse_shard(const parser *p, int n)
     rmdir("c.pc");
 }
 
+/* A volume of Neuroglancer whose n chunks lie by turns in two minishards, whose indices have 500 n
+ * entries each: longer ones than were once remembered. */
+static void parse_minishards(const parser *p, int n)
+{
+    const int chunk_bytes = 4, entries = 500 * n;
+    const uint64_t begin = (uint64_t)(n * chunk_bytes), bytes = (uint64_t)entries * 24;
+    char info[512];
+    FILE *file;
+    sc_volume v = {0};
+
+    mkdir("c.pc", 0777);
+    mkdir("c.pc/s", 0777);
+    snprintf(info, sizeof info, p->head, n * chunk_bytes);
+    write_text("c.pc/info", info);
+    file = fopen("c.pc/s/0.shard", "wb");
+    assert_non_null(file);
+    for (uint64_t i = 0; i < 4; i++)
+        put64(begin + (i + 1) / 2 * bytes, file);
+    for (int i = 0; i < n * chunk_bytes; i++)
+        fputc(i / 3 % 7, file);
+    for (int m = 0; m < 2; m++) {
+        for (int i = 0; i < 3 * entries; i++) { /* numbers, places, bytes */
+            const int k = i % entries, of_volume = k < n / 2 ? chunk_bytes : 0;
+
+            if (i < entries)
+                put64((uint64_t)(k ? 2 : m), file);
+            else if (i < 2 * entries)
+                put64((uint64_t)(k ? of_volume : m * chunk_bytes), file);
+            else
+                put64((uint64_t)of_volume, file);
+        }
+    }
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.pc", &v), p->wanted);
+    assert_int_equal(v.label_count, 7);
+    sc_volume_clear(&v);
+    unlink("c.pc/s/0.shard");
+    unlink("c.pc/info");
+    rmdir("c.pc/s");
+    rmdir("c.pc");
+}
+
+/* @return the check sum CRC-32C of @p bytes bytes of 0 with a 1 in every 16th, from the ninth on.
+ */
+static uint32_t crc_of_index(size_t bytes)
+{
+    uint32_t sum = UINT32_MAX;
+
+    for (size_t i = 0; i < bytes; i++) {
+        sum ^= i % 16 == 8;
+        for (int k = 0; k < 8; k++)
+            sum = sum >> 1 ^ (sum & 1 ? 0x82f63b78 : 0);
+    }
+    return ~sum;
+}
+
+/* A volume of Zarr whose 4 n chunks lie by turns in two shards, with room for 1,000 n each. */
+static void parse_zarr_shards(const parser *p, int n)
+{
+    const size_t chunks = 1000 * (size_t)n;
+    const uint32_t sum = crc_of_index(16 * chunks);
+    const char *const names[] = {"c.zarr/c/0/0/0", "c.zarr/c/0/0/1"};
+    char text[1024];
+    sc_volume v = {0};
+
+    mkdir("c.zarr", 0777);
+    mkdir("c.zarr/c", 0777);
+    mkdir("c.zarr/c/0", 0777);
+    mkdir("c.zarr/c/0/0", 0777);
+    snprintf(text, sizeof text, p->head, n, n * 500);
+    write_text("c.zarr/zarr.json", text);
+    for (int i = 0; i < 2; i++) {
+        FILE *file = fopen(names[i], "wb");
+
+        assert_non_null(file);
+        fputc(i + 1, file);
+        for (size_t k = 0; k < chunks; k++) {
+            put64(0, file);
+            put64(1, file);
+        }
+        for (int k = 0; k < 4; k++)
+            fputc((int)(sum >> 8 * k & 255), file);
+        fclose(file);
+    }
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.zarr", &v), p->wanted);
+    assert_int_equal(v.label_count, 3);
+    sc_volume_clear(&v);
+    for (int i = 0; i < 2; i++)
+        unlink(names[i]);
+    unlink("c.zarr/zarr.json");
+    rmdir("c.zarr/c/0/0");
+    rmdir("c.zarr/c/0");
+    rmdir("c.zarr/c");
+    rmdir("c.zarr");
+}
+
 /* Put a number of @p bytes bytes, the greatest first. */
 static void put_big(uint32_t number, int bytes, FILE *file)
 {
@@ -710,6 +808,20 @@ static const parser parsers[] = {
      "\"sharding\": {\"@type\": \"neuroglancer_uint64_sharded_v1\", \"hash\": \"identity\", "
      "\"preshift_bits\": 0, \"minishard_bits\": 0, \"shard_bits\": 0}}]}",
      "", "", 0, SC_OK, 2000},
+    {"chunks by turns in two minishards", parse_minishards,
+     "{\"data_type\": \"uint8\", \"num_channels\": 1, \"scales\": [{\"key\": \"s\", \"size\": "
+     "[%d, 1, 1], \"encoding\": \"raw\", \"chunk_sizes\": [[4, 1, 1]], \"resolution\": [1, 1, 1], "
+     "\"sharding\": {\"@type\": \"neuroglancer_uint64_sharded_v1\", \"hash\": \"identity\", "
+     "\"preshift_bits\": 0, \"minishard_bits\": 1, \"shard_bits\": 0}}]}",
+     "", "", 0, SC_OK, 100},
+    {"chunks by turns in two shards of Zarr", parse_zarr_shards,
+     "{\"zarr_format\": 3, \"node_type\": \"array\", \"shape\": [1, %d, 4], \"data_type\": "
+     "\"uint8\", \"fill_value\": 0, \"chunk_grid\": {\"name\": \"regular\", \"configuration\": "
+     "{\"chunk_shape\": [1, %d, 2]}}, \"chunk_key_encoding\": {\"name\": \"default\"}, "
+     "\"codecs\": [{\"name\": \"sharding_indexed\", \"configuration\": {\"chunk_shape\": [1, 1, "
+     "1], \"codecs\": [{\"name\": \"bytes\"}], \"index_codecs\": [{\"name\": \"bytes\", "
+     "\"configuration\": {\"endian\": \"little\"}}, {\"name\": \"crc32c\"}]}}]}",
+     "", "", 0, SC_OK, 20},
     {"voxels of MGH", parse_mgh, "", "", "", 0, SC_OK, 5000},
     {"values of an axis of a study", parse_study,
      "set: {volume: phantom}\nsweep: {render.samples: [", "%d, ", "1]}\n", 0, SC_ERR_DATA, 2000},
