@@ -425,6 +425,185 @@ static void parse_mgh(const parser *p, int n)
     unlink("c.mgh");
 }
 
+/* Put a number of @p bytes bytes, the least first. */
+static void put_little(uint32_t number, int bytes, FILE *file)
+{
+    for (int i = 0; i < bytes; i++)
+        fputc((int)(number >> 8 * i & 255), file);
+}
+
+/* Put an entry of a TIFF directory with one number. */
+static void put_entry(uint32_t tag, uint32_t type, uint32_t number, FILE *file)
+{
+    put_little(tag, 2, file);
+    put_little(type, 2, file);
+    put_little(1, 4, file);
+    put_little(number, 4, file);
+}
+
+/* A TIFF of n pages of 8 x 8 voxels, each with a directory in front of it. */
+static void parse_tiff(const parser *p, int n)
+{
+    enum { LONG = 4, PAGE_BYTES = 2 + 7 * 12 + 4 + 64 };
+    FILE *file = fopen("c.tif", "wb");
+    sc_volume v = {0};
+
+    assert_non_null(file);
+    fwrite("II*\0\x08\0\0\0", 8, 1, file);
+    for (int i = 0; i < n; i++) {
+        const uint32_t begin = 8 + (uint32_t)i * PAGE_BYTES;
+
+        put_little(7, 2, file);
+        put_entry(256, LONG, 8, file);                       /* width */
+        put_entry(257, LONG, 8, file);                       /* height */
+        put_entry(258, LONG, 8, file);                       /* bits */
+        put_entry(262, LONG, 1, file);                       /* 0 is black */
+        put_entry(273, LONG, begin + PAGE_BYTES - 64, file); /* where the pixels are */
+        put_entry(278, LONG, 8, file);                       /* all rows in one strip */
+        put_entry(279, LONG, 64, file);                      /* of so many bytes */
+        put_little(i + 1 < n ? begin + PAGE_BYTES : 0, 4, file);
+        for (int k = 0; k < 64; k++)
+            fputc((i + k) / 3 % 7, file);
+    }
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.tif", &v), p->wanted);
+    assert_int_equal(v.size[2], n);
+    sc_volume_clear(&v);
+    unlink("c.tif");
+}
+
+/* Put an element of a DICOM data set, in the explicit form, the least byte first, with a text of an
+ * even number of bytes as its value; "SQ": without a value, which follows up to a delimiter. */
+static void put_dicom(uint32_t group, uint32_t element, const char *kind, const char *text,
+                      FILE *file)
+{
+    const bool sequence = !strcmp(kind, "SQ");
+
+    put_little(group, 2, file);
+    put_little(element, 2, file);
+    fputs(kind, file);
+    put_little(sequence ? 0 : (uint32_t)strlen(text), 2, file);
+    if (sequence)
+        put_little(UINT32_MAX, 4, file);
+    fputs(text, file);
+}
+
+/* Begin or end an item of a sequence (e000, e00d), or end a sequence (e0dd). */
+static void put_item(uint32_t element, FILE *file)
+{
+    put_little(0xfffe, 2, file);
+    put_little(element, 2, file);
+    put_little(element == 0xe000 ? UINT32_MAX : 0, 4, file);
+}
+
+static void put_dicom_number(uint32_t group, uint32_t element, uint32_t number, FILE *file)
+{
+    put_little(group, 2, file);
+    put_little(element, 2, file);
+    fputs("US", file);
+    put_little(2, 2, file);
+    put_little(number, 2, file);
+}
+
+/* The segments of a DICOM segmentation, and what its frames share. */
+static void put_segments(int n, FILE *file)
+{
+    char name[32];
+
+    put_dicom(0x62, 2, "SQ", "", file);
+    for (int i = 0; i < n; i++) {
+        snprintf(name, sizeof name, "t%07d", i);
+        put_item(0xe000, file);
+        put_dicom_number(0x62, 4, (uint32_t)i + 1, file);
+        put_dicom(0x62, 5, "LO", name, file);
+        put_item(0xe00d, file);
+    }
+    put_item(0xe0dd, file);
+    put_dicom(0x5200, 0x9229, "SQ", "", file);
+    put_item(0xe000, file);
+    put_dicom(0x20, 0x9116, "SQ", "", file);
+    put_item(0xe000, file);
+    put_dicom(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0 ", file);
+    put_item(0xe00d, file);
+    put_item(0xe0dd, file);
+    put_dicom(0x28, 0x9110, "SQ", "", file);
+    put_item(0xe000, file);
+    put_dicom(0x18, 0x50, "DS", "1 ", file);
+    put_dicom(0x28, 0x30, "DS", "1\\1 ", file);
+    put_item(0xe00d, file);
+    put_item(0xe0dd, file);
+    put_item(0xe00d, file);
+    put_item(0xe0dd, file);
+}
+
+/* The frame of each segment: where it lies, and its pixels. */
+static void put_frames(int n, FILE *file)
+{
+    char place[32];
+
+    put_dicom(0x5200, 0x9230, "SQ", "", file);
+    for (int i = 0; i < n; i++) {
+        snprintf(place, sizeof place, "0\\0\\%06d", i * 7919 % n);
+        put_item(0xe000, file);
+        put_dicom(0x20, 0x9113, "SQ", "", file);
+        put_item(0xe000, file);
+        put_dicom(0x20, 0x32, "DS", place, file);
+        put_item(0xe00d, file);
+        put_item(0xe0dd, file);
+        put_dicom(0x62, 0xa, "SQ", "", file);
+        put_item(0xe000, file);
+        put_dicom_number(0x62, 0xb, (uint32_t)i + 1, file);
+        put_item(0xe00d, file);
+        put_item(0xe0dd, file);
+        put_item(0xe00d, file);
+    }
+    put_item(0xe0dd, file);
+    put_little(0x7fe0, 2, file);
+    put_little(0x10, 2, file);
+    fputs("OB", file);
+    put_little(0, 2, file);
+    put_little((uint32_t)n * 8, 4, file);
+    for (int i = 0; i < n * 8; i++)
+        fputc(15, file);
+}
+
+/* A DICOM segmentation of n segments, each with one frame of 8 x 8 pixels. */
+static void parse_dicom(const parser *p, int n)
+{
+    char frames[32];
+    FILE *file = fopen("c.dcm", "wb");
+    sc_volume v = {0};
+
+    assert_non_null(file);
+    for (int i = 0; i < 128; i++)
+        fputc(0, file);
+    fputs("DICM", file);
+    put_dicom(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.66.4", file);
+    put_dicom(2, 0x10, "UI", "1.2.840.10008.1.2.1 ", file);
+    put_dicom(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.66.4", file);
+    put_dicom(8, 0x60, "CS", "SEG ", file);
+    put_dicom_number(0x28, 2, 1, file);
+    put_dicom(0x28, 4, "CS", "MONOCHROME2 ", file);
+    snprintf(frames, sizeof frames, "%06d", n);
+    put_dicom(0x28, 8, "IS", frames, file);
+    put_dicom_number(0x28, 0x10, 8, file);
+    put_dicom_number(0x28, 0x11, 8, file);
+    put_dicom_number(0x28, 0x100, 1, file);
+    put_dicom_number(0x28, 0x101, 1, file);
+    put_dicom_number(0x28, 0x102, 0, file);
+    put_dicom_number(0x28, 0x103, 0, file);
+    put_dicom(0x62, 1, "CS", "BINARY", file);
+    put_segments(n, file);
+    put_frames(n, file);
+    fclose(file);
+    sc_test_operations = 0;
+    assert_int_equal(sc_volume_read(&ctx, "c.dcm", &v), p->wanted);
+    assert_int_equal(v.label_count, n + 1);
+    sc_volume_clear(&v);
+    unlink("c.dcm");
+}
+
 /* Labels of @p count voxels of a row: @p pattern again and again, or random ones if it is empty. */
 static void fill_row(uint8_t *ids, int count, const char *pattern, uint32_t *seed)
 {
@@ -822,6 +1001,12 @@ static const parser parsers[] = {
      "1], \"codecs\": [{\"name\": \"bytes\"}], \"index_codecs\": [{\"name\": \"bytes\", "
      "\"configuration\": {\"endian\": \"little\"}}, {\"name\": \"crc32c\"}]}}]}",
      "", "", 0, SC_OK, 20},
+#if SC_HAVE_TIFF
+    {"pages of TIFF", parse_tiff, "", "", "", 0, SC_OK, 8000},
+#endif
+#if SC_HAVE_DICOM
+    {"segments and frames of DICOM", parse_dicom, "", "", "", 0, SC_OK, 8000},
+#endif
     {"voxels of MGH", parse_mgh, "", "", "", 0, SC_OK, 5000},
     {"values of an axis of a study", parse_study,
      "set: {volume: phantom}\nsweep: {render.samples: [", "%d, ", "1]}\n", 0, SC_ERR_DATA, 2000},
