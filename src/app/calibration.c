@@ -10,8 +10,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define SCHEMA "segcast-calibration-1"
-enum { BYTES_MOST = 65536, NAME_BYTES = 256 };
+#define SCHEMA_NAME "segcast-calibration-"
+#define SCHEMA SCHEMA_NAME "1"
+enum {
+    BYTES_MOST = 65536,
+    NAME_BYTES = 256,
+    MARK_BYTES = 128 /* of the begin of a file, in which its schema stands */
+};
 
 sc_unit_costs sc_unit_costs_assumed(void)
 {
@@ -126,6 +131,21 @@ static const char *look_at(const char *path, bool *missing)
     return info.st_uid == geteuid() ? NULL : "it belongs to another user";
 }
 
+/* @return why the file at @p path, which is there, is not one that segcast calibrate has written,
+ * by whatever version and even if it is damaged by now: its schema stands at its begin; or NULL. */
+static const char *look_for_mark(const char *path)
+{
+    char head[MARK_BYTES + 1] = "";
+    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    const ssize_t count = fd >= 0 ? read(fd, head, MARK_BYTES) : -1;
+
+    if (fd >= 0)
+        close(fd);
+    if (count < 0)
+        return "it cannot be read";
+    return strstr(head, "\"schema\": \"" SCHEMA_NAME) ? NULL : "it is no calibration of segcast";
+}
+
 /* Read the file at @p path. @return what is wrong with it, or NULL. */
 static const char *read_file(const char *path, sc_unit_costs *out)
 {
@@ -150,22 +170,41 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx)
     const sc_unit_costs assumed = sc_unit_costs_assumed();
     sc_unit_costs costs = assumed;
     char *path = NULL;
-    const char *wrong;
+    const char *wrong, *foreign;
     bool missing;
 
     if (sc_calibration_path(&silent, &path) != SC_OK)
         return assumed; /* there is no cache, and so nothing in it */
     wrong = look_at(path, &missing);
-    if (!missing && !wrong)
+    foreign = !missing && !wrong ? look_for_mark(path) : wrong;
+    if (!missing && !foreign)
         wrong = read_file(path, &costs);
-    costs.measured = !missing && !wrong;
-    if (wrong)
+    costs.measured = !missing && !foreign && !wrong;
+    if (foreign)
+        sc_warn(ctx, "%s is not used: %s; move it away, and `segcast calibrate` measures", path,
+                foreign);
+    else if (wrong)
         sc_warn(ctx, "%s is not used: %s; `segcast calibrate` measures anew", path, wrong);
     sc_free(path);
     return costs.measured ? costs : assumed;
 }
 
 /* ---- writing ---- */
+
+sc_status sc_calibration_check(const sc_ctx *ctx, const char *path)
+{
+    bool missing;
+    const char *foreign = look_at(path, &missing);
+
+    if (!missing && !foreign)
+        foreign = look_for_mark(path);
+    if (missing || !foreign)
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_CREATE,
+                   "%s: is in the way of what is measured, and not replaced: %s; move it away, or "
+                   "set XDG_CACHE_HOME to another directory",
+                   path, foreign);
+}
 
 sc_status sc_calibration_make_directory(const sc_ctx *ctx, const char *path)
 {
@@ -207,6 +246,7 @@ sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, con
     json_decref(json);
     if (!text)
         return sc_fail(ctx, SC_ERR_MEMORY, "out of memory while the calibration was written");
+    SC_TRY(sc_calibration_check(ctx, path)); /* it may have come meanwhile */
     SC_TRY(sc_outfile_open(ctx, path, true, &file));
     (void)fchmod(fileno(file.stream), S_IRUSR | S_IWUSR);
     fprintf(file.stream, "%s\n", text); /* an error shows at the commit */

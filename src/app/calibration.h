@@ -33,8 +33,11 @@ sc_unit_costs sc_calibration_load(const sc_ctx *ctx);
 /* Make the directory of the file at @p path, as far as it is not there: for the user alone. @return
  * SC_ERR_CREATE, SC_ERR_MEMORY. */
 sc_status sc_calibration_make_directory(const sc_ctx *ctx, const char *path);
+/* Refuse a file at @p path that segcast has not written for this user: a file of another program, a
+ * link, a directory. @return SC_ERR_CREATE, logged. */
+sc_status sc_calibration_check(const sc_ctx *ctx, const char *path);
 /* Keep the costs; only the user may read the file. The directory must be there. @return
- * SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
+ * the error of sc_calibration_check, SC_ERR_CREATE, SC_ERR_WRITE, SC_ERR_MEMORY. */
 sc_status sc_calibration_save(const sc_ctx *ctx, const sc_unit_costs *costs, const char *path);
 
 #endif

@@ -178,6 +178,7 @@ static sc_status begin(const sc_ctx *ctx, char *block, sc_unit_costs *costs, cha
     sc_status status;
 
     SC_TRY(sc_calibration_path(ctx, path));
+    SC_TRY(sc_calibration_check(ctx, *path));
     *costs = sc_calibration_load(ctx); /* what is not measured now stays as it was measured once */
     SC_TRY(sc_calibration_make_directory(ctx, *path));
     SC_TRY(measure_file(ctx, *path, block, costs));

@@ -29,19 +29,33 @@ refused() { # refused REASON: so is the file
 }
 change() { jq "$1" "$file" >changed.json && cat changed.json >"$file"; }
 head -c 100 "$file" >cut.json && cat cut.json >"$file" && refused 'it is damaged'
-echo '[]' >"$file" && refused 'it is no calibration of segcast'
 change '.version = "0.0.0"' && refused 'it is of another version'
 change '.processor = "Z80"' && refused 'it is of another processor'
 change '.message_s = 0' && refused 'a number is missing or impossible'
 change 'del(.notice_s)' && refused 'a number is missing or impossible'
 change '.copy_bytes_per_s += 1' && refused 'its hash does not fit'
 change '.network_measured = true' && refused 'its hash does not fit'
-# A symbolic link is neither followed nor written through.
+# What segcast has not written is in the way: it is neither used nor followed nor replaced.
+foreign() { # foreign REASON: so is what is there
+    expect 0 "warning: $file is not used: $1; move it away" "$SEGCAST" plan job.yaml -q --json
+    jq -e '.scaling.costs_measured == false' stdout.txt >/dev/null || fail "$1: plan uses it"
+    expect 73 "$file: is in the way of what is measured, and not replaced: $1; move it away" "$SEGCAST" calibrate -q
+    one_error
+}
 mv "$file" elsewhere.json
 ln -s "$PWD/elsewhere.json" "$file"
 before=$(sha256sum elsewhere.json)
-refused 'it is no regular file'
-[ ! -L "$file" ] && [ "$(sha256sum elsewhere.json)" = "$before" ] || fail "the link was followed"
+foreign 'it is no regular file'
+[ -L "$file" ] && [ "$(sha256sum elsewhere.json)" = "$before" ] || fail "the link was followed or replaced"
+rm "$file"
+for text in 'my own notes' '[]' '' '{"schema": "somebody-else-1"}'; do
+    echo "$text" >"$file"
+    foreign 'it is no calibration of segcast'
+    [ "$(cat "$file")" = "$text" ] || fail "a file with \"$text\" was replaced"
+done
+rm "$file" && mkdir "$file"
+foreign 'it is no regular file'
+rmdir "$file"
 
 # Where there is no place for it.
 expect 73 'neither XDG_CACHE_HOME nor HOME is an absolute path' env XDG_CACHE_HOME=relative "$SEGCAST" calibrate

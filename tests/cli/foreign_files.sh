@@ -7,6 +7,9 @@ sed -i "s|^volume.*|volume: $PWD/heart.nrrd|; s|frames: 7|frames: 2|; s|video: n
 "$SEGCAST" prepare heart.nrrd -o heart.segc -q >/dev/null
 printf 'set: {volume: %s, output: {size: 32x32}, threads: 1}\nleast: 1\nmost: 1\n' "$PWD/heart.nrrd" >study.yaml
 
+calibration=$(basename "$(XDG_CACHE_HOME=$PWD/cache "$SEGCAST" calibrate -q | tail -1)")
+rm -r cache
+
 strangers() { # strangers DIR [links]: a folder of files that are not ours; segments/ and frames/ may be links
     mkdir -p "$1" outside/segments outside/frames
     if [ "${2:-}" = links ]; then
@@ -22,7 +25,7 @@ strangers() { # strangers DIR [links]: a folder of files that are not ours; segm
         stats.json status.json frames.csv trace.json report.html job.yaml film.mp4 film.partial.mp4 video.mp4 manifest.jsonl.bak \
         manifest.0.jsonl.old .film.mp4.tmp.host.1 film.mp4.tmp notes.tmp still.png views.png orbit.mp4 \
         orbit.partial.mp4 prepared.segc phantom.nrrd heart.yaml measurements.jsonl cells.csv extrap.jsonl study.yaml \
-        segcast/calibration.json segcast/notes.txt; do
+        segcast/calibration.json segcast/notes.txt segcast/"$calibration"; do
         [ -e "$1/$name" ] || [ -L "$1/$name" ] || echo "mine: $name" >"$1/$name"
     done
 }
