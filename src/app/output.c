@@ -24,6 +24,25 @@ out:
     return status;
 }
 
+/* Refuse the name of a volume, of a file that belongs to it, or of its label table.
+ * @param labels the table that the job names; NULL or empty: one beside the volume counts. */
+static sc_status check_volume(const sc_app *app, const char *path, const char *volume,
+                              const char *labels)
+{
+    sc_ctx quiet_ctx = sc_quiet(app->ctx);
+    sc_app quiet = *app;
+    char beside[SC_PATH_BYTES] = "";
+    sc_status status;
+
+    quiet.ctx = &quiet_ctx;
+    if (volume && !(labels && *labels))
+        sc_find_labels(&quiet, volume, beside);
+    SC_TRY(check_input(app, path, volume, true));
+    SC_TRY(check_input(app, path, *beside ? beside : labels, false));
+out:
+    return status;
+}
+
 /* Refuse the names of those files that each shot may have its own of. */
 static sc_status check_looks(const sc_app *app, const char *path, const sc_job *job)
 {
@@ -40,14 +59,13 @@ static sc_status check_job(const sc_app *app, const char *path, const sc_job *jo
 {
     sc_status status;
 
-    SC_TRY(check_input(app, path, job->volume, true));
-    SC_TRY(check_input(app, path, job->labels, false));
+    SC_TRY(check_volume(app, path, job->volume, job->labels));
     SC_TRY(check_input(app, path, job->has_image ? job->image.path : NULL, true));
     for (size_t i = 0; i < job->phase_count; i++)
         SC_TRY(check_input(app, path, job->phases[i].path, true));
     for (int i = 0; i < job->compare.count; i++) {
-        SC_TRY(check_input(app, path, job->compare.others[i].volume, true));
-        SC_TRY(check_input(app, path, job->compare.others[i].labels, false));
+        SC_TRY(
+            check_volume(app, path, job->compare.others[i].volume, job->compare.others[i].labels));
     }
     SC_TRY(check_looks(app, path, job));
     for (size_t i = 0; i < job->shot_count; i++)
@@ -62,7 +80,7 @@ sc_status sc_check_output(const sc_app *app, const sc_session *session, const ch
     sc_status status;
 
     if (access(path, F_OK) == 0) {
-        SC_TRY(check_input(app, path, app->options.input, false));
+        SC_TRY(check_input(app, path, app->options.input, true));
         if (session)
             SC_TRY(check_job(app, path, &session->job));
     }

@@ -30,6 +30,7 @@ void sc_nrrd_header_clear(sc_nrrd_header *header)
     sc_text_clear(&header->fields);
     sc_free(header->segments);
     sc_text_clear(&header->list);
+    sc_text_clear(&header->paths);
     sc_free(header->first_file);
     *header = (sc_nrrd_header){0};
 }
@@ -112,7 +113,7 @@ static char *cut_line(char *line)
 
 /* ---- data files ---- */
 
-/* Add one data file to list, file_count, first_file and file_bytes. */
+/* Add one data file to list, paths, file_count, first_file and file_bytes. */
 static sc_status add_file(reading *r, const char *name)
 {
     sc_nrrd_header *h = r->header;
@@ -128,6 +129,11 @@ static sc_status add_file(reading *r, const char *name)
     status = sc_data_file(r->ctx, r->path, "data file", name, &path, &bytes);
     if (status != SC_OK)
         return status;
+    status = sc_text_add(r->ctx, &h->paths, "%s%c", path, '\0');
+    if (status != SC_OK) {
+        sc_free(path);
+        return status;
+    }
     if (!h->first_file)
         h->first_file = path;
     else

@@ -26,6 +26,7 @@ typedef struct sc_nrrd_header {
     sc_text list;     /* if not attached: the lines that name the data files, for Teem; a pattern of
                          names is written out as a list */
     char *first_file; /* path of the first data file, owned; NULL if attached */
+    sc_text paths;    /* of all data files, each with a NUL byte behind it; empty if attached */
     size_t file_count;   /* number of data files; 0 if attached */
     uint64_t file_bytes; /* bytes of all data files, or of the file with header and voxels */
 } sc_nrrd_header;

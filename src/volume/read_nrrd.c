@@ -652,6 +652,8 @@ sc_status sc_open_nrrd(const sc_ctx *ctx, const char *path, bool header_only, sc
         SC_TRY(load_voxels(ctx, path, &header, &source));
     if (source.layers > 1)
         source.size[0] /= source.layers; /* from now on they do not count */
+    source.data_files = header.paths;
+    header.paths = (sc_text){0};
     *out = source;
     source = (sc_source){0};
 out:

@@ -281,20 +281,32 @@ sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int *count, doub
     return SC_OK;
 }
 
+/* Is @p path one of the files with voxels of this source? */
+static bool source_reads(const sc_source *source, const char *path)
+{
+    const sc_text *files = &source->data_files;
+    bool reads = source->file && sc_same_file(source->file, path);
+
+    for (size_t at = 0; at < files->length_bytes && !reads; at += strlen(files->data + at) + 1)
+        reads = sc_same_file(files->data + at, path);
+    for (size_t i = 0; i < source->mask_count && !reads; i++)
+        reads = sc_same_file(source->masks[i].file, path);
+    return reads;
+}
+
 sc_status sc_volume_reads(const sc_ctx *ctx, const char *volume, const char *path, bool *out)
 {
     const sc_ctx quiet = sc_quiet(ctx);
     const sc_read_choice whole = {.phase = 1};
+    const bool is_store = sc_zarr_is_node(volume) || sc_is_precomputed(volume);
     sc_source source = {0};
     sc_status status = SC_OK;
-    bool reads = sc_same_file(volume, path);
+    bool reads = sc_same_file(volume, path) || (is_store && sc_is_below(path, volume));
 
     if (!reads)
         status = sc_open_source(&quiet, volume, &whole, true, &source);
     if (!reads && status == SC_OK)
-        reads = source.file && sc_same_file(source.file, path);
-    for (size_t i = 0; i < source.mask_count && !reads; i++)
-        reads = sc_same_file(source.masks[i].file, path);
+        reads = source_reads(&source, path);
     sc_source_clear(&source);
     if (status != SC_OK && !sc_is_of_input(status))
         return status;

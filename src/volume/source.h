@@ -54,6 +54,8 @@ typedef struct sc_source {
     sc_label_table table;    /* what the file itself says about its labels */
     sc_encoding encoding;
     char *file;            /* path of the file with the voxels, owned; NULL if loaded */
+    sc_text data_files;    /* paths of all files with voxels that the header names, each with a NUL
+                              byte behind it; empty where file is the only one; owned */
     uint64_t offset_bytes; /* where in the file they begin */
     uint64_t skip_bytes;   /* gzip: bytes to skip in what is unpacked from there */
     bool swapped;          /* stored in the byte order that this machine does not have */
@@ -149,6 +151,9 @@ const char *sc_bad_name(const char *name);
  * SC_ERR_MEMORY. */
 sc_status sc_data_file(const sc_ctx *ctx, const char *header, const char *field, const char *name,
                        char **out, uint64_t *bytes);
+
+/* Is the file @p path, by its path without links, in the directory @p folder or below it? */
+bool sc_is_below(const char *path, const char *folder);
 
 /* Check that a file, which may be a gzip file, can hold @p needed bytes even if it is compressed as
  * well as possible. @return SC_ERR_DATA if not; SC_ERR_MISSING if it cannot be opened,

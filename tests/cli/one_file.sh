@@ -45,6 +45,62 @@ cp voxels.segc voxels.copy
 expect 73 'voxels.segc: is an input' "$SEGCAST" prepare detached.nhdr -o voxels.segc --overwrite; one_error
 cmp voxels.segc voxels.copy || fail "the voxels of a detached header were replaced"
 
+# Of a volume in several files each is an input: of a list or a pattern in a header, also with encodings that are not
+# streamed, of a directory of masks, of a Zarr store, of a volume of Neuroglancer, of Analyze; and the table beside it.
+for i in 1 2 3 4 5 6 7 8; do head -c 64 /dev/zero | tr '\0' '\1' >s$i.segc; done
+head -c 512 /dev/zero | tr '\0' '\1' | od -An -v -tu1 >numbers.segc
+grep -v 'data file' detached.nhdr >fields.txt
+{ cat fields.txt; echo 'data file: LIST'; printf 's%d.segc\n' 1 2 3 4 5 6 7 8; } >list.nhdr
+{ cat fields.txt; echo 'data file: s%d.segc 1 8 1'; } >pattern.nhdr
+{ sed 's/raw/ascii/' fields.txt; echo 'data file: numbers.segc'; } >ascii.nhdr
+sums=$(sha256sum s?.segc numbers.segc)
+for volume in list.nhdr pattern.nhdr; do
+    for i in 1 2 8; do
+        expect 73 "s$i.segc: is an input" "$SEGCAST" prepare $volume -o s$i.segc --overwrite; one_error
+    done
+    expect 73 's5.segc: is an input' "$SEGCAST" prepare job.yaml --set volume=$volume -o "$PWD/folder/../s5.segc" --overwrite
+    expect 0 '' "$SEGCAST" prepare $volume -q -o several.segc
+    rm several.segc
+done
+expect 73 'numbers.segc: is an input' "$SEGCAST" prepare ascii.nhdr -o numbers.segc --overwrite
+mkdir masks
+cp heart.nrrd masks/b.nrrd
+cp heart.nrrd masks/a.nrrd
+expect 73 'masks/b.nrrd: is an input' "$SEGCAST" tables masks -o masks/b.nrrd --to freesurfer --overwrite; one_error
+[ "$(sha256sum s?.segc numbers.segc)" = "$sums" ] && cmp masks/b.nrrd heart.nrrd || fail "a file of a volume was replaced"
+rm -r masks s?.segc numbers.segc
+mkdir -p store.zarr/0
+echo '{"zarr_format": 2}' >store.zarr/.zgroup
+echo '{"multiscales": [{"axes": [{"name": "z"}, {"name": "y"}, {"name": "x"}], "datasets": [{"path": "0"}]}]}' >store.zarr/.zattrs
+echo '{"zarr_format": 2, "shape": [8, 8, 8], "chunks": [8, 8, 8], "dtype": "|u1", "compressor": null, "fill_value": 0,
+    "order": "C", "filters": null, "dimension_separator": "."}' >store.zarr/0/.zarray
+cp voxels.copy store.zarr/0/0.0.0
+mkdir -p precomputed/s
+echo '{"data_type": "uint8", "num_channels": 1, "scales": [{"key": "s", "size": [8, 8, 8], "encoding": "raw",
+    "chunk_sizes": [[8, 8, 8]], "resolution": [1, 1, 1]}]}' >precomputed/info
+cp voxels.copy precomputed/s/0-8_0-8_0-8
+cp store.zarr/.zattrs zattrs
+for volume in store.zarr precomputed; do
+    expect 0 '' "$SEGCAST" prepare $volume -q -o several.segc
+    rm several.segc
+    cp voxels.copy $volume/mine.segc
+    expect 73 'mine.segc: is an input' "$SEGCAST" prepare $volume -o $volume/mine.segc --overwrite; one_error
+    cmp voxels.copy $volume/mine.segc || fail "a file in $volume was replaced"
+done
+expect 73 'is an input' "$SEGCAST" tables store.zarr -o store.zarr/.zattrs --to bids --overwrite
+cmp zattrs store.zarr/.zattrs || fail "the attributes of a Zarr store were replaced"
+rm -r store.zarr precomputed zattrs
+mkdir bids
+echo '{}' >bids/dataset_description.json
+{ cat fields.txt; echo 'data file: voxels.segc'; } >bids/x_dseg.nii # formats are told by content
+cp voxels.copy bids/voxels.segc
+printf 'index\tname\n1\ta\n' >bids/x_dseg.tsv
+cp bids/x_dseg.tsv table.tsv
+expect 73 'x_dseg.tsv: is an input' "$SEGCAST" path bids/x_dseg.nii --tissue a -o bids/x_dseg.tsv --overwrite; one_error
+cmp bids/x_dseg.tsv table.tsv || fail "the table beside a volume was replaced"
+expect 65 'has no label table in its header' "$SEGCAST" tables bids/x_dseg.nii -o bids/x_dseg.tsv --overwrite # reads it not
+rm -r bids table.tsv
+
 # What a job or a shot reads beside the volume: a logo, a table of values, an image.
 "$SEGCAST" phantom --ct --size 24x20x26 -o ct.nrrd -q >/dev/null
 "$SEGCAST" still job.yaml -o logo.png -q >/dev/null
