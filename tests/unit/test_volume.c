@@ -954,6 +954,47 @@ static void a_written_nrrd_holds_the_label_values(void **state)
     unlink("t.nrrd");
 }
 
+/* The bounds of what can be drawn: a spacing, the ratio of two, the distance of the origin, and
+ * axes that hardly differ. Beyond them rays would end nowhere, or outside of the volume. */
+static void geometries_that_cannot_be_drawn_are_refused(void **state)
+{
+    static const struct {
+        double mm[3], origin_mm, shear;
+        sc_status wanted;
+    } cases[] = {{{1, 1, 1}, 0, 0, SC_OK},
+                 {{1, 1, 1e4}, 0, 0, SC_OK},
+                 {{SC_SPACING_LEAST_MM, SC_SPACING_LEAST_MM, SC_SPACING_LEAST_MM}, 0, 0, SC_OK},
+                 {{SC_SPACING_MOST_MM, SC_SPACING_MOST_MM, SC_SPACING_MOST_MM}, 0, 0, SC_OK},
+                 {{1e-10, 1e-10, 1e-10}, 0, 0, SC_ERR_DATA},
+                 {{1e-10, 1e-9, 1e-9}, 0, 0, SC_ERR_DATA},
+                 {{2e8, 2e8, 2e8}, 0, 0, SC_ERR_DATA},
+                 {{1e8, 1e8, 2e8}, 0, 0, SC_ERR_DATA},
+                 {{1e-6, 1e8, 1e8}, 0, 0, SC_ERR_DATA},
+                 {{1e-4, 1, 1e4}, 0, 0, SC_ERR_DATA},
+                 {{1, 1, 1e5}, 0, 0, SC_ERR_DATA},
+                 {{0.1, 0.1, 0.1}, 3e8, 0, SC_OK},
+                 {{0.1, 0.1, 0.1}, 5e8, 0, SC_ERR_DATA},
+                 {{1, 1, 1}, NAN, 0, SC_ERR_DATA},
+                 {{1, 1, 1}, 0, 50, SC_OK},
+                 {{1, 1, 1}, 0, 1e3, SC_ERR_DATA}};
+    static const int size[3] = {20, 20, 20};
+    int wrong = 0;
+
+    (void)state;
+    for (size_t i = 0; i < SC_COUNT_OF(cases); i++) {
+        const double *mm = cases[i].mm;
+        const sc_affine to_mm = {{{mm[0], mm[1] * cases[i].shear, 0, cases[i].origin_mm},
+                                  {0, mm[1], 0, 0},
+                                  {0, 0, mm[2], 0}}};
+
+        if (sc_geometry_check(NULL, "case", size, &to_mm) != cases[i].wanted) {
+            print_error("case %zu is judged otherwise\n", i);
+            wrong++;
+        }
+    }
+    assert_int_equal(wrong, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -975,6 +1016,7 @@ int main(void)
         cmocka_unit_test(nrrd_lines_and_bytes_before_the_voxels_are_skipped),
         cmocka_unit_test(a_header_and_a_table_name_labels_together),
         cmocka_unit_test(what_is_hardly_a_label_volume_gets_a_warning),
+        cmocka_unit_test(geometries_that_cannot_be_drawn_are_refused),
         cmocka_unit_test(what_is_refused_is_told_what_to_do),
         cmocka_unit_test(directories_are_told_what_to_do),
         cmocka_unit_test(a_written_nrrd_holds_the_label_values),
