@@ -547,8 +547,15 @@ sc_status sc_cmd_orbit(sc_app *app)
     const char *slash = strrchr(output, '/');
     sc_run run = {.app = app};
     sc_text directory = {0};
-    sc_status status;
+    sc_status status = SC_OK;
 
+    if (slash && !slash[1])
+        status =
+            sc_fail(app->ctx, SC_ERR_USAGE,
+                    "--output is \"%s\", a directory; expected the name of a video in it, such "
+                    "as %sorbit.mp4",
+                    output, output);
+    SC_TRY(status);
     SC_TRY(sc_text_add(app->ctx, &directory, "%.*s",
                        slash == output ? 1
                        : slash         ? (int)(slash - output)

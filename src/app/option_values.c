@@ -229,22 +229,31 @@ sc_status sc_store_text(const sc_ctx *ctx, sc_options *options, const sc_option 
     return SC_OK;
 }
 
+sc_status sc_check_tilde(const sc_ctx *ctx, const char *what, const char *path)
+{
+    const char *home = getenv("HOME");
+
+    if (path[0] != '~' || (path[1] && path[1] != '/'))
+        return SC_OK;
+    return sc_fail(ctx, SC_ERR_USAGE,
+                   "%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes "
+                   "and at the beginning of a word; write %s%s",
+                   what, path, home ? home : "$HOME", path + 1);
+}
+
 sc_status sc_store_output(const sc_ctx *ctx, sc_options *options, const sc_option *option,
                           const char *value)
 {
-    const char *home = getenv("HOME");
+    char what[64];
+    sc_status status;
 
     if (!value[0])
         return sc_fail(ctx, SC_ERR_USAGE,
                        "--%s is empty, expected %s; is a variable of the script not set?",
                        option->name, option->argument);
-    if (value[0] == '~' && (!value[1] || value[1] == '/'))
-        return sc_fail(
-            ctx, SC_ERR_USAGE,
-            "--%s is \"%s\", but only a shell replaces \"~\", and only outside of quotes "
-            "and at the beginning of a word; write %s%s",
-            option->name, value, home ? home : "$HOME", value + 1);
-    return sc_store_text(ctx, options, option, value);
+    snprintf(what, sizeof what, "--%s", option->name);
+    status = sc_check_tilde(ctx, what, value);
+    return status == SC_OK ? sc_store_text(ctx, options, option, value) : status;
 }
 
 sc_status sc_store_flag(const sc_ctx *ctx, sc_options *options, const sc_option *option,

@@ -58,4 +58,8 @@ sc_status sc_options_set_threads(const sc_ctx *ctx, sc_options *options, const c
 sc_status sc_options_set_max_memory(const sc_ctx *ctx, sc_options *options, const char *name,
                                     const char *value);
 
+/* Refuse a path that begins with "~", which only a shell replaces. @param what it is, for the
+ * message. @return SC_ERR_USAGE, logged. */
+sc_status sc_check_tilde(const sc_ctx *ctx, const char *what, const char *path);
+
 #endif

@@ -139,6 +139,8 @@ static sc_status read_arguments(const sc_ctx *ctx, const sc_command *command, in
                            "the argument is empty, expected %s; is a variable of the script not "
                            "set?",
                            command->argument);
+        if (sc_check_tilde(ctx, "the argument", argv[i]) != SC_OK)
+            return SC_ERR_USAGE;
         options->input = options->input ? options->input : argv[i];
         options->input_count++;
     }
