@@ -434,6 +434,50 @@ static void forged_pictures(void **state)
     sc_free(video);
 }
 
+/* A picture in which a byte has changed is not used, wherever that byte is; the result has the same
+ * bytes. */
+static void damaged_pictures(void **state)
+{
+    const size_t head_bytes = 48, picture = sc_picture_bytes("v.mp4", &settings);
+    const size_t places[] = {8,
+                             15,
+                             40,
+                             head_bytes,
+                             head_bytes + picture / 2,
+                             head_bytes + picture - 1,
+                             2 * head_bytes + 2 * picture - 1};
+    size_t bytes, video_bytes;
+    char path[512], *part, *video, *again;
+    sc_store *store;
+
+    (void)state;
+    empty_folder();
+    store = open_store(SC_STORE_NEW);
+    add_frames(store, 0, FRAMES);
+    finish(store);
+    video = read_all(in_folder("v.mp4"), &video_bytes);
+    for (size_t i = 0; i < SC_COUNT_OF(places); i++) {
+        empty_folder();
+        store = open_store(SC_STORE_NEW);
+        add_frames(store, 0, 2);
+        sc_store_close(store);
+        find_file(".part", path);
+        part = read_all(path, &bytes);
+        assert_int_equal(bytes, 2 * (head_bytes + picture));
+        part[places[i]] ^= (char)0x80;
+        assert_ok(sc_file_write(&quiet, path, part, bytes));
+        sc_free(part);
+        store = open_store(SC_STORE_RESUME);
+        add_frames(store, 0, FRAMES);
+        finish(store);
+        again = read_all(in_folder("v.mp4"), &bytes);
+        assert_int_equal(bytes, video_bytes);
+        assert_memory_equal(again, video, bytes);
+        sc_free(again);
+    }
+    sc_free(video);
+}
+
 /* A process that has the number of one that was killed while it wrote does not append behind what
  * that one has left. */
 static void torn_tail(void **state)
@@ -880,14 +924,23 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forged_segments),   cmocka_unit_test(random_segments),
-        cmocka_unit_test(forged_parameters), cmocka_unit_test(forged_pictures),
-        cmocka_unit_test(torn_tail),         cmocka_unit_test(forged_heads),
-        cmocka_unit_test(forged_lines),      cmocka_unit_test(own_names),
-        cmocka_unit_test(manifest_bytes),    cmocka_unit_test(other_jobs),
-        cmocka_unit_test(long_heads),        cmocka_unit_test(lists_of_names),
-        cmocka_unit_test(refused_begin),     cmocka_unit_test(pipes),
-        cmocka_unit_test(unlistable),        cmocka_unit_test(want_of_memory),
+        cmocka_unit_test(forged_segments),
+        cmocka_unit_test(random_segments),
+        cmocka_unit_test(forged_parameters),
+        cmocka_unit_test(forged_pictures),
+        cmocka_unit_test(damaged_pictures),
+        cmocka_unit_test(torn_tail),
+        cmocka_unit_test(forged_heads),
+        cmocka_unit_test(forged_lines),
+        cmocka_unit_test(own_names),
+        cmocka_unit_test(manifest_bytes),
+        cmocka_unit_test(other_jobs),
+        cmocka_unit_test(long_heads),
+        cmocka_unit_test(lists_of_names),
+        cmocka_unit_test(refused_begin),
+        cmocka_unit_test(pipes),
+        cmocka_unit_test(unlistable),
+        cmocka_unit_test(want_of_memory),
     };
 
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
