@@ -158,7 +158,8 @@ SC_MUST_USE sc_status sc_volume_phases(const sc_ctx *ctx, const char *path, int 
 SC_MUST_USE sc_status sc_volume_read_by(const sc_ctx *ctx, const char *path,
                                         const sc_read_choice *choice, sc_volume *out);
 
-/** Set *out to whether the volume file @p volume, or a file that its header names for the voxels, is
+/** Set *out to whether the volume file @p volume, or a file that its header names for the voxels,
+ * is
  *  @p path, by whatever symbolic or hard links; or whether @p path is a mask of a directory of
  *  masks, or any file in a Zarr store or a volume of Neuroglancer. False, without a message, for a
  *  volume that is missing or broken. @return SC_ERR_MEMORY, or that another part of

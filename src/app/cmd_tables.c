@@ -68,7 +68,8 @@ sc_status sc_cmd_tables(sc_app *app)
     SC_TRY(sc_options_set_text(app->ctx, &app->options, "volume", app->options.input));
     SC_TRY(sc_session_job(app, NULL, &session));
     if (strcmp(app->options.output, "-"))
-        SC_TRY(sc_check_output(app, NULL, app->options.output, true)); /* other tables stay unread */
+        SC_TRY(
+            sc_check_output(app, NULL, app->options.output, true)); /* other tables stay unread */
     SC_TRY(read_table(app, &session.job, &table));
     SC_TRY(sc_label_table_print(app->ctx, app->options.output, &table, writer, &text));
     status = sc_write_text(app, &text, app->options.output);
