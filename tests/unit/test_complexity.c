@@ -305,7 +305,7 @@ static void parse_shard(const parser *p, int n)
 static void parse_minishards(const parser *p, int n)
 {
     const int chunk_bytes = 4, entries = 500 * n;
-    const uint64_t begin = (uint64_t)(n * chunk_bytes), bytes = (uint64_t)entries * 24;
+    const uint64_t begin = (uint64_t)n * (uint64_t)chunk_bytes, bytes = (uint64_t)entries * 24;
     char info[512];
     FILE *file;
     sc_volume v = {0};
