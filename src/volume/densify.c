@@ -33,7 +33,8 @@ typedef struct value_set {
 typedef struct label_worker {
     sc_label_tally *tallies; /* [SC_LABELS_MAX], by first id; no box without voxels; owned */
     uint64_t *runs;          /* [SC_LABELS_MAX], by first id: runs of equal voxels along x; owned */
-    int64_t *values;         /* [2 * BLOCK_VOXELS]: those of a block, and room; owned */
+    int64_t *values;         /* [2 * BLOCK_VOXELS]: those of a block, and room; owned. Not used if
+                                the voxels are looked at as they are stored */
     int64_t last;            /* the value that was looked up last */
     int32_t last_id;         /* its first id */
     size_t bad;              /* the first voxel met that is no label; SIZE_MAX: none */
@@ -53,9 +54,11 @@ typedef struct label_pass {
     int id_bytes; /* 1 or 2 */
     void *ids;    /* [wanted] of id_bytes each, first ids, zero until set; NULL unless keep_ids */
     /* The batch of voxels that is looked at. */
-    const sc_voxel_stream *stream;
+    sc_voxel_stream *stream;
     const unsigned char *batch; /* as stored */
     size_t begin;               /* the first voxel */
+    bool as_stored;             /* the stored numbers are the labels */
+    bool ahead;                 /* one thread reads the next batch meanwhile */
     bool recounts;              /* only ids are set, since the batch has been counted */
     atomic_bool too_wide;       /* there was an id that does not fit into pass->ids */
 } label_pass;
@@ -136,22 +139,23 @@ static void fill_ids(label_pass *pass, size_t begin, size_t length, int32_t id)
 }
 
 /* Tally @p count voxels of one row along x, the first of which is voxel @p begin of the part and
- * lies at @p first in it, by their values, and set their ids. @return false if there are too many
- * labels. */
-static bool visit_row(label_pass *pass, label_worker *w, const int64_t *values, size_t begin,
-                      const int first[3], int count)
+ * lies at @p first in it, by their values of type @p type, and set their ids. @return false if
+ * there are too many labels. */
+static bool visit_row(label_pass *pass, label_worker *w, sc_voxel_type type, const void *values,
+                      size_t begin, const int first[3], int count)
 {
     int at[3] = {first[0], first[1], first[2]};
 
     for (int i = 0, end; i < count; i = end) {
-        for (end = i + 1; end < count && values[end] == values[i]; end++) {
-        }
-        if (values[i] != w->last) {
-            const int32_t id = id_of(&pass->set, values[i]);
+        int64_t value;
+
+        end = sc_run_end(type, values, i, count, &value);
+        if (value != w->last) {
+            const int32_t id = id_of(&pass->set, value);
 
             if (id == SC_LABELS_MAX)
                 return false;
-            w->last = values[i];
+            w->last = value;
             w->last_id = id;
         }
         if (!pass->recounts) {
@@ -166,9 +170,11 @@ static bool visit_row(label_pass *pass, label_worker *w, const int64_t *values, 
 
 /* Visit the voxels [@p x, + @p count) of the row @p y, @p z of the file, as far as they are wanted.
  * @return as visit_row. */
-static bool visit_part(label_pass *pass, label_worker *w, const int64_t *values, const int at[3],
+static bool visit_part(label_pass *pass, label_worker *w, const void *values, const int at[3],
                        int count)
 {
+    const sc_voxel_type type = pass->as_stored ? pass->source->type : SC_VOXEL_INT64;
+
     const int *low = pass->source->low, *part = pass->source->part;
     const int begin = most(at[0], low[0]), end = least(at[0] + count, low[0] + part[0]);
     const int first[3] = {begin - low[0], at[1] - low[1], at[2] - low[2]};
@@ -178,7 +184,27 @@ static bool visit_part(label_pass *pass, label_worker *w, const int64_t *values,
         return true;
     voxel = ((size_t)first[2] * (size_t)part[1] + (size_t)first[1]) * (size_t)part[0] +
             (size_t)first[0];
-    return visit_row(pass, w, values + (begin - at[0]), voxel, first, end - begin);
+    values = (const unsigned char *)values + (size_t)(begin - at[0]) * sc_voxel_type_bytes(type);
+    return visit_row(pass, w, type, values, voxel, first, end - begin);
+}
+
+/* Visit @p count voxels, the first of which is voxel @p from of the file, by their values: as they
+ * are stored, or of type int64. @return as visit_row. */
+static bool visit_values(label_pass *pass, label_worker *w, const unsigned char *values,
+                         size_t from, size_t count)
+{
+    const size_t each = pass->as_stored ? sc_voxel_type_bytes(pass->source->type) : sizeof(int64_t);
+    const size_t nx = (size_t)pass->source->size[0], ny = (size_t)pass->source->size[1];
+
+    for (size_t i = 0, length; i < count; i += length) {
+        const size_t voxel = from + i, x = voxel % nx;
+        const int at[3] = {(int)x, (int)(voxel / nx % ny), (int)(voxel / nx / ny)};
+
+        length = count - i < nx - x ? count - i : nx - x;
+        if (!visit_part(pass, w, values + i * each, at, (int)length))
+            return false;
+    }
+    return true;
 }
 
 /* sc_range_fn: tally voxels [begin, end) of the batch, counted from its first, and set their ids;
@@ -188,21 +214,18 @@ static void visit_range(void *user, size_t begin, size_t end, int thread)
     label_pass *pass = user;
     label_worker *w = &pass->workers[thread];
     const size_t each = sc_voxel_type_bytes(pass->source->type);
-    const size_t nx = (size_t)pass->source->size[0], ny = (size_t)pass->source->size[1];
 
+    if (pass->as_stored) {
+        (void)visit_values(pass, w, pass->batch + begin * each, pass->begin + begin, end - begin);
+        return;
+    }
     for (size_t block = begin; block < end; block += BLOCK_VOXELS) {
         const size_t count = end - block < BLOCK_VOXELS ? end - block : BLOCK_VOXELS;
         const size_t good = sc_stream_values(pass->stream, pass->batch + block * each, count,
                                              w->values + BLOCK_VOXELS, w->values);
 
-        for (size_t i = 0, length; i < good; i += length) {
-            const size_t voxel = pass->begin + block + i, x = voxel % nx;
-            const int at[3] = {(int)x, (int)(voxel / nx % ny), (int)(voxel / nx / ny)};
-
-            length = good - i < nx - x ? good - i : nx - x;
-            if (!visit_part(pass, w, w->values + i, at, (int)length))
-                return;
-        }
+        if (!visit_values(pass, w, (const unsigned char *)w->values, pass->begin + block, good))
+            return;
         if (good < count) {
             const size_t bad = pass->begin + block + good;
 
@@ -210,6 +233,18 @@ static void visit_range(void *user, size_t begin, size_t end, int thread)
             return;
         }
     }
+}
+
+/* sc_range_fn: as visit_range, but the first RANGE_VOXELS are not of the batch: who gets them reads
+ * the next batch, while others look at this one. */
+static void read_or_visit(void *user, size_t begin, size_t end, int thread)
+{
+    label_pass *pass = user;
+
+    if (begin == 0)
+        sc_stream_read_ahead(pass->stream);
+    else
+        visit_range(pass, begin - RANGE_VOXELS, end - RANGE_VOXELS, thread);
 }
 
 /* Ids while they become wider. */
@@ -255,7 +290,11 @@ static sc_status visit_batch(label_pass *pass, size_t count)
     size_t bad = SIZE_MAX;
     sc_status status;
 
-    sc_stage_for(pass->ctx, count, pass->threads, count, RANGE_VOXELS, visit_range, pass);
+    if (pass->ahead)
+        sc_stage_for(pass->ctx, count, pass->threads, RANGE_VOXELS + count, RANGE_VOXELS,
+                     read_or_visit, pass);
+    else
+        sc_stage_for(pass->ctx, count, pass->threads, count, RANGE_VOXELS, visit_range, pass);
     for (int i = 0; i < pass->threads; i++)
         bad = pass->workers[i].bad < bad ? pass->workers[i].bad : bad;
     if (bad != SIZE_MAX)
@@ -314,6 +353,7 @@ static sc_status visit_voxels(label_pass *pass)
     (void)id_of(&pass->set, 0);
     SC_TRY(sc_stream_open(pass->ctx, pass->path, pass->source, &stream));
     pass->stream = stream;
+    pass->ahead = pass->threads > 1;
     sc_stage_begin(pass->ctx, "reading", 0, pass->voxels);
     for (size_t count; pass->begin < pass->voxels; pass->begin += count) {
         const void *raw;
@@ -514,7 +554,8 @@ sc_status sc_read_labels(const sc_ctx *ctx, const char *path, const sc_source *s
                                  (size_t)source->part[2],
                        .threads = threads_for(ctx, sc_source_voxels(source)),
                        .keep_ids = keep_ids,
-                       .id_bytes = 1};
+                       .id_bytes = 1,
+                       .as_stored = sc_stream_is_plain(source)};
     sc_volume found = {.size = {source->part[0], source->part[1], source->part[2]}};
     sc_label_tally *final_tallies = NULL;
     void *values = NULL, *ids = NULL, *final = NULL;

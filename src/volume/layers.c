@@ -18,7 +18,7 @@ typedef struct layering {
     size_t count;     /* of segments */
     int64_t *last;    /* [layers]: the value that was looked up last in each layer, */
     size_t *found;    /* [layers]: and its segment; count: none has it */
-    uint16_t *label;  /* [voxels] */
+    uint16_t *label;  /* [voxels of the part that is wanted] */
     uint64_t *pairs;  /* [count][count]: voxels that the first took from the second; or NULL */
     uint64_t unnamed; /* values that no segment has */
     sc_overlap_count overlaps;
@@ -106,6 +106,19 @@ static size_t paint_voxel(layering *l, const int64_t *values, const uint64_t *vo
     return best;
 }
 
+/* @return the place of voxel @p at of the file in the part that is wanted; SIZE_MAX: it is not. */
+static size_t place_in_part(const sc_source *source, size_t at)
+{
+    const size_t nx = (size_t)source->size[0], ny = (size_t)source->size[1];
+    const int *low = source->low, *part = source->part;
+    const int x = (int)(at % nx) - low[0], y = (int)(at / nx % ny) - low[1];
+    const int z = (int)(at / nx / ny) - low[2];
+
+    if (x < 0 || x >= part[0] || y < 0 || y >= part[1] || z < 0 || z >= part[2])
+        return SIZE_MAX;
+    return ((size_t)z * (size_t)part[1] + (size_t)y) * (size_t)part[0] + (size_t)x;
+}
+
 /* Go once through the voxels: count them, or, if @p paints, give them labels. */
 static sc_status pass(layering *l, bool paints, uint64_t *voxels, int64_t *block)
 {
@@ -123,15 +136,18 @@ static sc_status pass(layering *l, bool paints, uint64_t *voxels, int64_t *block
         SC_TRY(sc_stream_next(stream, count * (size_t)layers, block));
         for (size_t i = 0; i < count; i++) {
             const int64_t *values = block + i * (size_t)layers;
+            const size_t place = place_in_part(l->source, begin + i);
             size_t row;
 
             if (!paints) {
                 count_voxel(l, values, voxels);
                 continue;
             }
+            if (place == SIZE_MAX)
+                continue;
             row = paint_voxel(l, values, voxels);
             if (row < l->count)
-                l->label[begin + i] = (uint16_t)l->source->table.rows[row].value;
+                l->label[place] = (uint16_t)l->source->table.rows[row].value;
         }
         sc_stage_add(l->ctx, count);
     }
@@ -158,12 +174,14 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap
 {
     const size_t voxels = sc_source_voxels(source), count = source->table.count;
     const size_t layers = (size_t)source->layers;
+    const size_t wanted =
+        (size_t)source->part[0] * (size_t)source->part[1] * (size_t)source->part[2];
     layering l = {.ctx = ctx, .path = path, .overlap = overlap, .source = source, .count = count};
     void *last = NULL, *found = NULL, *counts = NULL, *block = NULL, *labels = NULL, *pairs = NULL;
     sc_status status;
 
-    SC_TRY(sc_volume_memory_check(ctx, path, source->size, (double)voxels * sizeof(uint16_t)));
-    SC_TRY(sc_zalloc(ctx, voxels, sizeof(uint16_t), &labels));
+    SC_TRY(sc_volume_memory_check(ctx, path, source->part, (double)wanted * sizeof(uint16_t)));
+    SC_TRY(sc_zalloc(ctx, wanted, sizeof(uint16_t), &labels));
     SC_TRY(sc_zalloc(ctx, layers, sizeof(int64_t), &last)); /* 0, which is not looked up */
     SC_TRY(sc_zalloc(ctx, layers, sizeof(size_t), &found));
     SC_TRY(sc_zalloc(ctx, count, sizeof(uint64_t), &counts));
@@ -184,6 +202,7 @@ sc_status sc_load_layers(const sc_ctx *ctx, const char *path, sc_overlap overlap
                 "%s: %llu voxels of its layers hold a value that no segment has; they are "
                 "left out",
                 path, (unsigned long long)l.unnamed);
+    sc_source_keep_part(source);
     replace_voxels(source, labels);
     labels = NULL;
 out:

@@ -57,3 +57,12 @@ sc_affine sc_source_part_to_ras(const sc_source *source)
     }
     return map;
 }
+
+void sc_source_keep_part(sc_source *source)
+{
+    source->to_ras_mm = sc_source_part_to_ras(source);
+    for (int i = 0; i < 3; i++) {
+        source->size[i] = source->part[i];
+        source->low[i] = 0;
+    }
+}

@@ -98,6 +98,9 @@ typedef struct sc_mask {
 void sc_source_clear(sc_source *source);
 /* @return where a choice is from, for messages: the line of a job, or else the volume. */
 const char *sc_read_where(const sc_read_choice *choice, const char *path);
+/* From now on the source has only the part that was wanted, since its voxels have just been loaded.
+ */
+void sc_source_keep_part(sc_source *source);
 /* Set which voxels of a source are wanted, by its size and geometry. @return SC_ERR_DATA, logged,
  * for a box that lies outside, or in voxels reaches beyond them. */
 sc_status sc_source_cut(const sc_ctx *ctx, const char *path, const sc_read_choice *choice,
@@ -256,6 +259,16 @@ sc_status sc_stream_next(sc_voxel_stream *stream, size_t count, int64_t *out);
  * points at the first, *count receives how many there are, at least 1. To be called while voxels
  * are left. @return the errors of sc_stream_next but for values. */
 sc_status sc_stream_next_raw(sc_voxel_stream *stream, const void **raw, size_t *count);
+/* Read the voxels that the next call of sc_stream_next_raw will deliver, if that helps: while other
+ * threads look at those that the last call delivered. What goes wrong, the next call says. Threads:
+ * one at a time. */
+void sc_stream_read_ahead(sc_voxel_stream *stream);
+/* @return whether the labels of a source are the numbers that it stores, integers in this byte
+ * order that are not scaled, of at most 63 bits: sc_stream_values would only widen them. */
+bool sc_stream_is_plain(const sc_source *source);
+/* Of @p count values of a type of integers at @p values, in this byte order: @return the first
+ * behind value @p i that differs from it, or @p count; *value receives value i. */
+int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t *value);
 /* Write the values of @p count voxels as stored at @p raw to out[count]. @param room 8 bytes for
  * each voxel, which may be written. @return how many of them, from the first on, are labels: fewer
  * than @p count if one is no whole number or too large. Threads: any, on memory of their own. */

@@ -18,6 +18,7 @@ enum {
     REST_BLOCKS =
         128, /* of sc_voxel_stream.raw: so much is unpacked behind the last voxel, 16 MiB */
     VOXEL_BYTES_MAX = 8,
+    RUN_BLOCK = 32,        /* voxels of a run that are compared at a time */
     BATCH_VOXELS = 8 << 20 /* the same of voxels that are in memory already */
 };
 
@@ -37,6 +38,9 @@ struct sc_voxel_stream {
     size_t slab_begin, slab_voxels; /* which voxels these are */
     unsigned char
         *batch; /* [SC_BATCH_BYTES], of sc_stream_next_raw; NULL until it is called; owned */
+    unsigned char *ahead; /* [SC_BATCH_BYTES], of sc_stream_read_ahead, NULL until then; owned */
+    size_t ahead_bytes;   /* how many of the next batch were read there */
+    bool is_ahead;        /* the next batch was read, as far as it could be */
     unsigned char raw[SC_STREAM_BLOCK * VOXEL_BYTES_MAX];     /* one block, as stored */
     unsigned char swapped[SC_STREAM_BLOCK * VOXEL_BYTES_MAX]; /* the same in this byte order */
 };
@@ -213,6 +217,7 @@ void sc_stream_close(sc_voxel_stream *s)
     sc_free(s->packed);
     sc_free(s->slab);
     sc_free(s->batch);
+    sc_free(s->ahead);
     sc_free(s);
 }
 
@@ -278,31 +283,38 @@ static void phase_note(const sc_source *source, size_t bytes, char *text, size_t
 }
 
 /* Read the next @p bytes bytes, unpacked, to @p to; for all encodings but SC_ENCODING_LOADED and
- * SC_ENCODING_SLICES. @return SC_ERR_DATA if there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if
- * unpacking or reading them failed. */
-static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
+ * SC_ENCODING_SLICES. @return how many there were, of which check_bytes is to be told. */
+static size_t pull_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
+{
+    int count;
+
+    if (s->zlib_open)
+        return next_of_zlib(s, to, bytes);
+    if (!s->gzip)
+        return fread(to, 1, bytes, s->plain);
+    count = gzread(s->gzip, to, (unsigned)bytes);
+    return count > 0 ? (size_t)count : 0;
+}
+
+/* Log why there were only @p got of @p bytes bytes from s->position on. @return SC_ERR_DATA if
+ * there are fewer; SC_ERR_MEMORY, SC_ERR_WRITE if unpacking or reading them failed; SC_OK if none
+ * is missing. */
+static sc_status check_bytes(const sc_voxel_stream *s, size_t got, size_t bytes)
 {
     const size_t each = sc_voxel_type_bytes(s->source->type);
     const char *reason = NULL;
     char phases[64];
-    size_t got = 0;
     int error = 0;
     sc_status status;
 
+    if (got == bytes)
+        return SC_OK;
     if (s->gzip) {
-        const int count = gzread(s->gzip, to, (unsigned)bytes);
-
-        got = count > 0 ? (size_t)count : 0;
         reason = gzerror(s->gzip, &error);
         reason = error < 0 ? reason : NULL;
     } else if (s->zlib_open) {
-        got = next_of_zlib(s, to, bytes);
         reason = s->zlib.msg;
-    } else {
-        got = fread(to, 1, bytes, s->plain);
     }
-    if (got == bytes)
-        return SC_OK;
     status = stream_status(s);
     if (status == SC_ERR_MEMORY || status == SC_ERR_WRITE)
         return sc_fail(s->ctx, status, "%s: the voxels cannot be read: %s", s->source->file,
@@ -313,6 +325,12 @@ static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
     return sc_fail(s->ctx, SC_ERR_DATA, "%s: ends after %zu bytes of voxels%s, expected %zu%s%s",
                    s->source->file, s->position * each + got, phases,
                    sc_source_voxels(s->source) * each, reason ? "; " : "", reason ? reason : "");
+}
+
+/* pull_bytes and check_bytes together. */
+static sc_status next_bytes(sc_voxel_stream *s, unsigned char *to, size_t bytes)
+{
+    return check_bytes(s, pull_bytes(s, to, bytes), bytes);
 }
 
 /* Read on behind the last voxel of a zlib stream, so that zlib verifies the check sum if the stream
@@ -456,6 +474,60 @@ static bool is_float(sc_voxel_type type)
     return type == SC_VOXEL_FLOAT || type == SC_VOXEL_DOUBLE;
 }
 
+bool sc_stream_is_plain(const sc_source *source)
+{
+    return !source->swapped && source->slope == 1 && source->intercept == 0 &&
+           !is_float(source->type) && source->type != SC_VOXEL_UINT64;
+}
+
+/* What sc_run_end does with values of one type. Long runs are compared by blocks, which compilers
+ * turn into vectors. */
+#define RUN_END(type)                                                                              \
+    do {                                                                                           \
+        const type *in = values;                                                                   \
+        const type first = in[i];                                                                  \
+        for (; end + RUN_BLOCK <= count; end += RUN_BLOCK) {                                       \
+            type differs = 0;                                                                      \
+            for (int k = 0; k < RUN_BLOCK; k++)                                                    \
+                differs = (type)(differs | (in[end + k] ^ first));                                 \
+            if (differs)                                                                           \
+                break;                                                                             \
+        }                                                                                          \
+        while (end < count && in[end] == first)                                                    \
+            end++;                                                                                 \
+        *value = (int64_t)first;                                                                   \
+    } while (0)
+
+int sc_run_end(sc_voxel_type type, const void *values, int i, int count, int64_t *value)
+{
+    int end = i + 1;
+
+    switch (type) {
+    case SC_VOXEL_INT8:
+        RUN_END(int8_t);
+        break;
+    case SC_VOXEL_UINT8:
+        RUN_END(uint8_t);
+        break;
+    case SC_VOXEL_INT16:
+        RUN_END(int16_t);
+        break;
+    case SC_VOXEL_UINT16:
+        RUN_END(uint16_t);
+        break;
+    case SC_VOXEL_INT32:
+        RUN_END(int32_t);
+        break;
+    case SC_VOXEL_UINT32:
+        RUN_END(uint32_t);
+        break;
+    default: /* SC_VOXEL_INT64, and what sc_stream_values has turned into it */
+        RUN_END(int64_t);
+        break;
+    }
+    return end;
+}
+
 size_t sc_stream_values(const sc_voxel_stream *s, const void *raw, size_t count, void *room,
                         int64_t *out)
 {
@@ -536,13 +608,39 @@ sc_status sc_stream_next(sc_voxel_stream *s, size_t count, int64_t *out)
     return SC_OK;
 }
 
-/* As sc_stream_next_raw for voxels that are read from a file. */
-static sc_status next_batch(sc_voxel_stream *s, size_t left, const void **raw, size_t *count)
+/* @return how many voxels the next batch has. */
+static size_t batch_voxels(const sc_voxel_stream *s)
 {
-    const size_t each = sc_voxel_type_bytes(s->source->type);
-    const size_t most = SC_BATCH_BYTES / each, voxels = left < most ? left : most;
+    const size_t left = sc_source_voxels(s->source) - s->position;
+    const size_t most = SC_BATCH_BYTES / sc_voxel_type_bytes(s->source->type);
+
+    return left < most ? left : most;
+}
+
+void sc_stream_read_ahead(sc_voxel_stream *s)
+{
+    const sc_ctx quiet = sc_quiet(s->ctx);
+    const size_t bytes = batch_voxels(s) * sc_voxel_type_bytes(s->source->type);
     void *block;
-    sc_status status = SC_OK;
+
+    if (!s->batch || s->is_ahead || bytes == 0) /* sc_stream_next_raw works in another way */
+        return;
+    if (!s->ahead) {
+        if (sc_alloc(&quiet, SC_BATCH_BYTES, 1, &block) != SC_OK)
+            return; /* it is read when it is needed */
+        s->ahead = block;
+    }
+    s->ahead_bytes = pull_bytes(s, s->ahead, bytes);
+    s->is_ahead = true;
+}
+
+/* As sc_stream_next_raw for voxels that are read from a file. */
+static sc_status next_batch(sc_voxel_stream *s, const void **raw, size_t *count)
+{
+    const size_t voxels = batch_voxels(s), bytes = voxels * sc_voxel_type_bytes(s->source->type);
+    size_t got = s->ahead_bytes;
+    void *block;
+    sc_status status;
 
     if (!s->batch) {
         status = sc_alloc(s->ctx, SC_BATCH_BYTES, 1, &block);
@@ -550,7 +648,16 @@ static sc_status next_batch(sc_voxel_stream *s, size_t left, const void **raw, s
             return status;
         s->batch = block;
     }
-    status = next_bytes(s, s->batch, voxels * each);
+    if (s->is_ahead) {
+        unsigned char *done = s->batch;
+
+        s->batch = s->ahead;
+        s->ahead = done;
+        s->is_ahead = false;
+    } else {
+        got = pull_bytes(s, s->batch, bytes);
+    }
+    status = check_bytes(s, got, bytes);
     if (status != SC_OK)
         return status;
     *raw = s->batch;
@@ -574,7 +681,7 @@ sc_status sc_stream_next_raw(sc_voxel_stream *s, const void **raw, size_t *count
         *raw = s->slab;
         *count = s->slab_voxels;
     } else {
-        status = next_batch(s, left, raw, count);
+        status = next_batch(s, raw, count);
         if (status != SC_OK)
             return status;
     }

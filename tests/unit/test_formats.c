@@ -524,6 +524,40 @@ static void overlaps_are_resolved_by_a_rule_and_told(void **state)
     (void)!system("rm -r m.dir");
 }
 
+/* Only the box is kept, and what overlaps outside of it is not told; which tissue is the smaller
+ * one follows from whole masks. */
+static void a_box_of_masks_is_as_if_cut_off(void **state)
+{
+    const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{2, 5}, {0, 1}, {0, 1}}};
+
+    (void)state;
+    assert_int_equal(mkdir("m.dir", 0777), 0);
+    write_mask("m.dir/duct.nrrd", "101000", 7);
+    write_mask("m.dir/liver.nrrd", "011011", 7);
+    write_mask("m.dir/tumour.nrrd", "000051", 7); /* two labels: refused by whichever thread */
+    for (int threads = 1; threads < 4; threads++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        ctx.threads = threads;
+        write_mask("m.dir/tumour.nrrd", "000051", 7);
+        assert_int_equal(sc_volume_read_by(&ctx, "m.dir", &box, &v), SC_ERR_DATA);
+        assert_int_equal(said.errors, 1);
+        assert_non_null(strstr(said.text, "m.dir/tumour.nrrd: holds the labels 5 and 1"));
+        write_mask("m.dir/tumour.nrrd", "000055", 7);
+        assert_ok(sc_volume_read_by(&ctx, "m.dir", &box, &v));
+        assert_non_null(strstr(said.text, "m.dir: 2 voxels belong to several masks"));
+        assert_int_equal(v.size[0], 3);
+        assert_int_equal(v.label_count, 3);
+        assert_near(v.to_ras_mm.m[0][3], 9, 1e-9);
+        for (int i = 0; i < 3; i++)
+            assert_int_equal(v.labels[((const uint8_t *)v.ids)[i]].value, "103"[i] - '0');
+        sc_volume_clear(&v);
+    }
+    (void)!system("rm -r m.dir");
+}
+
 static void masks_that_do_not_fit_together_are_refused(void **state)
 {
     static const struct {
@@ -638,6 +672,27 @@ static void segments_in_layers_become_labels(void **state)
     unlink("f.seg.nrrd");
 }
 
+static void a_box_of_layers_is_as_if_cut_off(void **state)
+{
+    const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{1, 4}, {0, 1}, {0, 1}}};
+    heard said;
+    sc_ctx ctx = listening(&said);
+    sc_volume v = {0};
+
+    (void)state;
+    write_layers("f.seg.nrrd",
+                 SEGMENT("0", "1", "0", "liver") SEGMENT("1", "2", "0", "aorta")
+                     SEGMENT("2", "3", "1", "tumour"),
+                 "111112", "000033");
+    assert_ok(sc_volume_read_by(&ctx, "f.seg.nrrd", &box, &v));
+    assert_int_equal(said.warnings, 0); /* nothing overlaps in the box */
+    assert_int_equal(v.size[0], 3);
+    assert_int_equal(v.label_count, 2);
+    assert_near(v.to_ras_mm.m[0][3], -1, 1e-9);
+    sc_volume_clear(&v);
+    unlink("f.seg.nrrd");
+}
+
 /* As 3D Slicer writes them: it begins with 1 in each layer. */
 static void numbers_that_layers_share_are_given_anew(void **state)
 {
@@ -705,6 +760,8 @@ int main(void)
         cmocka_unit_test(bad_mgh_is_refused),
         cmocka_unit_test(masks_of_a_directory_become_labels_by_their_names),
         cmocka_unit_test(overlaps_are_resolved_by_a_rule_and_told),
+        cmocka_unit_test(a_box_of_masks_is_as_if_cut_off),
+        cmocka_unit_test(a_box_of_layers_is_as_if_cut_off),
         cmocka_unit_test(masks_that_do_not_fit_together_are_refused),
         cmocka_unit_test(segments_in_layers_become_labels),
         cmocka_unit_test(numbers_that_layers_share_are_given_anew),

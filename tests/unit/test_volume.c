@@ -379,6 +379,97 @@ static void threads_do_not_change_what_is_read(void **state)
     unlink("t.nrrd");
 }
 
+/* The same labels, in runs that begin and end anywhere in blocks and rows, as each type of voxel
+ * that is looked at as it is stored, and as one that is not. */
+static void runs_of_every_type_are_found(void **state)
+{
+    enum { X = 131, Y = 67, Z = 70, COUNT = X * Y * Z };
+    static const struct {
+        const char *name, *endian;
+        size_t bytes;
+        bool swapped;
+    } types[] = {{"int8", "little", 1, false},  {"uint8", "little", 1, false},
+                 {"int16", "little", 2, false}, {"uint16", "little", 2, false},
+                 {"int32", "little", 4, false}, {"uint32", "little", 4, false},
+                 {"int64", "little", 8, false}, {"uint64", "little", 8, false},
+                 {"int32", "big", 4, true}};
+    const sc_read_choice box = {.box = SC_READ_VOXELS, .voxels = {{40, 129}, {0, 66}, {3, 69}}};
+    unsigned char *labels = malloc(COUNT), *stored = malloc((size_t)COUNT * 8);
+    uint64_t random = 3;
+
+    (void)state;
+    assert_non_null(labels);
+    assert_non_null(stored);
+    for (size_t i = 0, end; i < COUNT; i = end) {
+        const uint64_t bits = random_bits(&random);
+
+        end = i + 1 + (bits & 1 ? bits >> 8 & 7 : bits >> 8 & 511);
+        end = end < COUNT ? end : COUNT;
+        memset(labels + i, (int)(bits >> 40 & 127), end - i);
+    }
+    for (size_t t = 0; t < SC_COUNT_OF(types); t++) {
+        const size_t each = types[t].bytes;
+        char head[256];
+
+        memset(stored, 0, COUNT * each);
+        for (size_t i = 0; i < COUNT; i++)
+            stored[i * each + (types[t].swapped ? each - 1 : 0)] = labels[i];
+        snprintf(head, sizeof head,
+                 "NRRD0004\ntype: %s\ndimension: 3\nsizes: %d %d %d\nspacings: 1 1 1\n"
+                 "encoding: %s\nendian: %s\n\n",
+                 types[t].name, X, Y, Z, t % 2 ? "gzip" : "raw", types[t].endian);
+        write_file("t.nrrd", head, stored, COUNT * each, t % 2);
+        for (int threads = 1; threads < 4; threads++) {
+            sc_ctx ctx = quiet;
+            sc_volume v = {0}, part = {0};
+
+            ctx.threads = threads;
+            assert_ok(sc_volume_read(&ctx, "t.nrrd", &v));
+            assert_int_equal(v.label_count, 128);
+            assert_memory_equal(v.ids, labels, COUNT); /* the ids are the labels here */
+            assert_ok(sc_volume_read_by(&ctx, "t.nrrd", &box, &part));
+            assert_int_equal(part.label_count, 128);
+            for (size_t i = 0; i < sc_volume_voxels(&part); i++) {
+                const size_t x = i % 89 + 40, y = i / 89 % 66, z = i / 89 / 66 + 3;
+
+                assert_int_equal(((const uint8_t *)part.ids)[i], labels[(z * Y + y) * X + x]);
+            }
+            sc_volume_clear(&part);
+            sc_volume_clear(&v);
+        }
+    }
+    free(labels);
+    free(stored);
+    unlink("t.nrrd");
+}
+
+/* What is damaged behind the first batch is told by its own message, whichever thread reads it. */
+static void damage_that_is_read_ahead_is_told(void **state)
+{
+    FILE *file;
+
+    (void)state;
+    write_many("gzip", MANY);
+    file = fopen("t.nrrd", "rb+");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, -3000, SEEK_END), 0);
+    for (int i = 0; i < 1000; i++)
+        assert_int_equal(fputc(0xff, file), 0xff);
+    assert_int_equal(fclose(file), 0);
+    for (int threads = 1; threads < 4; threads++) {
+        heard said;
+        sc_ctx ctx = listening(&said);
+        sc_volume v = {0};
+
+        ctx.threads = threads;
+        assert_int_equal(sc_volume_read(&ctx, "t.nrrd", &v), SC_ERR_DATA);
+        assert_int_equal(said.errors, 1);
+        assert_non_null(strstr(said.text, "t.nrrd: ends after"));
+        assert_non_null(strstr(said.text, "; ")); /* the reason of zlib */
+    }
+    unlink("t.nrrd");
+}
+
 static void there_may_be_65535_labels_of_any_value(void **state)
 {
     sc_volume v = {0};
@@ -1004,6 +1095,8 @@ int main(void)
         cmocka_unit_test(nifti_of_the_other_byte_order_is_read),
         cmocka_unit_test(fractions_and_infinities_are_refused_with_their_voxel),
         cmocka_unit_test(threads_do_not_change_what_is_read),
+        cmocka_unit_test(runs_of_every_type_are_found),
+        cmocka_unit_test(damage_that_is_read_ahead_is_told),
         cmocka_unit_test(there_may_be_65535_labels_of_any_value),
         cmocka_unit_test(slicer_keys_name_and_colour_labels),
         cmocka_unit_test(tables_of_three_programs_are_read),
