@@ -238,7 +238,7 @@ typedef enum sc_table_format {
                               separated by commas, semicolons or tabs: BIDS, 3D Slicer, spreadsheets.
                               Levels go from 0 to 1 if none is above 1, else to 255; those in a
                             column  "opacity" are percent if none is above 100 */
-    SC_TABLE_JSON        /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
+    SC_TABLE_JSON,       /**< Neuroglancer, OME-Zarr, NiiVue, nnU-Net; lists of objects, and maps
                               between numbers and names; levels as of SC_TABLE_DELIMITED */
 } sc_table_format;
 
@@ -247,6 +247,8 @@ typedef struct sc_label_table {
     sc_label *rows;         /**< [capacity], the first count of which are used; owned */
     size_t count, capacity; /**< in rows */
 } sc_label_table;
+    SC_TABLE_NAMES /**< a number and a name, such as "1 spleen", "1,spleen" or the class lists of
+                        TotalSegmentator in Python: 1: "spleen", */
 /** Free the rows and set the table to zero. */
 void sc_label_table_clear(sc_label_table *table);
 /** Append a copy of @p row. @return SC_ERR_MEMORY, the table unchanged. */

@@ -71,7 +71,9 @@ static const struct {
                 {"transparency", SC_COLUMN_TRANSPARENCY},
                 {"visible", SC_COLUMN_VISIBLE},
                 {"visibility", SC_COLUMN_VISIBLE},
-                {"show", SC_COLUMN_VISIBLE}};
+                {"show", SC_COLUMN_VISIBLE},
+                {"typecodemeaning", SC_COLUMN_MEANING},
+                {"typemodifiercodemeaning", SC_COLUMN_MODIFIER}};
 
 sc_column sc_column_of(const char *heading)
 {
@@ -125,6 +127,7 @@ bool sc_columns_settle(sc_column *columns, size_t count)
     }
     return has_column(columns, count, SC_COLUMN_VALUE) &&
            (has_column(columns, count, SC_COLUMN_NAME) ||
+            has_column(columns, count, SC_COLUMN_MEANING) ||
             has_column(columns, count, SC_COLUMN_COLOR) ||
             has_column(columns, count, SC_COLUMN_RED));
 }
@@ -278,6 +281,32 @@ static void weigh_levels(sc_column_rows *rows, const float level[4])
     rows->full += level[OPACITY] == 255;
 }
 
+/* @return the field of a column of the kind @p wanted; "" if there is none. */
+static const char *field_of(const sc_column *columns, const char *const *fields, size_t count,
+                            sc_column wanted)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (columns[i] == wanted)
+            return fields[i];
+    }
+    return "";
+}
+
+/* Name a row that has no name by its terminology: "Kidney, Left". */
+static void name_by_meaning(sc_column_rows *rows, const sc_column *columns,
+                            const char *const *fields, size_t count, sc_label *row)
+{
+    const char *meaning = field_of(columns, fields, count, SC_COLUMN_MEANING);
+    const char *modifier = field_of(columns, fields, count, SC_COLUMN_MODIFIER);
+    char name[2 * SC_NAME_BYTES];
+
+    if (row->name[0] || !*meaning)
+        return;
+    snprintf(name, sizeof name, "%.*s%s%.*s", SC_NAME_BYTES, meaning, *modifier ? ", " : "",
+             SC_NAME_BYTES / 2, modifier);
+    sc_name_read(name, row->name, &rows->names);
+}
+
 sc_status sc_column_rows_add(const sc_ctx *ctx, sc_column_rows *rows, const sc_column *columns,
                              const char *const *fields, size_t count, bool *read)
 {
@@ -300,6 +329,7 @@ sc_status sc_column_rows_add(const sc_ctx *ctx, sc_column_rows *rows, const sc_c
         return status;
     for (size_t i = 0; i < count; i++)
         read_field(rows, columns[i], fields[i], &row, level);
+    name_by_meaning(rows, columns, fields, count, &row);
     status = sc_label_table_add(ctx, rows->table, &row);
     if (status != SC_OK)
         return status;

@@ -12,6 +12,7 @@ enum { NUMBERS_BYTES = 128 /* room for a number, or for those of a colour, as te
 /* The table while the document is read. */
 typedef struct json_reading {
     const sc_ctx *ctx;
+    const char *path; /* for messages */
     sc_column_rows rows;
     bool any;      /* a label was read */
     size_t unread; /* entries that are no label */
@@ -234,12 +235,38 @@ static const json_t *ome_labels(const json_t *root)
     return json_object_get(ome ? ome : at, "image-label");
 }
 
+/* @return the list "total", or else the first, if the members of @p root are all maps from numbers
+ * to names, as the class lists of TotalSegmentator are; NULL if they are something else. */
+static json_t *class_list(const json_reading *r, json_t *root)
+{
+    const char *key, *chosen = NULL;
+    json_t *value, *list = NULL;
+
+    json_object_foreach(root, key, value)
+    {
+        const void *first = json_object_iter(value);
+
+        if (!first || !is_number(json_object_iter_key((void *)first)) ||
+            !json_is_string(json_object_iter_value((void *)first)) || is_number(key))
+            return NULL;
+        if (!chosen || !strcmp(key, "total")) {
+            chosen = key;
+            list = value;
+        }
+    }
+    if (chosen && json_object_size(root) > 1)
+        sc_info(r->ctx, "%s: of its %zu lists of classes, \"%s\" is read", r->path,
+                json_object_size(root), chosen);
+    return list;
+}
+
 /* Read the document by what it holds. */
 static void read_document(json_reading *r, json_t *root)
 {
     static const char *const names[] = {"labels",     "segments", "tissues",
                                         "structures", "regions",  "label_table"};
     const json_t *ome = ome_labels(root), *inner = json_object_get(root, "inline");
+    json_t *classes;
 
     if (ome) {
         read_list(r, json_object_get(ome, "colors"));
@@ -268,7 +295,8 @@ static void read_document(json_reading *r, json_t *root)
             return;
         }
     }
-    read_map(r, root);
+    classes = class_list(r, root);
+    read_map(r, classes ? classes : root);
 }
 
 /* Read the text as JSON. @return SC_ERR_DATA, SC_ERR_MEMORY, logged. Caller owns *out. */
@@ -306,7 +334,7 @@ sc_status sc_label_json_parse(const sc_ctx *ctx, const char *path, const char *t
 sc_status sc_label_json_read(const sc_ctx *ctx, const char *path, json_t *root,
                              sc_label_table *table)
 {
-    json_reading r = {.ctx = ctx, .rows = sc_column_rows_begin(table)};
+    json_reading r = {.ctx = ctx, .path = path, .rows = sc_column_rows_begin(table)};
 
     read_document(&r, root);
     sc_column_rows_end(ctx, path, &r.rows);

@@ -6,6 +6,7 @@
 #include "label_xml.h"
 
 #include <ctype.h>
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -114,6 +115,42 @@ static bool parse_itksnap(char *line, sc_label *row, sc_name_count *names)
     return true;
 }
 
+/* Cut the name at @p name: behind its closing quote, if it begins with one, else before the next
+ * bar and before commas and blanks at its end. @return where it begins; NULL if there is none, or
+ * if it is a number. */
+static char *cut_name(char *name)
+{
+    const char quote = *name == '"' || *name == '\'' ? *name : '\0';
+    char *end;
+
+    name += quote != '\0';
+    if (!*name || strspn(name, "0123456789.+- \t,;|\"'") == strlen(name))
+        return NULL;
+    end = name + strcspn(name, quote == '"' ? "\"" : quote ? "'" : "|");
+    while (!quote && end > name && strchr(" \t,;", end[-1]))
+        end--;
+    *end = '\0';
+    return name;
+}
+
+/* A row of a list of classes: a number, perhaps in quotes, what separates it, and a name. */
+static bool parse_class(char *line, sc_label *row, sc_name_count *names)
+{
+    char *at = line + strspn(line, " \t|\"'"), *end, *name;
+
+    errno = 0;
+    row->value = strtoll(at, &end, 10);
+    if (end == at || errno || !*end || !strchr(" \t:,;=|\"'", *end) ||
+        llabs(row->value) > (1LL << 53))
+        return false;
+    end += strspn(end, "\"'");
+    name = cut_name(end + strspn(end, " \t:,;=|"));
+    if (!name)
+        return false;
+    sc_name_read(name, row->name, names);
+    return true;
+}
+
 /* By sc_table_format: the name for messages, and the parser of lines, where a label is a line. */
 static const struct {
     const char *name;
@@ -124,7 +161,8 @@ static const struct {
                [SC_TABLE_ITKSNAP] = {"ITK-SNAP", parse_itksnap},
                [SC_TABLE_XML] = {"GIFTI or Connectome Workbench (XML)", NULL},
                [SC_TABLE_DELIMITED] = {"CSV or TSV", NULL},
-               [SC_TABLE_JSON] = {"JSON", NULL}};
+               [SC_TABLE_JSON] = {"JSON", NULL},
+               [SC_TABLE_NAMES] = {"number-and-name", parse_class}};
 
 static bool is_blank_or_comment(const char *line)
 {
@@ -161,13 +199,32 @@ static char *cut_line(char *line)
 typedef struct evidence {
     bool itksnap;                /* a line has the form of ITK-SNAP */
     size_t opaque_255, opaque_0; /* rows whose last number is 255, or 0 */
+    size_t colored;              /* rows of a number, a word and three numbers */
+    size_t classes;              /* other rows that begin with a number, as those of class lists */
 } evidence;
+
+/* Does the line look like one of a class list: a number, something that separates it, and a letter
+ * or a quote? */
+static bool looks_like_class(const char *line)
+{
+    const size_t blanks = strspn(line, " \t|\"'"), digits = strspn(line + blanks, "0123456789");
+    const char *at = line + blanks + digits;
+    const size_t separates = strspn(at, " \t:,;=|\"'");
+
+    return digits && separates && (isalpha((unsigned char)at[separates]) || at[separates] & 0x80);
+}
 
 /* Add what one line, cut off, says. */
 static void weigh_line(const char *line, evidence *e)
 {
     double last = 0;
+    int end = -1;
 
+    (void)sscanf(line, "%*d %*s %*f %*f %*f%n", &end);
+    if (end > 0)
+        e->colored++;
+    else if (looks_like_class(line))
+        e->classes++;
     e->itksnap = e->itksnap || strstr(line, "ITK-SnAP") || strstr(line, "ITK-SNAP") ||
                  looks_like_itksnap(line);
     if (!is_blank_or_comment(line) && strtoll(line, NULL, 10) != 0 &&
@@ -177,12 +234,37 @@ static void weigh_line(const char *line, evidence *e)
     }
 }
 
+/* Is the text a map of Python, in which numbers stand without quotes, as in {1: 'spleen', ...}? */
+static bool is_python_map(const char *text)
+{
+    text += strspn(text, " \t\r\n");
+    if (*text != '{')
+        return false;
+    text += 1 + strspn(text + 1, " \t\r\n");
+    return *text >= '0' && *text <= '9';
+}
+
+/* Give each entry of a map of Python a line of its own. */
+static void split_python_map(char *text)
+{
+    char quote = '\0';
+
+    for (; *text; text++) {
+        if (quote)
+            quote = *text == quote ? '\0' : quote;
+        else if (*text == '"' || *text == '\'')
+            quote = *text;
+        else if (*text == ',' || *text == '{' || *text == '}')
+            *text = '\n';
+    }
+}
+
 /* @return the format of the table @p text, never SC_TABLE_AUTO; the text is cut into lines during
  * the call and whole again after it. XML begins with an element or its declaration, JSON with a
- * bracket, and CSV with a line of headings that name a number and a name or a colour. ITK-SNAP is
- * known by its header or by names in quotes. The tables of Slicer and FreeSurfer look alike, but
- * most of their labels are opaque, which is 255 in the one and 0 in the other; if neither is more
- * frequent, Slicer is taken. */
+ * bracket (of Python, if a number follows without quotes), and CSV with a line of headings that
+ * name a number and a name or a colour. ITK-SNAP is known by its header or by names in quotes. The
+ * tables of Slicer and FreeSurfer look alike, but most of their labels are opaque, which is 255 in
+ * the one and 0 in the other; if neither is more frequent, Slicer is taken. */
 static sc_table_format guess(char *text)
 {
     evidence e = {0};
@@ -191,6 +273,8 @@ static sc_table_format guess(char *text)
 
     if (first == '<')
         return SC_TABLE_XML;
+    if (is_python_map(text))
+        return SC_TABLE_NAMES;
     if (first == '{' || first == '[')
         return SC_TABLE_JSON;
     if (sc_label_delimited_is(text, &delimiter))
@@ -206,6 +290,8 @@ static sc_table_format guess(char *text)
     }
     if (e.itksnap)
         return SC_TABLE_ITKSNAP;
+    if (e.classes && !e.colored)
+        return SC_TABLE_NAMES;
     return e.opaque_0 > e.opaque_255 ? SC_TABLE_FREESURFER : SC_TABLE_SLICER;
 }
 
@@ -226,6 +312,8 @@ static sc_status parse_lines(const sc_ctx *ctx, const char *path, sc_table_forma
 
         number++;
         next = cut_line(line);
+        if (format == SC_TABLE_NAMES && table->count && line[strspn(line, " \t")] == '}')
+            break; /* further lists of a file in Python follow */
         if (is_blank_or_comment(line))
             continue;
         if (!formats[format].parse(line, &row, &names)) {
@@ -289,6 +377,8 @@ sc_status sc_label_table_read(const sc_ctx *ctx, const char *path, sc_table_form
         format = guess(text);
         sc_info(ctx, "%s: read as a %s label table", path, formats[format].name);
     }
+    if (format == SC_TABLE_NAMES && is_python_map(text))
+        split_python_map(text);
     if (format == SC_TABLE_XML)
         SC_TRY(parse_xml(ctx, path, text, &table));
     else if (format == SC_TABLE_DELIMITED)

@@ -34,7 +34,9 @@ typedef enum sc_column {
     SC_COLUMN_ALPHA,        /* opacity, or as FreeSurfer writes it, transparency */
     SC_COLUMN_OPACITY,      /* opacity for sure */
     SC_COLUMN_TRANSPARENCY, /* its opposite */
-    SC_COLUMN_VISIBLE
+    SC_COLUMN_VISIBLE,
+    SC_COLUMN_MEANING, /* what the code of a terminology means, the name of rows without one */
+    SC_COLUMN_MODIFIER /* what is added to it, such as "Left" */
 } sc_column;
 /* @return what a column with this heading holds; case, blanks and punctuation are ignored. */
 sc_column sc_column_of(const char *heading);

@@ -70,6 +70,58 @@ static void columns_are_known_by_their_headings(void **state)
     expect_two("label,structure,r,g,b,alpha\n4,left atrium,1,0.5,0,1\n5,b,0,0,0,0.5\n", true, 0.5F);
 }
 
+/* Lists of classes, which have no colours: of TotalSegmentator, whose file in Python has several,
+ * the first; its lists in JSON, "total"; and what people write. */
+static void lists_of_classes_are_read(void **state)
+{
+    (void)state;
+    expect_two("4 left atrium\n5 b\n", false, -1);
+    expect_two("0\tbackground\n4\tleft atrium\n5\tb\n", false, -1);
+    expect_two("4,left atrium,\r\n5,b,\r\n", false, -1);
+    expect_two("4: left atrium\n5: b\n", false, -1);
+    expect_two("class_map = {\n    \"total\": {\n        4: \"left atrium\",\n        5: \"b\",\n"
+               "    },\n    \"vessels\": {\n        4: \"other\",\n        5: \"x\"\n    }\n}\n",
+               false, -1);
+    expect_two("{4: 'left atrium', 5: \"b\"}", false, -1);
+    expect_two("| 4 | left atrium | atrium |\n|5|b||\n", false, -1);
+    expect_two("{\"vessels\": {\"4\": \"x\", \"5\": \"y\"},"
+               " \"total\": {\"4\": \"left atrium\", \"5\": \"b\"}}",
+               false, -1);
+}
+
+/* Of several lists in Python only the first is read. */
+static void further_lists_of_classes_are_left_out(void **state)
+{
+    static const char text[] =
+        "class_map = {\n \"total\": {\n  1: \"spleen\",\n  2: \"liver\"\n },\n"
+        " \"heart\": {\n  1: \"x\",\n  3: \"y\"\n }\n}\n";
+    sc_label_table table = {0};
+    heard said;
+
+    (void)state;
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_int_equal(table.count, 2);
+    sc_label_table_clear(&table);
+}
+
+/* A row of 3D Slicer without a name of its own has that of its terminology. */
+static void terminologies_name_rows(void **state)
+{
+    static const char text[] =
+        "LabelValue,Name,Color_R,Color_G,Color_B,Type_CodeMeaning,TypeModifier_CodeMeaning\n"
+        "1,,1,2,3,Kidney,Left\n2,,1,2,3,Liver,\n3,Mine,1,2,3,Spleen,\n";
+    static const char *const names[] = {"Kidney, Left", "Liver", "Mine"};
+    sc_label_table table = {0};
+    heard said;
+
+    (void)state;
+    assert_ok(read_table(text, sizeof text - 1, &said, &table));
+    assert_int_equal(table.count, 3);
+    for (size_t i = 0; i < table.count; i++)
+        assert_string_equal(table.rows[i].name, names[i]);
+    sc_label_table_clear(&table);
+}
+
 static void json_is_known_by_its_bracket(void **state)
 {
     (void)state;
@@ -285,6 +337,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(columns_are_known_by_their_headings),
+        cmocka_unit_test(lists_of_classes_are_read),
+        cmocka_unit_test(further_lists_of_classes_are_left_out),
+        cmocka_unit_test(terminologies_name_rows),
         cmocka_unit_test(json_is_known_by_its_bracket),
         cmocka_unit_test(json_of_viewers_is_read),
         cmocka_unit_test(ome_metadata_is_applied_to_a_volume),
